@@ -25,32 +25,48 @@ fn measure(bodies: usize, speed: f64, frames: usize) -> (f64, f64) {
     let corners = Arc::new(corners());
     let wall = 0.5 * (20.0 * bodies as f64).cbrt();
     let mut random = Rand64::new(1);
-    let mut vector = |scale: f64| scale * DVec3::from_array([(); 3].map(|()| 2.0 * random.rand_float() - 1.0));
-    let mut moving: Vec<(DVec3, DVec3)> = (0..bodies).map(|_| (vector(wall), vector(speed))).collect();
+    let mut vector =
+        |scale: f64| scale * DVec3::from_array([(); 3].map(|()| 2.0 * random.rand_float() - 1.0));
+    let mut moving: Vec<(DVec3, DVec3)> =
+        (0..bodies).map(|_| (vector(wall), vector(speed))).collect();
     let mut scene = Scene::new();
     let insert = |(body, (place, _)): (usize, &(DVec3, DVec3))| match body % 10 {
         0 => scene.insert(Body::fixed(Arc::clone(&corners), at(*place))),
         _ => scene.insert(Body::moving(Arc::clone(&corners), at(*place))),
     };
-    let ids: Vec<_> = moving.iter().enumerate().map(insert).collect::<Result<_, _>>().expect("all are sound");
+    let ids: Vec<_> = moving
+        .iter()
+        .enumerate()
+        .map(insert)
+        .collect::<Result<_, _>>()
+        .expect("all are sound");
     let (mut times, mut pairs) = (Vec::new(), 0);
     for _ in 0..frames {
         let start = Instant::now();
-        for (body, (place, velocity)) in moving.iter_mut().enumerate().filter(|(body, _)| body % 10 != 0) {
+        for (body, (place, velocity)) in moving
+            .iter_mut()
+            .enumerate()
+            .filter(|(body, _)| body % 10 != 0)
+        {
             *place += *velocity;
             for axis in 0..3 {
                 if place[axis].abs() > wall {
                     velocity[axis] = -velocity[axis].abs() * place[axis].signum();
                 }
             }
-            scene.set_pose(ids[body], at(*place)).expect("it is in the scene");
+            scene
+                .set_pose(ids[body], at(*place))
+                .expect("it is in the scene");
         }
         pairs = scene.detect(Budget::unlimited()).pairs.len();
         times.push(start.elapsed().as_secs_f64());
     }
     times.drain(..frames / 4);
     times.sort_unstable_by(f64::total_cmp);
-    (times[times.len() / 2] * 1e9 / bodies as f64, pairs as f64 / bodies as f64)
+    (
+        times[times.len() / 2] * 1e9 / bodies as f64,
+        pairs as f64 / bodies as f64,
+    )
 }
 
 fn main() {

@@ -23,11 +23,18 @@ fn at(place: DVec3) -> Pose {
 fn play(bodies: usize, wall: f64, speed: f64, budget: Duration) -> (Vec<f64>, usize) {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let mut random = Rand64::new(1);
-    let mut vector = |scale: f64| scale * DVec3::from_array([(); 3].map(|()| 2.0 * random.rand_float() - 1.0));
-    let mut moving: Vec<(DVec3, DVec3)> = (0..bodies).map(|_| (vector(wall), vector(speed))).collect();
+    let mut vector =
+        |scale: f64| scale * DVec3::from_array([(); 3].map(|()| 2.0 * random.rand_float() - 1.0));
+    let mut moving: Vec<(DVec3, DVec3)> =
+        (0..bodies).map(|_| (vector(wall), vector(speed))).collect();
     let mut scene = Scene::new();
-    let insert = |(place, _): &(DVec3, DVec3)| scene.insert(Body::moving(Arc::clone(&ball), at(*place)));
-    let ids: Vec<_> = moving.iter().map(insert).collect::<Result<_, _>>().expect("all are sound");
+    let insert =
+        |(place, _): &(DVec3, DVec3)| scene.insert(Body::moving(Arc::clone(&ball), at(*place)));
+    let ids: Vec<_> = moving
+        .iter()
+        .map(insert)
+        .collect::<Result<_, _>>()
+        .expect("all are sound");
     let (mut late, mut decided) = (Vec::with_capacity(FRAMES), 0);
     for _ in 0..FRAMES {
         let began = ThreadTime::now();
@@ -60,14 +67,23 @@ fn main() {
     ];
     for budget in [200, 1_000].map(Duration::from_micros) {
         for (name, bodies, wall, speed) in crowds {
-            let plays: Vec<_> = (0..PLAYS).map(|_| play(bodies, wall, speed, budget)).collect();
-            let by_median = |frame: usize| quantile(plays.iter().map(|(late, _)| late[frame]).collect(), 0.5);
+            let plays: Vec<_> = (0..PLAYS)
+                .map(|_| play(bodies, wall, speed, budget))
+                .collect();
+            let by_median =
+                |frame: usize| quantile(plays.iter().map(|(late, _)| late[frame]).collect(), 0.5);
             let frames: Vec<f64> = (0..FRAMES).map(by_median).collect();
             let worst = frames.iter().copied().fold(0.0, f64::max);
-            let all = plays.iter().flat_map(|(late, _)| late.iter().copied()).collect();
-            let decided = plays.iter().map(|&(_, decided)| decided).sum::<usize>() / (PLAYS * FRAMES);
+            let all = plays
+                .iter()
+                .flat_map(|(late, _)| late.iter().copied())
+                .collect();
+            let decided =
+                plays.iter().map(|&(_, decided)| decided).sum::<usize>() / (PLAYS * FRAMES);
             let [p99, of_all] = [frames, all].map(|values| quantile(values, 0.99));
-            println!("{name:<28} {budget:>6.1?} {p99:>5.1} {worst:>7.1} {of_all:>12.1} {decided:>23}");
+            println!(
+                "{name:<28} {budget:>6.1?} {p99:>5.1} {worst:>7.1} {of_all:>12.1} {decided:>23}"
+            );
         }
     }
 }

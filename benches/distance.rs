@@ -5,13 +5,18 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, DistanceQuery, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
+use punctual::{
+    Budget, DistanceQuery, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+};
 
 const POSES: u32 = 16;
 
 /// A knot and a ball of rising resolution.
 fn pair(step: u32) -> (Tree, Tree) {
-    (Tree::new(shapes::torus_knot(2, 3, 0.2, 48 << step)), Tree::new(shapes::icosphere(3 + step)))
+    (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 48 << step)),
+        Tree::new(shapes::icosphere(3 + step)),
+    )
 }
 
 fn turn(i: u32) -> DMat3 {
@@ -44,12 +49,18 @@ fn apart(a: &Tree, b: &Tree, distance: f64) -> Vec<Pose> {
 
 /// Poses at which the surfaces meet.
 fn touching() -> Vec<Pose> {
-    (0..POSES).map(|i| Pose::new(turn(i), DVec3::new(1.9, 0.4, 0.1)).expect("a rotation")).collect()
+    (0..POSES)
+        .map(|i| Pose::new(turn(i), DVec3::new(1.9, 0.4, 0.1)).expect("a rotation"))
+        .collect()
 }
 
 /// Near, far and touching, with the distance.
 fn places(a: &Tree, b: &Tree) -> [(&'static str, Vec<Pose>, f64); 3] {
-    [("near", apart(a, b, 0.03), 0.03), ("far", apart(a, b, 3.0), 3.0), ("touching", touching(), 0.0)]
+    [
+        ("near", apart(a, b, 0.03), 0.03),
+        ("far", apart(a, b, 3.0), 3.0),
+        ("touching", touching(), 0.0),
+    ]
 }
 
 fn finished(c: &mut Criterion) {
@@ -59,11 +70,15 @@ fn finished(c: &mut Criterion) {
         let size = a.mesh().len() + b.mesh().len();
         for (name, poses, distance) in places(&a, &b) {
             for &pose in &poses {
-                let found = DistanceQuery::new(&a, &b, pose).run(&mut workspace, Budget::unlimited());
+                let found =
+                    DistanceQuery::new(&a, &b, pose).run(&mut workspace, Budget::unlimited());
                 assert!(found.low <= 1.001 * distance && 0.999 * distance <= found.high);
                 assert_eq!(found.stop, StopReason::Finished);
                 let meet = Query::new(&a, &b, pose).run(&mut workspace, Budget::unlimited());
-                assert_eq!(matches!(meet.verdict, Verdict::Intersecting { .. }), found.high == 0.0);
+                assert_eq!(
+                    matches!(meet.verdict, Verdict::Intersecting { .. }),
+                    found.high == 0.0
+                );
             }
             let mut poses = poses.iter().cycle();
             c.bench_function(&format!("distance/{name}/{size}"), |bench| {
@@ -90,7 +105,9 @@ fn tolerances(c: &mut Criterion) {
         }
         let mut poses = poses.iter().cycle();
         group.bench_function(BenchmarkId::from_parameter(name), |bench| {
-            bench.iter(|| query(*poses.next().expect("a cycle")).run(&mut workspace, Budget::unlimited()));
+            bench.iter(|| {
+                query(*poses.next().expect("a cycle")).run(&mut workspace, Budget::unlimited())
+            });
         });
     }
 }
@@ -104,11 +121,16 @@ fn closer_than(c: &mut Criterion) {
         for (share, answer) in [(0.9, false), (1.1, true)] {
             let query = |pose| DistanceQuery::new(&a, &b, pose).closer_than(share * distance);
             for &pose in &poses {
-                assert_eq!(query(pose).run(&mut workspace, Budget::unlimited()).closer, Some(answer));
+                assert_eq!(
+                    query(pose).run(&mut workspace, Budget::unlimited()).closer,
+                    Some(answer)
+                );
             }
             let mut poses = poses.iter().cycle();
             group.bench_function(format!("{share} of the distance/{name}"), |bench| {
-                bench.iter(|| query(*poses.next().expect("a cycle")).run(&mut workspace, Budget::unlimited()));
+                bench.iter(|| {
+                    query(*poses.next().expect("a cycle")).run(&mut workspace, Budget::unlimited())
+                });
             });
         }
     }

@@ -8,14 +8,22 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Mode, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace, shapes};
+use punctual::{
+    Budget, Mode, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace, shapes,
+};
 
 const REPETITIONS: usize = 200;
 
 fn main() {
     let pairs = [
-        (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 160))),
-        (Tree::new(shapes::torus_knot(2, 3, 0.1, 512)), Tree::new(shapes::gear(20, 3))),
+        (
+            Tree::new(shapes::icosphere(6)),
+            Tree::new(shapes::torus(1.0, 0.3, 160)),
+        ),
+        (
+            Tree::new(shapes::torus_knot(2, 3, 0.1, 512)),
+            Tree::new(shapes::gear(20, 3)),
+        ),
     ];
     println!(
         "nanoseconds   poses  BV tests  query  with a time budget  and model and memory  predict  estimate half way"
@@ -32,7 +40,8 @@ fn main() {
                 break;
             }
         }
-        let [tests, query, clock, budgeted, predict, estimate] = sums.map(|sum| sum / f64::from(poses));
+        let [tests, query, clock, budgeted, predict, estimate] =
+            sums.map(|sum| sum / f64::from(poses));
         println!(
             "{poses:19} {tests:9.0} {query:6.0} {clock:19.0} {budgeted:21.0} {predict:8.0} {estimate:18.0}   (model and memory {:+.1} %)",
             100.0 * (budgeted / clock - 1.0)
@@ -42,7 +51,8 @@ fn main() {
 
 fn along(i: u32) -> Pose {
     let turn = DMat3::from_rotation_z(f64::from(i)) * DMat3::from_rotation_x(0.37 * f64::from(i));
-    Pose::new(turn, DVec3::new(0.0007 * f64::from(i), 0.1, 0.2)).expect("a rotation and a shift are a pose")
+    Pose::new(turn, DVec3::new(0.0007 * f64::from(i), 0.1, 0.2))
+        .expect("a rotation and a shift are a pose")
 }
 
 /// BV tests, and the least times of everything; `None` if the query is of another size.
@@ -59,16 +69,29 @@ fn measure(query: &Query) -> Option<[f64; 6]> {
     let plain = query.order(Order::DepthFirst);
     let lasting = Budget::time(Duration::from_secs(1));
     for _ in 0..REPETITIONS {
-        time(&mut least[0], || query.run_with(&mut workspace, None, Budget::unlimited(), &clock));
-        time(&mut least[1], || plain.run_with(&mut workspace, None, lasting, &clock));
+        time(&mut least[0], || {
+            query.run_with(&mut workspace, None, Budget::unlimited(), &clock)
+        });
+        time(&mut least[1], || {
+            plain.run_with(&mut workspace, None, lasting, &clock)
+        });
         // A memory without witnesses: the same search.
         let mut blank = PairMemory::new();
-        time(&mut least[2], || query.run_with(&mut workspace, Some(&mut blank), lasting, &clock));
+        time(&mut least[2], || {
+            query.run_with(&mut workspace, Some(&mut blank), lasting, &clock)
+        });
         time(&mut least[3], || query.predict(None));
         time(&mut least[4], || query.estimate(&half, None));
     }
     let [query, clock, budgeted, predict, estimate] = least;
-    Some([stats.bv_tests as f64, query, clock, budgeted, predict, estimate])
+    Some([
+        stats.bv_tests as f64,
+        query,
+        clock,
+        budgeted,
+        predict,
+        estimate,
+    ])
 }
 
 fn time<T>(least: &mut f64, run: impl FnOnce() -> T) {

@@ -20,7 +20,10 @@ fn measure(case: &Case) {
     let [a, b] = &case.trees;
     let motions = case.motions();
     let mut workspace = Workspace::new();
-    let mut least = [vec![f64::INFINITY; motions.len()], vec![f64::INFINITY; case.poses.len()]];
+    let mut least = [
+        vec![f64::INFINITY; motions.len()],
+        vec![f64::INFINITY; case.poses.len()],
+    ];
     let mut is_free = vec![false; motions.len()];
     let us = |time: Duration| time.as_secs_f64() * 1e6;
     for _ in 0..SWEEPS {
@@ -55,7 +58,10 @@ fn measure(case: &Case) {
 }
 
 fn main() {
-    let folders: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let folders: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|argument| argument != "--bench")
+        .collect();
     println!(
         "{:<36} {:>6} {:>9} {:>9} {:>8} {:>8} {:>8}",
         "", "free", "motion us", "any us", "ratio", "frames", "worst"

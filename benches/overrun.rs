@@ -19,8 +19,8 @@ use case::Case;
 use cpu_time::ThreadTime;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{
-    Body, Budget, Clock, DistanceQuery, Mesh, Mode, MotionQuery, Pose, Query, Scene, StopReason, SystemClock, Tree,
-    Workspace, shapes,
+    Body, Budget, Clock, DistanceQuery, Mesh, Mode, MotionQuery, Pose, Query, Scene, StopReason,
+    SystemClock, Tree, Workspace, shapes,
 };
 
 /// Quantiles of times, microseconds.
@@ -61,7 +61,10 @@ fn knots(calls: usize) {
     for resolution in [128, 512] {
         let knot = Tree::new(shapes::torus_knot(2, 3, 0.2, resolution));
         for (micros, calls) in [(20, calls), (200, calls / 10)] {
-            let (name, budget) = (format!("{} triangles a side", knot.mesh().len()), Duration::from_micros(micros));
+            let (name, budget) = (
+                format!("{} triangles a side", knot.mesh().len()),
+                Duration::from_micros(micros),
+            );
             measure(&name, calls, budget, |number| {
                 let query = Query::new(&knot, &knot, turned(number)).mode(Mode::All);
                 query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
@@ -81,14 +84,24 @@ fn far_and_free(case: &Case, calls: usize) {
     let mut workspace = Workspace::new();
     for micros in [5, 20] {
         let budget = Duration::from_micros(micros);
-        measure(&format!("{}, distances", case.name), calls, budget, |number| {
-            let query = DistanceQuery::new(a, b, case.poses[number % case.poses.len()]);
-            query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
-        });
-        measure(&format!("{}, motions", case.name), calls, budget, |number| {
-            let query = MotionQuery::new(a, b, motions[number % motions.len()]);
-            query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
-        });
+        measure(
+            &format!("{}, distances", case.name),
+            calls,
+            budget,
+            |number| {
+                let query = DistanceQuery::new(a, b, case.poses[number % case.poses.len()]);
+                query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+            },
+        );
+        measure(
+            &format!("{}, motions", case.name),
+            calls,
+            budget,
+            |number| {
+                let query = MotionQuery::new(a, b, motions[number % motions.len()]);
+                query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
+            },
+        );
     }
 }
 
@@ -98,19 +111,28 @@ fn scenes_of_two(calls: usize) {
     let tilt = tilt();
     let plane = |cells| {
         let mesh = shapes::height_field(cells, 3);
-        let vertices = (0..mesh.vertex_count()).map(|i| (tilt * mesh.vertex(i).with_z(0.0)).as_vec3());
+        let vertices =
+            (0..mesh.vertex_count()).map(|i| (tilt * mesh.vertex(i).with_z(0.0)).as_vec3());
         Tree::new(Mesh::new(vertices, mesh.triangles().iter().copied()).expect("a sound mesh"))
     };
     let planes = [plane(96), plane(80)];
     let of_two = [
-        ("two knots in a scene", [knot(), knot()], 200, turned as fn(usize) -> Pose),
+        (
+            "two knots in a scene",
+            [knot(), knot()],
+            200,
+            turned as fn(usize) -> Pose,
+        ),
         ("two planes in a scene", planes, 1000, shifted),
     ];
     for (name, trees, micros, pose) in of_two {
         let mut scene = Scene::new();
         scene.set_mode(Mode::All);
         let [a, b] = trees.map(Arc::new);
-        let bodies = [Body::fixed(a, Pose::IDENTITY), Body::moving(b, Pose::IDENTITY)];
+        let bodies = [
+            Body::fixed(a, Pose::IDENTITY),
+            Body::moving(b, Pose::IDENTITY),
+        ];
         let [_, moving] = bodies.map(|body| scene.insert(body).expect("a sound body"));
         let budget = Duration::from_micros(micros);
         measure(name, calls, budget, |number| {
@@ -136,27 +158,43 @@ fn arms_at_work(calls: usize) {
     let mut arms = Arms::new().expect("sound meshes");
     let budget = Duration::from_micros(5);
     measure("two arms", calls, budget, |number| {
-        let undecided = arms.scene.detect_with(Budget::time(budget), &SystemClock::default()).undecided();
+        let undecided = arms
+            .scene
+            .detect_with(Budget::time(budget), &SystemClock::default())
+            .undecided();
         // Outside of the budget: poses for the next call.
-        arms.place(0.01 * (number % 1000) as f64).expect("sound poses");
+        arms.place(0.01 * (number % 1000) as f64)
+            .expect("sound poses");
         undecided > 0
     });
 }
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let calls = arguments.iter().find_map(|argument| argument.parse().ok()).unwrap_or(20_000);
+    let arguments: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|argument| argument != "--bench")
+        .collect();
+    let calls = arguments
+        .iter()
+        .find_map(|argument| argument.parse().ok())
+        .unwrap_or(20_000);
     let clock = ThreadTime::now();
     let mut looks: Vec<Duration> = (0..1000).map(|_| clock.elapsed()).collect();
     looks = looks.windows(2).map(|two| two[1] - two[0]).collect();
-    println!("{:<44} {:>8} {:>8} {:>8} {:>8} {:>8}", "microseconds", "p50", "p90", "p99", "p99.9", "max");
+    println!(
+        "{:<44} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "microseconds", "p50", "p90", "p99", "p99.9", "max"
+    );
     row("one look at the CPU clock", looks);
 
     knots(calls);
     scenes_of_two(calls / 20);
     arms_at_work(calls);
     far_and_free(&Case::ball_and_knot(), calls);
-    for folder in arguments.iter().filter(|argument| argument.parse::<usize>().is_err()) {
+    for folder in arguments
+        .iter()
+        .filter(|argument| argument.parse::<usize>().is_err())
+    {
         far_and_free(&Case::read(folder), calls);
     }
 }

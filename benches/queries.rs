@@ -7,12 +7,16 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, Mode, Order, Outcome, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes, triangles_intersect,
+    Budget, Mode, Order, Outcome, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+    triangles_intersect,
 };
 
 /// A knot and a ball of rising resolution, overlapping.
 fn pair(step: u32) -> (Tree, Tree) {
-    (Tree::new(shapes::torus_knot(2, 3, 0.2, 48 << step)), Tree::new(shapes::icosphere(3 + step)))
+    (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 48 << step)),
+        Tree::new(shapes::icosphere(3 + step)),
+    )
 }
 
 fn pose() -> Pose {
@@ -23,13 +27,18 @@ fn pose() -> Pose {
 /// The number of intersecting pairs, by every triangle against every other whose boxes meet.
 fn brute_force(a: &Tree, b: &Tree, pose: &Pose) -> u64 {
     let bounds = |[p, q, r]: &[DVec3; 3]| (p.min(*q).min(*r), p.max(*q).max(*r));
-    let moved: Vec<_> = (0..b.mesh().len()).map(|j| b.mesh().triangle(j).map(|v| pose.transform_point(v))).collect();
+    let moved: Vec<_> = (0..b.mesh().len())
+        .map(|j| b.mesh().triangle(j).map(|v| pose.transform_point(v)))
+        .collect();
     let of_b: Vec<_> = moved.iter().map(bounds).collect();
     let count = |i: usize| {
         let t = a.mesh().triangle(i);
         let (low, high) = bounds(&t);
         let near = |j: &usize| of_b[*j].0.cmple(high).all() && of_b[*j].1.cmpge(low).all();
-        (0..moved.len()).filter(near).filter(|&j| triangles_intersect(&t, &moved[j])).count() as u64
+        (0..moved.len())
+            .filter(near)
+            .filter(|&j| triangles_intersect(&t, &moved[j]))
+            .count() as u64
     };
     (0..a.mesh().len()).map(count).sum()
 }
@@ -48,11 +57,14 @@ fn build(c: &mut Criterion) {
 fn refit(c: &mut Criterion) {
     for step in 0..3 {
         let mut tree = Tree::new(shapes::icosphere(3 + step));
-        let vertices: Vec<DVec3> =
-            (0..tree.mesh().vertex_count()).map(|i| tree.mesh().vertex(i) * DVec3::new(1.0, 1.1, 0.9)).collect();
+        let vertices: Vec<DVec3> = (0..tree.mesh().vertex_count())
+            .map(|i| tree.mesh().vertex(i) * DVec3::new(1.0, 1.1, 0.9))
+            .collect();
         tree.refit_f64(&vertices).expect("finite vertices");
         assert_eq!(tree.validate(), Ok(()));
-        c.bench_function(&format!("refit/{}", tree.mesh().len()), |bench| bench.iter(|| tree.refit_f64(&vertices)));
+        c.bench_function(&format!("refit/{}", tree.mesh().len()), |bench| {
+            bench.iter(|| tree.refit_f64(&vertices))
+        });
     }
 }
 
@@ -62,7 +74,10 @@ fn finished(c: &mut Criterion) {
         let (a, b) = pair(step);
         let size = a.mesh().len() + b.mesh().len();
         let truth = brute_force(&a, &b, &pose());
-        for (name, mode, found) in [("finished any", Mode::Any, 1), ("finished all", Mode::All, truth)] {
+        for (name, mode, found) in [
+            ("finished any", Mode::Any, 1),
+            ("finished all", Mode::All, truth),
+        ] {
             let query = Query::new(&a, &b, pose()).mode(mode);
             let outcome = query.run(&mut workspace, Budget::unlimited());
             assert!(outcome.found == found && found > 0);
@@ -78,11 +93,15 @@ fn budgeted(c: &mut Criterion) {
     let (a, b) = pair(2);
     let truth = brute_force(&a, &b, &pose());
     let query = Query::new(&a, &b, pose()).mode(Mode::All);
-    let sound = |outcome: &Outcome| outcome.found <= truth && !matches!(outcome.verdict, Verdict::Separated);
+    let sound = |outcome: &Outcome| {
+        outcome.found <= truth && !matches!(outcome.verdict, Verdict::Separated)
+    };
     for us in [5, 20, 100] {
         let budget = Budget::time(Duration::from_micros(us));
         assert!(sound(&query.run(&mut workspace, budget)));
-        c.bench_function(&format!("budget of time/{us} us"), |bench| bench.iter(|| query.run(&mut workspace, budget)));
+        c.bench_function(&format!("budget of time/{us} us"), |bench| {
+            bench.iter(|| query.run(&mut workspace, budget))
+        });
     }
     for work in [5_000, 20_000, 60_000] {
         let outcome = query.run(&mut workspace, Budget::work(work));
@@ -103,22 +122,59 @@ fn queue(c: &mut Criterion) {
         ("none", query.order(Order::DepthFirst)),
         ("default threshold", query),
         ("every pair", query.queue_threshold(0.0)),
-        ("every pair, overlap volume", query.queue_threshold(0.0).order(Order::OverlapVolume)),
+        (
+            "every pair, overlap volume",
+            query.queue_threshold(0.0).order(Order::OverlapVolume),
+        ),
     ];
     for (name, query) in variants {
         let budget = Budget::work(u64::MAX);
         assert_eq!(query.run(&mut workspace, budget).found, truth);
-        c.bench_function(&format!("queue/{name}"), |bench| bench.iter(|| query.run(&mut workspace, budget)));
+        c.bench_function(&format!("queue/{name}"), |bench| {
+            bench.iter(|| query.run(&mut workspace, budget))
+        });
     }
 }
 
 fn triangles(c: &mut Criterion) {
     let flat = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let cases = [
-        ("crossing", [DVec3::new(0.2, 0.2, -1.0), DVec3::new(0.3, 0.2, 1.0), DVec3::new(0.2, 0.3, 1.0)], true),
-        ("apart", [DVec3::new(0.2, 0.2, 0.5), DVec3::new(0.3, 0.2, 1.0), DVec3::new(0.2, 0.3, 1.0)], false),
-        ("coplanar", [DVec3::new(0.2, 0.2, 0.0), DVec3::new(1.3, 0.2, 0.0), DVec3::new(0.2, 1.3, 0.0)], true),
-        ("touching", [DVec3::new(0.0, 0.0, 0.0), DVec3::new(-1.0, 0.0, 1.0), DVec3::new(0.0, -1.0, 1.0)], true),
+        (
+            "crossing",
+            [
+                DVec3::new(0.2, 0.2, -1.0),
+                DVec3::new(0.3, 0.2, 1.0),
+                DVec3::new(0.2, 0.3, 1.0),
+            ],
+            true,
+        ),
+        (
+            "apart",
+            [
+                DVec3::new(0.2, 0.2, 0.5),
+                DVec3::new(0.3, 0.2, 1.0),
+                DVec3::new(0.2, 0.3, 1.0),
+            ],
+            false,
+        ),
+        (
+            "coplanar",
+            [
+                DVec3::new(0.2, 0.2, 0.0),
+                DVec3::new(1.3, 0.2, 0.0),
+                DVec3::new(0.2, 1.3, 0.0),
+            ],
+            true,
+        ),
+        (
+            "touching",
+            [
+                DVec3::new(0.0, 0.0, 0.0),
+                DVec3::new(-1.0, 0.0, 1.0),
+                DVec3::new(0.0, -1.0, 1.0),
+            ],
+            true,
+        ),
     ];
     for (name, other, truth) in cases {
         assert_eq!(triangles_intersect(&flat, &other), truth);

@@ -48,7 +48,8 @@ fn main() {
     measure("gear(64, 24)", &shapes::gear(64, 24));
     measure("height_field(256)", &shapes::height_field(256, 7));
     let sphere = shapes::icosphere(6);
-    let stretched = (0..sphere.vertex_count()).map(|i| sphere.vertex(i) * DVec3::new(0.1, 0.3, 0.7));
+    let stretched =
+        (0..sphere.vertex_count()).map(|i| sphere.vertex(i) * DVec3::new(0.1, 0.3, 0.7));
     let wide = Mesh::from_f64(stretched, sphere.triangles().iter().copied()).expect("finite");
     measure("the sphere in f64", &wide);
 }

@@ -10,7 +10,9 @@ use std::error::Error;
 use std::io::Write;
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Distance, DistanceQuery, PairMemory, Pose, PoseError, Tree, Workspace, shapes};
+use punctual::{
+    Budget, Distance, DistanceQuery, PairMemory, Pose, PoseError, Tree, Workspace, shapes,
+};
 
 /// The tool may come no closer than this (m).
 const LIMIT: f64 = 0.05;
@@ -20,7 +22,11 @@ const FASTEST: f64 = 0.5;
 /// So long before the limit it would be if it kept its speed (s).
 const BRAKING: f64 = 0.2;
 /// How far a tool at this height is from the part.
-fn distance<'t>(part: &'t Tree, tool: &'t Tree, height: f64) -> Result<DistanceQuery<'t>, PoseError> {
+fn distance<'t>(
+    part: &'t Tree,
+    tool: &'t Tree,
+    height: f64,
+) -> Result<DistanceQuery<'t>, PoseError> {
     let pose = Pose::new(DMat3::from_rotation_x(0.4), DVec3::new(0.3, 0.2, height))?;
     Ok(DistanceQuery::new(part, tool, pose).relative_tolerance(0.02))
 }
@@ -44,14 +50,24 @@ fn drive(
     loop {
         let query = distance(part, tool, height)?;
         let near = query.closer_than(LIMIT + FASTEST * CYCLE);
-        let near = near.run_with_memory(&mut workspace, &mut memory, budget).closer;
+        let near = near
+            .run_with_memory(&mut workspace, &mut memory, budget)
+            .closer;
         let found = query.run_with_memory(&mut workspace, &mut memory, budget);
         // What is not decided counts as near.
         let is_free = near == Some(false);
-        let speed = if is_free { FASTEST.min((found.low - LIMIT) / BRAKING).max(0.0) } else { 0.0 };
+        let speed = if is_free {
+            FASTEST.min((found.low - LIMIT) / BRAKING).max(0.0)
+        } else {
+            0.0
+        };
         watch(seconds, &found, speed)?;
         if speed == 0.0 {
-            return Ok(End { seconds, height, is_near: near == Some(true) });
+            return Ok(End {
+                seconds,
+                height,
+                is_near: near == Some(true),
+            });
         }
         height -= speed * CYCLE;
         seconds += CYCLE;
@@ -62,26 +78,53 @@ fn tell(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let part = Tree::new(shapes::gear(17, 8));
     let tool = Tree::new(shapes::torus_knot(2, 3, 0.2, 128));
     let trees = [&part, &tool];
-    writeln!(out, "part: {} triangles, tool: {} triangles", part.mesh().len(), tool.mesh().len())?;
+    writeln!(
+        out,
+        "part: {} triangles, tool: {} triangles",
+        part.mesh().len(),
+        tool.mesh().len()
+    )?;
     writeln!(out, "\n  time   distance is proven to be   may go at")?;
     let mut cycles = 0;
     drive(trees, Budget::work(500_000), |seconds, found, speed| {
         if cycles % 40 == 0 || speed == 0.0 {
-            writeln!(out, "{seconds:>6.3} s   {:>7.4} to {:>7.4} m   {speed:>7.3} m/s", found.low, found.high)?;
+            writeln!(
+                out,
+                "{seconds:>6.3} s   {:>7.4} to {:>7.4} m   {speed:>7.3} m/s",
+                found.low, found.high
+            )?;
         }
         cycles += 1;
         Ok(())
     })?;
 
-    writeln!(out, "\nThe same with less and less work for each question, down to a thousandth:")?;
-    writeln!(out, "   work   stopped after   since it is          exact distance")?;
+    writeln!(
+        out,
+        "\nThe same with less and less work for each question, down to a thousandth:"
+    )?;
+    writeln!(
+        out,
+        "   work   stopped after   since it is          exact distance"
+    )?;
     for work in [500_000, 100_000, 20_000, 10_000, 7_000, 500] {
-        let End { seconds, height, is_near } = drive(trees, Budget::work(work), |_, _, _| Ok(()))?;
+        let End {
+            seconds,
+            height,
+            is_near,
+        } = drive(trees, Budget::work(work), |_, _, _| Ok(()))?;
         let exact = distance(&part, &tool, height)?.relative_tolerance(0.0);
         let exact = exact.run(&mut Workspace::new(), Budget::unlimited());
         assert!(exact.low >= LIMIT);
-        let reason = if is_near { "at the limit" } else { "not proven free" };
-        writeln!(out, "{work:>7} {seconds:>13.3} s   {reason:<17} {:>15.4} m", exact.high)?;
+        let reason = if is_near {
+            "at the limit"
+        } else {
+            "not proven free"
+        };
+        writeln!(
+            out,
+            "{work:>7} {seconds:>13.3} s   {reason:<17} {:>15.4} m",
+            exact.high
+        )?;
     }
     Ok(())
 }

@@ -22,7 +22,10 @@ const REBUILD_ABOVE: f32 = 1.25;
 /// The vertices of a flag of 2 x 1, from the pole at x = 0.
 fn flag(time: f32) -> Vec<Vec3> {
     let vertex = |i: u32| {
-        let (x, y) = ((i % SIDE) as f32 / CELLS as f32, (i / SIDE) as f32 / CELLS as f32);
+        let (x, y) = (
+            (i % SIDE) as f32 / CELLS as f32,
+            (i / SIDE) as f32 / CELLS as f32,
+        );
         let wave = (7.0 * x - 4.0 * time).sin() + 0.5 * (5.0 * y + 11.0 * x - 6.0 * time).sin();
         Vec3::new(2.0 * x, y, 0.3 * (4.0 * time).min(1.0) * x * wave)
     };
@@ -43,7 +46,10 @@ fn wave(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let turning = scene.insert(Body::moving(Arc::clone(&gear), Pose::IDENTITY))?;
     let mut workspace = Workspace::new();
     let costs = CostModel::measure();
-    writeln!(out, "frame  refit us  told  degradation  contacts   work  work of a new tree")?;
+    writeln!(
+        out,
+        "frame  refit us  told  degradation  contacts   work  work of a new tree"
+    )?;
     for frame in 0..120 {
         let time = frame as f32 / 60.0;
         let turn = DMat3::from_rotation_x(1.2) * DMat3::from_rotation_z(f64::from(time));
@@ -56,15 +62,26 @@ fn wave(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         let (took, degradation) = (start.elapsed().as_micros(), tree.degradation());
         let told = 1e-3 * costs.refit_time(tree);
         let fresh = Tree::new(tree.mesh().clone());
-        let mut alone = |tree| Query::new(tree, &gear, place).mode(Mode::All).run(&mut workspace, Budget::unlimited());
+        let mut alone = |tree| {
+            Query::new(tree, &gear, place)
+                .mode(Mode::All)
+                .run(&mut workspace, Budget::unlimited())
+        };
         let (refitted, rebuilt) = (alone(tree), alone(&fresh));
 
         let report = scene.detect(Budget::unlimited());
         let contacts = report.pair(waving, turning).map_or(0, |pair| pair.found);
-        assert_eq!([contacts, refitted.found], [rebuilt.found; 2], "frame {frame}");
+        assert_eq!(
+            [contacts, refitted.found],
+            [rebuilt.found; 2],
+            "frame {frame}"
+        );
         if frame % 10 == 0 {
             let (work, new) = (refitted.stats.work, rebuilt.stats.work);
-            writeln!(out, "{frame:>5} {took:>9} {told:>5.0} {degradation:>12.2} {contacts:>9} {work:>6} {new:>6}")?;
+            writeln!(
+                out,
+                "{frame:>5} {took:>9} {told:>5.0} {degradation:>12.2} {contacts:>9} {work:>6} {new:>6}"
+            )?;
         }
         if degradation > REBUILD_ABOVE {
             scene.set_tree(waving, Arc::new(fresh))?;

@@ -16,7 +16,9 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Body, BodyId, Budget, PairReport, Pose, PoseError, Scene, SceneError, Tree, Verdict, shapes};
+use punctual::{
+    Body, BodyId, Budget, PairReport, Pose, PoseError, Scene, SceneError, Tree, Verdict, shapes,
+};
 
 const BODIES: usize = 240;
 const FRAMES: usize = 120;
@@ -38,7 +40,10 @@ fn bodies() -> Result<Vec<Body>, PoseError> {
     let mut bodies = vec![Body::fixed(ground, at(0.0, 0.0, -1.5)?)];
     for i in 0..24 {
         let angle = TAU * f64::from(i) / 24.0;
-        bodies.push(Body::fixed(Arc::clone(&pillar), at(9.0 * angle.cos(), 9.0 * angle.sin(), 2.0)?));
+        bodies.push(Body::fixed(
+            Arc::clone(&pillar),
+            at(9.0 * angle.cos(), 9.0 * angle.sin(), 2.0)?,
+        ));
     }
     for i in 0..BODIES {
         let body = Body::moving(Arc::clone(&shapes[i % shapes.len()]), pose(i, 0)?);
@@ -53,12 +58,19 @@ fn pose(body: usize, frame: usize) -> Result<Pose, PoseError> {
     let ring = 4.0 + 22.0 * (0.618 * body).fract();
     let angle = 2.4 * body + 6.0 * time / ring;
     let height = 2.5 + 2.0 * (0.7 * body + time).sin();
-    let turn = DMat3::from_rotation_z(body + 2.0 * time) * DMat3::from_rotation_x(0.3 * body * time);
-    Pose::new(turn, DVec3::new(ring * angle.cos(), ring * angle.sin(), height))
+    let turn =
+        DMat3::from_rotation_z(body + 2.0 * time) * DMat3::from_rotation_x(0.3 * body * time);
+    Pose::new(
+        turn,
+        DVec3::new(ring * angle.cos(), ring * angle.sin(), height),
+    )
 }
 
 fn insert_all(scene: &mut Scene, bodies: &[Body]) -> Result<Vec<BodyId>, SceneError> {
-    bodies.iter().map(|body| scene.insert(body.clone())).collect()
+    bodies
+        .iter()
+        .map(|body| scene.insert(body.clone()))
+        .collect()
 }
 
 /// What the budget bought, and what it took, in one frame or in all.
@@ -89,7 +101,8 @@ impl Tally {
 
     /// Percent of the contacts that were reported, and of the pairs that were decided.
     fn shares(&self) -> [f64; 2] {
-        [[self.found, self.contacts], [self.decided, self.pairs]].map(|[part, all]| 100.0 * part as f64 / all as f64)
+        [[self.found, self.contacts], [self.decided, self.pairs]]
+            .map(|[part, all]| 100.0 * part as f64 / all as f64)
     }
 }
 
@@ -102,8 +115,15 @@ fn compare(scene: &mut Scene, unhurried: &mut Scene) -> Tally {
     let truth = unhurried.detect(Budget::unlimited());
     let touch = |verdict| matches!(verdict, Verdict::Intersecting { .. });
     // A frame that other programs cut short lists fewer pairs.
-    let decided = report.pairs.iter().filter(|pair| pair.verdict != Verdict::Undecided);
-    let truly_touch = |pair: &PairReport| truth.pair(pair.a, pair.b).is_some_and(|pair| touch(pair.verdict));
+    let decided = report
+        .pairs
+        .iter()
+        .filter(|pair| pair.verdict != Verdict::Undecided);
+    let truly_touch = |pair: &PairReport| {
+        truth
+            .pair(pair.a, pair.b)
+            .is_some_and(|pair| touch(pair.verdict))
+    };
     let wrong = decided.filter(|pair| touch(pair.verdict) != truly_touch(pair));
     Tally {
         contacts: truth.intersecting,
@@ -123,9 +143,19 @@ fn play(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let ids = insert_all(&mut scene, &bodies)?;
     let unhurried_ids = insert_all(&mut unhurried, &bodies)?;
     let moving = ids.iter().zip(&unhurried_ids).skip(ids.len() - BODIES);
-    writeln!(out, "{} bodies, and {BUDGET:?} of each frame to find out which of them touch", ids.len())?;
-    writeln!(out, "       contacts           pairs              processor time, us      taken by")?;
-    writeln!(out, "frame   true reported       all  decided     used  past the budget  others, us")?;
+    writeln!(
+        out,
+        "{} bodies, and {BUDGET:?} of each frame to find out which of them touch",
+        ids.len()
+    )?;
+    writeln!(
+        out,
+        "       contacts           pairs              processor time, us      taken by"
+    )?;
+    writeln!(
+        out,
+        "frame   true reported       all  decided     used  past the budget  others, us"
+    )?;
     let (mut total, mut late, mut oldest) = (Tally::default(), Vec::new(), 0);
     for frame in 0..FRAMES {
         for (body, (&id, &same)) in moving.clone().enumerate() {
@@ -139,25 +169,43 @@ fn play(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         oldest = oldest.max(scene.report().worst_age);
         if frame % 10 == 0 {
             let ([found, decided], (contacts, pairs)) = (now.shares(), (now.contacts, now.pairs));
-            let [used, late, lost] = [now.used, late[frame], now.taken].map(|time| 1e6 * time.as_secs_f64());
-            write!(out, "{frame:>5} {contacts:>6} {found:>6.0} % {pairs:>9} {decided:>6.0} %")?;
+            let [used, late, lost] =
+                [now.used, late[frame], now.taken].map(|time| 1e6 * time.as_secs_f64());
+            write!(
+                out,
+                "{frame:>5} {contacts:>6} {found:>6.0} % {pairs:>9} {decided:>6.0} %"
+            )?;
             writeln!(out, " {used:>8.0} {late:>16.1} {lost:>11.0}")?;
         }
     }
     late.sort_unstable();
     let [most, worst] = [late[FRAMES * 9 / 10], late[FRAMES - 1]];
     let [used, whole] = [total.used, total.unhurried].map(|time| time / FRAMES as u32);
-    let ([found, decided], Tally { decided: answers, wrong, taken, .. }) = (total.shares(), total);
+    let (
+        [found, decided],
+        Tally {
+            decided: answers,
+            wrong,
+            taken,
+            ..
+        },
+    ) = (total.shares(), total);
     writeln!(
         out,
         "\nA frame took {used:.2?} of processor time, {whole:.2?} if every pair is decided; other programs took {taken:.1?} in all."
     )?;
-    writeln!(out, "It passed its budget by at most {most:.1?} in nine of ten frames, by {worst:.1?} in the worst.")?;
+    writeln!(
+        out,
+        "It passed its budget by at most {most:.1?} in nine of ten frames, by {worst:.1?} in the worst."
+    )?;
     writeln!(
         out,
         "In time it reported {found:.0} % of the contacts and decided {decided:.0} % of the pairs; none waited more than {oldest} frames."
     )?;
-    writeln!(out, "{wrong} of its {answers} answers were wrong: what it had no time for, it called undecided.")?;
+    writeln!(
+        out,
+        "{wrong} of its {answers} answers were wrong: what it had no time for, it called undecided."
+    )?;
     assert_eq!(wrong, 0);
     Ok(())
 }

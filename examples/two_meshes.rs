@@ -13,7 +13,10 @@ fn ask(out: &mut impl Write) -> Result<(), Box<dyn std::error::Error>> {
     let a = Tree::new(punctual::shapes::torus_knot(2, 3, 0.25, 96));
     let b = Tree::new(punctual::shapes::torus_knot(3, 4, 0.2, 96));
     let (a_triangles, b_triangles) = (a.mesh().len(), b.mesh().len());
-    writeln!(out, "knot A: {a_triangles} triangles, knot B: {b_triangles} triangles\n")?;
+    writeln!(
+        out,
+        "knot A: {a_triangles} triangles, knot B: {b_triangles} triangles\n"
+    )?;
 
     let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_y(0.4);
     let b_in_a = Pose::new(turn, DVec3::new(0.9, 0.6, 0.3))?;
@@ -28,8 +31,14 @@ fn ask(out: &mut impl Write) -> Result<(), Box<dyn std::error::Error>> {
     let all_pairs = workspace.pairs().to_vec();
     writeln!(out, "Where, everywhere?       {}", in_words(&complete))?;
 
-    writeln!(out, "\nThe same question with a budget, from nothing to everything:")?;
-    writeln!(out, "  budget   used  verdict       found  at most  open boxes  largest box")?;
+    writeln!(
+        out,
+        "\nThe same question with a budget, from nothing to everything:"
+    )?;
+    writeln!(
+        out,
+        "  budget   used  verdict       found  at most  open boxes  largest box"
+    )?;
     for percent in [0, 1, 5, 20, 50, 100] {
         let budget = complete.stats.work * percent / 100;
         let outcome = all.run(&mut workspace, Budget::work(budget));
@@ -55,7 +64,10 @@ fn ask(out: &mut impl Write) -> Result<(), Box<dyn std::error::Error>> {
     }
     assert_eq!(outcome, complete);
     assert_eq!(workspace.pairs(), all_pairs);
-    writeln!(out, "\nIn {slices} slices instead of one: the same pairs, the same counters, to the bit.")?;
+    writeln!(
+        out,
+        "\nIn {slices} slices instead of one: the same pairs, the same counters, to the bit."
+    )?;
     Ok(())
 }
 
@@ -66,7 +78,10 @@ fn in_a_word(outcome: &Outcome) -> &'static str {
 fn in_words(outcome: &Outcome) -> String {
     let work = outcome.stats.work;
     match outcome.verdict {
-        Verdict::Intersecting { witness: [a, b] } | Verdict::Within { witness: [a, b], .. } => {
+        Verdict::Intersecting { witness: [a, b] }
+        | Verdict::Within {
+            witness: [a, b], ..
+        } => {
             let found = outcome.found;
             format!("yes: triangle {a} of A meets {b} of B ({found} found, {work} units of work)")
         }

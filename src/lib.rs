@@ -63,7 +63,9 @@
 extern crate alloc;
 
 #[cfg(all(target_arch = "x86", not(target_feature = "sse2")))]
-compile_error!("punctual needs SSE2 on x86: x87 rounds differently, so bounds and answers could be false");
+compile_error!(
+    "punctual needs SSE2 on x86: x87 rounds differently, so bounds and answers could be false"
+);
 
 mod contact;
 #[cfg(feature = "internals")]
@@ -90,24 +92,30 @@ pub use mesh::{Mesh, MeshError, shapes};
 pub use model::calibration::Calibration;
 pub use model::confidence::{DEFAULT_PRIOR, History};
 pub use model::cost::{
-    CostModel, Counts, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, WORK_PER_EDGE_TEST, WORK_PER_EXACT_TEST,
-    WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
+    CostModel, Counts, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, WORK_PER_EDGE_TEST,
+    WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
 };
 pub use model::prediction::Quantiles;
 pub use names::UnknownName;
 pub use push_out::{Push, PushOut, PushOutQuery};
-#[cfg(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown"))))]
+#[cfg(all(
+    feature = "std",
+    not(all(target_family = "wasm", target_os = "unknown"))
+))]
 pub use query::SystemClock;
 pub use query::{
-    Budget, Certificate, Clock, ContactQuery, Contacts, Distance, DistanceEstimate, DistanceQuery, Estimate, LEVELS,
-    ManualClock, Mode, MotionQuery, Nearest, OptionError, Order, Outcome, PairMemory, Passage, Prediction, Query,
-    RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
+    Budget, Certificate, Clock, ContactQuery, Contacts, Distance, DistanceEstimate, DistanceQuery,
+    Estimate, LEVELS, ManualClock, Mode, MotionQuery, Nearest, OptionError, Order, Outcome,
+    PairMemory, Passage, Prediction, Query, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode,
+    RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
 };
 pub use scene::{
-    Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint, ContactPoints, Filter,
-    GroupDistance, MeasureId, PairCertificate, PairDistance, PairPassage, PairQuestion, PairReport, Reach, Report,
-    Scene, SceneCast, SceneError, SceneRay,
+    Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint,
+    ContactPoints, Filter, GroupDistance, MeasureId, PairCertificate, PairDistance, PairPassage,
+    PairQuestion, PairReport, Reach, Report, Scene, SceneCast, SceneError, SceneRay,
 };
-pub use tree::{BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats};
+pub use tree::{
+    BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats,
+};
 pub use triangle::ray::Side;
 pub use triangle::{triangle_segment, triangles_intersect};

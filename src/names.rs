@@ -13,7 +13,10 @@ pub struct UnknownName {
 
 impl UnknownName {
     pub(crate) fn new(given: &str, known: &'static [&'static str]) -> Self {
-        Self { given: given.to_owned(), known }
+        Self {
+            given: given.to_owned(),
+            known,
+        }
     }
 }
 

@@ -32,8 +32,10 @@ fn the_empty_box_is_neutral_and_meets_nothing() {
     assert_eq!(Aabb::from_points([DVec3::ZERO; 0]), Aabb::EMPTY);
     assert!(Aabb::EMPTY.is_empty() && !Aabb::EMPTY.intersects(&unit()));
     assert_eq!(Aabb::EMPTY.extents(), DVec3::ZERO);
-    let (everything, flat) =
-        (Aabb::new(DVec3::NEG_INFINITY, DVec3::INFINITY), Aabb::new(DVec3::X, DVec3::ONE - DVec3::X));
+    let (everything, flat) = (
+        Aabb::new(DVec3::NEG_INFINITY, DVec3::INFINITY),
+        Aabb::new(DVec3::X, DVec3::ONE - DVec3::X),
+    );
     assert!(flat.is_empty() && everything.intersects(&unit()));
     for empty in [Aabb::EMPTY, flat] {
         assert!(!empty.intersects(&everything) && !everything.intersects(&empty));

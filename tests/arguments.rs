@@ -3,8 +3,8 @@
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, ContactQuery, DistanceQuery, ManualClock, Motion, MotionQuery, OptionError, Pose, Query, Tree, Workspace,
-    shapes,
+    Budget, ContactQuery, DistanceQuery, ManualClock, Motion, MotionQuery, OptionError, Pose,
+    Query, Tree, Workspace, shapes,
 };
 
 fn named<Q>(query: Result<Q, OptionError>) -> Option<&'static str> {
@@ -19,23 +19,58 @@ const GOOD: [f64; 5] = [0.0, -0.0, f64::MIN_POSITIVE, 1.0, 1e300];
 
 #[test]
 fn what_is_no_number_to_go_by_is_named() {
-    let (a, b) = (Tree::new(shapes::icosphere(1)), Tree::new(shapes::icosphere(2)));
+    let (a, b) = (
+        Tree::new(shapes::icosphere(1)),
+        Tree::new(shapes::icosphere(2)),
+    );
     let motion = Motion::straight(Pose::IDENTITY, [1.0, 0.0, 0.0]).unwrap();
     let distance = DistanceQuery::new(&a, &b, Pose::IDENTITY);
     let contact = ContactQuery::new(&a, &b, Pose::IDENTITY);
     let motion = MotionQuery::new(&a, &b, motion);
     let all = |x: f64| {
         [
-            ("absolute_tolerance", named(distance.absolute_tolerance(x).checked()), true),
-            ("relative_tolerance", named(distance.relative_tolerance(x).checked()), true),
-            ("margins[0]", named(distance.margins([x, 0.0]).checked()), true),
-            ("margins[1]", named(distance.margins([0.0, x]).checked()), true),
-            ("closer_than", named(distance.closer_than(x).checked()), false),
+            (
+                "absolute_tolerance",
+                named(distance.absolute_tolerance(x).checked()),
+                true,
+            ),
+            (
+                "relative_tolerance",
+                named(distance.relative_tolerance(x).checked()),
+                true,
+            ),
+            (
+                "margins[0]",
+                named(distance.margins([x, 0.0]).checked()),
+                true,
+            ),
+            (
+                "margins[1]",
+                named(distance.margins([0.0, x]).checked()),
+                true,
+            ),
+            (
+                "closer_than",
+                named(distance.closer_than(x).checked()),
+                false,
+            ),
             ("margin", named(contact.margin(x).checked()), false),
             ("tolerance", named(motion.tolerance(x).checked()), true),
-            ("time_tolerance", named(motion.time_tolerance(x).checked()), true),
-            ("margins[0]", named(motion.margins([x, 0.0]).checked()), true),
-            ("margins[1]", named(motion.margins([0.0, x]).checked()), true),
+            (
+                "time_tolerance",
+                named(motion.time_tolerance(x).checked()),
+                true,
+            ),
+            (
+                "margins[0]",
+                named(motion.margins([x, 0.0]).checked()),
+                true,
+            ),
+            (
+                "margins[1]",
+                named(motion.margins([0.0, x]).checked()),
+                true,
+            ),
         ]
     };
     for x in BAD {
@@ -44,30 +79,50 @@ fn what_is_no_number_to_go_by_is_named() {
         }
     }
     for x in GOOD {
-        assert!(all(x).iter().all(|(_, said, _)| said.is_none()), "{x}: {:?}", all(x));
+        assert!(
+            all(x).iter().all(|(_, said, _)| said.is_none()),
+            "{x}: {:?}",
+            all(x)
+        );
     }
     for (argument, said, must_be_finite) in all(f64::INFINITY) {
         assert_eq!(said, must_be_finite.then_some(argument));
     }
     // The first of several, whatever comes after it.
-    let both = distance.relative_tolerance(-1.0).absolute_tolerance(f64::NAN).relative_tolerance(0.1);
+    let both = distance
+        .relative_tolerance(-1.0)
+        .absolute_tolerance(f64::NAN)
+        .relative_tolerance(0.1);
     assert_eq!(named(both.checked()), Some("relative_tolerance"));
 }
 
 #[test]
 fn what_is_asked_in_spite_of_them_goes_by_zero() {
-    let (a, b) = (Tree::new(shapes::icosphere(1)), Tree::new(shapes::icosphere(2)));
+    let (a, b) = (
+        Tree::new(shapes::icosphere(1)),
+        Tree::new(shapes::icosphere(2)),
+    );
     let pose = Pose::new(DMat3::IDENTITY, DVec3::new(2.5, 0.1, 0.2)).unwrap();
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
-    let mut run = |query: DistanceQuery| query.run_with(&mut workspace, None, Budget::unlimited(), &clock);
+    let mut run =
+        |query: DistanceQuery| query.run_with(&mut workspace, None, Budget::unlimited(), &clock);
     let query = DistanceQuery::new(&a, &b, pose);
     let exact = run(query.absolute_tolerance(0.0));
     for bad in BAD {
         assert_eq!(run(query.absolute_tolerance(bad)), exact);
-        assert_eq!(run(query.absolute_tolerance(0.0).relative_tolerance(bad).margins([bad; 2])), exact);
+        assert_eq!(
+            run(query
+                .absolute_tolerance(0.0)
+                .relative_tolerance(bad)
+                .margins([bad; 2])),
+            exact
+        );
         assert_eq!(run(query.closer_than(bad)).closer, Some(false));
     }
-    for infinite in [query.absolute_tolerance(f64::INFINITY), query.relative_tolerance(f64::INFINITY)] {
+    for infinite in [
+        query.absolute_tolerance(f64::INFINITY),
+        query.relative_tolerance(f64::INFINITY),
+    ] {
         let said = run(infinite);
         assert!(said.low <= exact.high && exact.low <= said.high, "{said:?}");
     }
@@ -75,9 +130,16 @@ fn what_is_asked_in_spite_of_them_goes_by_zero() {
 
 #[test]
 fn a_prior_that_is_no_number_is_the_default() {
-    let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
+    let (a, b) = (
+        Tree::new(shapes::icosphere(4)),
+        Tree::new(shapes::torus(1.0, 0.3, 64)),
+    );
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
-    let query = Query::new(&a, &b, Pose::new(DMat3::IDENTITY, DVec3::new(0.3, 0.1, 0.2)).unwrap());
+    let query = Query::new(
+        &a,
+        &b,
+        Pose::new(DMat3::IDENTITY, DVec3::new(0.3, 0.1, 0.2)).unwrap(),
+    );
     let _ = query.run_with(&mut workspace, None, Budget::work(300), &clock);
     let told = |query: Query| query.estimate(&workspace, None).unwrap().probability;
     assert!(told(query) < 1.0 && told(query.prior(f64::NAN)) == told(query));

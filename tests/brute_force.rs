@@ -8,7 +8,9 @@ use common::random::{Drift, Family, Random, pose_about, poses, soup, soups};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, BuildOptions, Mesh, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
+use punctual::{
+    Budget, BuildOptions, Mesh, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+};
 
 /// All orders and modes, each without a budget, with one, and with the queue in use from the first pair on.
 #[track_caller]
@@ -17,8 +19,13 @@ fn assert_equal_to_brute_force(a: &Tree, b: &Tree, pose: Pose, workspace: &mut W
     for mode in MODES {
         for order in ORDERS {
             let query = Query::new(a, b, pose).mode(mode).order(order);
-            for (threshold, budget) in [(4096.0, Budget::unlimited()), (4096.0, ENOUGH), (0.0, ENOUGH)] {
-                let (outcome, pairs) = run_to_end(&query.queue_threshold(threshold), workspace, budget);
+            for (threshold, budget) in [
+                (4096.0, Budget::unlimited()),
+                (4096.0, ENOUGH),
+                (0.0, ENOUGH),
+            ] {
+                let (outcome, pairs) =
+                    run_to_end(&query.queue_threshold(threshold), workspace, budget);
                 assert_complete(mode, &outcome, &pairs, &truth);
             }
         }
@@ -36,7 +43,9 @@ fn assert_soups_equal(family: Family) {
         let b = Tree::new(soup(family, b_triangles, &mut random));
         a.validate().unwrap();
         b.validate().unwrap();
-        let poses = poses(family, 9, &mut random).into_iter().map(|pose| (&b, pose));
+        let poses = poses(family, 9, &mut random)
+            .into_iter()
+            .map(|pose| (&b, pose));
         for (b, pose) in poses.chain([(&a, Pose::IDENTITY)]) {
             match assert_equal_to_brute_force(&a, b, pose, &mut workspace) {
                 0 => apart += 1,
@@ -67,7 +76,8 @@ fn a_lone_triangle_against_a_mesh() {
         let (mut touching, mut apart) = (0, 0);
         for size in [1e-3, 0.03, 0.2, 1.0, 5.0, 1e3] {
             for corner in [[0.3, 0.9], [1.0, 0.0]] {
-                let corners = [[-0.5, -0.3], [0.5, -0.3], corner].map(|[x, y]| size * DVec3::new(x, y, 0.0));
+                let corners =
+                    [[-0.5, -0.3], [0.5, -0.3], corner].map(|[x, y]| size * DVec3::new(x, y, 0.0));
                 let one = moved(&corners, far * of_one, &[[0, 1, 2]]);
                 for i in 0..if of_mesh == of_one { 24 } else { 12 } {
                     // A point of the triangle lies on a triangle of the mesh, or near it.
@@ -80,9 +90,18 @@ fn a_lone_triangle_against_a_mesh() {
                     let pose = Pose::new(turn, at - turn * (x * 0.3 + y * 0.4 + z * 0.3)).unwrap();
                     for met in [
                         assert_equal_to_brute_force(&mesh, &one, pose, &mut workspace),
-                        assert_equal_to_brute_force(&one, &mesh, pose.inverse().unwrap(), &mut workspace),
+                        assert_equal_to_brute_force(
+                            &one,
+                            &mesh,
+                            pose.inverse().unwrap(),
+                            &mut workspace,
+                        ),
                     ] {
-                        (touching, apart) = if met > 0 { (touching + 1, apart) } else { (touching, apart + 1) };
+                        (touching, apart) = if met > 0 {
+                            (touching + 1, apart)
+                        } else {
+                            (touching, apart + 1)
+                        };
                     }
                 }
             }
@@ -130,8 +149,16 @@ fn coincident_shapes() {
 /// Each triangle an eighth as large and as far as the one before: no split can balance the tree.
 #[test]
 fn the_deepest_tree() {
-    let corner = |k: u32, x: f64, y: f64| (f64::exp2(1000.0 - 3.0 * f64::from(k)) * DVec3::new(x, y, 0.25)).to_array();
-    let corners = (0..600).flat_map(|k| [corner(k, 1.0, 0.0), corner(k, 0.75, 0.0), corner(k, 0.75, 0.5)]);
+    let corner = |k: u32, x: f64, y: f64| {
+        (f64::exp2(1000.0 - 3.0 * f64::from(k)) * DVec3::new(x, y, 0.25)).to_array()
+    };
+    let corners = (0..600).flat_map(|k| {
+        [
+            corner(k, 1.0, 0.0),
+            corner(k, 0.75, 0.0),
+            corner(k, 0.75, 0.5),
+        ]
+    });
     let triangles = (0..600).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]);
     let tree = Tree::new(Mesh::from_f64(corners, triangles).unwrap());
     tree.validate().unwrap();
@@ -185,8 +212,12 @@ fn no_threshold_and_no_poll_interval_changes_the_answer() {
             for order in ORDERS {
                 for threshold in [0.0, 1.0, 100.0, 1e4, f32::INFINITY, f32::NAN] {
                     for poll in [0, 1, u64::MAX] {
-                        let query = Query::new(&a, &b, pose).mode(mode).order(order).queue_threshold(threshold);
-                        let (outcome, pairs) = run_to_end(&query, &mut workspace, ENOUGH.poll_interval(poll));
+                        let query = Query::new(&a, &b, pose)
+                            .mode(mode)
+                            .order(order)
+                            .queue_threshold(threshold);
+                        let (outcome, pairs) =
+                            run_to_end(&query, &mut workspace, ENOUGH.poll_interval(poll));
                         assert_complete(mode, &outcome, &pairs, &truth);
                     }
                 }

@@ -8,8 +8,9 @@ use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, Clock, ContactQuery, DistanceQuery, Mesh, Mode, Motion, MotionQuery, Pose, PushOutQuery, Query, Ray,
-    RayBatch, Scene, StopReason, SystemClock, Tree, Verdict, Workspace, shapes,
+    Body, Budget, Clock, ContactQuery, DistanceQuery, Mesh, Mode, Motion, MotionQuery, Pose,
+    PushOutQuery, Query, Ray, RayBatch, Scene, StopReason, SystemClock, Tree, Verdict, Workspace,
+    shapes,
 };
 
 /// Work that is done at most between two looks, and the last steps.
@@ -23,7 +24,10 @@ struct Canceller {
 
 impl Canceller {
     fn at(at: u32) -> Self {
-        Self { looks: Cell::new(0), at }
+        Self {
+            looks: Cell::new(0),
+            at,
+        }
     }
 }
 
@@ -38,14 +42,21 @@ impl Clock for Canceller {
     }
 }
 
-const BUDGETS: [Budget; 3] = [Budget::unlimited(), Budget::time(Duration::from_secs(3600)), Budget::work(u64::MAX / 4)];
+const BUDGETS: [Budget; 3] = [
+    Budget::unlimited(),
+    Budget::time(Duration::from_secs(3600)),
+    Budget::work(u64::MAX / 4),
+];
 
 #[test]
 fn a_cancelled_query_ends_soon_and_is_resumed_to_the_same_end() {
     let (mut workspace, mut whole) = (Workspace::new(), Workspace::new());
     let tree = Tree::new(shapes::icosphere(6));
     let query = Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All);
-    let run = |workspace: &mut Workspace, mut outcome: punctual::Outcome, budget, found: &mut Vec<[u32; 2]>| {
+    let run = |workspace: &mut Workspace,
+               mut outcome: punctual::Outcome,
+               budget,
+               found: &mut Vec<[u32; 2]>| {
         found.extend(workspace.drain_pairs());
         while outcome.stop != StopReason::Finished {
             outcome = query.resume(workspace, budget).unwrap();
@@ -63,7 +74,11 @@ fn a_cancelled_query_ends_soon_and_is_resumed_to_the_same_end() {
             let mut found = Vec::new();
             let stopped = query.run_with(&mut workspace, None, budget, &Canceller::at(at));
             assert_eq!(stopped.stop, StopReason::Deadline);
-            assert!(stopped.stats.work < u64::from(at) * LOOKS_AFTER, "{budget:?}: {}", stopped.stats.work);
+            assert!(
+                stopped.stats.work < u64::from(at) * LOOKS_AFTER,
+                "{budget:?}: {}",
+                stopped.stats.work
+            );
             assert!(matches!(stopped.verdict, Verdict::Intersecting { .. }));
             let ended = run(&mut workspace, stopped, budget, &mut found);
             found.sort_unstable();
@@ -96,19 +111,31 @@ fn every_question_can_be_cancelled() {
         assert!(contacts.low <= 0.1);
 
         let turn = Motion::turning(Pose::IDENTITY, DVec3::ZERO, DVec3::Z, DVec3::ZERO).unwrap();
-        let motion = MotionQuery::new(&tree, &larger, turn).margins([0.4, 0.4]).tolerance(0.0).time_tolerance(0.0);
+        let motion = MotionQuery::new(&tree, &larger, turn)
+            .margins([0.4, 0.4])
+            .tolerance(0.0)
+            .time_tolerance(0.0);
         let passage = motion.run_with(&mut workspace, None, budget, &clock);
         ends_soon(passage.stop, passage.stats.work);
         assert!(passage.touching_at.is_none() && passage.free_until < 1.0);
 
-        let push = PushOutQuery::new(&tree, &tree, Pose::IDENTITY).run_with(&mut workspace, budget, &clock);
+        let push = PushOutQuery::new(&tree, &tree, Pose::IDENTITY).run_with(
+            &mut workspace,
+            budget,
+            &clock,
+        );
         ends_soon(push.stop, push.work);
 
         let ray = Ray::new([0.1, 0.2, 3.0], [0.0, 0.0, -1.0]).unwrap();
         let (rays, mut hits) = (vec![ray; 20_000], vec![None; 20_000]);
         let cast = RayBatch::new(&tree, &rays).run_with(&mut workspace, &mut hits, budget, &clock);
         ends_soon(cast.stop, cast.stats.work);
-        assert!(0 < cast.done && hits[..cast.done].iter().all(|hit| *hit == hits[0] && hit.is_some()));
+        assert!(
+            0 < cast.done
+                && hits[..cast.done]
+                    .iter()
+                    .all(|hit| *hit == hits[0] && hit.is_some())
+        );
         assert!(hits[cast.done..].iter().all(Option::is_none));
     }
 }
@@ -121,7 +148,8 @@ fn a_cancelled_frame_is_followed_by_a_whole_one() {
             let mut scene = Scene::new();
             scene.set_mode(Mode::All);
             for at in 0..6 {
-                let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.01 * f64::from(at), 0.0, 0.0)).unwrap();
+                let pose =
+                    Pose::new(DMat3::IDENTITY, DVec3::new(0.01 * f64::from(at), 0.0, 0.0)).unwrap();
                 scene.insert(Body::moving(Arc::clone(&tree), pose)).unwrap();
             }
             scene
@@ -129,7 +157,8 @@ fn a_cancelled_frame_is_followed_by_a_whole_one() {
         let (mut plain, mut cancelled) = (scene(), scene());
         let report = cancelled.detect_with(budget, &Canceller::at(1));
         assert!(report.work < 2 * LOOKS_AFTER, "{budget:?}: {}", report.work);
-        let found = |report: &punctual::Report| report.pairs.iter().map(|pair| pair.found).sum::<u64>();
+        let found =
+            |report: &punctual::Report| report.pairs.iter().map(|pair| pair.found).sum::<u64>();
         let first = found(report);
         let whole = plain.detect(budget);
         assert!(whole.is_whole() && whole.pairs.len() == 15);

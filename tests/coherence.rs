@@ -2,10 +2,15 @@
 
 mod common;
 
-use common::check::{ENOUGH, assert_certificate, assert_complete, assert_sound, run, run_with_memory, sorted};
+use common::check::{
+    ENOUGH, assert_certificate, assert_complete, assert_sound, run, run_with_memory, sorted,
+};
 use common::reference::{Place, all_pairs, place};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{
+    Budget, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace,
+    shapes,
+};
 
 /// A gear rolls in the teeth of another, and out of them.
 struct Motion {
@@ -25,9 +30,17 @@ impl Motion {
         let reach = 0.5 * (a.mesh().aabb().extents().x + b.mesh().aabb().extents().x);
         let pose = |frame: usize| {
             let turn = DMat3::from_rotation_z(speed * frame as f64) * DMat3::from_rotation_x(0.01);
-            Pose::new(turn, DVec3::new(reach * (depth + 0.15 * speed * frame as f64), 0.01, 0.02)).unwrap()
+            Pose::new(
+                turn,
+                DVec3::new(reach * (depth + 0.15 * speed * frame as f64), 0.01, 0.02),
+            )
+            .unwrap()
         };
-        Self { a, b, poses: (0..24).map(pose).collect() }
+        Self {
+            a,
+            b,
+            poses: (0..24).map(pose).collect(),
+        }
     }
 
     fn query(&self, frame: usize) -> Query<'_> {
@@ -41,21 +54,27 @@ impl Motion {
 
 /// With queues of any size, and thresholds that send nothing, some and all there.
 fn settings() -> impl Iterator<Item = (usize, f32)> {
-    [0, 3, 4096].into_iter().flat_map(|queue| [0.0, 64.0, 1e4].map(|threshold| (queue, threshold)))
+    [0, 3, 4096]
+        .into_iter()
+        .flat_map(|queue| [0.0, 64.0, 1e4].map(|threshold| (queue, threshold)))
 }
 
 #[test]
 fn at_every_stop_nothing_is_false_lost_or_reported_twice() {
     let motion = Motion::small();
-    let truths: Vec<_> = (0..motion.poses.len()).map(|frame| motion.truth(frame)).collect();
+    let truths: Vec<_> = (0..motion.poses.len())
+        .map(|frame| motion.truth(frame))
+        .collect();
     let (mut colliding, mut partial) = (0, 0);
     for (queue, threshold) in settings() {
         let mut workspace = Workspace::with_capacity(queue, 65_536);
         let mut memory = PairMemory::new();
         for (frame, truth) in truths.iter().enumerate() {
             let query = motion.query(frame).queue_threshold(threshold);
-            let places: Vec<Place> =
-                truth.iter().map(|&pair| place(motion.a.mesh(), motion.b.mesh(), &motion.poses[frame], pair)).collect();
+            let places: Vec<Place> = truth
+                .iter()
+                .map(|&pair| place(motion.a.mesh(), motion.b.mesh(), &motion.poses[frame], pair))
+                .collect();
             let mut known = memory.clone();
             let full = run_with_memory(&query, &mut workspace, &mut known, ENOUGH);
             let pairs = workspace.pairs().to_vec();
@@ -63,14 +82,19 @@ fn at_every_stop_nothing_is_false_lost_or_reported_twice() {
             colliding += usize::from(!truth.is_empty());
             for budget in (0..full.stats.work).step_by(full.stats.work as usize / 17 + 1) {
                 let mut known = memory.clone();
-                let outcome = run_with_memory(&query, &mut workspace, &mut known, Budget::work(budget));
+                let outcome =
+                    run_with_memory(&query, &mut workspace, &mut known, Budget::work(budget));
                 assert_sound(&outcome, workspace.pairs(), truth);
                 assert!(pairs.starts_with(workspace.pairs()), "budget {budget}");
                 let certificate = query.certificate(&workspace).unwrap();
                 assert_certificate(&certificate, &outcome, truth.len());
-                let (found, open) = (sorted(workspace.pairs()), certificate.boxes().collect::<Vec<_>>());
+                let (found, open) = (
+                    sorted(workspace.pairs()),
+                    certificate.boxes().collect::<Vec<_>>(),
+                );
                 for (pair, place) in truth.iter().zip(&places) {
-                    let named = open.iter().any(|open| place.is_in(open)) || found.binary_search(pair).is_ok();
+                    let named = open.iter().any(|open| place.is_in(open))
+                        || found.binary_search(pair).is_ok();
                     assert!(named, "{pair:?} is in no box, budget {budget}");
                 }
                 partial += usize::from(found.len() < truth.len());
@@ -78,7 +102,10 @@ fn at_every_stop_nothing_is_false_lost_or_reported_twice() {
             memory = known;
         }
     }
-    assert!(colliding > 100 && partial > 1_000, "{colliding} colliding, {partial} in part");
+    assert!(
+        colliding > 100 && partial > 1_000,
+        "{colliding} colliding, {partial} in part"
+    );
 }
 
 /// What is remembered of a stopped query is that it found something somewhere.
@@ -96,7 +123,9 @@ fn slices_end_in_the_same_bits_and_starved_memories_do_no_harm() {
             let mut outcome = run_with_memory(&query, &mut sliced, &mut known, Budget::work(slice));
             while outcome.stop == StopReason::WorkLimit {
                 let (budget, clock) = (Budget::work(slice), ManualClock::new());
-                outcome = query.resume_with(&mut sliced, Some(&mut known), budget, &clock).unwrap();
+                outcome = query
+                    .resume_with(&mut sliced, Some(&mut known), budget, &clock)
+                    .unwrap();
             }
             assert_eq!((outcome, sliced.pairs()), (full, whole.pairs()));
             assert_eq!(known, memory);
@@ -112,7 +141,11 @@ fn slices_end_in_the_same_bits_and_starved_memories_do_no_harm() {
 /// A fifth of the work finds a fifth more, and a complete query opens the same node pairs.
 #[test]
 fn more_is_found_early_than_without_a_memory() {
-    let motion = Motion::of([shapes::torus_knot(2, 3, 0.2, 128), shapes::icosphere(5)], 0.95, 0.002);
+    let motion = Motion::of(
+        [shapes::torus_knot(2, 3, 0.2, 128), shapes::icosphere(5)],
+        0.95,
+        0.002,
+    );
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     let (mut cold, mut warm, mut work) = (0.0, 0.0, [0, 0]);
     for frame in 0..motion.poses.len() {
@@ -121,7 +154,9 @@ fn more_is_found_early_than_without_a_memory() {
         let (fifth, all) = (Budget::work(full.stats.work / 5), full.found.max(1) as f64);
         cold += run(&query, &mut workspace, fifth).found as f64 / all;
         if frame > 0 {
-            warm += run_with_memory(&query, &mut workspace, &mut memory.clone(), fifth).found as f64 / all;
+            warm += run_with_memory(&query, &mut workspace, &mut memory.clone(), fifth).found
+                as f64
+                / all;
         }
         let remembered = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
         work = [work[0] + full.stats.work, work[1] + remembered.stats.work];
@@ -137,14 +172,21 @@ fn other_orders_and_complete_queries_go_as_without_a_memory() {
     let motion = Motion::small();
     let mut workspace = Workspace::new();
     for order in [Order::DepthFirst, Order::LowAlpha, Order::Penetration] {
-        let budget = if order == Order::Penetration { Budget::unlimited() } else { ENOUGH };
+        let budget = if order == Order::Penetration {
+            Budget::unlimited()
+        } else {
+            ENOUGH
+        };
         let mut memory = PairMemory::new();
         for frame in 0..3 {
             let query = motion.query(frame).order(order);
             let plain = run(&query, &mut workspace, budget);
             let pairs = workspace.pairs().to_vec();
             assert!(!pairs.is_empty());
-            assert_eq!(run_with_memory(&query, &mut workspace, &mut memory, budget), plain);
+            assert_eq!(
+                run_with_memory(&query, &mut workspace, &mut memory, budget),
+                plain
+            );
             assert_eq!(workspace.pairs(), pairs);
         }
     }

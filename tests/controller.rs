@@ -15,12 +15,20 @@ use punctual::{Budget, Verdict};
 /// Once along the path for each budget: contacts, and triangle pairs that were left open.
 fn drive(arms: &mut Arms) -> (usize, u64) {
     let (mut contacts, mut open) = (0, 0);
-    for budget in [Budget::time(Duration::from_micros(200)), Budget::work(2_000), Budget::work(20_000)] {
+    for budget in [
+        Budget::time(Duration::from_micros(200)),
+        Budget::work(2_000),
+        Budget::work(20_000),
+    ] {
         for cycle in 0..1000 {
             arms.place(0.01 * f64::from(cycle)).unwrap();
             contacts += arms.scene.detect(budget).intersecting;
             let report = arms.scene.report();
-            for pair in report.pairs.iter().filter(|pair| pair.verdict == Verdict::Undecided) {
+            for pair in report
+                .pairs
+                .iter()
+                .filter(|pair| pair.verdict == Verdict::Undecided)
+            {
                 open += arms.scene.certificate(pair.a, pair.b).unwrap().upper_bound;
             }
         }

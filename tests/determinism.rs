@@ -5,14 +5,17 @@ mod common;
 
 use std::thread;
 
-use common::check::{ENOUGH, assert_complete, assert_sound, run, run_to_end, run_with_memory, sorted};
+use common::check::{
+    ENOUGH, assert_complete, assert_sound, run, run_to_end, run_with_memory, sorted,
+};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Aabb, Budget, BuildOptions, Certificate, ManualClock, Mesh, MeshError, Mode, Order, Outcome, PairMemory, Pose,
-    PoseError, Query, Stats, StopReason, Subtree, Tree, TreeStats, Verdict, Workspace, shapes,
+    Aabb, Budget, BuildOptions, Certificate, ManualClock, Mesh, MeshError, Mode, Order, Outcome,
+    PairMemory, Pose, PoseError, Query, Stats, StopReason, Subtree, Tree, TreeStats, Verdict,
+    Workspace, shapes,
 };
 
 /// Everything a run says: the outcome with all counters, the pairs in order, the open boxes in order.
@@ -51,9 +54,17 @@ fn all_kernels_say_the_same() {
     for mode in MODES {
         for order in ORDERS {
             let query = Query::new(&a, &b, pose).mode(mode).order(order);
-            for budget in [Budget::unlimited(), Budget::work(5_000), Budget::work(50_000)] {
+            for budget in [
+                Budget::unlimited(),
+                Budget::work(5_000),
+                Budget::work(50_000),
+            ] {
                 let expected = ask(&query, &mut Workspace::new(), budget);
-                assert_eq!(ask(&query, &mut portable, budget), expected, "{mode:?} {order:?}");
+                assert_eq!(
+                    ask(&query, &mut portable, budget),
+                    expected,
+                    "{mode:?} {order:?}"
+                );
             }
         }
     }
@@ -65,9 +76,16 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
     let (again_a, again_b, _) = knot_and_gear();
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::new(&a, &b, pose).mode(mode).order(order).queue_threshold(0.0);
+            let query = Query::new(&a, &b, pose)
+                .mode(mode)
+                .order(order)
+                .queue_threshold(0.0);
             let full = run(&query, &mut Workspace::new(), ENOUGH);
-            for budget in [Budget::unlimited(), ENOUGH, Budget::work(full.stats.work / 2)] {
+            for budget in [
+                Budget::unlimited(),
+                ENOUGH,
+                Budget::work(full.stats.work / 2),
+            ] {
                 let first = ask(&query, &mut Workspace::new(), budget);
                 let rounds = || {
                     let mut used = Workspace::new();
@@ -94,7 +112,9 @@ fn a_seed_changes_the_order_and_nothing_else() {
     let (a, b, pose) = knot_and_gear();
     let mut workspace = Workspace::new();
     let mut in_order = |seed| {
-        let query = Query::new(&a, &b, pose).mode(Mode::All).queue_threshold(0.0);
+        let query = Query::new(&a, &b, pose)
+            .mode(Mode::All)
+            .queue_threshold(0.0);
         run_to_end(&query.order(Order::Random(seed)), &mut workspace, ENOUGH).1
     };
     let first = in_order(1);
@@ -110,7 +130,9 @@ fn orders_differ_in_order() {
     let (a, b, pose) = knot_and_gear();
     let mut workspace = Workspace::new();
     let in_order = ORDERS.map(|order| {
-        let query = Query::new(&a, &b, pose).mode(Mode::All).queue_threshold(0.0);
+        let query = Query::new(&a, &b, pose)
+            .mode(Mode::All)
+            .queue_threshold(0.0);
         run_to_end(&query.order(order), &mut workspace, ENOUGH).1
     });
     for (i, one) in in_order.iter().enumerate() {
@@ -130,7 +152,8 @@ fn a_memory_never_changes_what_is_decided() {
     let mut answers = [0, 0];
     for mode in MODES {
         for order in ORDERS {
-            let (mut memory, mut starved, mut foreign) = (PairMemory::new(), PairMemory::new(), PairMemory::new());
+            let (mut memory, mut starved, mut foreign) =
+                (PairMemory::new(), PairMemory::new(), PairMemory::new());
             for step in -30..30 {
                 let pose = on_path(step);
                 let truth = all_pairs(a.mesh(), b.mesh(), &pose);
@@ -199,7 +222,9 @@ fn a_run_with_memory_resumes_to_the_same_bits() {
             let slice = Budget::work(13);
             let mut outcome = run_with_memory(&query, &mut sliced, &mut copy, slice);
             while outcome.stop == StopReason::WorkLimit {
-                outcome = query.resume_with(&mut sliced, Some(&mut copy), slice, &clock).unwrap();
+                outcome = query
+                    .resume_with(&mut sliced, Some(&mut copy), slice, &clock)
+                    .unwrap();
             }
             assert_eq!(outcome, full);
             assert_eq!(sliced.pairs(), whole.pairs());

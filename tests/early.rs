@@ -4,10 +4,14 @@
 
 mod common;
 
-use common::check::{ENOUGH, assert_certificate, assert_complete, assert_sound, resume, run, run_to_end, sorted};
+use common::check::{
+    ENOUGH, assert_certificate, assert_complete, assert_sound, resume, run, run_to_end, sorted,
+};
 use common::random::{Drift, Random, pose_about};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, BuildOptions, Mesh, Mode, Order, Pose, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{
+    Budget, BuildOptions, Mesh, Mode, Order, Pose, Query, StopReason, Tree, Workspace, shapes,
+};
 
 struct Case {
     a: Tree,
@@ -27,25 +31,41 @@ impl Case {
     /// The same without neighbors.
     fn bare(&self) -> Self {
         let bare = |tree: &Tree| Tree::new(tree.mesh().clone());
-        Self { a: bare(&self.a), b: bare(&self.b), pose: self.pose }
+        Self {
+            a: bare(&self.a),
+            b: bare(&self.b),
+            pose: self.pose,
+        }
     }
 
     /// All pairs, depth-first.
     fn truth(&self) -> Vec<[u32; 2]> {
         let mut workspace = Workspace::new();
-        let _ = run(&self.query().order(Order::DepthFirst), &mut workspace, Budget::unlimited());
+        let _ = run(
+            &self.query().order(Order::DepthFirst),
+            &mut workspace,
+            Budget::unlimited(),
+        );
         sorted(workspace.pairs())
     }
 }
 
 fn pose(x: f64, y: f64, z: f64) -> Pose {
-    Pose::new(DMat3::from_rotation_y(0.4) * DMat3::from_rotation_x(0.3), DVec3::new(x, y, z)).unwrap()
+    Pose::new(
+        DMat3::from_rotation_y(0.4) * DMat3::from_rotation_x(0.3),
+        DVec3::new(x, y, z),
+    )
+    .unwrap()
 }
 
 /// Curves that are closed, many, and cut by open edges; aligned surfaces, where all is in doubt; a soup without neighbors.
 fn cases() -> Vec<Case> {
     let tree = |mesh| Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
-    let case = |a: Mesh, b: Mesh, pose| Case { a: tree(a), b: tree(b), pose };
+    let case = |a: Mesh, b: Mesh, pose| Case {
+        a: tree(a),
+        b: tree(b),
+        pose,
+    };
     let sphere = || shapes::icosphere(4);
     let apart = |mesh: &Mesh| {
         let corners: Vec<DVec3> = (0..mesh.len()).flat_map(|i| mesh.triangle(i)).collect();
@@ -54,10 +74,26 @@ fn cases() -> Vec<Case> {
     };
     vec![
         case(sphere(), sphere(), pose(0.7, 0.2, 0.1)),
-        case(shapes::torus_knot(2, 3, 0.2, 40), shapes::torus_knot(3, 2, 0.2, 40), pose(0.1, 0.0, 0.2)),
-        case(shapes::height_field(40, 1), shapes::height_field(40, 2), pose(0.0, 0.0, 0.0)),
-        case(shapes::gear(12, 4), shapes::gear(12, 4), Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 0.0, 0.0)).unwrap()),
-        case(shapes::cuboid([1.0; 3], 6), shapes::cuboid([1.0; 3], 6), Pose::IDENTITY),
+        case(
+            shapes::torus_knot(2, 3, 0.2, 40),
+            shapes::torus_knot(3, 2, 0.2, 40),
+            pose(0.1, 0.0, 0.2),
+        ),
+        case(
+            shapes::height_field(40, 1),
+            shapes::height_field(40, 2),
+            pose(0.0, 0.0, 0.0),
+        ),
+        case(
+            shapes::gear(12, 4),
+            shapes::gear(12, 4),
+            Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 0.0, 0.0)).unwrap(),
+        ),
+        case(
+            shapes::cuboid([1.0; 3], 6),
+            shapes::cuboid([1.0; 3], 6),
+            Pose::IDENTITY,
+        ),
         case(apart(&sphere()), sphere(), pose(0.7, 0.2, 0.1)),
     ]
 }
@@ -84,7 +120,8 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
     let stops: usize = std::env::var("PUNCTUAL_STOPS").map_or(1500, |stops| stops.parse().unwrap());
     let mut random = Random::new(5);
     let mut cases = cases();
-    let mut workspaces = [(4096, 65536), (0, 8), (3, 100), (64, 2000)].map(|(q, f)| Workspace::with_capacity(q, f));
+    let mut workspaces =
+        [(4096, 65536), (0, 8), (3, 100), (64, 2000)].map(|(q, f)| Workspace::with_capacity(q, f));
     let mut stopped = 0;
     for round in 0.. {
         let count = cases.len();
@@ -95,23 +132,37 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
         let truth = case.truth();
         let all = run(&case.query(), &mut Workspace::new(), ENOUGH).stats.work;
         for _ in 0..10 {
-            let query =
-                case.query().early(random.below(2) > 0).queue_threshold([0.0, 4.0, 16.0, 64.0][random.below(4)]);
+            let query = case
+                .query()
+                .early(random.below(2) > 0)
+                .queue_threshold([0.0, 4.0, 16.0, 64.0][random.below(4)]);
             let workspace = &mut workspaces[random.below(4)];
-            let mut outcome = run(&query, workspace, Budget::work((random.unit() * 1.3 * all as f64) as u64));
+            let mut outcome = run(
+                &query,
+                workspace,
+                Budget::work((random.unit() * 1.3 * all as f64) as u64),
+            );
             let mut pairs = Vec::new();
             for pieces in 0.. {
                 if pieces < 8 || outcome.stop == StopReason::Finished {
                     let here = [&pairs[..], workspace.pairs()].concat();
                     assert_sound(&outcome, &here, &truth);
-                    assert_certificate(&query.certificate(workspace).unwrap(), &outcome, truth.len());
+                    assert_certificate(
+                        &query.certificate(workspace).unwrap(),
+                        &outcome,
+                        truth.len(),
+                    );
                     stopped += usize::from(outcome.stop != StopReason::Finished);
                 }
                 pairs.extend(workspace.drain_pairs());
                 if outcome.stop == StopReason::Finished {
                     break;
                 }
-                let budget = if pieces < 8 { Budget::work((random.unit() * 0.5 * all as f64) as u64) } else { ENOUGH };
+                let budget = if pieces < 8 {
+                    Budget::work((random.unit() * 0.5 * all as f64) as u64)
+                } else {
+                    ENOUGH
+                };
                 outcome = resume(&query, workspace, budget);
             }
             assert_eq!(sorted(&pairs), truth);
@@ -125,13 +176,21 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
 #[test]
 fn a_resumed_march_ends_in_the_same_bits_as_one_that_never_stopped() {
     for case in cases() {
-        for query in [case.early(), case.query(), case.query().queue_threshold(10.0)] {
+        for query in [
+            case.early(),
+            case.query(),
+            case.query().queue_threshold(10.0),
+        ] {
             let (mut whole, mut pieces) = (Workspace::new(), Workspace::new());
             let expected = run(&query, &mut whole, ENOUGH);
             let mut outcome = run(&query, &mut pieces, Budget::work(1));
             while outcome.stop == StopReason::WorkLimit {
                 pieces = pieces.clone();
-                outcome = resume(&query, &mut pieces, Budget::work(1 + outcome.stats.work % 977));
+                outcome = resume(
+                    &query,
+                    &mut pieces,
+                    Budget::work(1 + outcome.stats.work % 977),
+                );
             }
             assert_eq!((outcome, pieces.pairs()), (expected, whole.pairs()));
         }
@@ -145,7 +204,10 @@ fn both_kernels_march_to_the_same_bits() {
         portable.use_portable_kernels();
         for work in [0, 500, 5_000, 50_000, u64::MAX] {
             let budget = Budget::work(work);
-            assert_eq!(run(&case.early(), &mut fast, budget), run(&case.early(), &mut portable, budget));
+            assert_eq!(
+                run(&case.early(), &mut fast, budget),
+                run(&case.early(), &mut portable, budget)
+            );
             assert_eq!(fast.pairs(), portable.pairs());
         }
     }
@@ -158,7 +220,10 @@ fn full_buffers_lose_nothing_while_marching() {
         for found in [1, 7, 64] {
             let mut workspace = Workspace::with_capacity(16, found);
             let (outcome, pairs) = run_to_end(&case.early(), &mut workspace, ENOUGH);
-            assert_eq!((outcome.stop, sorted(&pairs)), (StopReason::Finished, truth.clone()));
+            assert_eq!(
+                (outcome.stop, sorted(&pairs)),
+                (StopReason::Finished, truth.clone())
+            );
         }
     }
 }
@@ -170,10 +235,15 @@ fn early_answers_know_more_at_a_fifth_of_the_work() {
     // Without the last two, where there is nothing to follow.
     for case in cases().iter().take(4) {
         let bare = case.bare();
-        let all = run(&bare.query().order(Order::DepthFirst), &mut workspace, ENOUGH);
+        let all = run(
+            &bare.query().order(Order::DepthFirst),
+            &mut workspace,
+            ENOUGH,
+        );
         let budget = Budget::work(all.stats.work / 5);
-        let share =
-            |query: Query, workspace: &mut Workspace| run(&query, workspace, budget).found as f64 / all.found as f64;
+        let share = |query: Query, workspace: &mut Workspace| {
+            run(&query, workspace, budget).found as f64 / all.found as f64
+        };
         plain += share(bare.query(), &mut workspace) / 4.0;
         bounded += share(case.query(), &mut workspace) / 4.0;
         early += share(case.early(), &mut workspace) / 4.0;
@@ -186,16 +256,23 @@ fn early_answers_know_more_at_a_fifth_of_the_work() {
 fn a_finished_march_takes_little_more_than_a_plain_query() {
     let mut workspace = Workspace::new();
     for case in &cases() {
-        let work = |query: Query, workspace: &mut Workspace| run(&query, workspace, ENOUGH).stats.work;
+        let work =
+            |query: Query, workspace: &mut Workspace| run(&query, workspace, ENOUGH).stats.work;
         let plain = work(case.query().order(Order::DepthFirst), &mut workspace);
         for threshold in [10.0, 100.0, 1e9] {
             let limited = work(case.query().queue_threshold(threshold), &mut workspace);
             let early = work(case.early().queue_threshold(threshold), &mut workspace);
-            assert!(limited.max(early) as f64 <= 1.35 * plain as f64, "{plain}, {limited}, {early}");
+            assert!(
+                limited.max(early) as f64 <= 1.35 * plain as f64,
+                "{plain}, {limited}, {early}"
+            );
         }
         let unlimited = run(&case.query(), &mut workspace, Budget::unlimited());
         let bare = case.bare();
-        assert_eq!(unlimited, run(&bare.query(), &mut workspace, Budget::unlimited()));
+        assert_eq!(
+            unlimited,
+            run(&bare.query(), &mut workspace, Budget::unlimited())
+        );
     }
 }
 
@@ -208,7 +285,11 @@ fn early_answers_know_how_much_they_have_found() {
         let all = run(&case.early(), &mut workspace, ENOUGH);
         for tenth in 1..10 {
             let query = case.early();
-            let outcome = run(&query, &mut workspace, Budget::work(all.stats.work * tenth / 10));
+            let outcome = run(
+                &query,
+                &mut workspace,
+                Budget::work(all.stats.work * tenth / 10),
+            );
             let told = query.estimate(&workspace, None).unwrap().recall;
             off += (told - outcome.found as f64 / all.found as f64).abs();
             stops += 1.0;
@@ -221,7 +302,13 @@ fn early_answers_know_how_much_they_have_found() {
 fn without_neighbors_early_answers_are_as_right_as_with_them() {
     let case = &cases()[1];
     let bare = case.bare();
-    assert_eq!((bare.a.stats().bytes_neighbors, case.a.stats().bytes_neighbors), (0, 32 * case.a.mesh().len()));
+    assert_eq!(
+        (
+            bare.a.stats().bytes_neighbors,
+            case.a.stats().bytes_neighbors
+        ),
+        (0, 32 * case.a.mesh().len())
+    );
     let loaded = Tree::from_bytes(&bare.a.to_bytes()).unwrap();
     assert_eq!(loaded.stats(), bare.a.stats());
     let mut workspace = Workspace::new();
@@ -235,8 +322,9 @@ fn a_refit_mesh_and_one_read_from_a_file_march_as_well() {
     case.a = Tree::from_bytes(&case.a.to_bytes()).unwrap();
     assert_eq!(case.a.stats().bytes_neighbors, 32 * case.a.mesh().len());
     let (mesh, stretch) = (case.a.mesh(), DVec3::new(1.2, 0.8, 1.0));
-    let moved: Vec<[f64; 3]> =
-        (0..mesh.vertex_count()).map(|i| (mesh.vertex(i) * stretch + DVec3::splat(0.05)).to_array()).collect();
+    let moved: Vec<[f64; 3]> = (0..mesh.vertex_count())
+        .map(|i| (mesh.vertex(i) * stretch + DVec3::splat(0.05)).to_array())
+        .collect();
     case.a.refit_f64(&moved).unwrap();
     let truth = case.truth();
     let mut workspace = Workspace::new();

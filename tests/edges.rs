@@ -9,9 +9,10 @@ use std::time::Duration;
 use allocations::allocator_calls;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, ContactQuery, Contacts, Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, ManualClock, Mesh,
-    Mode, Motion, MotionQuery, Outcome, Passage, Pose, PushOut, PushOutQuery, Query, Ray, RayBatch, RayBatchOutcome,
-    RayCast, RayHit, RayMode, RayQuery, ResumeError, StopReason, Tree, Workspace, shapes,
+    Budget, ContactQuery, Contacts, Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK,
+    ManualClock, Mesh, Mode, Motion, MotionQuery, Outcome, Passage, Pose, PushOut, PushOutQuery,
+    Query, Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError,
+    StopReason, Tree, Workspace, shapes,
 };
 
 /// Two trees, and where they are.
@@ -28,8 +29,15 @@ impl Place {
     fn new(trees: [Tree; 2], translation: DVec3) -> Self {
         let pose = Pose::new(DMat3::from_rotation_y(0.4), translation).unwrap();
         let motion = Motion::turning(pose, [-0.5, 0.1, 0.2], [0.1, 0.2, 0.3], [0.0; 3]).unwrap();
-        let rays = std::array::from_fn(|i| Ray::new([-3.0, 0.1 * i as f64 - 1.0, 0.1], [1.0, 0.0, 0.05]).unwrap());
-        Self { trees, pose, motion, rays }
+        let rays = std::array::from_fn(|i| {
+            Ray::new([-3.0, 0.1 * i as f64 - 1.0, 0.1], [1.0, 0.0, 0.05]).unwrap()
+        });
+        Self {
+            trees,
+            pose,
+            motion,
+            rays,
+        }
     }
 
     /// Surfaces that meet, that are close, that are too far apart for `f64`, and none.
@@ -140,19 +148,34 @@ struct Room {
 impl Room {
     fn new() -> Self {
         let (workspace, clock) = (Workspace::new(), ManualClock::new());
-        Self { workspace, hits: [None; RAYS], clock }
+        Self {
+            workspace,
+            hits: [None; RAYS],
+            clock,
+        }
     }
 
     fn run(&mut self, asked: Asked, place: &Place, budget: Budget) -> Said {
-        self.ask(asked, place, budget, false).expect("a run is never refused")
+        self.ask(asked, place, budget, false)
+            .expect("a run is never refused")
     }
 
     fn resume(&mut self, asked: Asked, place: &Place, budget: Budget) -> Result<Said, ResumeError> {
         self.ask(asked, place, budget, true)
     }
 
-    fn ask(&mut self, asked: Asked, place: &Place, budget: Budget, resume: bool) -> Result<Said, ResumeError> {
-        let Self { workspace, hits, clock } = self;
+    fn ask(
+        &mut self,
+        asked: Asked,
+        place: &Place,
+        budget: Budget,
+        resume: bool,
+    ) -> Result<Said, ResumeError> {
+        let Self {
+            workspace,
+            hits,
+            clock,
+        } = self;
         macro_rules! ask {
             ($query:expr, $($argument:expr),*) => {{
                 let query = $query;
@@ -160,18 +183,38 @@ impl Room {
             }};
         }
         Ok(match asked {
-            Asked::Any => Said::Outcome(ask!(place.query(Mode::Any), workspace, None, budget, clock)),
-            Asked::All => Said::Outcome(ask!(place.query(Mode::All), workspace, None, budget, clock)),
-            Asked::Distance => Said::Distance(ask!(place.distance(), workspace, None, budget, clock)),
-            Asked::Closer => Said::Distance(ask!(place.distance().closer_than(0.3), workspace, None, budget, clock)),
-            Asked::Touching => Said::Contacts(ask!(place.contacts().margin(0.0), workspace, budget, clock)),
+            Asked::Any => {
+                Said::Outcome(ask!(place.query(Mode::Any), workspace, None, budget, clock))
+            }
+            Asked::All => {
+                Said::Outcome(ask!(place.query(Mode::All), workspace, None, budget, clock))
+            }
+            Asked::Distance => {
+                Said::Distance(ask!(place.distance(), workspace, None, budget, clock))
+            }
+            Asked::Closer => Said::Distance(ask!(
+                place.distance().closer_than(0.3),
+                workspace,
+                None,
+                budget,
+                clock
+            )),
+            Asked::Touching => {
+                Said::Contacts(ask!(place.contacts().margin(0.0), workspace, budget, clock))
+            }
             Asked::Contacts => Said::Contacts(ask!(place.contacts(), workspace, budget, clock)),
             Asked::Motion => Said::Passage(ask!(place.sweep(), workspace, None, budget, clock)),
-            Asked::NearestHit => Said::Cast(ask!(place.ray(RayMode::Nearest), workspace, budget, clock)),
-            Asked::AllHits => Said::Cast(ask!(place.ray(RayMode::All), workspace, budget, clock)),
-            Asked::Batch => {
-                Said::Batch(ask!(RayBatch::new(&place.trees[0], &place.rays), workspace, hits, budget, clock))
+            Asked::NearestHit => {
+                Said::Cast(ask!(place.ray(RayMode::Nearest), workspace, budget, clock))
             }
+            Asked::AllHits => Said::Cast(ask!(place.ray(RayMode::All), workspace, budget, clock)),
+            Asked::Batch => Said::Batch(ask!(
+                RayBatch::new(&place.trees[0], &place.rays),
+                workspace,
+                hits,
+                budget,
+                clock
+            )),
             // It cannot be resumed.
             Asked::Push if resume => return Err(ResumeError),
             Asked::Push => Said::Push(place.push().run_with(workspace, budget, clock)),
@@ -181,7 +224,12 @@ impl Room {
     /// What the last query found, in words.
     fn found(&self) -> String {
         let contacts: Vec<_> = self.workspace.contacts().collect();
-        format!("{:?} {contacts:?} {:?} {:?}", self.workspace.pairs(), self.workspace.ray_hits(), self.hits)
+        format!(
+            "{:?} {contacts:?} {:?} {:?}",
+            self.workspace.pairs(),
+            self.workspace.ray_hits(),
+            self.hits
+        )
     }
 }
 
@@ -192,14 +240,22 @@ fn a_budget_of_work_is_passed_by_at_most_a_step() {
     for (number, place) in Place::all().iter().enumerate() {
         for asked in QUESTIONS {
             let step = match asked {
-                Asked::Distance | Asked::Closer | Asked::Contacts | Asked::Motion => MAX_DISTANCE_STEP_WORK,
+                Asked::Distance | Asked::Closer | Asked::Contacts | Asked::Motion => {
+                    MAX_DISTANCE_STEP_WORK
+                }
                 _ => MAX_STEP_WORK,
             };
             let mut room = Room::new();
             for work in (0..40).chain((40..4_000).step_by(37)) {
                 let (stop, done) = room.run(asked, place, Budget::work(work)).end();
-                assert!(done < work + step, "place {number}, {asked:?}: {done} for {work}");
-                assert!(work > 0 || done == 0, "place {number}, {asked:?}: {done} for nothing, {stop:?}");
+                assert!(
+                    done < work + step,
+                    "place {number}, {asked:?}: {done} for {work}"
+                );
+                assert!(
+                    work > 0 || done == 0,
+                    "place {number}, {asked:?}: {done} for nothing, {stop:?}"
+                );
             }
         }
     }
@@ -214,12 +270,28 @@ fn the_largest_budgets_end_like_none_however_late_the_clock() {
             assert!(whole.is_whole(), "{asked:?}: {whole:?}");
             for poll_interval in [0, 1, u64::MAX] {
                 let mut room = Room::new();
-                assert_eq!(room.run(asked, place, ENOUGH.poll_interval(poll_interval)), whole, "{asked:?}");
-                for (by, limit) in [(Duration::ZERO, Duration::MAX), (late, Duration::MAX), (late, late / 2)] {
+                assert_eq!(
+                    room.run(asked, place, ENOUGH.poll_interval(poll_interval)),
+                    whole,
+                    "{asked:?}"
+                );
+                for (by, limit) in [
+                    (Duration::ZERO, Duration::MAX),
+                    (late, Duration::MAX),
+                    (late, late / 2),
+                ] {
                     room.clock = ManualClock::new();
                     room.clock.advance(by);
-                    let said = room.run(asked, place, Budget::time(limit).poll_interval(poll_interval));
-                    assert_eq!(said.end().0, whole.end().0, "{asked:?}, {limit:?} at {by:?}, every {poll_interval}");
+                    let said = room.run(
+                        asked,
+                        place,
+                        Budget::time(limit).poll_interval(poll_interval),
+                    );
+                    assert_eq!(
+                        said.end().0,
+                        whole.end().0,
+                        "{asked:?}, {limit:?} at {by:?}, every {poll_interval}"
+                    );
                 }
             }
         }
@@ -230,12 +302,20 @@ fn the_largest_budgets_end_like_none_however_late_the_clock() {
 fn without_time_no_more_than_a_step_is_done_and_the_query_goes_on_later() {
     for place in &Place::all() {
         for asked in QUESTIONS {
-            for clock in [ManualClock::new(), ManualClock::ticking(Duration::from_secs(1))] {
-                let mut room = Room { clock, ..Room::new() };
+            for clock in [
+                ManualClock::new(),
+                ManualClock::ticking(Duration::from_secs(1)),
+            ] {
+                let mut room = Room {
+                    clock,
+                    ..Room::new()
+                };
                 let (stop, work) = room.run(asked, place, Budget::time(Duration::ZERO)).end();
                 assert!(work < MAX_DISTANCE_STEP_WORK, "{asked:?}: {work}, {stop:?}");
                 if stop == StopReason::Deadline && asked != Asked::Push {
-                    let said = room.resume(asked, place, ENOUGH).expect("stopped by the clock");
+                    let said = room
+                        .resume(asked, place, ENOUGH)
+                        .expect("stopped by the clock");
                     assert!(said.is_whole(), "{asked:?}: {said:?}");
                 }
             }
@@ -246,19 +326,33 @@ fn without_time_no_more_than_a_step_is_done_and_the_query_goes_on_later() {
 /// Room for contacts and for all hits of a ray is made by the first query for them, and by no other call.
 #[test]
 fn not_even_the_first_call_allocates_but_for_contacts_and_all_hits() {
-    let budgets = [Budget::work(0), Budget::work(500), Budget::time(Duration::from_secs(9)), Budget::unlimited()];
+    let budgets = [
+        Budget::work(0),
+        Budget::work(500),
+        Budget::time(Duration::from_secs(9)),
+        Budget::unlimited(),
+    ];
     for place in &Place::all() {
         for asked in QUESTIONS {
             for budget in budgets {
                 let mut room = Room::new();
-                let makes_room = matches!(asked, Asked::Touching | Asked::Contacts | Asked::AllHits);
+                let makes_room =
+                    matches!(asked, Asked::Touching | Asked::Contacts | Asked::AllHits);
                 let first = allocator_calls(|| _ = room.run(asked, place, budget));
                 assert!(first == 0 || makes_room, "{asked:?}: {first} calls");
-                assert_eq!(allocator_calls(|| _ = room.run(asked, place, budget)), 0, "{asked:?}");
+                assert_eq!(
+                    allocator_calls(|| _ = room.run(asked, place, budget)),
+                    0,
+                    "{asked:?}"
+                );
                 let mut room = Room::new();
                 room.workspace.reserve_contacts(100);
                 room.workspace.reserve_ray_hits(100);
-                assert_eq!(allocator_calls(|| _ = room.run(asked, place, budget)), 0, "{asked:?}");
+                assert_eq!(
+                    allocator_calls(|| _ = room.run(asked, place, budget)),
+                    0,
+                    "{asked:?}"
+                );
             }
         }
     }
@@ -272,10 +366,21 @@ fn a_used_workspace_gives_the_same_bits_as_a_fresh_one() {
         for (number, place) in places.iter().enumerate() {
             for (index, asked) in QUESTIONS.into_iter().enumerate() {
                 // Stopped in the first rounds, so that each begins with what another has left.
-                let budget = Budget::work(if round == 2 { u64::MAX } else { 300 + 700 * index as u64 });
-                let mut fresh = Room { hits: used.hits, ..Room::new() };
+                let budget = Budget::work(if round == 2 {
+                    u64::MAX
+                } else {
+                    300 + 700 * index as u64
+                });
+                let mut fresh = Room {
+                    hits: used.hits,
+                    ..Room::new()
+                };
                 let said = used.run(asked, place, budget);
-                assert_eq!(said, fresh.run(asked, place, budget), "place {number}, {asked:?}");
+                assert_eq!(
+                    said,
+                    fresh.run(asked, place, budget),
+                    "place {number}, {asked:?}"
+                );
                 assert_eq!(used.found(), fresh.found(), "place {number}, {asked:?}");
             }
         }
@@ -291,9 +396,14 @@ fn a_clone_of_any_stopped_run_goes_on_like_its_original() {
                 let (stop, _) = room.run(asked, place, Budget::work(budget)).end();
                 let mut clone = room.clone();
                 assert_eq!(clone.found(), room.found());
-                let [said, again] = [&mut room, &mut clone].map(|room| room.resume(asked, place, ENOUGH));
+                let [said, again] =
+                    [&mut room, &mut clone].map(|room| room.resume(asked, place, ENOUGH));
                 assert_eq!(said, again, "{asked:?}");
-                assert_eq!(said.is_ok(), stop == StopReason::WorkLimit && asked != Asked::Push, "{asked:?}, {stop:?}");
+                assert_eq!(
+                    said.is_ok(),
+                    stop == StopReason::WorkLimit && asked != Asked::Push,
+                    "{asked:?}, {stop:?}"
+                );
                 assert_eq!(clone.found(), room.found(), "{asked:?}");
             }
         }
@@ -304,7 +414,11 @@ fn a_clone_of_any_stopped_run_goes_on_like_its_original() {
 fn before_the_first_query_a_workspace_holds_nothing() {
     for place in &Place::all() {
         let mut room = Room::new();
-        assert!(QUESTIONS.iter().all(|&asked| room.resume(asked, place, Budget::unlimited()) == Err(ResumeError)));
+        assert!(
+            QUESTIONS
+                .iter()
+                .all(|&asked| room.resume(asked, place, Budget::unlimited()) == Err(ResumeError))
+        );
         let workspace = &mut room.workspace;
         assert!(place.query(Mode::All).certificate(workspace).is_err());
         assert!(place.query(Mode::All).estimate(workspace, None).is_err());
@@ -326,11 +440,23 @@ fn after_a_push_nothing_can_be_resumed() {
     for place in &Place::all() {
         for budget in (0..20_000).step_by(501) {
             let mut room = Room::new();
-            let Said::Push(said) = room.run(Asked::Push, place, Budget::work(budget)) else { unreachable!() };
-            for b_in_a in [Some(place.pose), said.push.map(|push| push.b_in_a)].into_iter().flatten() {
-                for (mode, limit) in [(Mode::Any, usize::MAX), (Mode::All, usize::MAX), (Mode::All, 1024)] {
-                    let query = Query::new(&place.trees[0], &place.trees[1], b_in_a).mode(mode).pair_limit(limit);
-                    let resumed = query.resume_with(&mut room.workspace, None, Budget::work(0), &room.clock);
+            let Said::Push(said) = room.run(Asked::Push, place, Budget::work(budget)) else {
+                unreachable!()
+            };
+            for b_in_a in [Some(place.pose), said.push.map(|push| push.b_in_a)]
+                .into_iter()
+                .flatten()
+            {
+                for (mode, limit) in [
+                    (Mode::Any, usize::MAX),
+                    (Mode::All, usize::MAX),
+                    (Mode::All, 1024),
+                ] {
+                    let query = Query::new(&place.trees[0], &place.trees[1], b_in_a)
+                        .mode(mode)
+                        .pair_limit(limit);
+                    let resumed =
+                        query.resume_with(&mut room.workspace, None, Budget::work(0), &room.clock);
                     assert_eq!(resumed, Err(ResumeError), "after {budget}");
                 }
             }
@@ -350,20 +476,53 @@ fn a_number_that_is_none_counts_as_one() {
         distance.closer_than(f64::NAN),
         distance.margins([f64::NAN, 0.1]),
     ] {
-        assert_eq!(query.run_with(workspace, None, Budget::work(500), clock).stop, StopReason::WorkLimit);
-        let said = query.resume_with(workspace, None, Budget::unlimited(), clock).expect("the same query");
-        assert!(said.stop == StopReason::Finished && said.low <= said.high, "{said:?}");
+        assert_eq!(
+            query
+                .run_with(workspace, None, Budget::work(500), clock)
+                .stop,
+            StopReason::WorkLimit
+        );
+        let said = query
+            .resume_with(workspace, None, Budget::unlimited(), clock)
+            .expect("the same query");
+        assert!(
+            said.stop == StopReason::Finished && said.low <= said.high,
+            "{said:?}"
+        );
     }
     let sweep = place.sweep();
-    for query in [sweep.tolerance(f64::NAN), sweep.time_tolerance(f64::NAN), sweep.margins([f64::NAN, 0.1])] {
-        assert_eq!(query.run_with(workspace, None, Budget::work(500), clock).stop, StopReason::WorkLimit);
+    for query in [
+        sweep.tolerance(f64::NAN),
+        sweep.time_tolerance(f64::NAN),
+        sweep.margins([f64::NAN, 0.1]),
+    ] {
+        assert_eq!(
+            query
+                .run_with(workspace, None, Budget::work(500), clock)
+                .stop,
+            StopReason::WorkLimit
+        );
         assert!(query.certificate(workspace).is_ok());
-        let said = query.resume_with(workspace, None, Budget::unlimited(), clock).expect("the same query");
-        assert!(said.stop == StopReason::Finished && said.free_until <= said.touching_at.unwrap_or(1.0), "{said:?}");
+        let said = query
+            .resume_with(workspace, None, Budget::unlimited(), clock)
+            .expect("the same query");
+        assert!(
+            said.stop == StopReason::Finished && said.free_until <= said.touching_at.unwrap_or(1.0),
+            "{said:?}"
+        );
     }
     let query = place.contacts().margin(f64::NAN);
-    assert_eq!(query.run_with(workspace, Budget::work(500), clock).stop, StopReason::WorkLimit);
-    assert_eq!(query.resume_with(workspace, Budget::unlimited(), clock).unwrap().stop, StopReason::Finished);
+    assert_eq!(
+        query.run_with(workspace, Budget::work(500), clock).stop,
+        StopReason::WorkLimit
+    );
+    assert_eq!(
+        query
+            .resume_with(workspace, Budget::unlimited(), clock)
+            .unwrap()
+            .stop,
+        StopReason::Finished
+    );
     let mut told = |query: Query| {
         let _ = query.run_with(workspace, None, Budget::work(500), clock);
         query.estimate(workspace, None).unwrap()

@@ -15,7 +15,8 @@ fn assert_exact(a: &Tree, b: &Tree, b_in_a: Pose) -> (usize, Stats) {
     let mut workspace = Workspace::new();
     let mut stats = None;
     for mode in [Mode::Any, Mode::All] {
-        let (outcome, pairs) = run_to_end(&Query::new(a, b, b_in_a).mode(mode), &mut workspace, ENOUGH);
+        let (outcome, pairs) =
+            run_to_end(&Query::new(a, b, b_in_a).mode(mode), &mut workspace, ENOUGH);
         assert_complete(mode, &outcome, &pairs, &truth);
         stats = Some(outcome.stats);
     }
@@ -24,7 +25,12 @@ fn assert_exact(a: &Tree, b: &Tree, b_in_a: Pose) -> (usize, Stats) {
 
 /// The tree of each preset: none may lose a pair.
 fn trees(mesh: &Mesh) -> [Tree; 3] {
-    [BuildOptions::fast_build(), BuildOptions::default(), BuildOptions::best()].map(|options| {
+    [
+        BuildOptions::fast_build(),
+        BuildOptions::default(),
+        BuildOptions::best(),
+    ]
+    .map(|options| {
         let tree = Tree::with_options(mesh.clone(), &options);
         tree.validate().unwrap();
         tree
@@ -56,7 +62,11 @@ fn a_quarter_of_a_million_triangles_against_a_thousand() {
     let (touching, stats) = assert_exact(&field, &part, moved(middle));
     assert!(touching > 100, "{touching}");
     assert!(stats.primitive_tests < 100 * touching as u64, "{stats:?}");
-    let (none, stats) = assert_exact(&field, &part, moved(middle + (size + bounds.extents().z) * DVec3::Z));
+    let (none, stats) = assert_exact(
+        &field,
+        &part,
+        moved(middle + (size + bounds.extents().z) * DVec3::Z),
+    );
     assert_eq!((none, stats.primitive_tests), (0, 0));
 }
 
@@ -75,7 +85,10 @@ fn a_part_in_a_room() {
         // In a corner, through three walls.
         let corner = Pose::new(*turned.rotation(), DVec3::new(9.9, 7.9, -2.9)).unwrap();
         let (touching, stats) = assert_exact(room, &part, corner);
-        assert!(touching > 100 && stats.primitive_tests < 20 * touching as u64, "{touching} {stats:?}");
+        assert!(
+            touching > 100 && stats.primitive_tests < 20 * touching as u64,
+            "{touching} {stats:?}"
+        );
         // Flat on the floor, where it touches exactly.
         let half = part.mesh().aabb().extents().z / 2.0;
         let (touching, _) = assert_exact(room, &part, moved(DVec3::new(0.0, 0.0, half - 3.0)));
@@ -85,22 +98,36 @@ fn a_part_in_a_room() {
 
 #[test]
 fn one_huge_triangle_against_thousands_of_small_ones() {
-    let corners = [DVec3::new(-3e3, -1e3, 0.25), DVec3::new(2e3, -2e3, 0.25), DVec3::new(0.0, 4e3, 0.25)];
+    let corners = [
+        DVec3::new(-3e3, -1e3, 0.25),
+        DVec3::new(2e3, -2e3, 0.25),
+        DVec3::new(0.0, 4e3, 0.25),
+    ];
     let huge = Tree::new(soup([corners]));
     for sphere in &trees(&shapes::icosphere(4)) {
         let (touching, stats) = assert_exact(&huge, sphere, Pose::IDENTITY);
-        assert!(touching > 100 && stats.primitive_tests < 8 * touching as u64, "{touching} {stats:?}");
+        assert!(
+            touching > 100 && stats.primitive_tests < 8 * touching as u64,
+            "{touching} {stats:?}"
+        );
         let (other_way, _) = assert_exact(sphere, &huge, Pose::IDENTITY);
         assert_eq!(other_way, touching);
         assert_eq!(assert_exact(&huge, sphere, moved(DVec3::Z * 1.5)).0, 0);
     }
     // The same in one mesh with small ones: it may not spoil their boxes.
     let sphere = shapes::icosphere(4);
-    let mixed = soup((0..sphere.len()).map(|i| sphere.triangle(i)).chain([corners]));
+    let mixed = soup(
+        (0..sphere.len())
+            .map(|i| sphere.triangle(i))
+            .chain([corners]),
+    );
     let other = Tree::new(shapes::torus(0.9, 0.2, 24));
     for mixed in &trees(&mixed) {
         let (touching, stats) = assert_exact(mixed, &other, moved(DVec3::new(0.4, 0.1, 0.3)));
-        assert!(touching > 100 && stats.primitive_tests < 20 * touching as u64, "{touching} {stats:?}");
+        assert!(
+            touching > 100 && stats.primitive_tests < 20 * touching as u64,
+            "{touching} {stats:?}"
+        );
     }
 }
 
@@ -119,7 +146,10 @@ fn long_slivers() {
     let b = Tree::new(b);
     for a in &trees(&a) {
         let (touching, stats) = assert_exact(a, &plate, Pose::IDENTITY);
-        assert!(touching > 600 && stats.primitive_tests < 80 * touching as u64, "{touching} {stats:?}");
+        assert!(
+            touching > 600 && stats.primitive_tests < 80 * touching as u64,
+            "{touching} {stats:?}"
+        );
         let (_, stats) = assert_exact(a, &b, Pose::IDENTITY);
         assert!(stats.primitive_tests < 2500 * 2500 / 20, "{stats:?}");
     }

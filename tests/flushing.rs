@@ -15,7 +15,8 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, ManualClock, Mesh, Pose, Query, Ray, RayQuery, Scene, StopReason, Tree, Verdict, Workspace,
+    Body, Budget, ManualClock, Mesh, Pose, Query, Ray, RayQuery, Scene, StopReason, Tree, Verdict,
+    Workspace,
 };
 use std::sync::Arc;
 
@@ -31,7 +32,10 @@ fn with_flags<T>(flags: u32, work: impl FnOnce() -> T) -> T {
     result
 }
 
-#[allow(unsafe_code, reason = "the library has none; this is what a program around it does")]
+#[allow(
+    unsafe_code,
+    reason = "the library has none; this is what a program around it does"
+)]
 fn control() -> u32 {
     let mut register = 0_u32;
     // SAFETY: stores four bytes to a place that is large enough.
@@ -39,7 +43,10 @@ fn control() -> u32 {
     register
 }
 
-#[allow(unsafe_code, reason = "the library has none; this is what a program around it does")]
+#[allow(
+    unsafe_code,
+    reason = "the library has none; this is what a program around it does"
+)]
 fn set_control(register: u32) {
     // SAFETY: loads the value that was stored, but for the two bits above.
     unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const register, options(nostack)) };
@@ -66,11 +73,19 @@ fn tiny(size: Size, random: &mut Random) -> f64 {
         Size::SomeTiny => [1e-288, 1e-250, 1e-140, 1e-39, 1e-17],
         _ => [f64::from_bits(1), 1e-310, 3e-308, 1e-300, 1e-200],
     };
-    least[random.below(5)] * (1.0 + random.below(3) as f64) * if random.below(2) == 0 { 1.0 } else { -1.0 }
+    least[random.below(5)]
+        * (1.0 + random.below(3) as f64)
+        * if random.below(2) == 0 { 1.0 } else { -1.0 }
 }
 
 fn mesh(size: Size, random: &mut Random) -> Mesh {
-    let family = [Family::Uniform, Family::Degenerate, Family::Grid, Family::Nested, Family::Sliver][random.below(5)];
+    let family = [
+        Family::Uniform,
+        Family::Degenerate,
+        Family::Grid,
+        Family::Nested,
+        Family::Sliver,
+    ][random.below(5)];
     let mesh = soup(family, 12, random);
     let scale = match size {
         Size::NearF32 => [1e-36, 1e-38, 1e-40, 1e-44][random.below(4)],
@@ -96,7 +111,11 @@ fn mesh(size: Size, random: &mut Random) -> Mesh {
 
 fn pose(size: Size, random: &mut Random) -> Pose {
     let turned = pose_about(DVec3::ZERO, 0.1, Drift::None, random);
-    let turned = if random.below(3) == 0 { Pose::IDENTITY } else { turned };
+    let turned = if random.below(3) == 0 {
+        Pose::IDENTITY
+    } else {
+        turned
+    };
     match size {
         Size::DenormalPose | Size::SomeTiny if random.below(3) > 0 => {
             let mut rotation = DMat3::IDENTITY.to_cols_array();
@@ -115,13 +134,24 @@ fn pose(size: Size, random: &mut Random) -> Pose {
 fn no_verdict_is_false_where_denormal_numbers_are_flushed() {
     let mut random = Random::new(21);
     let mut workspace = Workspace::new();
-    for size in [Size::Ordinary, Size::NearF32, Size::NearF64, Size::SomeTiny, Size::SomeDenormal, Size::DenormalPose] {
+    for size in [
+        Size::Ordinary,
+        Size::NearF32,
+        Size::NearF64,
+        Size::SomeTiny,
+        Size::SomeDenormal,
+        Size::DenormalPose,
+    ] {
         let (mut decided, mut refused, mut meet) = (0, 0, 0);
         for round in 0..1500 {
             let [a, b] = [mesh(size, &mut random), mesh(size, &mut random)];
             let b_in_a = pose(size, &mut random);
             let truth = all_pairs(&a, &b, &b_in_a);
-            let flags = [FLUSH_TO_ZERO, DENORMALS_ARE_ZERO, FLUSH_TO_ZERO | DENORMALS_ARE_ZERO][round % 3];
+            let flags = [
+                FLUSH_TO_ZERO,
+                DENORMALS_ARE_ZERO,
+                FLUSH_TO_ZERO | DENORMALS_ARE_ZERO,
+            ][round % 3];
             let built_before = [Tree::new(a.clone()), Tree::new(b.clone())];
             for mode in MODES {
                 let (outcome, pairs) = with_flags(flags, || {
@@ -130,7 +160,11 @@ fn no_verdict_is_false_where_denormal_numbers_are_flushed() {
                     } else {
                         [Tree::new(a.clone()), Tree::new(b.clone())]
                     };
-                    run_to_end(&Query::new(&a, &b, b_in_a).mode(mode), &mut workspace, ENOUGH)
+                    run_to_end(
+                        &Query::new(&a, &b, b_in_a).mode(mode),
+                        &mut workspace,
+                        ENOUGH,
+                    )
                 });
                 if outcome.stop == StopReason::FlushedToZero {
                     assert_eq!((outcome.verdict, outcome.found), (Verdict::Undecided, 0));
@@ -142,7 +176,10 @@ fn no_verdict_is_false_where_denormal_numbers_are_flushed() {
             }
         }
         println!("{size:?}: {decided} decided, {meet} of them meet, {refused} refused");
-        assert!(meet > 0 || matches!(size, Size::NearF64 | Size::SomeDenormal), "{size:?}");
+        assert!(
+            meet > 0 || matches!(size, Size::NearF64 | Size::SomeDenormal),
+            "{size:?}"
+        );
         assert_eq!(refused > 0, size != Size::Ordinary, "{size:?}");
     }
 }
@@ -152,13 +189,24 @@ fn no_verdict_is_false_where_denormal_numbers_are_flushed() {
 fn no_distance_is_false_where_denormal_numbers_are_flushed() {
     let mut random = Random::new(22);
     let mut workspace = Workspace::new();
-    for size in [Size::Ordinary, Size::NearF32, Size::NearF64, Size::SomeTiny, Size::SomeDenormal, Size::DenormalPose] {
+    for size in [
+        Size::Ordinary,
+        Size::NearF32,
+        Size::NearF64,
+        Size::SomeTiny,
+        Size::SomeDenormal,
+        Size::DenormalPose,
+    ] {
         let (mut told, mut refused) = (0, 0);
         for round in 0..40 {
             let [a, b] = [mesh(size, &mut random), mesh(size, &mut random)].map(Tree::new);
             let b_in_a = pose(size, &mut random);
             let mut truth = distance::Truth::new(&a, &b, &b_in_a);
-            let flags = [FLUSH_TO_ZERO, DENORMALS_ARE_ZERO, FLUSH_TO_ZERO | DENORMALS_ARE_ZERO][round % 3];
+            let flags = [
+                FLUSH_TO_ZERO,
+                DENORMALS_ARE_ZERO,
+                FLUSH_TO_ZERO | DENORMALS_ARE_ZERO,
+            ][round % 3];
             for asked in truth.questions() {
                 let query = asked.query(&a, &b, b_in_a);
                 let budget = [Budget::work(random.below(4000) as u64), distance::ENOUGH][round % 2];
@@ -166,7 +214,10 @@ fn no_distance_is_false_where_denormal_numbers_are_flushed() {
                 truth.assert_sound(&asked, &said);
                 match said.stop {
                     StopReason::FlushedToZero => {
-                        assert_eq!((said.low, said.high, said.closer), (0.0, f64::INFINITY, None));
+                        assert_eq!(
+                            (said.low, said.high, said.closer),
+                            (0.0, f64::INFINITY, None)
+                        );
                         refused += 1;
                         let rest = distance::resume(&query, &mut workspace, distance::ENOUGH);
                         truth.assert_complete(&asked, &rest);
@@ -188,31 +239,52 @@ fn a_refused_query_goes_on_when_the_flags_are_cleared() {
     let query = Query::new(&tree, &tree, Pose::IDENTITY);
     let mut workspace = Workspace::new();
     let clock = ManualClock::new();
-    let outcome = with_flags(DENORMALS_ARE_ZERO, || query.run_with(&mut workspace, None, ENOUGH, &clock));
-    assert_eq!((outcome.stop, outcome.stats.work), (StopReason::FlushedToZero, 0));
-    let outcome = query.resume_with(&mut workspace, None, ENOUGH, &clock).unwrap();
+    let outcome = with_flags(DENORMALS_ARE_ZERO, || {
+        query.run_with(&mut workspace, None, ENOUGH, &clock)
+    });
+    assert_eq!(
+        (outcome.stop, outcome.stats.work),
+        (StopReason::FlushedToZero, 0)
+    );
+    let outcome = query
+        .resume_with(&mut workspace, None, ENOUGH, &clock)
+        .unwrap();
     assert_eq!(outcome.stop, StopReason::FirstHit);
 }
 
 #[test]
 fn a_scene_leaves_open_what_flushing_could_falsify() {
     let mut random = Random::new(4);
-    let [small, usual] = [Size::NearF64, Size::Ordinary].map(|size| Arc::new(Tree::new(mesh(size, &mut random))));
+    let [small, usual] =
+        [Size::NearF64, Size::Ordinary].map(|size| Arc::new(Tree::new(mesh(size, &mut random))));
     let mut scene = Scene::new();
     for tree in [&small, &usual] {
         for _ in 0..2 {
-            scene.insert(Body::moving(Arc::clone(tree), Pose::IDENTITY)).unwrap();
+            scene
+                .insert(Body::moving(Arc::clone(tree), Pose::IDENTITY))
+                .unwrap();
         }
     }
     for _ in 0..3 {
         let report = with_flags(FLUSH_TO_ZERO | DENORMALS_ARE_ZERO, || {
-            scene.detect_with(Budget::work(100_000), &ManualClock::new()).clone()
+            scene
+                .detect_with(Budget::work(100_000), &ManualClock::new())
+                .clone()
         });
-        let known: Vec<bool> = report.pairs.iter().map(|pair| pair.verdict != Verdict::Undecided).collect();
+        let known: Vec<bool> = report
+            .pairs
+            .iter()
+            .map(|pair| pair.verdict != Verdict::Undecided)
+            .collect();
         // All pairs but that of the usual bodies have a small one.
         assert_eq!(known, [false, false, false, false, false, true]);
     }
-    assert_eq!(scene.detect_with(Budget::unlimited(), &ManualClock::new()).undecided(), 0);
+    assert_eq!(
+        scene
+            .detect_with(Budget::unlimited(), &ManualClock::new())
+            .undecided(),
+        0
+    );
 }
 
 /// What a ray hits is the same with the flags, or the query says that it cannot tell.
@@ -221,9 +293,13 @@ fn rays_that_flushing_could_falsify_are_refused() {
     let clock = ManualClock::new();
     let (mut workspace, mut refused, mut answered) = (Workspace::new(), 0, 0);
     for scale in [1.0, 1e-30, 1e-200, 1e-295, 1e-310] {
-        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|corner| corner.map(|x| x * scale));
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+            .map(|corner| corner.map(|x| x * scale));
         let tree = Tree::new(Mesh::from_f64(corners, [[0, 1, 2]]).unwrap());
-        for (x, size) in [0.25, 0.375, 0.75].into_iter().flat_map(|x| [1.0, 1e-30, 1e-310].map(|size| (x, size))) {
+        for (x, size) in [0.25, 0.375, 0.75]
+            .into_iter()
+            .flat_map(|x| [1.0, 1e-30, 1e-310].map(|size| (x, size)))
+        {
             let ray = Ray::new([x * scale, 0.5 * scale, scale], [0.0, 0.0, -size]).unwrap();
             let query = RayQuery::new(&tree, ray);
             let truth = query.run_with(&mut workspace, Budget::unlimited(), &clock);
@@ -233,7 +309,12 @@ fn rays_that_flushing_could_falsify_are_refused() {
             if cast.stop == StopReason::FlushedToZero {
                 refused += 1;
                 assert_eq!((cast.hit, cast.free_until), (None, 0.0));
-                assert_eq!(query.resume_with(&mut workspace, Budget::unlimited(), &clock).unwrap(), truth);
+                assert_eq!(
+                    query
+                        .resume_with(&mut workspace, Budget::unlimited(), &clock)
+                        .unwrap(),
+                    truth
+                );
             } else {
                 answered += 1;
                 assert_eq!(cast, truth);

@@ -14,7 +14,12 @@ use punctual::glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 use punctual::{Budget, Pose, PoseError, Query, Tree, Verdict, Workspace};
 
 /// Cases where the case file also allows an error, but this library promises an answer.
-const ANSWERED: [&str; 4] = ["empty_both", "empty_mesh", "vertex_nan_unused", "vertices_no_triangles"];
+const ANSWERED: [&str; 4] = [
+    "empty_both",
+    "empty_mesh",
+    "vertex_nan_unused",
+    "vertices_no_triangles",
+];
 
 fn folders(parent: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(parent).unwrap();
@@ -33,7 +38,9 @@ fn assert_case(folder: &Path, workspace: &mut Workspace) {
     let poses = files::poses(&folder.join("poses.txt"));
     let truths = files::truth(&folder.join("truth.csv"));
     assert_eq!(poses.len(), truths.len());
-    let trees = a.mesh().and_then(|a| Ok([Tree::new(a), Tree::new(b.mesh()?)]));
+    let trees = a
+        .mesh()
+        .and_then(|a| Ok([Tree::new(a), Tree::new(b.mesh()?)]));
     for (pose, truth) in poses.iter().zip(&truths) {
         match (&trees, pose, *truth) {
             (Ok([a, b]), Ok(pose), Truth::Pairs(pairs)) if expect != "error" => {
@@ -61,7 +68,10 @@ fn assert_answers(a: &Tree, b: &Tree, pose: Pose, pairs: u64, workspace: &mut Wo
     for mode in MODES {
         for order in ORDERS {
             let query = Query::new(a, b, pose).mode(mode).order(order);
-            for (query, budget) in [(query, Budget::unlimited()), (query.queue_threshold(0.0), ENOUGH)] {
+            for (query, budget) in [
+                (query, Budget::unlimited()),
+                (query.queue_threshold(0.0), ENOUGH),
+            ] {
                 let (outcome, found) = run_to_end(&query, workspace, budget);
                 assert_complete(mode, &outcome, &found, &truth);
             }

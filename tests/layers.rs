@@ -15,18 +15,33 @@ const ARROWS: [(&str, &[&str]); 11] = [
     ("triangle", &["math"]),
     ("contact", &["math", "mesh", "tree", "triangle"]),
     ("model", &["math"]),
-    ("query", &["math", "names", "mesh", "tree", "triangle", "contact", "model"]),
+    (
+        "query",
+        &[
+            "math", "names", "mesh", "tree", "triangle", "contact", "model",
+        ],
+    ),
     ("push_out", &["math", "tree", "triangle", "model", "query"]),
-    ("scene", &["math", "names", "mesh", "tree", "triangle", "contact", "model", "query"]),
+    (
+        "scene",
+        &[
+            "math", "names", "mesh", "tree", "triangle", "contact", "model", "query",
+        ],
+    ),
     ("internals", &["math", "model", "query"]),
 ];
 
 /// The sources of a module.
 fn files(module: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(module);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("src")
+        .join(module);
     let (mut folders, mut files) = (vec![folder.clone()], vec![folder.with_extension("rs")]);
     while let Some(folder) = folders.pop() {
-        let entries = fs::read_dir(folder).into_iter().flatten().map(|entry| entry.unwrap().path());
+        let entries = fs::read_dir(folder)
+            .into_iter()
+            .flatten()
+            .map(|entry| entry.unwrap().path());
         let (more, sources): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
         folders.extend(more);
         files.extend(sources);
@@ -38,14 +53,24 @@ fn files(module: &str) -> Vec<PathBuf> {
 /// The code of a file; comments and unit tests are no code.
 fn code(file: &Path) -> String {
     let text = fs::read_to_string(file).unwrap();
-    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-    code.lines().flat_map(|line| line.split("//").next()).flat_map(|line| [line, "\n"]).collect()
+    let code = text
+        .split("#[cfg(test)]\nmod tests {")
+        .next()
+        .unwrap_or_default();
+    code.lines()
+        .flat_map(|line| line.split("//").next())
+        .flat_map(|line| [line, "\n"])
+        .collect()
 }
 
 /// The paths that follow `prefix` in the code of a file, without what is in braces.
 fn imports(file: &Path, prefix: &str) -> BTreeSet<String> {
     let of_path = |c: &char| c.is_alphanumeric() || "_:".contains(*c);
-    code(file).split(prefix).skip(1).map(|rest| rest.chars().take_while(of_path).collect()).collect()
+    code(file)
+        .split(prefix)
+        .skip(1)
+        .map(|rest| rest.chars().take_while(of_path).collect())
+        .collect()
 }
 
 #[test]
@@ -58,7 +83,11 @@ fn every_import_follows_an_arrow() {
                 if import == module || ARROWS.iter().all(|(other, _)| *other != import) {
                     continue;
                 }
-                assert!(allowed.contains(&import), "{} must not import {import}", file.display());
+                assert!(
+                    allowed.contains(&import),
+                    "{} must not import {import}",
+                    file.display()
+                );
                 seen += 1;
             }
         }
@@ -68,9 +97,20 @@ fn every_import_follows_an_arrow() {
 
 /// The path of a file as a module: `::broad::sort` for `src/scene/broad/sort.rs`, empty for `src/scene/mod.rs`.
 fn path_of(module: &str, file: &Path) -> String {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(module);
-    let Ok(inside) = file.with_extension("").strip_prefix(root).map(Path::to_owned) else { return String::new() };
-    let names = inside.iter().map(|name| name.to_str().unwrap()).filter(|name| *name != "mod");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("src")
+        .join(module);
+    let Ok(inside) = file
+        .with_extension("")
+        .strip_prefix(root)
+        .map(Path::to_owned)
+    else {
+        return String::new();
+    };
+    let names = inside
+        .iter()
+        .map(|name| name.to_str().unwrap())
+        .filter(|name| *name != "mod");
     names.flat_map(|name| ["::", name]).collect()
 }
 
@@ -78,18 +118,31 @@ fn path_of(module: &str, file: &Path) -> String {
 fn no_files_import_each_other_in_a_circle() {
     let mut seen = 0;
     for (module, _) in ARROWS {
-        let files: BTreeMap<String, PathBuf> =
-            files(module).into_iter().map(|file| (path_of(module, &file), file)).collect();
+        let files: BTreeMap<String, PathBuf> = files(module)
+            .into_iter()
+            .map(|file| (path_of(module, &file), file))
+            .collect();
         let mut left = BTreeMap::new();
         for (path, file) in files.iter().filter(|(path, _)| !path.is_empty()) {
             let above = path.rsplit_once("::").unwrap().0;
-            let inside = if file.ends_with("mod.rs") { imports(file, "\nuse ") } else { BTreeSet::new() };
-            let all = (imports(file, " super::").into_iter().map(|name| format!("{above}::{name}")))
-                .chain(imports(file, &format!("crate::{module}")))
-                .chain(inside.into_iter().map(|name| format!("{path}::{name}")));
+            let inside = if file.ends_with("mod.rs") {
+                imports(file, "\nuse ")
+            } else {
+                BTreeSet::new()
+            };
+            let all = (imports(file, " super::")
+                .into_iter()
+                .map(|name| format!("{above}::{name}")))
+            .chain(imports(file, &format!("crate::{module}")))
+            .chain(inside.into_iter().map(|name| format!("{path}::{name}")));
             // The longest beginning that is a file; the head of its own folder may be used by any file.
-            let ends =
-                |import: &str| import.match_indices("::").map(|(at, _)| at).chain([import.len()]).collect::<Vec<_>>();
+            let ends = |import: &str| {
+                import
+                    .match_indices("::")
+                    .map(|(at, _)| at)
+                    .chain([import.len()])
+                    .collect::<Vec<_>>()
+            };
             let file = |import: String| {
                 ends(&import)
                     .into_iter()
@@ -97,7 +150,10 @@ fn no_files_import_each_other_in_a_circle() {
                     .map(|end| import[..end].to_owned())
                     .find(|name| files.contains_key(name))
             };
-            let imports: BTreeSet<String> = all.flat_map(file).filter(|name| name != path && name != above).collect();
+            let imports: BTreeSet<String> = all
+                .flat_map(file)
+                .filter(|name| name != path && name != above)
+                .collect();
             seen += imports.len();
             left.insert(path.clone(), imports);
         }
@@ -108,7 +164,10 @@ fn no_files_import_each_other_in_a_circle() {
             let names: BTreeSet<String> = left.keys().cloned().collect();
             left.retain(|_, imports| imports.iter().any(|import| names.contains(import)));
         }
-        assert!(left.is_empty(), "{module}: these import each other in a circle: {left:#?}");
+        assert!(
+            left.is_empty(),
+            "{module}: these import each other in a circle: {left:#?}"
+        );
     }
     assert!(seen > 200, "{seen} imports: are they still found?");
 }

@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use allocations::held;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, BuildOptions, ManualClock, Mesh, Pose, Scene, Tree, Workspace, shapes};
+use punctual::{
+    Body, Budget, BuildOptions, ManualClock, Mesh, Pose, Scene, Tree, Workspace, shapes,
+};
 
 #[test]
 fn a_workspace_has_20_bytes_a_queued_and_8_a_found_pair() {
@@ -19,17 +21,26 @@ fn a_workspace_has_20_bytes_a_queued_and_8_a_found_pair() {
 
 #[test]
 fn a_tree_holds_what_its_statistics_say_and_less_than_188_bytes_a_triangle() {
-    let meshes =
-        [shapes::icosphere(5), shapes::torus_knot(2, 3, 0.2, 128), shapes::gear(25, 4), shapes::height_field(64, 3)];
+    let meshes = [
+        shapes::icosphere(5),
+        shapes::torus_knot(2, 3, 0.2, 128),
+        shapes::gear(25, 4),
+        shapes::height_field(64, 3),
+    ];
     for mesh in meshes {
-        let wide = (0..mesh.vertex_count()).map(|i| mesh.vertex(i) * 0.1).collect::<Vec<DVec3>>();
+        let wide = (0..mesh.vertex_count())
+            .map(|i| mesh.vertex(i) * 0.1)
+            .collect::<Vec<DVec3>>();
         let wide = Mesh::from_f64(wide, mesh.triangles().iter().copied()).unwrap();
         for mesh in [mesh, wide] {
             let (triangles, bytes_mesh) = (mesh.len(), mesh.bytes());
             let (tree, bytes) = held(|| Tree::new(mesh));
             assert_eq!(bytes + bytes_mesh, tree.stats().bytes());
             let per_triangle = tree.stats().bytes() as f64 / triangles as f64;
-            println!("{triangles} triangles, f32 {}: {per_triangle:.1} bytes each", tree.mesh().is_f32());
+            println!(
+                "{triangles} triangles, f32 {}: {per_triangle:.1} bytes each",
+                tree.mesh().is_f32()
+            );
             assert!(per_triangle < 188.0);
             let file = tree.to_bytes();
             let (_loaded, bytes) = held(|| Tree::from_bytes(&file).unwrap());
@@ -55,7 +66,10 @@ fn a_scene_has_a_fixed_part_and_some_hundred_bytes_a_body_and_a_pair() {
                 let pose = Pose::new(DMat3::IDENTITY, DVec3::X * 1.5 * scene.len() as f64).unwrap();
                 scene.insert(Body::moving(Arc::clone(&ball), pose)).unwrap();
             }
-            scene.detect_with(Budget::unlimited(), &ManualClock::new()).pairs.len()
+            scene
+                .detect_with(Budget::unlimited(), &ManualClock::new())
+                .pairs
+                .len()
         });
         println!("{} bodies, {pairs} pairs: {bytes} bytes more", scene.len());
         assert!(bytes < 50_000 + bodies * 3500);

@@ -14,7 +14,12 @@ fn bits(mesh: &Mesh, i: usize) -> [u64; 3] {
 #[test]
 fn an_index_past_the_end_is_named() {
     let error = Mesh::from_f64(CORNERS, [[0, 1, 2], [0, 3, 9]]).unwrap_err();
-    let expected = MeshError::IndexOutOfRange { triangle: 1, corner: 1, index: 3, vertices: 3 };
+    let expected = MeshError::IndexOutOfRange {
+        triangle: 1,
+        corner: 1,
+        index: 3,
+        vertices: 3,
+    };
     assert_eq!(error, expected);
     let text = "corner 1 of triangle 1 is vertex 3, but there are 3 vertices";
     assert_eq!(error.to_string(), text);
@@ -26,7 +31,10 @@ fn a_bad_coordinate_is_named() {
         for (value, expected) in [
             (f64::NAN, MeshError::NotFinite { vertex: 2, axis }),
             (f64::NEG_INFINITY, MeshError::NotFinite { vertex: 2, axis }),
-            (COORDINATE_LIMIT.next_up(), MeshError::TooLarge { vertex: 2, axis }),
+            (
+                COORDINATE_LIMIT.next_up(),
+                MeshError::TooLarge { vertex: 2, axis },
+            ),
             (-f64::MAX, MeshError::TooLarge { vertex: 2, axis }),
         ] {
             let mut corners = CORNERS;
@@ -50,7 +58,13 @@ fn the_largest_coordinates_are_accepted() {
 
 #[test]
 fn unused_vertices_are_never_looked_at() {
-    let vertices = [NAN, CORNERS[0], CORNERS[1], [1e300, f64::INFINITY, 0.1], CORNERS[2]];
+    let vertices = [
+        NAN,
+        CORNERS[0],
+        CORNERS[1],
+        [1e300, f64::INFINITY, 0.1],
+        CORNERS[2],
+    ];
     let mesh = Mesh::from_f64(vertices, [[1, 2, 4]]).unwrap();
     assert!(mesh.is_f32());
     assert_eq!(mesh.aabb(), Aabb::from_points(CORNERS.map(DVec3::from)));
@@ -69,7 +83,13 @@ fn f32_exact_vertices_are_stored_as_f32_with_every_bit() {
 
 #[test]
 fn one_inexact_coordinate_keeps_f64() {
-    for value in [0.1, 1e39, 1e-46, 1.0f64.next_up(), f64::from(f32::MAX).next_up()] {
+    for value in [
+        0.1,
+        1e39,
+        1e-46,
+        1.0f64.next_up(),
+        f64::from(f32::MAX).next_up(),
+    ] {
         let vertices = [[0.0; 3], [0.0, 0.0, value]];
         let mesh = Mesh::from_f64(vertices, [[0, 1, 1]]).unwrap();
         assert!(!mesh.is_f32());

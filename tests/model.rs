@@ -7,15 +7,23 @@ use std::time::Duration;
 use common::random::{Drift, Family, Random, pose_about, soup};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, CostModel, Counts, DEFAULT_PRIOR, ManualClock, Mode, Outcome, PairMemory, Pose, Quantiles, Query,
-    StopReason, Tree, Verdict, Workspace, shapes,
+    Budget, CostModel, Counts, DEFAULT_PRIOR, ManualClock, Mode, Outcome, PairMemory, Pose,
+    Quantiles, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 fn trees() -> [Tree; 2] {
-    [Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64))]
+    [
+        Tree::new(shapes::icosphere(4)),
+        Tree::new(shapes::torus(1.0, 0.3, 64)),
+    ]
 }
 
-fn run(query: &Query, workspace: &mut Workspace, memory: Option<&mut PairMemory>, budget: Budget) -> Outcome {
+fn run(
+    query: &Query,
+    workspace: &mut Workspace,
+    memory: Option<&mut PairMemory>,
+    budget: Budget,
+) -> Outcome {
     query.run_with(workspace, memory, budget, &ManualClock::new())
 }
 
@@ -30,7 +38,10 @@ fn poses() -> impl Iterator<Item = Pose> {
 
 #[track_caller]
 fn assert_ordered(q: Quantiles) {
-    assert!(q.p10 >= 0.0 && q.p10 <= q.p50 && q.p50 <= q.p90 && q.p90.is_finite(), "{q:?}");
+    assert!(
+        q.p10 >= 0.0 && q.p10 <= q.p50 && q.p50 <= q.p90 && q.p90.is_finite(),
+        "{q:?}"
+    );
 }
 
 #[test]
@@ -49,7 +60,11 @@ fn quantiles_are_in_order_and_the_same_each_time() {
                 assert_ordered(q);
             }
             assert_eq!(prediction, query.predict(None));
-            assert_eq!(prediction, query.predict(Some(&PairMemory::new())), "a memory that knows nothing");
+            assert_eq!(
+                prediction,
+                query.predict(Some(&PairMemory::new())),
+                "a memory that knows nothing"
+            );
         }
     }
 }
@@ -62,7 +77,9 @@ fn predictions_of_shapes_that_were_not_fitted_are_about_right() {
     for pose in poses() {
         let query = Query::new(&a, &b, pose).mode(Mode::All);
         let predicted = query.predict(None).bv_tests;
-        let actual = run(&query, &mut workspace, None, Budget::unlimited()).stats.bv_tests as f64;
+        let actual = run(&query, &mut workspace, None, Budget::unlimited())
+            .stats
+            .bv_tests as f64;
         errors.push((predicted.p50 / actual).log2().abs());
         covered += usize::from(actual <= predicted.p90 + 0.5);
     }
@@ -83,7 +100,10 @@ fn boxes_that_do_not_meet_cost_one_test() {
     let query = Query::new(&a, &empty, pose);
     assert_eq!(query.predict(None).bv_tests, Quantiles::exactly(0.0));
     let mut workspace = Workspace::new();
-    assert_eq!(run(&query, &mut workspace, None, Budget::work(0)).verdict, Verdict::Separated);
+    assert_eq!(
+        run(&query, &mut workspace, None, Budget::work(0)).verdict,
+        Verdict::Separated
+    );
     assert_eq!(query.estimate(&workspace, None).unwrap().probability, 0.0);
 }
 
@@ -98,7 +118,10 @@ fn what_is_decided_is_certain() {
             let estimate = query.estimate(&workspace, None).unwrap();
             let met = outcome.verdict != Verdict::Separated;
             assert_eq!(estimate.probability, f64::from(u8::from(met)));
-            assert_eq!((estimate.recall, estimate.remaining.bv_tests.p90), (1.0, 0.0));
+            assert_eq!(
+                (estimate.recall, estimate.remaining.bv_tests.p90),
+                (1.0, 0.0)
+            );
         }
     }
 }
@@ -120,15 +143,25 @@ fn what_is_undecided_is_not_certain_to_meet_and_not_free() {
                     undecided += 1;
                     assert!((0.0..1.0).contains(&estimate.probability), "{estimate:?}");
                     // Where a look at the front finds nothing that may meet, all that there is was found.
-                    assert_eq!(estimate.recall, f64::from(u8::from(estimate.probability == 0.0)));
+                    assert_eq!(
+                        estimate.recall,
+                        f64::from(u8::from(estimate.probability == 0.0))
+                    );
                     told_apart += u32::from(estimate.probability == 0.0);
                     assert!(estimate.remaining.bv_tests.p90 > 0.0 || workspace.pairs().is_empty());
                 }
-                assert_eq!(query.estimate(&workspace, None), Ok(estimate), "the same each time");
+                assert_eq!(
+                    query.estimate(&workspace, None),
+                    Ok(estimate),
+                    "the same each time"
+                );
             }
         }
     }
-    assert!(undecided > 50 && (1..undecided).contains(&told_apart), "{undecided} {told_apart}");
+    assert!(
+        undecided > 50 && (1..undecided).contains(&told_apart),
+        "{undecided} {told_apart}"
+    );
 }
 
 #[test]
@@ -138,12 +171,25 @@ fn the_probability_rises_with_the_prior() {
     let query = Query::new(&a, &b, along_x(1.9));
     let outcome = run(&query, &mut workspace, None, Budget::work(500));
     assert_eq!(outcome.verdict, Verdict::Undecided);
-    let at = |prior: f64| query.prior(prior).estimate(&workspace, None).unwrap().probability;
+    let at = |prior: f64| {
+        query
+            .prior(prior)
+            .estimate(&workspace, None)
+            .unwrap()
+            .probability
+    };
     let rising = [0.0, 1e-6, 0.1, 0.5, 0.9, 1.0].map(at);
     assert!(rising.windows(2).all(|two| two[0] < two[1]), "{rising:?}");
     assert_eq!([rising[0], rising[5]], [0.0, 1.0]);
-    assert_eq!(at(DEFAULT_PRIOR), query.estimate(&workspace, None).unwrap().probability);
-    assert_eq!([at(-3.0), at(7.0)], [0.0, 1.0], "a prior beyond its range counts as its end");
+    assert_eq!(
+        at(DEFAULT_PRIOR),
+        query.estimate(&workspace, None).unwrap().probability
+    );
+    assert_eq!(
+        [at(-3.0), at(7.0)],
+        [0.0, 1.0],
+        "a prior beyond its range counts as its end"
+    );
 }
 
 #[test]
@@ -155,7 +201,14 @@ fn a_memory_makes_predictions_of_a_motion_better() {
     for i in 0..60 {
         let query = Query::new(&a, &b, along_x(1.0 + 0.002 * f64::from(i))).mode(Mode::All);
         let predicted = [query.predict(None), query.predict(Some(&memory))];
-        let actual = run(&query, &mut workspace, Some(&mut memory), Budget::unlimited()).stats.bv_tests as f64;
+        let actual = run(
+            &query,
+            &mut workspace,
+            Some(&mut memory),
+            Budget::unlimited(),
+        )
+        .stats
+        .bv_tests as f64;
         for (error, predicted) in errors.iter_mut().zip(predicted) {
             *error += (predicted.bv_tests.p50 / actual).log2().abs();
         }
@@ -169,13 +222,26 @@ fn the_last_verdict_counts() {
     let mut workspace = Workspace::new();
     let told = [0.5, 3.0].map(|x| {
         let mut memory = PairMemory::new();
-        let _ = run(&Query::new(&a, &b, along_x(x)), &mut workspace, Some(&mut memory), Budget::unlimited());
+        let _ = run(
+            &Query::new(&a, &b, along_x(x)),
+            &mut workspace,
+            Some(&mut memory),
+            Budget::unlimited(),
+        );
         let query = Query::new(&a, &b, along_x(1.95));
         let outcome = run(&query, &mut workspace, None, Budget::work(300));
         assert_eq!(outcome.verdict, Verdict::Undecided);
-        query.estimate(&workspace, Some(&memory)).unwrap().probability
+        query
+            .estimate(&workspace, Some(&memory))
+            .unwrap()
+            .probability
     });
-    assert!(told[0] > told[1] + 0.1, "after a hit {}, after none {}", told[0], told[1]);
+    assert!(
+        told[0] > told[1] + 0.1,
+        "after a hit {}, after none {}",
+        told[0],
+        told[1]
+    );
 }
 
 #[test]
@@ -198,11 +264,31 @@ fn what_is_left_shrinks_to_nothing() {
     let mut outcome = run(&query, &mut workspace, None, Budget::work(0));
     let mut errors = Vec::new();
     while outcome.stop == StopReason::WorkLimit {
-        let left = query.estimate(&workspace, None).unwrap().remaining.bv_tests.p50;
-        errors.push((((outcome.stats.bv_tests as f64 + left) / total.bv_tests as f64).log2().abs(), left));
-        outcome = query.resume_with(&mut workspace, None, Budget::work(total.work / 10), &ManualClock::new()).unwrap();
+        let left = query
+            .estimate(&workspace, None)
+            .unwrap()
+            .remaining
+            .bv_tests
+            .p50;
+        errors.push((
+            ((outcome.stats.bv_tests as f64 + left) / total.bv_tests as f64)
+                .log2()
+                .abs(),
+            left,
+        ));
+        outcome = query
+            .resume_with(
+                &mut workspace,
+                None,
+                Budget::work(total.work / 10),
+                &ManualClock::new(),
+            )
+            .unwrap();
     }
-    assert!(errors.len() >= 9 && errors[1].0 < 1.0 && errors[5].0 < 0.5, "{errors:?}");
+    assert!(
+        errors.len() >= 9 && errors[1].0 < 1.0 && errors[5].0 < 0.5,
+        "{errors:?}"
+    );
     assert!(errors[errors.len() - 1].1 < errors[0].1);
 }
 
@@ -218,23 +304,42 @@ fn time_budgets_teach_the_costs() {
     let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All);
     let predicted = query.predict(None);
     for _ in 0..10 {
-        let _ = query.run_with(&mut workspace, None, Budget::time(Duration::from_secs(1)), &clock);
+        let _ = query.run_with(
+            &mut workspace,
+            None,
+            Budget::time(Duration::from_secs(1)),
+            &clock,
+        );
     }
     let learned = workspace.cost_model();
     assert!(learned.bv_test < 0.5 * slow.bv_test);
     assert!(predicted.time(&learned).p50 < predicted.time(&slow).p50);
     let _ = query.run_with(&mut workspace, None, Budget::unlimited(), &clock);
-    assert_eq!(workspace.cost_model(), learned, "only budgets of time are measured");
+    assert_eq!(
+        workspace.cost_model(),
+        learned,
+        "only budgets of time are measured"
+    );
 }
 
 /// Generous time: depth-first, no queue. Too little: the queue. Either way the answer is the same.
 #[test]
 fn the_time_budget_decides_whether_pairs_are_queued() {
-    let (a, b) = (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 256)));
-    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All).queue_threshold(0.0);
+    let (a, b) = (
+        Tree::new(shapes::icosphere(6)),
+        Tree::new(shapes::torus(1.0, 0.3, 256)),
+    );
+    let query = Query::new(&a, &b, along_x(0.4))
+        .mode(Mode::All)
+        .queue_threshold(0.0);
     let mut workspace = Workspace::new();
     let peaks = [Duration::from_secs(100), Duration::from_nanos(100)].map(|limit| {
-        let outcome = query.run_with(&mut workspace, None, Budget::time(limit), &ManualClock::new());
+        let outcome = query.run_with(
+            &mut workspace,
+            None,
+            Budget::time(limit),
+            &ManualClock::new(),
+        );
         (outcome.stats.queue_peak > 0, outcome.found)
     });
     assert_eq!(peaks[0], (false, peaks[1].1));
@@ -244,13 +349,22 @@ fn the_time_budget_decides_whether_pairs_are_queued() {
 /// The costs that a workspace was given count from its first query on.
 #[test]
 fn given_costs_decide_whether_the_first_query_is_queued() {
-    let (a, b) = (Tree::new(shapes::icosphere(6)), Tree::new(shapes::torus(1.0, 0.3, 256)));
-    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All).queue_threshold(0.0);
+    let (a, b) = (
+        Tree::new(shapes::icosphere(6)),
+        Tree::new(shapes::torus(1.0, 0.3, 256)),
+    );
+    let query = Query::new(&a, &b, along_x(0.4))
+        .mode(Mode::All)
+        .queue_threshold(0.0);
     let queued = [1.0, 1e9].map(|factor| {
         let mut workspace = Workspace::new();
         workspace.set_cost_model(CostModel::default().scaled(factor));
         let limit = Budget::time(Duration::from_secs(100));
-        query.run_with(&mut workspace, None, limit, &ManualClock::new()).stats.queue_peak > 0
+        query
+            .run_with(&mut workspace, None, limit, &ManualClock::new())
+            .stats
+            .queue_peak
+            > 0
     });
     assert_eq!(queued, [false, true]);
 }
@@ -260,10 +374,19 @@ fn measured_costs_are_positive() {
     #[cfg(feature = "std")]
     {
         let costs = CostModel::measure();
-        let all = [costs.bv_test, costs.triangle_test, costs.box_update, costs.setup];
+        let all = [
+            costs.bv_test,
+            costs.triangle_test,
+            costs.box_update,
+            costs.setup,
+        ];
         assert!(all.iter().all(|&cost| cost > 0.0 && cost < 1e5), "{all:?}");
     }
-    assert_eq!(CostModel::measure_with(&ManualClock::new()), CostModel::default(), "a clock that stands still");
+    assert_eq!(
+        CostModel::measure_with(&ManualClock::new()),
+        CostModel::default(),
+        "a clock that stands still"
+    );
 }
 
 /// No pose and no stop makes a number that is none.
@@ -275,13 +398,26 @@ fn random_queries_give_numbers() {
     let large = Tree::new(shapes::height_field(40, 1));
     for _ in 0..300 {
         let pose = pose_about(DVec3::ZERO, 1.5, Drift::None, &mut random);
-        for (a, b) in [(&large, &large), (&tiny, &large), (&large, &tiny), (&tiny, &tiny)] {
+        for (a, b) in [
+            (&large, &large),
+            (&tiny, &large),
+            (&large, &tiny),
+            (&tiny, &tiny),
+        ] {
             let query = Query::new(a, b, pose).mode(Mode::All).queue_threshold(0.0);
             assert_ordered(query.predict(None).bv_tests);
-            let _ = run(&query, &mut workspace, None, Budget::work(random.below(3000) as u64));
+            let _ = run(
+                &query,
+                &mut workspace,
+                None,
+                Budget::work(random.below(3000) as u64),
+            );
             let estimate = query.estimate(&workspace, None).unwrap();
             assert_ordered(estimate.remaining.work);
-            assert!((0.0..=1.0).contains(&estimate.probability) && (0.0..=1.0).contains(&estimate.recall));
+            assert!(
+                (0.0..=1.0).contains(&estimate.probability)
+                    && (0.0..=1.0).contains(&estimate.recall)
+            );
         }
     }
 }
@@ -289,7 +425,11 @@ fn random_queries_give_numbers() {
 #[test]
 fn every_count_has_its_own_cost() {
     let costs = CostModel::new([2.0, 30.0, 500.0, 7000.0]);
-    let counts = Counts { bv_tests: 1.5, triangle_tests: 2.0, box_updates: 3.0 };
+    let counts = Counts {
+        bv_tests: 1.5,
+        triangle_tests: 2.0,
+        box_updates: 3.0,
+    };
     assert_eq!(costs.time(&Counts::default()), 7000.0);
     assert_eq!(costs.time(&counts), 3.0 + 60.0 + 1500.0 + 7000.0);
 }
@@ -297,7 +437,11 @@ fn every_count_has_its_own_cost() {
 /// At .36 ns a unit, and 61 ns to set up a query.
 #[test]
 fn the_default_costs_are_the_weights_of_work() {
-    let counts = Counts { bv_tests: 1000.0, triangle_tests: 20.0, box_updates: 30.0 };
+    let counts = Counts {
+        bv_tests: 1000.0,
+        triangle_tests: 20.0,
+        box_updates: 30.0,
+    };
     let time = CostModel::default().time(&counts);
     assert!((time - 0.36 * counts.work() - 61.0).abs() < 1e-9 * time);
 }

@@ -14,8 +14,9 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{
-    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, Motion, MotionQuery, PairMemory, Patches, Pose,
-    PushOutQuery, Query, Ray, RayBatch, RayMode, RayQuery, StopReason, Tree, Workspace, shapes,
+    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, Motion, MotionQuery, PairMemory,
+    Patches, Pose, PushOutQuery, Query, Ray, RayBatch, RayMode, RayQuery, StopReason, Tree,
+    Workspace, shapes,
 };
 
 #[test]
@@ -25,7 +26,11 @@ fn the_counter_counts() {
 }
 
 /// Everything a caller can do with a query inside a frame.
-fn use_query(query: &Query, [workspace, aside]: [&mut Workspace; 2], mut memory: Option<&mut PairMemory>) {
+fn use_query(
+    query: &Query,
+    [workspace, aside]: [&mut Workspace; 2],
+    mut memory: Option<&mut PairMemory>,
+) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     let budgets = [
         Budget::work(0),
@@ -40,7 +45,9 @@ fn use_query(query: &Query, [workspace, aside]: [&mut Workspace; 2], mut memory:
             let certificate = query.certificate(workspace).unwrap();
             black_box((certificate.upper_bound(), certificate.largest_extent()));
             black_box(certificate.boxes().count());
-            let narrowed = query.narrowed_certificate(workspace, aside, 500 * resumption).unwrap();
+            let narrowed = query
+                .narrowed_certificate(workspace, aside, 500 * resumption)
+                .unwrap();
             black_box((narrowed.upper_bound(), narrowed.boxes().count()));
             match outcome.stop {
                 StopReason::Finished | StopReason::FirstHit => break,
@@ -56,17 +63,34 @@ fn use_query(query: &Query, [workspace, aside]: [&mut Workspace; 2], mut memory:
 }
 
 /// The same of a distance query.
-fn use_distance(query: &DistanceQuery, [workspace, aside]: [&mut Workspace; 2], mut memory: Option<&mut PairMemory>) {
+fn use_distance(
+    query: &DistanceQuery,
+    [workspace, aside]: [&mut Workspace; 2],
+    mut memory: Option<&mut PairMemory>,
+) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
-    for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
+    for budget in [
+        Budget::work(0),
+        Budget::work(2_000),
+        Budget::time(Duration::from_micros(3)),
+        Budget::unlimited(),
+    ] {
         black_box(query.predict(memory.as_deref()));
         let mut said = query.run_with(workspace, memory.as_deref_mut(), budget, &clock);
         while said.stop != StopReason::Finished {
             let _ = black_box(query.estimate(workspace, memory.as_deref()));
-            black_box(query.narrowed_certificate(workspace, aside, 2_000).unwrap().boxes().count());
-            let more =
-                [Budget::work(5_000), Budget::time(Duration::from_micros(30))][usize::from(said.stats.work % 2 == 1)];
-            said = query.resume_with(workspace, memory.as_deref_mut(), more, &clock).unwrap();
+            black_box(
+                query
+                    .narrowed_certificate(workspace, aside, 2_000)
+                    .unwrap()
+                    .boxes()
+                    .count(),
+            );
+            let more = [Budget::work(5_000), Budget::time(Duration::from_micros(30))]
+                [usize::from(said.stats.work % 2 == 1)];
+            said = query
+                .resume_with(workspace, memory.as_deref_mut(), more, &clock)
+                .unwrap();
         }
         let _ = black_box(said);
     }
@@ -75,10 +99,17 @@ fn use_distance(query: &DistanceQuery, [workspace, aside]: [&mut Workspace; 2], 
 /// The same of a motion query.
 fn use_motion(query: &MotionQuery, workspace: &mut Workspace, memory: &mut PairMemory) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
-    for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
+    for budget in [
+        Budget::work(0),
+        Budget::work(2_000),
+        Budget::time(Duration::from_micros(3)),
+        Budget::unlimited(),
+    ] {
         let mut said = query.run_with(workspace, Some(memory), budget, &clock);
         while said.stop != StopReason::Finished {
-            said = query.resume_with(workspace, Some(memory), Budget::work(9_000), &clock).unwrap();
+            said = query
+                .resume_with(workspace, Some(memory), Budget::work(9_000), &clock)
+                .unwrap();
         }
         let _ = black_box(said);
     }
@@ -87,16 +118,29 @@ fn use_motion(query: &MotionQuery, workspace: &mut Workspace, memory: &mut PairM
 /// The same of a contact query, in a workspace that has room.
 fn use_contacts(query: &ContactQuery, [workspace, aside]: [&mut Workspace; 2]) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
-    for budget in [Budget::work(0), Budget::work(2_000), Budget::time(Duration::from_micros(3)), Budget::unlimited()] {
+    for budget in [
+        Budget::work(0),
+        Budget::work(2_000),
+        Budget::time(Duration::from_micros(3)),
+        Budget::unlimited(),
+    ] {
         let mut said = query.run_with(workspace, budget, &clock);
         while said.stop != StopReason::Finished {
             black_box(query.certificate(workspace).unwrap().boxes().count());
-            black_box(query.narrowed_certificate(workspace, aside, 2_000).unwrap().boxes().count());
+            black_box(
+                query
+                    .narrowed_certificate(workspace, aside, 2_000)
+                    .unwrap()
+                    .boxes()
+                    .count(),
+            );
             black_box(workspace.contacts().count());
             if said.stop == StopReason::PairsFull {
                 drop(black_box(workspace.drain_contacts()));
             }
-            said = query.resume_with(workspace, Budget::work(50_000), &clock).unwrap();
+            said = query
+                .resume_with(workspace, Budget::work(50_000), &clock)
+                .unwrap();
         }
         black_box(workspace.contacts().count());
     }
@@ -104,13 +148,21 @@ fn use_contacts(query: &ContactQuery, [workspace, aside]: [&mut Workspace; 2]) {
 
 #[track_caller]
 fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
-    let workspaces = [Workspace::new(), Workspace::with_capacity(0, 1), Workspace::with_capacity(3, 5)];
+    let workspaces = [
+        Workspace::new(),
+        Workspace::with_capacity(0, 1),
+        Workspace::with_capacity(3, 5),
+    ];
     let mut aside = Workspace::with_capacity(30, 50);
     for mut workspace in workspaces {
         for mode in MODES {
             for order in ORDERS {
                 let query = Query::new(a, b, pose).mode(mode).order(order);
-                for query in [query, query.queue_threshold(0.0), query.queue_threshold(0.0).pair_limit(3)] {
+                for query in [
+                    query,
+                    query.queue_threshold(0.0),
+                    query.queue_threshold(0.0).pair_limit(3),
+                ] {
                     let mut memory = PairMemory::new();
                     let calls = allocator_calls(|| {
                         use_query(&query, [&mut workspace, &mut aside], None);
@@ -122,7 +174,12 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
             }
         }
         let query = DistanceQuery::new(a, b, pose);
-        for query in [query, query.absolute_tolerance(0.0), query.margins([0.1, 0.2]), query.closer_than(0.5)] {
+        for query in [
+            query,
+            query.absolute_tolerance(0.0),
+            query.margins([0.1, 0.2]),
+            query.closer_than(0.5),
+        ] {
             let mut memory = PairMemory::new();
             let calls = allocator_calls(|| {
                 use_distance(&query, [&mut workspace, &mut aside], None);
@@ -132,21 +189,35 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
             assert_eq!(calls, 0, "{query:?}");
         }
         let far = Motion::turning(pose, [3.0, 0.1, 0.2], [0.1, 0.2, 0.3], [0.0; 3]).unwrap();
-        for motion in [far, Motion::straight(far.pose(1.0), [-3.0, 0.0, 0.0]).unwrap()] {
+        for motion in [
+            far,
+            Motion::straight(far.pose(1.0), [-3.0, 0.0, 0.0]).unwrap(),
+        ] {
             let mut memory = PairMemory::new();
             let query = MotionQuery::new(a, b, motion);
-            assert_eq!(allocator_calls(|| use_motion(&query, &mut workspace, &mut memory)), 0, "{motion:?}");
+            assert_eq!(
+                allocator_calls(|| use_motion(&query, &mut workspace, &mut memory)),
+                0,
+                "{motion:?}"
+            );
         }
         workspace.reserve_contacts(64);
         let query = ContactQuery::new(a, b, pose);
-        for query in [query, query.margin(0.01), query.margin(0.01).contact_limit(3)] {
+        for query in [
+            query,
+            query.margin(0.01),
+            query.margin(0.01).contact_limit(3),
+        ] {
             let calls = allocator_calls(|| use_contacts(&query, [&mut workspace, &mut aside]));
             assert_eq!(calls, 0, "{query:?}");
         }
         let mut patches = Patches::new();
         patches.update(a, b, workspace.contacts());
         patches.update(a, b, workspace.contacts());
-        assert_eq!(allocator_calls(|| patches.update(a, b, workspace.contacts())), 0);
+        assert_eq!(
+            allocator_calls(|| patches.update(a, b, workspace.contacts())),
+            0
+        );
     }
 }
 
@@ -165,7 +236,13 @@ fn shapes_in_contact_and_apart() {
 #[test]
 fn pairs_that_need_the_exact_stage() {
     let mut random = Random::new(8);
-    for family in [Family::Grid, Family::Degenerate, Family::FarOffset, Family::Denormal, Family::Enormous] {
+    for family in [
+        Family::Grid,
+        Family::Degenerate,
+        Family::FarOffset,
+        Family::Denormal,
+        Family::Enormous,
+    ] {
         let a = Tree::new(soup(family, 25, &mut random));
         let b = Tree::new(soup(family, 25, &mut random));
         assert_no_calls(&a, &b, Pose::IDENTITY);
@@ -174,17 +251,31 @@ fn pairs_that_need_the_exact_stage() {
     assert_no_calls(&cube, &cube, Pose::IDENTITY);
     let query = Query::new(&cube, &cube, Pose::IDENTITY).mode(Mode::All);
     let outcome = common::check::run(&query, &mut Workspace::new(), Budget::unlimited());
-    assert!(outcome.stats.exact_tests > 0, "the exact stage was not reached");
+    assert!(
+        outcome.stats.exact_tests > 0,
+        "the exact stage was not reached"
+    );
 }
 
 #[test]
 fn pushes() {
-    let (knot, gear) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 24)), Tree::new(shapes::gear(11, 3)));
-    let (mut workspace, clock) = (Workspace::with_capacity(3, 5), ManualClock::ticking(Duration::from_micros(1)));
+    let (knot, gear) = (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 24)),
+        Tree::new(shapes::gear(11, 3)),
+    );
+    let (mut workspace, clock) = (
+        Workspace::with_capacity(3, 5),
+        ManualClock::ticking(Duration::from_micros(1)),
+    );
     for [a, b] in [[&knot, &gear], [&knot, &knot]] {
         let query = PushOutQuery::new(a, b, Pose::IDENTITY);
-        for budget in [Budget::work(20_000), Budget::time(Duration::from_micros(90)), Budget::unlimited()] {
-            let calls = allocator_calls(|| _ = black_box(query.run_with(&mut workspace, budget, &clock)));
+        for budget in [
+            Budget::work(20_000),
+            Budget::time(Duration::from_micros(90)),
+            Budget::unlimited(),
+        ] {
+            let calls =
+                allocator_calls(|| _ = black_box(query.run_with(&mut workspace, budget, &clock)));
             assert_eq!(calls, 0, "{query:?}");
         }
     }
@@ -193,8 +284,12 @@ fn pushes() {
 /// Room for hits is made once, or beforehand.
 #[test]
 fn rays() {
-    let (tree, clock) = (Tree::new(soup(Family::Degenerate, 300, &mut Random::new(5))), ManualClock::new());
-    let rays = [[1.0, 0.0, 0.0], [0.0, 0.3, -1.0]].map(|direction| Ray::new([-0.2, 0.1, 0.0], direction).unwrap());
+    let (tree, clock) = (
+        Tree::new(soup(Family::Degenerate, 300, &mut Random::new(5))),
+        ManualClock::new(),
+    );
+    let rays = [[1.0, 0.0, 0.0], [0.0, 0.3, -1.0]]
+        .map(|direction| Ray::new([-0.2, 0.1, 0.0], direction).unwrap());
     let (mut workspace, mut hits) = (Workspace::with_capacity(1, 1), [None; 2]);
     workspace.reserve_ray_hits(1);
     let calls = allocator_calls(|| {
@@ -203,10 +298,17 @@ fn rays() {
             let mut cast = query.run_with(&mut workspace, Budget::work(0), &clock);
             while !matches!(cast.stop, StopReason::Finished | StopReason::FirstHit) {
                 drop(workspace.drain_ray_hits());
-                cast = query.resume_with(&mut workspace, Budget::work(300), &clock).unwrap();
+                cast = query
+                    .resume_with(&mut workspace, Budget::work(300), &clock)
+                    .unwrap();
             }
         }
-        let _ = RayBatch::new(&tree, &rays).run_with(&mut workspace, &mut hits, Budget::unlimited(), &clock);
+        let _ = RayBatch::new(&tree, &rays).run_with(
+            &mut workspace,
+            &mut hits,
+            Budget::unlimited(),
+            &clock,
+        );
     });
     assert_eq!(calls, 0);
 }
@@ -223,13 +325,22 @@ fn empty_meshes() {
 fn refit() {
     for family in [Family::Uniform, Family::Double] {
         let mut tree = Tree::new(soup(family, 500, &mut Random::new(6)));
-        let vertices: Vec<DVec3> = (0..tree.mesh().vertex_count()).map(|i| tree.mesh().vertex(i)).collect();
+        let vertices: Vec<DVec3> = (0..tree.mesh().vertex_count())
+            .map(|i| tree.mesh().vertex(i))
+            .collect();
         let narrow: Vec<Vec3> = vertices.iter().map(|v| v.as_vec3() * 1.25).collect();
         // In a debug build the tree is validated, which allocates.
         let validation = allocator_calls(|| tree.validate().unwrap());
-        let allowed = if cfg!(debug_assertions) { validation } else { 0 };
+        let allowed = if cfg!(debug_assertions) {
+            validation
+        } else {
+            0
+        };
         assert_eq!(allocator_calls(|| tree.refit(&narrow).unwrap()), allowed);
-        assert_eq!(allocator_calls(|| tree.refit_f64(&vertices).unwrap()), allowed);
+        assert_eq!(
+            allocator_calls(|| tree.refit_f64(&vertices).unwrap()),
+            allowed
+        );
         assert_eq!(allocator_calls(|| _ = black_box(tree.degradation())), 0);
     }
 }

@@ -10,17 +10,29 @@ use punctual::{BuildOptions, Effort, Mode, Outcome, Query, Tree, Workspace, shap
 fn answer(a: &Tree, b: &Tree, seed: u64) -> (Outcome, Vec<[u32; 2]>) {
     let pose = pose_about(DVec3::ZERO, 0.3, Drift::None, &mut Random::new(seed));
     let mut workspace = Workspace::new();
-    let outcome = run(&Query::new(a, b, pose).mode(Mode::All), &mut workspace, ENOUGH);
+    let outcome = run(
+        &Query::new(a, b, pose).mode(Mode::All),
+        &mut workspace,
+        ENOUGH,
+    );
     (outcome, sorted(workspace.pairs()))
 }
 
 fn presets() -> [BuildOptions; 3] {
-    [BuildOptions::fast_build(), BuildOptions::default(), BuildOptions::best()]
+    [
+        BuildOptions::fast_build(),
+        BuildOptions::default(),
+        BuildOptions::best(),
+    ]
 }
 
 #[test]
 fn presets_answer_the_same_and_more_effort_means_less_work() {
-    let meshes = [shapes::torus_knot(2, 3, 0.2, 48), shapes::gear(17, 3), shapes::height_field(40, 3)];
+    let meshes = [
+        shapes::torus_knot(2, 3, 0.2, 48),
+        shapes::gear(17, 3),
+        shapes::height_field(40, 3),
+    ];
     let mut work = [0; 3];
     for mesh in &meshes {
         let other = Tree::new(shapes::icosphere(3));
@@ -41,8 +53,15 @@ fn presets_answer_the_same_and_more_effort_means_less_work() {
 #[test]
 fn options_are_what_their_names_say() {
     let [fast, default, best] = presets();
-    assert_eq!([fast, default, best].map(|o| o.effort), [Effort::Fast, Effort::Normal, Effort::Best]);
-    assert!([fast, default, best].iter().all(|o| o.orientations && o.threads == 1));
+    assert_eq!(
+        [fast, default, best].map(|o| o.effort),
+        [Effort::Fast, Effort::Normal, Effort::Best]
+    );
+    assert!(
+        [fast, default, best]
+            .iter()
+            .all(|o| o.orientations && o.threads == 1)
+    );
     assert_eq!(default.threads(5).threads, 5);
 }
 
@@ -58,7 +77,10 @@ fn any_number_of_threads_builds_the_same_tree() {
             assert_eq!(many.stats(), one.stats());
             let mut pairs = vec![(one.root().unwrap(), many.root().unwrap())];
             while let Some((one, many)) = pairs.pop() {
-                assert_eq!((many.rotation(), many.half_extents()), (one.rotation(), one.half_extents()));
+                assert_eq!(
+                    (many.rotation(), many.half_extents()),
+                    (one.rotation(), one.half_extents())
+                );
                 assert_eq!((many.alpha(), many.profile()), (one.alpha(), one.profile()));
                 assert!(many.triangles().eq(one.triangles()));
                 pairs.extend(one.children().zip(many.children()));

@@ -8,7 +8,10 @@ const COORDINATE_LIMIT: f64 = f64::from_bits((1023 + 1000) << 52);
 /// The largest entry of `|RᵀR − I|`.
 fn deviation(pose: &Pose) -> f64 {
     let product = pose.rotation().transpose() * *pose.rotation() - DMat3::IDENTITY;
-    product.to_cols_array().into_iter().fold(0.0, |largest, entry| entry.abs().max(largest))
+    product
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0, |largest, entry| entry.abs().max(largest))
 }
 
 fn turned(t: DVec3) -> Pose {
@@ -49,13 +52,25 @@ fn vectors_and_matrices_of_other_crates_make_the_same_pose() {
     let (rotation, translation) = (pose.rotation(), Foreign(pose.translation().to_array()));
     let [x, y, z] = rotation.to_cols_array_2d().map(Foreign);
     let quaternion = DQuat::from_xyzw(0.1, -0.7, 0.3, 0.4);
-    assert_eq!(Pose::new(Foreign(rotation.to_cols_array()), translation).unwrap(), pose);
+    assert_eq!(
+        Pose::new(Foreign(rotation.to_cols_array()), translation).unwrap(),
+        pose
+    );
     assert_eq!(Pose::from_axes(x, y, z, translation).unwrap(), pose);
-    assert_eq!(Pose::from_quat(Foreign(quaternion.to_array()), translation).unwrap(), pose);
-    assert_eq!(pose.transform_point(x), pose.transform_point(rotation.x_axis));
+    assert_eq!(
+        Pose::from_quat(Foreign(quaternion.to_array()), translation).unwrap(),
+        pose
+    );
+    assert_eq!(
+        pose.transform_point(x),
+        pose.transform_point(rotation.x_axis)
+    );
 
     let (rotation, translation) = pose.to_f32();
-    let narrow = Pose::from_f32(Foreign(rotation.to_cols_array()), Foreign(translation.to_array()));
+    let narrow = Pose::from_f32(
+        Foreign(rotation.to_cols_array()),
+        Foreign(translation.to_array()),
+    );
     assert_eq!(narrow, Pose::from_f32(rotation, translation));
 }
 
@@ -84,7 +99,10 @@ fn the_tolerance_has_a_sharp_edge() {
     };
     assert!(sheared(1e-3).is_ok() && sheared(-1e-3).is_ok());
     let deviation = 1e-3f64.next_up();
-    assert_eq!(sheared(-deviation), Err(PoseError::NotARotation { deviation }));
+    assert_eq!(
+        sheared(-deviation),
+        Err(PoseError::NotARotation { deviation })
+    );
     let scaled = |s: f64| Pose::new(DMat3::IDENTITY * s, DVec3::ZERO);
     assert!(scaled(1.000_49).is_ok() && scaled(0.999_51).is_ok());
     assert!(scaled(1.000_51).is_err() && scaled(0.999_49).is_err());
@@ -162,7 +180,10 @@ fn inverse_undoes_an_inexact_rotation() {
     let sheared = Pose::from_axes(DVec3::X, y, DVec3::Z, DVec3::ZERO).unwrap();
     let pose = turned(DVec3::new(1.0, 2.0, 3.0)).compose(&sheared).unwrap();
     let p = DVec3::new(-0.4, 7.0, 0.5);
-    let back = pose.inverse().unwrap().transform_point(pose.transform_point(p));
+    let back = pose
+        .inverse()
+        .unwrap()
+        .transform_point(pose.transform_point(p));
     assert!((back - p).length() < 1e-14);
     assert_eq!(Pose::IDENTITY.inverse(), Ok(Pose::IDENTITY));
 }
@@ -170,5 +191,8 @@ fn inverse_undoes_an_inexact_rotation() {
 #[test]
 fn an_inverse_past_the_tolerance_is_an_error() {
     let shrunk = Pose::new(DMat3::IDENTITY * 0.999_500_1, DVec3::ZERO).unwrap();
-    assert!(matches!(shrunk.inverse(), Err(PoseError::NotARotation { .. })));
+    assert!(matches!(
+        shrunk.inverse(),
+        Err(PoseError::NotARotation { .. })
+    ));
 }

@@ -8,8 +8,8 @@ use std::time::Duration;
 use common::random::{Drift, Family, Random, pose_about, soup};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, MAX_STEP_WORK, ManualClock, Mesh, Pose, PushOut, PushOutQuery, Query, StopReason, Tree, Verdict, Workspace,
-    shapes,
+    Budget, MAX_STEP_WORK, ManualClock, Mesh, Pose, PushOut, PushOutQuery, Query, StopReason, Tree,
+    Verdict, Workspace, shapes,
 };
 
 struct Case {
@@ -21,7 +21,12 @@ struct Case {
 
 impl Case {
     fn new(name: &'static str, a: Mesh, b: Mesh, pose: Pose) -> Self {
-        Self { name, a: Tree::new(a), b: Tree::new(b), pose }
+        Self {
+            name,
+            a: Tree::new(a),
+            b: Tree::new(b),
+            pose,
+        }
     }
 
     fn query(&self) -> PushOutQuery<'_> {
@@ -31,11 +36,24 @@ impl Case {
     /// The push of an answer leads where it says, and there the surfaces are apart; infinite without one.
     #[track_caller]
     fn proven_distance(&self, found: &PushOut) -> f64 {
-        let Some(push) = found.push else { return f64::INFINITY };
-        assert!((push.direction.length() - 1.0).abs() < 1e-12 && push.distance >= 0.0, "{}: {push:?}", self.name);
+        let Some(push) = found.push else {
+            return f64::INFINITY;
+        };
+        assert!(
+            (push.direction.length() - 1.0).abs() < 1e-12 && push.distance >= 0.0,
+            "{}: {push:?}",
+            self.name
+        );
         let translation = self.pose.translation() + push.direction * push.distance;
-        assert_eq!(push.b_in_a, Pose::new(self.pose.rotation(), translation).unwrap(), "{}", self.name);
-        let verdict = Query::new(&self.a, &self.b, push.b_in_a).run(&mut Workspace::new(), Budget::unlimited()).verdict;
+        assert_eq!(
+            push.b_in_a,
+            Pose::new(self.pose.rotation(), translation).unwrap(),
+            "{}",
+            self.name
+        );
+        let verdict = Query::new(&self.a, &self.b, push.b_in_a)
+            .run(&mut Workspace::new(), Budget::unlimited())
+            .verdict;
         assert_eq!(verdict, Verdict::Separated, "{}: {push:?}", self.name);
         push.distance
     }
@@ -46,13 +64,19 @@ fn shifted(x: f64, y: f64, z: f64) -> Pose {
 }
 
 fn mapped(mesh: &Mesh, map: impl Fn(DVec3) -> DVec3) -> Mesh {
-    let vertices: Vec<DVec3> = (0..mesh.vertex_count()).map(|i| map(mesh.vertex(i))).collect();
+    let vertices: Vec<DVec3> = (0..mesh.vertex_count())
+        .map(|i| map(mesh.vertex(i)))
+        .collect();
     Mesh::from_f64(vertices, mesh.triangles().iter().copied()).unwrap()
 }
 
 fn inside_out(mesh: &Mesh) -> Mesh {
     let vertices: Vec<DVec3> = (0..mesh.vertex_count()).map(|i| mesh.vertex(i)).collect();
-    Mesh::from_f64(vertices, mesh.triangles().iter().map(|&[p, q, r]| [q, p, r])).unwrap()
+    Mesh::from_f64(
+        vertices,
+        mesh.triangles().iter().map(|&[p, q, r]| [q, p, r]),
+    )
+    .unwrap()
 }
 
 /// One triangle with these corners.
@@ -75,17 +99,52 @@ fn cases() -> Vec<Case> {
     let mut dust = |family| soup(family, 60, &mut random);
     vec![
         Case::new("spheres", sphere(), sphere(), shifted(1.8, 0.2, 0.1)),
-        Case::new("spheres, one inside out", inside_out(&sphere()), sphere(), shifted(1.8, 0.2, 0.1)),
-        Case::new("spheres, inside out", inside_out(&sphere()), inside_out(&sphere()), shifted(1.8, 0.2, 0.1)),
+        Case::new(
+            "spheres, one inside out",
+            inside_out(&sphere()),
+            sphere(),
+            shifted(1.8, 0.2, 0.1),
+        ),
+        Case::new(
+            "spheres, inside out",
+            inside_out(&sphere()),
+            inside_out(&sphere()),
+            shifted(1.8, 0.2, 0.1),
+        ),
         Case::new("cubes", cube(), cube(), shifted(1.9, 0.3, 0.2)),
         Case::new("flush cubes", cube(), cube(), shifted(2.0, 0.5, 0.25)),
         Case::new("copies", knot(), knot(), Pose::IDENTITY),
         Case::new("knots", knot(), shapes::torus_knot(3, 2, 0.15, 24), turned),
-        Case::new("rings", shapes::torus(1.0, 0.15, 24), shapes::torus(1.0, 0.15, 24), shifted(0.4, 0.1, 0.05)),
-        Case::new("an open field", shapes::height_field(16, 3), sphere(), Pose::IDENTITY),
-        Case::new("soups", dust(Family::Uniform), dust(Family::Uniform), turned),
-        Case::new("degenerate soups", dust(Family::Degenerate), dust(Family::Degenerate), turned),
-        Case::new("far away", mapped(&sphere(), |p| p + far), sphere(), shifted(far.x + 1.8, far.y, far.z + 0.1)),
+        Case::new(
+            "rings",
+            shapes::torus(1.0, 0.15, 24),
+            shapes::torus(1.0, 0.15, 24),
+            shifted(0.4, 0.1, 0.05),
+        ),
+        Case::new(
+            "an open field",
+            shapes::height_field(16, 3),
+            sphere(),
+            Pose::IDENTITY,
+        ),
+        Case::new(
+            "soups",
+            dust(Family::Uniform),
+            dust(Family::Uniform),
+            turned,
+        ),
+        Case::new(
+            "degenerate soups",
+            dust(Family::Degenerate),
+            dust(Family::Degenerate),
+            turned,
+        ),
+        Case::new(
+            "far away",
+            mapped(&sphere(), |p| p + far),
+            sphere(),
+            shifted(far.x + 1.8, far.y, far.z + 0.1),
+        ),
         Case::new(
             "huge",
             mapped(&cube(), |p| p * huge),
@@ -98,7 +157,12 @@ fn cases() -> Vec<Case> {
             mapped(&sphere(), |p| p * tiny),
             shifted(1.5 * tiny, 0.0, 0.0),
         ),
-        Case::new("a tiny one on a huge one", mapped(&cube(), |p| p * 1e9), sphere(), shifted(1e9, 5.0, 7.0)),
+        Case::new(
+            "a tiny one on a huge one",
+            mapped(&cube(), |p| p * 1e9),
+            sphere(),
+            shifted(1e9, 5.0, 7.0),
+        ),
         Case::new("a needle", floor.clone(), needle, Pose::IDENTITY),
         Case::new("a point", floor, point.clone(), Pose::IDENTITY),
         Case::new("two points", point.clone(), point, Pose::IDENTITY),
@@ -111,17 +175,34 @@ fn the_push_parts_the_surfaces() {
     for case in cases() {
         let found = case.query().run(&mut workspace, Budget::unlimited());
         let distance = case.proven_distance(&found);
-        assert!(distance > 0.0 && distance.is_finite(), "{}: {found:?}", case.name);
-        assert_eq!((found.stop, found.elapsed), (StopReason::Finished, None), "{}", case.name);
+        assert!(
+            distance > 0.0 && distance.is_finite(),
+            "{}: {found:?}",
+            case.name
+        );
+        assert_eq!(
+            (found.stop, found.elapsed),
+            (StopReason::Finished, None),
+            "{}",
+            case.name
+        );
         // The workspace was used, a fresh one gives the same.
-        assert_eq!(case.query().run(&mut Workspace::new(), Budget::unlimited()), found, "{}", case.name);
+        assert_eq!(
+            case.query().run(&mut Workspace::new(), Budget::unlimited()),
+            found,
+            "{}",
+            case.name
+        );
     }
 }
 
 #[test]
 fn the_push_is_about_the_depth() {
     let depths = [
-        ("spheres", 2.0 - (1.8f64.powi(2) + 0.2f64.powi(2) + 0.1f64.powi(2)).sqrt()),
+        (
+            "spheres",
+            2.0 - (1.8f64.powi(2) + 0.2f64.powi(2) + 0.1f64.powi(2)).sqrt(),
+        ),
         ("cubes", 0.1),
         ("huge", 0.5e150),
         ("tiny", 0.5e-150),
@@ -135,7 +216,10 @@ fn the_push_is_about_the_depth() {
     let [spheres, rest @ ..] = found_depths;
     // They are polyhedra, and so smaller than balls.
     assert!((0.8..1.0).contains(&spheres), "{spheres}");
-    assert!(rest.iter().all(|share| (0.999..1.02).contains(share)), "{rest:?}");
+    assert!(
+        rest.iter().all(|share| (0.999..1.02).contains(share)),
+        "{rest:?}"
+    );
 }
 
 /// The normals of a surface that is inside out lead the wrong way; the search finds its way all the same.
@@ -145,7 +229,8 @@ fn which_side_is_outside_does_not_matter() {
         let case = cases().into_iter().find(|case| case.name == name).unwrap();
         case.proven_distance(&case.query().run(&mut Workspace::new(), Budget::unlimited()))
     });
-    let [least, most] = [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| distances.into_iter().reduce(of).unwrap());
+    let [least, most] = [f64::min, f64::max]
+        .map(|of: fn(f64, f64) -> f64| distances.into_iter().reduce(of).unwrap());
     assert!(most < 1.03 * least, "{distances:?}");
 }
 
@@ -158,18 +243,35 @@ fn more_work_never_gives_a_longer_push() {
         while budget < 2 * whole.work {
             let found = case.query().run(&mut workspace, Budget::work(budget));
             let shorter = case.proven_distance(&found);
-            assert!(shorter <= distance, "{} {budget}: {shorter:e} after {distance:e}", case.name);
-            assert!(found.work <= budget + MAX_STEP_WORK, "{} {budget}: {found:?}", case.name);
+            assert!(
+                shorter <= distance,
+                "{} {budget}: {shorter:e} after {distance:e}",
+                case.name
+            );
+            assert!(
+                found.work <= budget + MAX_STEP_WORK,
+                "{} {budget}: {found:?}",
+                case.name
+            );
             let is_short = found.work < whole.work;
             assert_eq!(
                 found.stop,
-                if is_short { StopReason::WorkLimit } else { StopReason::Finished },
+                if is_short {
+                    StopReason::WorkLimit
+                } else {
+                    StopReason::Finished
+                },
                 "{}",
                 case.name
             );
             (distance, budget) = (shorter, budget * 5 / 4 + 97);
         }
-        assert_eq!(Some(distance), whole.push.map(|push| push.distance), "{}", case.name);
+        assert_eq!(
+            Some(distance),
+            whole.push.map(|push| push.distance),
+            "{}",
+            case.name
+        );
     }
 }
 
@@ -179,9 +281,16 @@ fn more_queries_never_give_a_longer_push() {
     for case in cases() {
         let mut distance = f64::INFINITY;
         for queries in (0..40).chain([80, 1000]) {
-            let found = case.query().query_limit(queries).run(&mut workspace, Budget::unlimited());
+            let found = case
+                .query()
+                .query_limit(queries)
+                .run(&mut workspace, Budget::unlimited());
             let shorter = case.proven_distance(&found);
-            assert!(shorter <= distance && found.queries <= queries, "{} {queries}: {found:?}", case.name);
+            assert!(
+                shorter <= distance && found.queries <= queries,
+                "{} {queries}: {found:?}",
+                case.name
+            );
             distance = shorter;
         }
         assert!(distance < f64::INFINITY, "{}", case.name);
@@ -196,11 +305,22 @@ fn a_deadline_leaves_what_is_proven() {
         for step in 0..48 {
             let clock = ManualClock::ticking(Duration::from_nanos(100));
             let limit = Duration::from_nanos(100).mul_f64((0.5 * f64::from(step)).exp2());
-            let found = case.query().run_with(&mut workspace, Budget::time(limit), &clock);
+            let found = case
+                .query()
+                .run_with(&mut workspace, Budget::time(limit), &clock);
             let distance = case.proven_distance(&found);
-            assert!(matches!(found.stop, StopReason::Deadline | StopReason::Finished), "{}: {found:?}", case.name);
-            assert!(found.elapsed.unwrap() <= limit + Duration::from_nanos(300), "{}: {found:?}", case.name);
-            stops[usize::from(distance < f64::INFINITY)] += usize::from(found.stop == StopReason::Deadline);
+            assert!(
+                matches!(found.stop, StopReason::Deadline | StopReason::Finished),
+                "{}: {found:?}",
+                case.name
+            );
+            assert!(
+                found.elapsed.unwrap() <= limit + Duration::from_nanos(300),
+                "{}: {found:?}",
+                case.name
+            );
+            stops[usize::from(distance < f64::INFINITY)] +=
+                usize::from(found.stop == StopReason::Deadline);
         }
     }
     assert!(stops.iter().all(|&count| count > 20), "{stops:?}");
@@ -212,7 +332,12 @@ fn surfaces_that_are_apart_need_no_push() {
     let sphere = || shapes::icosphere(2);
     let apart = [
         Case::new("apart", sphere(), sphere(), shifted(2.5, 0.0, 0.0)),
-        Case::new("one in the other", sphere(), mapped(&sphere(), |p| p * 0.3), Pose::IDENTITY),
+        Case::new(
+            "one in the other",
+            sphere(),
+            mapped(&sphere(), |p| p * 0.3),
+            Pose::IDENTITY,
+        ),
         Case::new("nothing and a sphere", empty(), sphere(), Pose::IDENTITY),
         Case::new("a sphere and nothing", sphere(), empty(), Pose::IDENTITY),
         Case::new("nothing", empty(), empty(), Pose::IDENTITY),
@@ -220,7 +345,12 @@ fn surfaces_that_are_apart_need_no_push() {
     for case in apart {
         let found = case.query().run(&mut Workspace::new(), Budget::unlimited());
         assert_eq!(case.proven_distance(&found), 0.0, "{}", case.name);
-        assert_eq!((found.queries, found.stop), (1, StopReason::Finished), "{}", case.name);
+        assert_eq!(
+            (found.queries, found.stop),
+            (1, StopReason::Finished),
+            "{}",
+            case.name
+        );
     }
 }
 
@@ -230,28 +360,46 @@ fn the_push_is_about_the_least_of_sampled_directions() {
     let mut workspace = Workspace::new();
     for case in cases().into_iter().take(9) {
         let mut apart = |direction: DVec3, length: f64| {
-            let pose = Pose::new(case.pose.rotation(), case.pose.translation() + direction * length).unwrap();
-            let verdict = Query::new(&case.a, &case.b, pose).run(&mut workspace, Budget::unlimited()).verdict;
+            let pose = Pose::new(
+                case.pose.rotation(),
+                case.pose.translation() + direction * length,
+            )
+            .unwrap();
+            let verdict = Query::new(&case.a, &case.b, pose)
+                .run(&mut workspace, Budget::unlimited())
+                .verdict;
             verdict == Verdict::Separated
         };
         let mut least = 100.0;
         for i in 0..200 {
             let (z, turn) = (1.0 - (2 * i + 1) as f64 / 200.0, i as f64 * 2.399_963);
             let (sin, cos) = turn.sin_cos();
-            let direction = DVec3::new(cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), z).normalize();
+            let direction =
+                DVec3::new(cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), z).normalize();
             let (mut low, mut high) = (0.0, 0.999 * least);
             if !apart(direction, high) {
                 continue;
             }
             while high - low > 1e-3 * high && high > 1e-6 {
                 let middle = 0.5 * (low + high);
-                let end = if apart(direction, middle) { &mut high } else { &mut low };
+                let end = if apart(direction, middle) {
+                    &mut high
+                } else {
+                    &mut low
+                };
                 *end = middle;
             }
             least = high;
         }
-        let found = case.query().query_limit(160).run(&mut workspace, Budget::unlimited());
+        let found = case
+            .query()
+            .query_limit(160)
+            .run(&mut workspace, Budget::unlimited());
         let distance = case.proven_distance(&found);
-        assert!(distance <= 1.1 * least + 1e-6, "{}: {distance} beside {least}", case.name);
+        assert!(
+            distance <= 1.1 * least + 1e-6,
+            "{}: {distance} beside {least}",
+            case.name
+        );
     }
 }

@@ -16,8 +16,17 @@ use punctual::{Mode, Pose, Query, StopReason, Tree, Verdict, Workspace};
 const STRIDE: usize = 9;
 
 fn cases(parent: &Path, kind: &str) -> Vec<PathBuf> {
-    let folders = std::fs::read_dir(parent).unwrap().map(|entry| entry.unwrap().path());
-    let of_kind = |folder: &PathBuf| folder.file_name().unwrap().to_str().unwrap().starts_with(kind);
+    let folders = std::fs::read_dir(parent)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let of_kind = |folder: &PathBuf| {
+        folder
+            .file_name()
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .starts_with(kind)
+    };
     let mut cases: Vec<PathBuf> = folders.filter(of_kind).collect();
     cases.sort();
     cases
@@ -46,7 +55,9 @@ fn assert_kind(kind: &str) {
         let truths = files::truth(&folder.join("truth.csv"));
         assert_eq!(poses.len(), truths.len());
         for (pose, truth) in poses.into_iter().zip(truths).step_by(stride) {
-            let Truth::Pairs(pairs) = truth else { panic!("an invalid pose") };
+            let Truth::Pairs(pairs) = truth else {
+                panic!("an invalid pose")
+            };
             assert_answers(a, b, pose.unwrap(), pairs, &mut workspace);
         }
     }

@@ -8,8 +8,8 @@ use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Aabb, Budget, BuildOptions, CostModel, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace,
-    shapes,
+    Aabb, Budget, BuildOptions, CostModel, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree,
+    Verdict, Workspace, shapes,
 };
 
 fn vertices(mesh: &Mesh) -> Vec<DVec3> {
@@ -19,7 +19,12 @@ fn vertices(mesh: &Mesh) -> Vec<DVec3> {
 fn all_options() -> [BuildOptions; 4] {
     let mut axes = BuildOptions::default();
     axes.orientations = false;
-    [BuildOptions::fast_build(), BuildOptions::default(), BuildOptions::best(), axes]
+    [
+        BuildOptions::fast_build(),
+        BuildOptions::default(),
+        BuildOptions::best(),
+        axes,
+    ]
 }
 
 /// Both trees in all orders and modes against all pairs.
@@ -46,9 +51,17 @@ fn unchanged_vertices_give_the_same_tree() {
             let built = Tree::with_options(soup(family, 300, &mut random), &options);
             let mut refitted = built.clone();
             refitted.refit_f64(&vertices(built.mesh())).unwrap();
-            assert_eq!((refitted.mesh(), refitted.stats()), (built.mesh(), built.stats()));
+            assert_eq!(
+                (refitted.mesh(), refitted.stats()),
+                (built.mesh(), built.stats())
+            );
             assert_eq!(refitted.degradation(), 1.0, "{family:?}");
-            let pose = pose_about(family.center(), 0.5 * family.scale(), Drift::None, &mut random);
+            let pose = pose_about(
+                family.center(),
+                0.5 * family.scale(),
+                Drift::None,
+                &mut random,
+            );
             let answer = |tree: &Tree| {
                 let mut workspace = Workspace::new();
                 let query = Query::new(tree, tree, pose).mode(Mode::All);
@@ -64,10 +77,14 @@ type Deformation = (&'static str, fn(DVec3) -> DVec3);
 
 /// From a wobble to the loss of two dimensions; some need f64, some another unit.
 const DEFORMATIONS: [Deformation; 8] = [
-    ("wobble", |v| v + 0.01 * DVec3::new((9.0 * v.y).sin(), (7.0 * v.z).sin(), (8.0 * v.x).sin())),
+    ("wobble", |v| {
+        v + 0.01 * DVec3::new((9.0 * v.y).sin(), (7.0 * v.z).sin(), (8.0 * v.x).sin())
+    }),
     ("twist", |v| DMat3::from_rotation_z(2.0 * v.z) * v),
     ("turn inside out", |v| v / (v.length_squared() + 0.3)),
-    ("stretch a thousandfold", |v| DVec3::new(1000.0, 1.0, 1e-3) * v),
+    ("stretch a thousandfold", |v| {
+        DVec3::new(1000.0, 1.0, 1e-3) * v
+    }),
     ("shift far away", |v| v + DVec3::new(1e7, -3e6, 0.1)),
     ("shrink to dust", |v| 1e-200 * v),
     ("squash to a plane", |v| DVec3::new(v.x, v.y, 0.25)),
@@ -91,11 +108,19 @@ fn deformed_meshes_are_answered_exactly() {
             let center = bounds.center();
             let pose = pose_about(DVec3::ZERO, 0.2, Drift::None, &mut random);
             touching += assert_exact(&tree, &still, Pose::new(*pose.rotation(), center).unwrap());
-            assert_exact(&tree, &tree, Pose::new(DMat3::IDENTITY, bounds.extents() * 0.3).unwrap());
+            assert_exact(
+                &tree,
+                &tree,
+                Pose::new(DMat3::IDENTITY, bounds.extents() * 0.3).unwrap(),
+            );
         }
         assert!(touching > 100, "{touching}");
         tree.refit_f64(&rest).unwrap();
-        assert!((tree.degradation() - 1.0).abs() < 1e-4, "{}", tree.degradation());
+        assert!(
+            (tree.degradation() - 1.0).abs() < 1e-4,
+            "{}",
+            tree.degradation()
+        );
     }
 }
 
@@ -107,7 +132,12 @@ fn scattered_vertices_are_answered_exactly() {
         let mut tree = Tree::new(soup(Family::Uniform, 150, &mut random));
         let scattered = vertices(&soup(family, 150, &mut random));
         tree.refit_f64(&scattered).unwrap();
-        let pose = pose_about(family.center(), 0.1 * family.scale(), Drift::Scale, &mut random);
+        let pose = pose_about(
+            family.center(),
+            0.1 * family.scale(),
+            Drift::Scale,
+            &mut random,
+        );
         assert_exact(&tree, &tree, pose);
         assert_exact(&tree, &tree, Pose::IDENTITY);
     }
@@ -116,15 +146,24 @@ fn scattered_vertices_are_answered_exactly() {
 #[test]
 fn f32_and_f64_vertices_are_the_same_where_both_are_exact() {
     let mut tree = Tree::new(shapes::gear(9, 2));
-    let moved: Vec<Vec3> = vertices(tree.mesh()).iter().map(|v| v.as_vec3() * 3.0).collect();
+    let moved: Vec<Vec3> = vertices(tree.mesh())
+        .iter()
+        .map(|v| v.as_vec3() * 3.0)
+        .collect();
     tree.refit(&moved).unwrap();
     let mut twin = Tree::new(shapes::gear(9, 2));
-    twin.refit_f64(&moved.iter().map(|v| v.as_dvec3()).collect::<Vec<_>>()).unwrap();
+    twin.refit_f64(&moved.iter().map(|v| v.as_dvec3()).collect::<Vec<_>>())
+        .unwrap();
     assert!(tree.mesh().is_f32() && tree.mesh() == twin.mesh() && tree.stats() == twin.stats());
 }
 
 /// One triangle; the last vertex is not used.
-const CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, -3.0], [7.0, 7.0, 7.0]];
+const CORNERS: [[f32; 3]; 4] = [
+    [0.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [0.0, 2.0, -3.0],
+    [7.0, 7.0, 7.0],
+];
 
 fn one_triangle() -> Tree {
     Tree::new(Mesh::new(CORNERS, [[0, 1, 2]]).unwrap())
@@ -146,7 +185,8 @@ fn the_mesh_with_new_vertices_is_that_of_a_new_one() {
 #[test]
 fn unused_vertices_may_become_anything() {
     let mut tree = one_triangle();
-    tree.refit(&[CORNERS[0], CORNERS[1], CORNERS[1], [0.0, f32::NAN, 0.0]]).unwrap();
+    tree.refit(&[CORNERS[0], CORNERS[1], CORNERS[1], [0.0, f32::NAN, 0.0]])
+        .unwrap();
     assert_eq!(tree.mesh().aabb(), Aabb::new(DVec3::ZERO, DVec3::X));
 }
 
@@ -167,24 +207,53 @@ fn faults_are_named_and_change_nothing() {
     let mut tree = Tree::new(shapes::icosphere(2));
     let rest = vertices(tree.mesh());
     let error = tree.refit_f64(&rest[1..]).unwrap_err();
-    assert_eq!(error, MeshError::VertexCount { given: rest.len() - 1, vertices: rest.len() });
-    assert_eq!(error.to_string(), format!("{} new vertices for a mesh with {}", rest.len() - 1, rest.len()));
+    assert_eq!(
+        error,
+        MeshError::VertexCount {
+            given: rest.len() - 1,
+            vertices: rest.len()
+        }
+    );
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "{} new vertices for a mesh with {}",
+            rest.len() - 1,
+            rest.len()
+        )
+    );
     for bad in [f64::NAN, f64::INFINITY, 1e308] {
         let mut moved = rest.clone();
         moved[17].y = bad;
         let error = tree.refit_f64(&moved).unwrap_err();
         let expected = match bad.is_finite() {
-            true => MeshError::TooLarge { vertex: 17, axis: 1 },
-            false => MeshError::NotFinite { vertex: 17, axis: 1 },
+            true => MeshError::TooLarge {
+                vertex: 17,
+                axis: 1,
+            },
+            false => MeshError::NotFinite {
+                vertex: 17,
+                axis: 1,
+            },
         };
         assert_eq!(error, expected);
     }
     let mut moved: Vec<Vec3> = rest.iter().map(|v| v.as_vec3()).collect();
     assert_eq!(tree.refit(&moved[1..]).unwrap_err(), error);
     moved[17].z = f32::NAN;
-    assert_eq!(tree.refit(&moved).unwrap_err(), MeshError::NotFinite { vertex: 17, axis: 2 });
+    assert_eq!(
+        tree.refit(&moved).unwrap_err(),
+        MeshError::NotFinite {
+            vertex: 17,
+            axis: 2
+        }
+    );
     assert_eq!(vertices(tree.mesh()), rest);
-    assert_exact(&tree, &tree, Pose::new(DMat3::IDENTITY, DVec3::new(0.3, 0.0, 0.0)).unwrap());
+    assert_exact(
+        &tree,
+        &tree,
+        Pose::new(DMat3::IDENTITY, DVec3::new(0.3, 0.0, 0.0)).unwrap(),
+    );
 }
 
 /// What a stopped query left in its workspace is about the old shape.
@@ -193,21 +262,36 @@ fn a_query_is_not_resumed_over_a_refit() {
     let mut tree = Tree::new(shapes::icosphere(3));
     let rest = vertices(tree.mesh());
     let mut workspace = Workspace::new();
-    let stopped = run(&Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All), &mut workspace, Budget::work(500));
+    let stopped = run(
+        &Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All),
+        &mut workspace,
+        Budget::work(500),
+    );
     assert!(!matches!(stopped.verdict, Verdict::Separated));
-    let more = resume(&Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All), &mut workspace, Budget::work(500));
+    let more = resume(
+        &Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All),
+        &mut workspace,
+        Budget::work(500),
+    );
     assert_ne!(more.stop, punctual::StopReason::Finished);
     tree.refit_f64(&rest).unwrap();
     let query = Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All);
     let clock = punctual::ManualClock::new();
-    assert!(query.resume_with(&mut workspace, None, ENOUGH, &clock).is_err());
+    assert!(
+        query
+            .resume_with(&mut workspace, None, ENOUGH, &clock)
+            .is_err()
+    );
 }
 
 /// The triangles that met are still those to try first when the mesh has moved a little.
 #[test]
 fn memory_outlives_a_refit() {
     let mut tree = Tree::new(shapes::icosphere(4));
-    let moved: Vec<DVec3> = vertices(tree.mesh()).iter().map(|v| *v * 1.000001).collect();
+    let moved: Vec<DVec3> = vertices(tree.mesh())
+        .iter()
+        .map(|v| *v * 1.000001)
+        .collect();
     let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 0.2, 0.1)).unwrap();
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     let clock = punctual::ManualClock::new();
@@ -218,7 +302,10 @@ fn memory_outlives_a_refit() {
     assert!(ask(&tree).stats.bv_tests > 0);
     tree.refit_f64(&moved).unwrap();
     let again = ask(&tree);
-    assert!(matches!(again.verdict, Verdict::Intersecting { .. }), "{again:?}");
+    assert!(
+        matches!(again.verdict, Verdict::Intersecting { .. }),
+        "{again:?}"
+    );
     assert_eq!(again.stats.bv_tests, 0);
 }
 
@@ -230,7 +317,10 @@ fn an_empty_mesh_is_refitted() {
     let costs = CostModel::new([0.0, 0.0, 2.0, 0.0]);
     assert_eq!(costs.refit_time(&tree), 0.0);
     let tree = Tree::new(shapes::icosphere(3));
-    assert_eq!(costs.refit_time(&tree), 2.0 * (tree.stats().nodes + tree.mesh().len()) as f64);
+    assert_eq!(
+        costs.refit_time(&tree),
+        2.0 * (tree.stats().nodes + tree.mesh().len()) as f64
+    );
 }
 
 /// Degradation grows with the motion that makes a new tree pay, and a new tree has none.
@@ -240,7 +330,10 @@ fn degradation_tells_wobbles_from_ruins() {
     let rest = vertices(&mesh);
     let mut tree = Tree::new(mesh);
     let mut degradation = |amount: f64| {
-        let moved: Vec<DVec3> = rest.iter().map(|v| DMat3::from_rotation_z(amount * v.z) * *v).collect();
+        let moved: Vec<DVec3> = rest
+            .iter()
+            .map(|v| DMat3::from_rotation_z(amount * v.z) * *v)
+            .collect();
         tree.refit_f64(&moved).unwrap();
         f64::from(tree.degradation())
     };

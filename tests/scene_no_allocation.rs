@@ -15,7 +15,8 @@ use std::time::Duration;
 use allocations::{allocator_calls_of_all_threads, held};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, Filter, ManualClock, Mode, Motion, Pose, Ray, Reach, Scene, SceneRay, Tree, shapes,
+    Body, BodyId, Budget, Filter, ManualClock, Mode, Motion, Pose, Ray, Reach, Scene, SceneRay,
+    Tree, shapes,
 };
 use random::Random;
 
@@ -43,7 +44,14 @@ impl World {
         let mut random = Random::new(11);
         let places = (0..BODIES).map(|_| WALL * random.vector()).collect();
         let speeds = (0..BODIES).map(|_| 0.2 * random.vector()).collect();
-        let mut world = Self { scene, ids: Vec::with_capacity(BODIES), places, speeds, tree, random };
+        let mut world = Self {
+            scene,
+            ids: Vec::with_capacity(BODIES),
+            places,
+            speeds,
+            tree,
+            random,
+        };
         for body in 0..BODIES {
             let placed = world.body(body);
             world.ids.push(world.scene.insert(placed).unwrap());
@@ -56,7 +64,11 @@ impl World {
     }
 
     fn body(&self, body: usize) -> Body {
-        let make = if body.is_multiple_of(5) { Body::fixed } else { Body::moving };
+        let make = if body.is_multiple_of(5) {
+            Body::fixed
+        } else {
+            Body::moving
+        };
         make(Arc::clone(&self.tree), self.pose(body))
     }
 
@@ -128,8 +140,14 @@ fn refilter(world: &mut World, _: usize) {
     world.fly();
     for _ in 0..10 {
         let (body, groups) = (world.random.below(BODIES), 1 << world.random.below(3));
-        world.scene.set_filter(world.ids[body], Filter::new(groups, 3 | groups)).unwrap();
-        world.scene.set_importance(world.ids[body], groups as f32).unwrap();
+        world
+            .scene
+            .set_filter(world.ids[body], Filter::new(groups, 3 | groups))
+            .unwrap();
+        world
+            .scene
+            .set_importance(world.ids[body], groups as f32)
+            .unwrap();
     }
 }
 
@@ -153,7 +171,10 @@ fn turn(world: &mut World, frame: usize) {
     world.fly();
     let compound = world.scene.compound_of(world.ids[BODIES]).unwrap().unwrap();
     let turn = DMat3::from_rotation_z(0.1 * frame as f64);
-    world.scene.set_compound_pose(compound, Pose::new(turn, DVec3::ZERO).unwrap()).unwrap();
+    world
+        .scene
+        .set_compound_pose(compound, Pose::new(turn, DVec3::ZERO).unwrap())
+        .unwrap();
 }
 
 /// The distances of groups are asked for.
@@ -170,8 +191,16 @@ fn measure(world: &mut World, frame: usize) {
 /// The other question, and the other boxes, from time to time.
 fn ask_otherwise(world: &mut World, frame: usize) {
     world.fly();
-    world.scene.set_mode(if frame % 40 < 20 { Mode::Any } else { Mode::All });
-    world.scene.set_reach(if frame % 60 < 30 { Reach::Here } else { Reach::Swept });
+    world.scene.set_mode(if frame % 40 < 20 {
+        Mode::Any
+    } else {
+        Mode::All
+    });
+    world.scene.set_reach(if frame % 60 < 30 {
+        Reach::Here
+    } else {
+        Reach::Swept
+    });
 }
 
 struct Configuration {
@@ -186,12 +215,26 @@ struct Configuration {
 const UNLIMITED: &[Budget] = &[Budget::unlimited()];
 const WORK: &[Budget] = &[Budget::work(20_000)];
 const LITTLE: &[Budget] = &[Budget::work(602), Budget::work(3_000)];
-const TIME: &[Budget] = &[Budget::time(Duration::from_micros(5)), Budget::time(Duration::from_millis(2))];
-const MIXED: &[Budget] =
-    &[Budget::unlimited(), Budget::work(20_000), Budget::work(200_000), Budget::time(Duration::from_micros(50))];
+const TIME: &[Budget] = &[
+    Budget::time(Duration::from_micros(5)),
+    Budget::time(Duration::from_millis(2)),
+];
+const MIXED: &[Budget] = &[
+    Budget::unlimited(),
+    Budget::work(20_000),
+    Budget::work(200_000),
+    Budget::time(Duration::from_micros(50)),
+];
 
 fn configurations() -> [Configuration; 21] {
-    let new = |name, mode, reach, budgets, threads, play| Configuration { name, mode, reach, budgets, threads, play };
+    let new = |name, mode, reach, budgets, threads, play| Configuration {
+        name,
+        mode,
+        reach,
+        budgets,
+        threads,
+        play,
+    };
     let (any, all, here, swept) = (Mode::Any, Mode::All, Reach::Here, Reach::Swept);
     [
         new("any, unlimited", any, here, UNLIMITED, 1, fly),
@@ -222,7 +265,15 @@ fn configurations() -> [Configuration; 21] {
 fn no_frame_after_the_hundredth_allocates() {
     no_frame_allocates_within_the_room_asked_for();
     let mut faults = Vec::new();
-    for Configuration { name, mode, reach, budgets, threads, play } in configurations() {
+    for Configuration {
+        name,
+        mode,
+        reach,
+        budgets,
+        threads,
+        play,
+    } in configurations()
+    {
         let mut world = World::new(Scene::new());
         world.scene.set_mode(mode);
         world.scene.set_reach(reach);
@@ -235,7 +286,10 @@ fn no_frame_after_the_hundredth_allocates() {
         let mut frame = |number: usize| {
             play(&mut world, number);
             let budget = budgets[number % budgets.len()];
-            let _ = world.scene.cast_with(&SceneRay::new(ray), budget, &clock).unwrap();
+            let _ = world
+                .scene
+                .cast_with(&SceneRay::new(ray), budget, &clock)
+                .unwrap();
             let report = match threads {
                 #[cfg(feature = "parallel")]
                 2.. => world.scene.detect(budget),
@@ -251,12 +305,18 @@ fn no_frame_after_the_hundredth_allocates() {
                 late.push((number, calls));
             }
         }
-        assert!(meets > 0 && (undecided > 0 || budgets == UNLIMITED), "{name}: {meets} meet, {undecided} undecided");
+        assert!(
+            meets > 0 && (undecided > 0 || budgets == UNLIMITED),
+            "{name}: {meets} meet, {undecided} undecided"
+        );
         if !late.is_empty() {
             faults.push((name, late));
         }
     }
-    assert!(faults.is_empty(), "calls to the allocator by frame: {faults:?}");
+    assert!(
+        faults.is_empty(),
+        "calls to the allocator by frame: {faults:?}"
+    );
 }
 
 fn no_frame_allocates_within_the_room_asked_for() {
@@ -265,7 +325,10 @@ fn no_frame_allocates_within_the_room_asked_for() {
         held(|| scene.reserve(bodies, pairs)).1 as f64 / 1e4
     };
     let [body, pair] = [grown(10_000, 0), grown(0, 10_000)];
-    assert!((700.0..855.0).contains(&body) && (700.0..975.0).contains(&pair), "{body} bytes a body, {pair} a pair");
+    assert!(
+        (700.0..855.0).contains(&body) && (700.0..975.0).contains(&pair),
+        "{body} bytes a body, {pair} a pair"
+    );
     let mut world = World::new(Scene::new());
     world.scene.track_contacts();
     world.scene.reserve(BODIES, BODIES * (BODIES - 1) / 2);
@@ -273,7 +336,9 @@ fn no_frame_allocates_within_the_room_asked_for() {
     let calls = allocator_calls_of_all_threads(|| {
         for frame in 0..100 {
             breathe(&mut world, frame);
-            let report = world.scene.detect_with(Budget::work(20_000), &ManualClock::new());
+            let report = world
+                .scene
+                .detect_with(Budget::work(20_000), &ManualClock::new());
             most = most.max(report.pairs.len() + report.unlisted);
         }
     });
@@ -302,7 +367,10 @@ fn no_frame_allocates_within_the_room_asked_for() {
             }
         }
     }
-    assert!(faults.is_empty(), "question, threads, whether it was asked before, calls by frame: {faults:?}");
+    assert!(
+        faults.is_empty(),
+        "question, threads, whether it was asked before, calls by frame: {faults:?}"
+    );
 }
 
 /// Asks something of all frames.
@@ -310,7 +378,9 @@ type Ask = fn(&mut World);
 
 fn ask_distances(world: &mut World) {
     for (i, &a) in world.ids[..12].iter().enumerate() {
-        world.ids[..i].iter().for_each(|&b| world.scene.measure(a, b, 1e-3).unwrap());
+        world.ids[..i]
+            .iter()
+            .for_each(|&b| world.scene.measure(a, b, 1e-3).unwrap());
     }
 }
 
@@ -323,7 +393,12 @@ fn ask_groups(world: &mut World) {
 /// Of a scene that was asked for room, from its first frame on: those that allocate, and how often. `asks_first`: what
 /// is asked is
 /// so before the room is.
-fn frames_that_allocate(question: &str, ask: Ask, threads: usize, asks_first: bool) -> Vec<(usize, u64)> {
+fn frames_that_allocate(
+    question: &str,
+    ask: Ask,
+    threads: usize,
+    asks_first: bool,
+) -> Vec<(usize, u64)> {
     let mut world = World::new(Scene::new());
     world.scene.track_contacts();
     #[cfg(feature = "parallel")]

@@ -13,9 +13,9 @@ use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, BuildOptions, Calibration, ContactQuery, CostModel, Counts, DistanceQuery, Effort, Filter,
-    ManualClock, Mode, Motion, MotionQuery, PairMemory, Patches, Pose, Query, Reach, Scene, Tree, TreeStats, Verdict,
-    Workspace, shapes,
+    Body, BodyId, Budget, BuildOptions, Calibration, ContactQuery, CostModel, Counts,
+    DistanceQuery, Effort, Filter, ManualClock, Mode, Motion, MotionQuery, PairMemory, Patches,
+    Pose, Query, Reach, Scene, Tree, TreeStats, Verdict, Workspace, shapes,
 };
 use serde_json::{Value, from_str, json, to_string, to_value};
 
@@ -33,7 +33,11 @@ fn error<T: serde::de::DeserializeOwned + Debug>(value: &Value) -> String {
 
 #[test]
 fn options_and_budgets() {
-    for options in [BuildOptions::default(), BuildOptions::best().threads(7), BuildOptions::fast_build()] {
+    for options in [
+        BuildOptions::default(),
+        BuildOptions::best().threads(7),
+        BuildOptions::fast_build(),
+    ] {
         again(&options);
     }
     MODES.iter().for_each(again);
@@ -41,7 +45,9 @@ fn options_and_budgets() {
     [Reach::Here, Reach::Swept].iter().for_each(again);
     again(&Filter::new(5, u32::MAX));
     let time = Budget::time(Duration::from_nanos(200_001));
-    [time, Budget::work(u64::MAX), Budget::unlimited()].iter().for_each(again);
+    [time, Budget::work(u64::MAX), Budget::unlimited()]
+        .iter()
+        .for_each(again);
     // What is left out is the default; what does not exist is an error.
     let best: BuildOptions = from_str(r#"{"effort":"Best"}"#).unwrap();
     assert_eq!(best, BuildOptions::best());
@@ -56,9 +62,15 @@ fn poses_keep_every_bit_and_are_checked() {
     for drift in [Drift::None, Drift::Scale, Drift::Shear] {
         let pose = pose_about(DVec3::new(1e8, -1e-300, 0.1), 3.0, drift, &mut random);
         let read: Pose = from_str(&to_string(&pose).unwrap()).unwrap();
-        assert_eq!(read.to_row_major().map(f64::to_bits), pose.to_row_major().map(f64::to_bits));
+        assert_eq!(
+            read.to_row_major().map(f64::to_bits),
+            pose.to_row_major().map(f64::to_bits)
+        );
     }
-    assert_eq!(to_value(Pose::IDENTITY).unwrap(), json!([1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0.]));
+    assert_eq!(
+        to_value(Pose::IDENTITY).unwrap(),
+        json!([1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0.])
+    );
     let mirror = json!([1., 0., 0., 0., 0., 1., 0., 0., 0., 0., -1., 0.]);
     assert!(error::<Pose>(&mirror).starts_with("matrix is off a rotation by 2e0"));
     let far = json!([1., 0., 0., 0., 0., 1., 0., 1e305, 0., 0., 1., 0.]);
@@ -68,20 +80,34 @@ fn poses_keep_every_bit_and_are_checked() {
 
 #[test]
 fn outcomes_certificates_and_the_model() {
-    let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::torus(1.0, 0.3, 32)));
+    let (a, b) = (
+        Tree::new(shapes::icosphere(3)),
+        Tree::new(shapes::torus(1.0, 0.3, 32)),
+    );
     let mut workspace = Workspace::new();
     let clock = ManualClock::ticking(Duration::from_nanos(1001));
     for mode in MODES {
-        for budget in [Budget::work(0), Budget::work(3_000), Budget::time(Duration::from_micros(50)), ENOUGH] {
-            let query = Query::new(&a, &b, Pose::IDENTITY).mode(mode).queue_threshold(0.0);
+        for budget in [
+            Budget::work(0),
+            Budget::work(3_000),
+            Budget::time(Duration::from_micros(50)),
+            ENOUGH,
+        ] {
+            let query = Query::new(&a, &b, Pose::IDENTITY)
+                .mode(mode)
+                .queue_threshold(0.0);
             let outcome = query.run_with(&mut workspace, None, budget, &clock);
             again(&outcome);
             let certificate = query.certificate(&workspace).unwrap();
             let written = to_value(certificate).unwrap();
             assert_eq!(written["open_pairs"], json!(certificate.open_pairs()));
             assert_eq!(written["upper_bound"], json!(certificate.upper_bound()));
-            assert_eq!(written["largest_extent"], json!(certificate.largest_extent()));
-            let boxes: Vec<punctual::Aabb> = serde_json::from_value(written["boxes"].clone()).unwrap();
+            assert_eq!(
+                written["largest_extent"],
+                json!(certificate.largest_extent())
+            );
+            let boxes: Vec<punctual::Aabb> =
+                serde_json::from_value(written["boxes"].clone()).unwrap();
             assert!(certificate.boxes().eq(boxes));
         }
     }
@@ -93,9 +119,16 @@ fn outcomes_certificates_and_the_model() {
             again(&query.estimate(&workspace, None).unwrap());
         }
         let motion = Motion::turning(pose, [-3.0, 0.0, 0.0], [0.1, 0.2, 1e-9], [0.3; 3]).unwrap();
-        assert_eq!(from_str::<Motion>(&to_string(&motion).unwrap()).unwrap(), motion);
+        assert_eq!(
+            from_str::<Motion>(&to_string(&motion).unwrap()).unwrap(),
+            motion
+        );
         again(&MotionQuery::new(&a, &b, motion).run_with(&mut workspace, None, budget, &clock));
-        again(&ContactQuery::new(&a, &b, pose).margin(3.0).run_with(&mut workspace, budget, &clock));
+        again(&ContactQuery::new(&a, &b, pose).margin(3.0).run_with(
+            &mut workspace,
+            budget,
+            &clock,
+        ));
         workspace.contacts().for_each(again);
         let mut patches = Patches::new();
         patches.update(&a, &b, workspace.contacts());
@@ -104,7 +137,11 @@ fn outcomes_certificates_and_the_model() {
     let stats: TreeStats = from_str(&to_string(&a.stats()).unwrap()).unwrap();
     assert_eq!(stats, a.stats());
     a.root().unwrap().profile().iter().for_each(again);
-    again(&Counts { bv_tests: 0.1, triangle_tests: 1e300, box_updates: 0.0 });
+    again(&Counts {
+        bv_tests: 0.1,
+        triangle_tests: 1e300,
+        box_updates: 0.0,
+    });
     again(&CostModel::new([0.3, 13.6, 46.0, 1.0 / 3.0]));
 }
 
@@ -113,14 +150,23 @@ fn reports_of_a_scene() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let mut scene = Scene::new();
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
-    let ids: Vec<_> =
-        [0.0, 1.5, 3.3].map(|x| scene.insert(Body::moving(Arc::clone(&ball), at(x))).unwrap()).into_iter().collect();
+    let ids: Vec<_> = [0.0, 1.5, 3.3]
+        .map(|x| {
+            scene
+                .insert(Body::moving(Arc::clone(&ball), at(x)))
+                .unwrap()
+        })
+        .into_iter()
+        .collect();
     for budget in [Budget::work(0), ENOUGH] {
         let report = scene.detect_with(budget, &ManualClock::new()).clone();
         assert!(!report.pairs.is_empty());
         report.pairs.iter().for_each(again);
         let read: punctual::Report = from_str(&to_string(&report).unwrap()).unwrap();
-        assert_eq!((read.pairs, read.decided, read.work), (report.pairs, report.decided, report.work));
+        assert_eq!(
+            (read.pairs, read.decided, read.work),
+            (report.pairs, report.decided, report.work)
+        );
         again(&scene.certificate(ids[0], ids[1]).unwrap());
     }
     again(&ids[1]);
@@ -139,22 +185,40 @@ fn reports_of_a_scene() {
     let measure = scene.measure_groups(&ids[..1], &ids[1..], 0.1).unwrap();
     again(&measure);
     assert_eq!(to_string(&measure).unwrap(), "0");
-    scene.stop_measuring_groups(from_str(&to_string(&measure).unwrap()).unwrap()).unwrap();
+    scene
+        .stop_measuring_groups(from_str(&to_string(&measure).unwrap()).unwrap())
+        .unwrap();
 }
 
 #[test]
 fn verdicts_are_read_as_they_are_written() {
-    let within = |distance| Verdict::Within { witness: [12, 907], distance };
-    let met = Verdict::Intersecting { witness: [0, u32::MAX] };
-    for verdict in [met, within(0.25), within(f64::MIN_POSITIVE), within(1e300), Verdict::Separated, Verdict::Undecided]
-    {
+    let within = |distance| Verdict::Within {
+        witness: [12, 907],
+        distance,
+    };
+    let met = Verdict::Intersecting {
+        witness: [0, u32::MAX],
+    };
+    for verdict in [
+        met,
+        within(0.25),
+        within(f64::MIN_POSITIVE),
+        within(1e300),
+        Verdict::Separated,
+        Verdict::Undecided,
+    ] {
         assert_eq!(verdict.to_string().parse(), Ok(verdict));
         again(&verdict);
     }
     assert_eq!(within(0.25).to_string(), "within(12, 907, 0.25)");
-    for text in
-        ["within(1, 2)", "within(1, 2, 0)", "within(1, 2, -1)", "within(1, 2, NaN)", "within(1, 2, inf)", "within"]
-    {
+    for text in [
+        "within(1, 2)",
+        "within(1, 2, 0)",
+        "within(1, 2, -1)",
+        "within(1, 2, NaN)",
+        "within(1, 2, inf)",
+        "within",
+    ] {
         assert!(text.parse::<Verdict>().is_err(), "{text}");
     }
 }
@@ -162,7 +226,10 @@ fn verdicts_are_read_as_they_are_written() {
 /// A memory that was read serves the pair it was written for, and any other pair cannot be misled by it.
 #[test]
 fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
-    let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 32)), Tree::new(shapes::gear(11, 2)));
+    let (a, b) = (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
+        Tree::new(shapes::gear(11, 2)),
+    );
     let pose = pose_about(DVec3::ZERO, 0.1, Drift::None, &mut Random::new(82));
     let query = Query::new(&a, &b, pose);
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
@@ -175,24 +242,42 @@ fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
         run_with_memory(&query, &mut workspace, &mut read, ENOUGH),
     );
     assert_eq!((warm, &read), (used, &memory));
-    assert!(warm.stats.work < first.stats.work, "a witness of the last frame saves work");
+    assert!(
+        warm.stats.work < first.stats.work,
+        "a witness of the last frame saves work"
+    );
     // Handed to a smaller pair: what does not exist there is forgotten.
-    let (small, apart) = (Tree::new(shapes::icosphere(0)), Pose::new(DMat3::IDENTITY, DVec3::X * 9.0).unwrap());
+    let (small, apart) = (
+        Tree::new(shapes::icosphere(0)),
+        Pose::new(DMat3::IDENTITY, DVec3::X * 9.0).unwrap(),
+    );
     for pose in [Pose::IDENTITY, apart] {
         let query = Query::new(&small, &small, pose);
         let mut read: PairMemory = from_str(&text).unwrap();
         let expected = run(&query, &mut workspace, ENOUGH).verdict;
         let verdict = run_with_memory(&query, &mut workspace, &mut read, ENOUGH).verdict;
-        assert_eq!(verdict == Verdict::Separated, expected == Verdict::Separated);
+        assert_eq!(
+            verdict == Verdict::Separated,
+            expected == Verdict::Separated
+        );
     }
 }
 
 #[test]
 fn a_memory_that_somebody_made_up_changes_no_verdict() {
-    let (a, b) = (Tree::new(shapes::icosphere(2)), Tree::new(shapes::torus(1.0, 0.3, 16)));
+    let (a, b) = (
+        Tree::new(shapes::icosphere(2)),
+        Tree::new(shapes::torus(1.0, 0.3, 16)),
+    );
     let (mut random, mut workspace) = (Random::new(83), Workspace::new());
     for round in 0..300 {
-        let mut triangle = || if random.below(2) == 0 { random.below(600) as u32 } else { random.bits() as u32 };
+        let mut triangle = || {
+            if random.below(2) == 0 {
+                random.below(600) as u32
+            } else {
+                random.bits() as u32
+            }
+        };
         let mut witnesses: Vec<[u32; 2]> = (0..16).map(|_| [triangle(), triangle()]).collect();
         if round % 4 == 0 {
             witnesses.fill([7, 7]);
@@ -207,7 +292,10 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
             for _ in 0..2 {
                 let outcome = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
                 assert_eq!(outcome.found, expected.found);
-                assert_eq!(outcome.verdict == Verdict::Separated, expected.verdict == Verdict::Separated);
+                assert_eq!(
+                    outcome.verdict == Verdict::Separated,
+                    expected.verdict == Verdict::Separated
+                );
             }
         }
     }
@@ -222,8 +310,12 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
             again(&said);
             assert!(said.closer == expected.closer || said.closer.is_none() && budget != ENOUGH);
             // One that exists is looked at first.
-            let exists = (nearest[0] as usize) < a.mesh().len() && (nearest[1] as usize) < b.mesh().len();
-            assert!(budget == ENOUGH || said.nearest.is_some() == exists, "{nearest:?} {said:?}");
+            let exists =
+                (nearest[0] as usize) < a.mesh().len() && (nearest[1] as usize) < b.mesh().len();
+            assert!(
+                budget == ENOUGH || said.nearest.is_some() == exists,
+                "{nearest:?} {said:?}"
+            );
         }
     }
     let too_many = json!({ "witnesses": vec![[0, 0]; 17] });
@@ -234,9 +326,13 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
 #[test]
 fn a_memory_with_an_impossible_rate_of_changes_is_refused() {
     let text = to_string(&PairMemory::new()).unwrap();
-    let with = |rate: &str| text.replace("\"change_rate\":null", &format!("\"change_rate\":{rate}"));
+    let with =
+        |rate: &str| text.replace("\"change_rate\":null", &format!("\"change_rate\":{rate}"));
     assert_ne!(with("0.5"), text);
-    assert_eq!(from_str::<PairMemory>(&with("0.5")).unwrap().change_rate(), 0.5);
+    assert_eq!(
+        from_str::<PairMemory>(&with("0.5")).unwrap().change_rate(),
+        0.5
+    );
     for bad in ["-0.1", "1.5", "1e300"] {
         let error = from_str::<PairMemory>(&with(bad)).unwrap_err().to_string();
         assert!(error.contains("change_rate"), "{error}");
@@ -276,10 +372,16 @@ fn a_calibration_goes_on_where_it_was_and_an_impossible_one_is_refused() {
     ] {
         let name = place.map_or(field.to_owned(), |place| format!("{field}[{place}]"));
         let refused = set(field, place, json!(x));
-        assert!(refused.contains(&format!("{name} {x:?} is out of range")), "{refused}");
+        assert!(
+            refused.contains(&format!("{name} {x:?} is out of range")),
+            "{refused}"
+        );
     }
     assert!(set("offset", None, Value::Null).contains("invalid type: null"));
-    assert!(error::<Calibration>(&json!({ "offset": 0.0, "slope": 1.0 })).contains("missing field `evidence`"));
+    assert!(
+        error::<Calibration>(&json!({ "offset": 0.0, "slope": 1.0 }))
+            .contains("missing field `evidence`")
+    );
     let apart = json!({ "offset": 0.0, "slope": 1.0, "evidence": [1.0, 1.1, 1.0] });
     assert!(error::<Calibration>(&apart).contains("evidence[1] 1.1"));
 }

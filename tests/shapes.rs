@@ -15,9 +15,18 @@ fn closed_shapes(level: u32) -> [(Mesh, usize); 6] {
     let along = (32 * n).max(40);
     [
         (icosphere(level), 20 << (2 * n)),
-        (cuboid(Vec3::new(0.5, 1e-6, 1e6), level), 12 * n.max(1).pow(2)),
-        (torus(1.0, 0.25, 4 * level), 2 * around * (around / 2).max(3)),
-        (torus_knot(2, 3, 0.1, 32 * level), 2 * along * (along / 8).max(3)),
+        (
+            cuboid(Vec3::new(0.5, 1e-6, 1e6), level),
+            12 * n.max(1).pow(2),
+        ),
+        (
+            torus(1.0, 0.25, 4 * level),
+            2 * around * (around / 2).max(3),
+        ),
+        (
+            torus_knot(2, 3, 0.1, 32 * level),
+            2 * along * (along / 8).max(3),
+        ),
         (gear(12, level), 32 * 12 * n.max(1).pow(2)),
         (gear(level, 2), 32 * n.max(3) * 4),
     ]
@@ -36,7 +45,10 @@ fn volume(mesh: &Mesh) -> f64 {
 }
 
 fn assert_close(found: f64, exact: f64, relative: f64) {
-    assert!((found / exact - 1.0).abs() < relative, "{found} is not {exact}");
+    assert!(
+        (found / exact - 1.0).abs() < relative,
+        "{found} is not {exact}"
+    );
 }
 
 #[test]
@@ -44,14 +56,20 @@ fn closed_shapes_are_watertight_and_have_the_documented_count() {
     for (mesh, count) in (0..6).flat_map(closed_shapes) {
         assert_eq!(mesh.len(), count);
         let corners = mesh.triangles().iter();
-        let edges: Vec<_> = corners.flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+        let edges: Vec<_> = corners
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+            .collect();
         let once: BTreeSet<_> = edges.iter().copied().collect();
         assert_eq!(once.len(), edges.len());
         assert!(edges.iter().all(|&(a, b)| once.contains(&(b, a))));
         let used: BTreeSet<_> = mesh.triangles().as_flattened().iter().collect();
         assert_eq!(used.len(), mesh.vertex_count());
-        let positions = (0..mesh.vertex_count()).map(|i| mesh.vertex(i).to_array().map(f64::to_bits));
-        assert_eq!(positions.collect::<BTreeSet<_>>().len(), mesh.vertex_count());
+        let positions =
+            (0..mesh.vertex_count()).map(|i| mesh.vertex(i).to_array().map(f64::to_bits));
+        assert_eq!(
+            positions.collect::<BTreeSet<_>>().len(),
+            mesh.vertex_count()
+        );
         assert_no_degenerate_triangle(&mesh);
         assert!(volume(&mesh) > 0.0);
     }
@@ -61,7 +79,11 @@ fn closed_shapes_are_watertight_and_have_the_documented_count() {
 fn volumes_match_the_formulas() {
     assert_close(volume(&icosphere(5)), 4.0 / 3.0 * PI, 2e-3);
     assert_close(volume(&cuboid(Vec3::new(0.5, 2.0, 3.0), 7)), 24.0, 1e-6);
-    assert_close(volume(&torus(2.0, 0.5, 200)), 2.0 * PI * PI * 2.0 * 0.25, 2e-3);
+    assert_close(
+        volume(&torus(2.0, 0.5, 200)),
+        2.0 * PI * PI * 2.0 * 0.25,
+        2e-3,
+    );
     let pitch = TAU / 12.0;
     let root: f64 = 1.0 - 2.25 * 2.0 / 14.0;
     let land = (0.3 * pitch).sin() * (root * root + 1.0);
@@ -74,7 +96,8 @@ fn volumes_match_the_formulas() {
 fn the_knot_is_a_tube_of_even_radius_with_outer_radius_about_one() {
     let (p, q, n) = (2.0, 3.0, 1000);
     // Pappus: the volume of a tube is its section times the length of its centre line.
-    let speed = |i: u32| (p * (2.0 + (3.0 * f64::from(i) * TAU / f64::from(n)).cos())).hypot(q) / 3.0;
+    let speed =
+        |i: u32| (p * (2.0 + (3.0 * f64::from(i) * TAU / f64::from(n)).cos())).hypot(q) / 3.0;
     let length = (0..n).map(speed).sum::<f64>() * TAU / f64::from(n);
     let knot = torus_knot(2, 3, 0.1, n);
     assert_close(volume(&knot), PI * 0.01 * length, 2e-3);
@@ -108,7 +131,10 @@ fn height_fields_face_up_and_differ_by_seed() {
         assert!((b - a).cross(c - a).z > 0.0);
     }
     let aabb = field.aabb();
-    assert_eq!((aabb.min.truncate(), aabb.max.truncate()), (-DVec2::ONE, DVec2::ONE));
+    assert_eq!(
+        (aabb.min.truncate(), aabb.max.truncate()),
+        (-DVec2::ONE, DVec2::ONE)
+    );
     assert!(aabb.min.z >= -0.5 && aabb.max.z <= 0.5 && aabb.extents().z > 0.05);
     assert_ne!(field, height_field(9, 2));
 }
@@ -123,7 +149,14 @@ fn the_same_arguments_give_the_same_mesh() {
 
 #[test]
 fn no_argument_panics_or_makes_a_bad_mesh() {
-    for odd in [f32::NAN, f32::INFINITY, -1.0, 0.0, f32::MAX, f32::from_bits(1)] {
+    for odd in [
+        f32::NAN,
+        f32::INFINITY,
+        -1.0,
+        0.0,
+        f32::MAX,
+        f32::from_bits(1),
+    ] {
         for mesh in [
             cuboid(Vec3::splat(odd), 0),
             torus(odd, 1.0, 0),
@@ -140,7 +173,12 @@ fn no_argument_panics_or_makes_a_bad_mesh() {
 
 #[test]
 fn extreme_but_accepted_shapes_have_no_degenerate_triangle() {
-    for mesh in [torus(1.0, 0.0, 700), torus(1.0, 2.0, 700), torus_knot(64, 63, 0.3, 0), gear(4096, 2)] {
+    for mesh in [
+        torus(1.0, 0.0, 700),
+        torus(1.0, 2.0, 700),
+        torus_knot(64, 63, 0.3, 0),
+        gear(4096, 2),
+    ] {
         assert_no_degenerate_triangle(&mesh);
     }
 }

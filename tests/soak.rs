@@ -31,7 +31,8 @@ fn workspace() -> Workspace {
 /// A number that depends on all pairs found and their order.
 fn mixed(workspace: &Workspace) -> u64 {
     let mix = |sum: u64, pair: &[u32; 2]| {
-        (sum ^ u64::from(pair[0]) << 32 ^ u64::from(pair[1])).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ sum >> 29
+        (sum ^ u64::from(pair[0]) << 32 ^ u64::from(pair[1])).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            ^ sum >> 29
     };
     workspace.pairs().iter().fold(0, mix)
 }
@@ -45,12 +46,23 @@ fn cases<'t>(trees: &'t [Tree], random: &mut Random) -> Vec<Case<'t>> {
             .order(ORDERS[random.below(ORDERS.len())])
             .queue_threshold([0.0, 100.0, 4096.0][random.below(3)]);
         // A third is cut short, so that the next query finds its rest in the workspace.
-        let budget = [ENOUGH, Budget::unlimited(), Budget::work(random.below(3000) as u64)][random.below(3)];
+        let budget = [
+            ENOUGH,
+            Budget::unlimited(),
+            Budget::work(random.below(3000) as u64),
+        ][random.below(3)];
         let mut fresh = workspace();
         let outcome = run(&query, &mut fresh, budget);
         let pairs = mixed(&fresh);
         let truth = run(&query, &mut fresh, ENOUGH).verdict != Verdict::Separated;
-        Case { trees: chosen, query, budget, outcome, pairs, truth }
+        Case {
+            trees: chosen,
+            query,
+            budget,
+            outcome,
+            pairs,
+            truth,
+        }
     };
     (0..5000).map(case).collect()
 }
@@ -76,12 +88,19 @@ fn soak(queries: usize) {
             if number % 4 == 3 {
                 // A memory may change the way, not the answer.
                 let memory = &mut memories[case.trees[0] * trees.len() + case.trees[1]];
-                let verdict = run_with_memory(&case.query, &mut workspace, memory, case.budget).verdict;
-                assert!(verdict == Verdict::Undecided || case.truth == (verdict != Verdict::Separated), "{number}");
+                let verdict =
+                    run_with_memory(&case.query, &mut workspace, memory, case.budget).verdict;
+                assert!(
+                    verdict == Verdict::Undecided || case.truth == (verdict != Verdict::Separated),
+                    "{number}"
+                );
                 continue;
             }
             let outcome = run(&case.query, &mut workspace, case.budget);
-            assert!(outcome == case.outcome && mixed(&workspace) == case.pairs, "{number}: {outcome:?}");
+            assert!(
+                outcome == case.outcome && mixed(&workspace) == case.pairs,
+                "{number}: {outcome:?}"
+            );
         }
     });
     assert_eq!(calls, 0, "calls to the allocator");

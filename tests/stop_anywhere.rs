@@ -7,14 +7,16 @@ mod common;
 
 use std::time::Duration;
 
-use common::check::{ENOUGH, assert_certificate, assert_complete, assert_sound, resume, run, sorted};
+use common::check::{
+    ENOUGH, assert_certificate, assert_complete, assert_sound, resume, run, sorted,
+};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::{Place, all_pairs, place};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, BuildOptions, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, Outcome, PairMemory, Pose, Query, StopReason,
-    Tree, Verdict, Workspace, shapes,
+    Budget, BuildOptions, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, Outcome, PairMemory, Pose,
+    Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 struct Case {
@@ -29,12 +31,23 @@ impl Case {
     fn new(name: &'static str, a: Mesh, b: Mesh, pose: Pose) -> Self {
         let truth = all_pairs(&a, &b, &pose);
         let options = BuildOptions::default().neighbors(true);
-        let (a, b) = (Tree::with_options(a, &options), Tree::with_options(b, &options));
-        Self { name, a, b, pose, truth }
+        let (a, b) = (
+            Tree::with_options(a, &options),
+            Tree::with_options(b, &options),
+        );
+        Self {
+            name,
+            a,
+            b,
+            pose,
+            truth,
+        }
     }
 
     fn query(&self, mode: Mode, order: Order) -> Query<'_> {
-        Query::new(&self.a, &self.b, self.pose).mode(mode).order(order)
+        Query::new(&self.a, &self.b, self.pose)
+            .mode(mode)
+            .order(order)
     }
 
     /// Every mode and order, and early answers, with the queue in use from the first pair on and with the default threshold.
@@ -67,7 +80,8 @@ fn cases() -> Vec<Case> {
     let ring = || shapes::torus(1.0, 0.15, 12);
     let knot = || shapes::torus_knot(2, 3, 0.15, 10);
     let one = |size: f32| {
-        let corners = [[-0.5, -0.4, 0.1], [0.6, -0.3, 0.0], [0.1, 0.7, -0.1]].map(|corner| corner.map(|x| size * x));
+        let corners = [[-0.5, -0.4, 0.1], [0.6, -0.3, 0.0], [0.1, 0.7, -0.1]]
+            .map(|corner| corner.map(|x| size * x));
         Mesh::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap()
     };
     // The middle of the small triangle lies on the knot.
@@ -79,23 +93,88 @@ fn cases() -> Vec<Case> {
     vec![
         Case::new("linked rings, no contact", ring(), ring(), linked),
         Case::new("crossing rings", ring(), ring(), shifted(0.4, 0.1, 0.05)),
-        Case::new("spheres apart", shapes::icosphere(1), shapes::icosphere(1), shifted(9.0, 0.0, 0.0)),
-        Case::new("spheres inside each other", shapes::icosphere(2), shapes::icosphere(1), shifted(0.1, 0.0, 0.0)),
-        Case::new("flush boxes", shapes::cuboid(Vec3::ONE, 3), shapes::cuboid(Vec3::ONE, 3), shifted(2.0, 0.5, 0.25)),
-        Case::new("coincident boxes", shapes::cuboid(Vec3::ONE, 2), shapes::cuboid(Vec3::ONE, 2), Pose::IDENTITY),
-        Case::new("knots", shapes::torus_knot(2, 3, 0.15, 10), shapes::torus_knot(3, 2, 0.15, 10), turned),
-        Case::new("dust on a field", shapes::height_field(16, 3), soup(Family::Uniform, 1), Pose::IDENTITY),
-        Case::new("degenerate soups", soup(Family::Degenerate, 70), soup(Family::Degenerate, 70), turned),
-        Case::new("soups on a grid", soup(Family::Grid, 40), soup(Family::Grid, 60), Pose::IDENTITY),
-        Case::new("unequal soups", soup(Family::Unequal, 150), soup(Family::Unequal, 30), turned),
+        Case::new(
+            "spheres apart",
+            shapes::icosphere(1),
+            shapes::icosphere(1),
+            shifted(9.0, 0.0, 0.0),
+        ),
+        Case::new(
+            "spheres inside each other",
+            shapes::icosphere(2),
+            shapes::icosphere(1),
+            shifted(0.1, 0.0, 0.0),
+        ),
+        Case::new(
+            "flush boxes",
+            shapes::cuboid(Vec3::ONE, 3),
+            shapes::cuboid(Vec3::ONE, 3),
+            shifted(2.0, 0.5, 0.25),
+        ),
+        Case::new(
+            "coincident boxes",
+            shapes::cuboid(Vec3::ONE, 2),
+            shapes::cuboid(Vec3::ONE, 2),
+            Pose::IDENTITY,
+        ),
+        Case::new(
+            "knots",
+            shapes::torus_knot(2, 3, 0.15, 10),
+            shapes::torus_knot(3, 2, 0.15, 10),
+            turned,
+        ),
+        Case::new(
+            "dust on a field",
+            shapes::height_field(16, 3),
+            soup(Family::Uniform, 1),
+            Pose::IDENTITY,
+        ),
+        Case::new(
+            "degenerate soups",
+            soup(Family::Degenerate, 70),
+            soup(Family::Degenerate, 70),
+            turned,
+        ),
+        Case::new(
+            "soups on a grid",
+            soup(Family::Grid, 40),
+            soup(Family::Grid, 60),
+            Pose::IDENTITY,
+        ),
+        Case::new(
+            "unequal soups",
+            soup(Family::Unequal, 150),
+            soup(Family::Unequal, 30),
+            turned,
+        ),
         Case::new("f64 soups far away", soup(far, 50), soup(far, 50), far_pose),
         Case::new("a triangle across a knot", knot(), one(3.0), turned),
         Case::new("a knot across a triangle", one(3.0), knot(), turned),
         Case::new("a small triangle in a knot", knot(), one(0.2), aside),
-        Case::new("a knot around a small triangle", one(0.2), knot(), aside.inverse().unwrap()),
-        Case::new("a triangle among far ones", soup(far, 60), soup(far, 1), far_pose),
-        Case::new("far ones around a triangle", soup(far, 1), soup(far, 60), far_pose),
-        Case::new("nothing at all", soup(Family::Uniform, 0), soup(Family::Uniform, 9), Pose::IDENTITY),
+        Case::new(
+            "a knot around a small triangle",
+            one(0.2),
+            knot(),
+            aside.inverse().unwrap(),
+        ),
+        Case::new(
+            "a triangle among far ones",
+            soup(far, 60),
+            soup(far, 1),
+            far_pose,
+        ),
+        Case::new(
+            "far ones around a triangle",
+            soup(far, 1),
+            soup(far, 60),
+            far_pose,
+        ),
+        Case::new(
+            "nothing at all",
+            soup(Family::Uniform, 0),
+            soup(Family::Uniform, 9),
+            Pose::IDENTITY,
+        ),
     ]
 }
 
@@ -144,8 +223,11 @@ fn at_any_stop_the_certificate_covers_what_is_missing() {
     let mut workspace = Workspace::new();
     let mut undecided_or_partial = 0;
     for case in cases() {
-        let places: Vec<Place> =
-            case.truth.iter().map(|&pair| place(case.a.mesh(), case.b.mesh(), &case.pose, pair)).collect();
+        let places: Vec<Place> = case
+            .truth
+            .iter()
+            .map(|&pair| place(case.a.mesh(), case.b.mesh(), &case.pose, pair))
+            .collect();
         case.each_query(|query, _| {
             let full = run(query, &mut workspace, ENOUGH);
             for budget in budgets(full.stats.work, 25) {
@@ -184,7 +266,11 @@ fn slices_of_any_length_end_in_the_same_bits() {
                     let budget = next();
                     outcome = resume(query, &mut sliced, Budget::work(budget));
                     assert_stop_is_punctual(&outcome, before, budget);
-                    assert!(budget == 0 || outcome.stats.work > before || outcome.stop != StopReason::WorkLimit);
+                    assert!(
+                        budget == 0
+                            || outcome.stats.work > before
+                            || outcome.stop != StopReason::WorkLimit
+                    );
                 }
                 assert_eq!(outcome, full, "{}, slices of {slice:?}", case.name);
                 assert_eq!(sliced.pairs(), whole.pairs(), "{}", case.name);
@@ -198,7 +284,10 @@ fn slices_of_any_length_end_in_the_same_bits() {
 fn a_lone_triangle_resumes_from_any_stop() {
     let (mut whole, mut stopped) = (Workspace::new(), Workspace::new());
     let mut stops = 0;
-    for case in cases().iter().filter(|case| case.a.mesh().len() == 1 || case.b.mesh().len() == 1) {
+    for case in cases()
+        .iter()
+        .filter(|case| case.a.mesh().len() == 1 || case.b.mesh().len() == 1)
+    {
         case.each_query(|query, mode| {
             let full = run(query, &mut whole, ENOUGH);
             assert_complete(mode, &full, whole.pairs(), &case.truth);
@@ -230,7 +319,12 @@ fn time_budgets_are_sound_and_kept() {
                 let time = tick * ticks;
                 // Looks are as far apart as the time that is left allows.
                 let most_per_look = POLL.max(time.as_nanos() as u64) + MAX_STEP_WORK;
-                let mut outcome = query.run_with(&mut workspace, None, Budget::time(time).poll_interval(POLL), &clock);
+                let mut outcome = query.run_with(
+                    &mut workspace,
+                    None,
+                    Budget::time(time).poll_interval(POLL),
+                    &clock,
+                );
                 assert_sound(&outcome, workspace.pairs(), &case.truth);
                 assert!(outcome.stats.work <= u64::from(ticks + 1) * most_per_look);
                 if outcome.stop != StopReason::Deadline {
@@ -243,7 +337,9 @@ fn time_budgets_are_sound_and_kept() {
                 if ticks % 16 == 1 {
                     while outcome.stop == StopReason::Deadline {
                         let more = Budget::time(2 * tick).poll_interval(POLL);
-                        outcome = query.resume_with(&mut workspace, None, more, &clock).unwrap();
+                        outcome = query
+                            .resume_with(&mut workspace, None, more, &clock)
+                            .unwrap();
                     }
                     assert_complete(mode, &outcome, workspace.pairs(), &case.truth);
                 }
@@ -263,18 +359,29 @@ fn near_the_deadline_the_clock_is_looked_at_after_each_exact_test() {
         let outcome = query.run_with(&mut Workspace::new(), None, Budget::time(time), &clock);
         assert_eq!(outcome.stop, StopReason::Finished);
         assert!(outcome.stats.exact_tests > 100);
-        [outcome.stats.elapsed.unwrap().as_nanos() as u64, outcome.stats.exact_tests]
+        [
+            outcome.stats.elapsed.unwrap().as_nanos() as u64,
+            outcome.stats.exact_tests,
+        ]
     };
     let [near, exact_tests] = looks(Duration::from_micros(8));
     assert!(near >= exact_tests, "{near}");
     let [far, _] = looks(Duration::from_secs(1));
-    assert!(far < near / 10, "at the end, and now and then whether the call is cancelled: {far}");
+    assert!(
+        far < near / 10,
+        "at the end, and now and then whether the call is cancelled: {far}"
+    );
 }
 
 /// With a clock that stands still a time budget never ends, and one of nothing is over at the first look.
 #[test]
 fn only_the_clock_ends_a_time_budget() {
-    let case = Case::new("spheres", shapes::icosphere(2), shapes::icosphere(2), shifted(0.5, 0.0, 0.0));
+    let case = Case::new(
+        "spheres",
+        shapes::icosphere(2),
+        shapes::icosphere(2),
+        shifted(0.5, 0.0, 0.0),
+    );
     let query = case.query(Mode::All, Order::default());
     let mut workspace = Workspace::new();
     let clock = ManualClock::new();
@@ -356,7 +463,9 @@ fn only_a_stopped_run_of_the_same_query_resumes() {
     let query = Query::new(&sphere, &sphere, shifted(0.5, 0.0, 0.0)).mode(Mode::All);
     let clock = ManualClock::new();
     let mut workspace = Workspace::new();
-    let resumed = |query: &Query, workspace: &mut Workspace| query.resume_with(workspace, None, ENOUGH, &clock).is_ok();
+    let resumed = |query: &Query, workspace: &mut Workspace| {
+        query.resume_with(workspace, None, ENOUGH, &clock).is_ok()
+    };
     assert!(!resumed(&query, &mut workspace), "fresh workspace");
     let finished = run(&query, &mut workspace, ENOUGH);
     assert_eq!(finished.stop, StopReason::Finished);
@@ -391,8 +500,11 @@ fn certificate_boxes_hold_what_a_pose_brings_back_from_afar() {
         let turn = DMat3::from_rotation_z(0.8) * DMat3::from_rotation_x(-0.5);
         let back = Pose::new(turn, DVec3::new(0.2, 0.1, 0.0) - turn * away).unwrap();
         let case = Case::new("brought back", knot, far, back);
-        let places: Vec<Place> =
-            case.truth.iter().map(|&pair| place(case.a.mesh(), case.b.mesh(), &case.pose, pair)).collect();
+        let places: Vec<Place> = case
+            .truth
+            .iter()
+            .map(|&pair| place(case.a.mesh(), case.b.mesh(), &case.pose, pair))
+            .collect();
         assert!(!case.truth.is_empty());
         let query = case.query(Mode::All, Order::default()).queue_threshold(0.0);
         let full = run(&query, &mut workspace, ENOUGH);
@@ -400,10 +512,17 @@ fn certificate_boxes_hold_what_a_pose_brings_back_from_afar() {
             let outcome = run(&query, &mut workspace, Budget::work(budget));
             let certificate = query.certificate(&workspace).unwrap();
             assert_certificate(&certificate, &outcome, case.truth.len());
-            let (found, boxes) = (sorted(workspace.pairs()), certificate.boxes().collect::<Vec<_>>());
+            let (found, boxes) = (
+                sorted(workspace.pairs()),
+                certificate.boxes().collect::<Vec<_>>(),
+            );
             for (pair, place) in case.truth.iter().zip(&places) {
-                let covered = found.binary_search(pair).is_ok() || boxes.iter().any(|open| place.is_in(open));
-                assert!(covered, "{distance:e}: {pair:?} is in no box, budget {budget}");
+                let covered =
+                    found.binary_search(pair).is_ok() || boxes.iter().any(|open| place.is_in(open));
+                assert!(
+                    covered,
+                    "{distance:e}: {pair:?} is in no box, budget {budget}"
+                );
                 points += 1;
             }
         }
@@ -414,27 +533,47 @@ fn certificate_boxes_hold_what_a_pose_brings_back_from_afar() {
 /// However little each call does, with and without a memory, in a large and in a small workspace.
 #[test]
 fn the_upper_bound_of_a_certificate_never_grows() {
-    let (mut large, mut again, mut small) = (Workspace::new(), Workspace::new(), Workspace::with_capacity(64, 100_000));
+    let (mut large, mut again, mut small) = (
+        Workspace::new(),
+        Workspace::new(),
+        Workspace::with_capacity(64, 100_000),
+    );
     let mut lower = 0;
     for case in cases() {
         let mut memory = PairMemory::new();
         case.each_query(|query, mode| {
-            for (workspace, remembers) in [(&mut large, false), (&mut again, true), (&mut small, false)] {
+            for (workspace, remembers) in
+                [(&mut large, false), (&mut again, true), (&mut small, false)]
+            {
                 let clock = ManualClock::new();
                 let known = remembers.then_some(&mut memory);
                 let mut said = query.run_with(workspace, known, Budget::work(0), &clock);
                 let mut bound = u64::MAX;
                 loop {
                     let certificate = query.certificate(workspace).unwrap();
-                    assert_certificate(&certificate, &said, if mode == Mode::All { case.truth.len() } else { 0 });
-                    assert!(certificate.upper_bound() <= bound, "{}: {bound}, then {certificate:?}", case.name);
+                    assert_certificate(
+                        &certificate,
+                        &said,
+                        if mode == Mode::All {
+                            case.truth.len()
+                        } else {
+                            0
+                        },
+                    );
+                    assert!(
+                        certificate.upper_bound() <= bound,
+                        "{}: {bound}, then {certificate:?}",
+                        case.name
+                    );
                     lower += u64::from(certificate.upper_bound() < bound);
                     bound = certificate.upper_bound();
                     if said.stop != StopReason::WorkLimit {
                         break;
                     }
                     let known = remembers.then_some(&mut memory);
-                    said = query.resume_with(workspace, known, Budget::work(1), &clock).unwrap();
+                    said = query
+                        .resume_with(workspace, known, Budget::work(1), &clock)
+                        .unwrap();
                 }
             }
         });

@@ -15,7 +15,12 @@ fn balls(scene: &mut Scene) {
     let ball = Arc::new(Tree::new(shapes::icosphere(3)));
     for body in 0..200 {
         let place = DVec3::new(1.5 * f64::from(body), 0.0, 0.0);
-        let _ = scene.insert(Body::moving(Arc::clone(&ball), Pose::new(DMat3::IDENTITY, place).unwrap())).unwrap();
+        let _ = scene
+            .insert(Body::moving(
+                Arc::clone(&ball),
+                Pose::new(DMat3::IDENTITY, place).unwrap(),
+            ))
+            .unwrap();
     }
 }
 
@@ -29,7 +34,9 @@ fn threads_sleep_when_no_frame_comes() {
     for frame in 0..20 {
         for (body, &id) in ids.iter().enumerate() {
             let place = DVec3::new(1.5 * body as f64, 0.1 * f64::from(frame % 5), 0.0);
-            scene.set_pose(id, Pose::new(DMat3::IDENTITY, place).unwrap()).unwrap();
+            scene
+                .set_pose(id, Pose::new(DMat3::IDENTITY, place).unwrap())
+                .unwrap();
         }
         met += scene.detect(Budget::unlimited()).intersecting;
         let began = ProcessTime::now();
@@ -38,5 +45,8 @@ fn threads_sleep_when_no_frame_comes() {
     }
     assert_eq!(met, 20 * 199);
     // Three workers that poll for 0.2 ms take 12 ms; those that never sleep take all cores for 400 ms.
-    assert!(idle < Duration::from_millis(40), "{idle:?} of CPU time in 400 ms without a frame");
+    assert!(
+        idle < Duration::from_millis(40),
+        "{idle:?} of CPU time in 400 ms without a frame"
+    );
 }

@@ -5,7 +5,11 @@ use punctual::{Budget, ManualClock, Mesh, Mode, Pose, Query, Tree, Workspace, sh
 
 fn turned(mesh: &Mesh, by: DQuat) -> Mesh {
     let vertices = (0..mesh.vertex_count()).map(|i| by * mesh.vertex(i));
-    Mesh::from_f64(vertices.map(|v| v.to_array()), mesh.triangles().iter().copied()).unwrap()
+    Mesh::from_f64(
+        vertices.map(|v| v.to_array()),
+        mesh.triangles().iter().copied(),
+    )
+    .unwrap()
 }
 
 /// Work of finding all pairs at some poses, with both meshes turned in their files and the poses turned back.
@@ -19,7 +23,12 @@ fn work(a: &Mesh, b: &Mesh, turn_a: DQuat, turn_b: DQuat) -> (u64, u64) {
         let rotation = DMat3::from_quat(turn_a * turn * turn_b.inverse());
         let pose = Pose::new(rotation, turn_a * shift).unwrap();
         let query = Query::new(&a, &b, pose).mode(Mode::All);
-        let outcome = query.run_with(&mut workspace, None, Budget::unlimited(), &ManualClock::new());
+        let outcome = query.run_with(
+            &mut workspace,
+            None,
+            Budget::unlimited(),
+            &ManualClock::new(),
+        );
         work += outcome.stats.work;
         found += outcome.found;
     }
@@ -38,7 +47,9 @@ fn frame_of_beams() -> Mesh {
             center[(axis + 2) % 3] = f64::from(i / 8) / 4.0 - 0.875;
             let beam = shapes::cuboid(Vec3::from_array(half), 1);
             let first = vertices.len() as u32;
-            vertices.extend((0..beam.vertex_count()).map(|k| (beam.vertex(k) + DVec3::from(center)).to_array()));
+            vertices.extend(
+                (0..beam.vertex_count()).map(|k| (beam.vertex(k) + DVec3::from(center)).to_array()),
+            );
             triangles.extend(beam.triangles().iter().map(|t| t.map(|k| k + first)));
         }
     }
@@ -56,7 +67,10 @@ fn tilted_parts_cost_about_the_same() {
         let (tilted, found_tilted) = work(a, b, turn_a, turn_b);
         assert!(found > 1000, "{found}");
         // Turning rounds the vertices, so contacts at the very border may differ.
-        assert!(found.abs_diff(found_tilted) <= found / 1000, "{found} {found_tilted}");
+        assert!(
+            found.abs_diff(found_tilted) <= found / 1000,
+            "{found} {found_tilted}"
+        );
         assert!(tilted * 10 <= straight * 13, "{tilted} against {straight}");
     }
 }

@@ -7,7 +7,10 @@ use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Mode, Pose, Query, StopReason, Tree, Workspace, shapes};
 
 fn crossing() -> (Tree, Pose) {
-    (Tree::new(shapes::torus_knot(2, 3, 0.2, 48)), Pose::new(DMat3::IDENTITY, DVec3::new(0.3, 0.2, 0.1)).unwrap())
+    (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 48)),
+        Pose::new(DMat3::IDENTITY, DVec3::new(0.3, 0.2, 0.1)).unwrap(),
+    )
 }
 
 /// A cloned vector has no room: every query ended with a full pair buffer, and draining it went on for ever.
@@ -25,7 +28,10 @@ fn a_cloned_workspace_has_the_room_of_its_original() {
     }
     let small = Workspace::with_capacity(16, 5);
     let (outcome, pairs) = run_to_end(&query, &mut small.clone(), ENOUGH);
-    assert_eq!((outcome.stop, pairs.len() as u64), (StopReason::Finished, outcome.found));
+    assert_eq!(
+        (outcome.stop, pairs.len() as u64),
+        (StopReason::Finished, outcome.found)
+    );
 }
 
 #[test]
@@ -36,7 +42,10 @@ fn a_clone_goes_on_with_the_stopped_run_of_its_original() {
     let full = run(&query, &mut workspace, ENOUGH);
     let all = workspace.pairs().to_vec();
     for budget in [0, 5_000, full.stats.work / 2] {
-        assert_eq!(run(&query, &mut workspace, Budget::work(budget)).stop, StopReason::WorkLimit);
+        assert_eq!(
+            run(&query, &mut workspace, Budget::work(budget)).stop,
+            StopReason::WorkLimit
+        );
         let mut clone = workspace.clone();
         for workspace in [&mut clone, &mut workspace] {
             assert_eq!(check::resume(&query, workspace, ENOUGH), full);
@@ -51,8 +60,13 @@ fn a_threshold_that_is_no_number_counts_as_zero() {
     let (tree, pose) = crossing();
     let mut workspace = Workspace::new();
     let outcomes = [f32::NAN, 0.0, -1.0].map(|threshold| {
-        let query = Query::new(&tree, &tree, pose).mode(Mode::All).queue_threshold(threshold);
-        assert_eq!(run(&query, &mut workspace, Budget::work(3_000)).stop, StopReason::WorkLimit);
+        let query = Query::new(&tree, &tree, pose)
+            .mode(Mode::All)
+            .queue_threshold(threshold);
+        assert_eq!(
+            run(&query, &mut workspace, Budget::work(3_000)).stop,
+            StopReason::WorkLimit
+        );
         assert!(query.certificate(&workspace).is_ok());
         let outcome = check::resume(&query, &mut workspace, ENOUGH);
         (outcome, sorted(workspace.pairs()))

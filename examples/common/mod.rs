@@ -9,6 +9,10 @@ pub fn write(
 ) -> Result<(), Box<dyn Error>> {
     example(&mut io::stdout().lock()).or_else(|error| {
         let kind = error.downcast_ref::<io::Error>().map(io::Error::kind);
-        if kind == Some(io::ErrorKind::BrokenPipe) { Ok(()) } else { Err(error) }
+        if kind == Some(io::ErrorKind::BrokenPipe) {
+            Ok(())
+        } else {
+            Err(error)
+        }
     })
 }

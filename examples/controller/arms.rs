@@ -20,7 +20,10 @@ pub struct Arms {
 /// A mesh with each axis scaled.
 fn scaled(mesh: &Mesh, scale: Vec3) -> Result<Tree, Box<dyn Error>> {
     let vertices = (0..mesh.vertex_count()).map(|i| mesh.vertex(i).as_vec3() * scale);
-    Ok(Tree::new(Mesh::new(vertices, mesh.triangles().iter().copied())?))
+    Ok(Tree::new(Mesh::new(
+        vertices,
+        mesh.triangles().iter().copied(),
+    )?))
 }
 
 impl Arms {
@@ -28,21 +31,35 @@ impl Arms {
     pub fn new() -> Result<Self, Box<dyn Error>> {
         let joint = Arc::new(scaled(&shapes::gear(25, 2), Vec3::new(0.07, 0.07, 0.2))?);
         let link = Arc::new(scaled(&shapes::icosphere(5), Vec3::new(0.05, 0.05, 0.12))?);
-        let hand = Arc::new(scaled(&shapes::torus_knot(2, 3, 0.2, 128), Vec3::splat(0.08))?);
-        let ground = Arc::new(scaled(&shapes::height_field(64, 3), Vec3::new(1.5, 1.5, 0.15))?);
+        let hand = Arc::new(scaled(
+            &shapes::torus_knot(2, 3, 0.2, 128),
+            Vec3::splat(0.08),
+        )?);
+        let ground = Arc::new(scaled(
+            &shapes::height_field(64, 3),
+            Vec3::new(1.5, 1.5, 0.15),
+        )?);
         let mut scene = Scene::new();
-        scene.insert(Body::fixed(ground, Pose::new(DMat3::IDENTITY, DVec3::Z * -0.2)?))?;
+        scene.insert(Body::fixed(
+            ground,
+            Pose::new(DMat3::IDENTITY, DVec3::Z * -0.2)?,
+        ))?;
         let mut links = Vec::new();
         for side in [1, 2] {
             for number in 0..LINKS {
                 let tree = [&joint, &link][number % 2];
                 let tree = if number + 1 == LINKS { &hand } else { tree };
                 let filter = Filter::new(side, !side);
-                links.push(scene.insert(Body::moving(Arc::clone(tree), Pose::IDENTITY).filter(filter))?);
+                links.push(
+                    scene.insert(Body::moving(Arc::clone(tree), Pose::IDENTITY).filter(filter))?,
+                );
             }
         }
         let of_side = |side: usize| std::array::from_fn(|number| links[side * LINKS + number]);
-        let mut arms = Self { links: [of_side(0), of_side(1)], scene };
+        let mut arms = Self {
+            links: [of_side(0), of_side(1)],
+            scene,
+        };
         arms.place(0.0)?;
         Ok(arms)
     }

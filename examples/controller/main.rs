@@ -49,7 +49,11 @@ fn decide(scene: &Scene) -> Result<Decision, Box<dyn Error>> {
         return Ok(Decision::TurnAround);
     }
     let (mut open, mut likely): (f64, f64) = (0.0, 0.0);
-    for pair in report.pairs.iter().filter(|pair| pair.verdict == Verdict::Undecided) {
+    for pair in report
+        .pairs
+        .iter()
+        .filter(|pair| pair.verdict == Verdict::Undecided)
+    {
         open = open.max(scene.certificate(pair.a, pair.b)?.largest_extent);
         likely = likely.max(pair.probability);
     }
@@ -99,7 +103,10 @@ fn row(out: &mut impl Write, name: &str, times: &mut [Duration]) -> io::Result<(
     times.sort_unstable();
     let at = |share: f64| times[((times.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e6;
     let [half, ninety, most, nearly_all, all] = [0.5, 0.9, 0.99, 0.999, 1.0].map(at);
-    writeln!(out, "{name:<44} {half:>8.2} {ninety:>8.2} {most:>8.2} {nearly_all:>8.2} {all:>8.2}")
+    writeln!(
+        out,
+        "{name:<44} {half:>8.2} {ninety:>8.2} {most:>8.2} {nearly_all:>8.2} {all:>8.2}"
+    )
 }
 
 /// Spins until `end`.
@@ -114,8 +121,13 @@ fn options() -> Result<(usize, Duration, bool), Box<dyn Error>> {
     let (mut calls, mut budget, mut paced) = (3000, Duration::from_micros(200), true);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
-        let mut number =
-            || arguments.next().ok_or("a number is missing")?.parse::<u64>().map_err(Box::<dyn Error>::from);
+        let mut number = || {
+            arguments
+                .next()
+                .ok_or("a number is missing")?
+                .parse::<u64>()
+                .map_err(Box::<dyn Error>::from)
+        };
         match argument.as_str() {
             "--calls" => calls = number()?.max(1) as usize,
             "--budget-us" => budget = Duration::from_micros(number()?),
@@ -141,7 +153,11 @@ fn touched(arms: &mut Arms, mut places: Vec<f64>) -> Result<usize, Box<dyn Error
 fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let (calls, budget, paced) = options()?;
     let mut arms = Arms::new()?;
-    let mut drive = Drive { phase: 0.0, clear: 0.0, forward: 1.0 };
+    let mut drive = Drive {
+        phase: 0.0,
+        clear: 0.0,
+        forward: 1.0,
+    };
     let (mut checks, mut lateness) = (Vec::with_capacity(calls), Vec::with_capacity(calls));
     let (mut places, mut idles) = (Vec::with_capacity(calls), Vec::with_capacity(calls));
     let (mut decisions, mut missed, mut open) = ([0; 4], 0, 0);
@@ -176,7 +192,11 @@ fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     }
     eprintln!("cycles end");
 
-    writeln!(out, "{:<44} {:>8} {:>8} {:>8} {:>8} {:>8}", "microseconds", "p50", "p90", "p99", "p99.9", "max")?;
+    writeln!(
+        out,
+        "{:<44} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "microseconds", "p50", "p90", "p99", "p99.9", "max"
+    )?;
     row(out, "from the poses to the decision", &mut checks)?;
     row(out, "collision check past its budget", &mut lateness)?;
     row(out, "idle loop as long, past its end", &mut idles)?;
@@ -185,7 +205,10 @@ fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         out,
         "{calls} cycles: {go} went on, {slow} slowed down, {stop} stopped, {back} turned around; {open} had open pairs"
     )?;
-    writeln!(out, "{missed} checks ended more than 2 us after their budget of {budget:?}")?;
+    writeln!(
+        out,
+        "{missed} checks ended more than 2 us after their budget of {budget:?}"
+    )?;
     let touched = touched(&mut arms, places)?;
     writeln!(out, "places where the arms touched something: {touched}")?;
     assert_eq!(touched, 0);

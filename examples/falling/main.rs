@@ -21,7 +21,10 @@ use std::{env, fs, mem};
 use cpu_time::ThreadTime;
 use picture::Picture;
 use punctual::glam::{DQuat, DVec3, Vec3};
-use punctual::{Budget, ContactQuery, Mesh, MeshError, Patches, PoseError, PushOutQuery, Tree, Workspace, shapes};
+use punctual::{
+    Budget, ContactQuery, Mesh, MeshError, Patches, PoseError, PushOutQuery, Tree, Workspace,
+    shapes,
+};
 use solver::{Body, Point, STEP};
 
 const FRAMES: usize = 420;
@@ -70,7 +73,9 @@ impl World {
             }
         }
         for _ in 0..ROUNDS {
-            self.points.iter_mut().for_each(|point| point.solve(&mut self.bodies));
+            self.points
+                .iter_mut()
+                .for_each(|point| point.solve(&mut self.bodies));
         }
         self.bodies.iter_mut().for_each(Body::advance);
         self.tally.points += self.points.len();
@@ -91,7 +96,9 @@ impl World {
         if nearest == Some(0.0) && self.part(pair)? {
             nearest = self.look(pair, margin)?;
         }
-        let Some(nearest) = nearest else { return Ok(()) };
+        let Some(nearest) = nearest else {
+            return Ok(());
+        };
         let [a, b] = pair.map(|i| &self.bodies[i]);
         let pose = a.pose()?;
         let patches = self.patches.entry(pair).or_default();
@@ -101,11 +108,23 @@ impl World {
             // opposite to each other; only those that look elsewhere are a side of their own.
             let straight = patches.contacts_of(patch)[0].normal;
             for contact in patches.points_of(patch) {
-                let normal = if contact.normal.dot(straight) > 0.25 { straight } else { contact.normal };
-                let gap = (contact.points[0] - contact.points[1]).dot(normal).max(nearest);
+                let normal = if contact.normal.dot(straight) > 0.25 {
+                    straight
+                } else {
+                    contact.normal
+                };
+                let gap = (contact.points[0] - contact.points[1])
+                    .dot(normal)
+                    .max(nearest);
                 let places = contact.points.map(|point| pose.transform_point(point));
                 let arms = [places[0] - a.position, places[1] - b.position];
-                self.points.push(Point::new(pair, patch.id, arms, *pose.rotation() * normal, gap - SKIN));
+                self.points.push(Point::new(
+                    pair,
+                    patch.id,
+                    arms,
+                    *pose.rotation() * normal,
+                    gap - SKIN,
+                ));
             }
         }
         Ok(())
@@ -117,14 +136,20 @@ impl World {
         let query = ContactQuery::new(&a.tree, &b.tree, b.pose_in(a)?).margin(margin);
         self.tally.contacts += query.run(&mut self.workspace, BUDGET).found;
         self.tally.queries += 1;
-        Ok(self.workspace.contacts().next().map(|nearest| nearest.distance))
+        Ok(self
+            .workspace
+            .contacts()
+            .next()
+            .map(|nearest| nearest.distance))
     }
 
     /// Moves a body out of another one that it has come to meet; whether it did. The second one is never the floor.
     fn part(&mut self, pair: [usize; 2]) -> Result<bool, PoseError> {
         let [a, b] = pair.map(|i| &self.bodies[i]);
         let query = PushOutQuery::new(&a.tree, &b.tree, b.pose_in(a)?);
-        let Some(push) = query.run(&mut self.workspace, BUDGET).push else { return Ok(false) };
+        let Some(push) = query.run(&mut self.workspace, BUDGET).push else {
+            return Ok(false);
+        };
         self.tally.meetings += 1;
         self.tally.deepest = self.tally.deepest.max(push.distance);
         let way = a.turn * push.direction * (push.distance + SKIN);
@@ -154,14 +179,27 @@ fn bodies() -> Result<Vec<Body>, MeshError> {
     };
     let floor = Tree::new(shapes::cuboid(Vec3::new(2.6, 2.6, 0.25), 6));
     let mut bodies = vec![Body::fixed(floor, DVec3::new(0.0, 0.0, -0.25))];
-    for (x, z) in [(-1.06, 0.6), (0.0, 0.6), (1.06, 0.6), (-0.53, 1.8), (0.53, 1.8), (0.0, 3.0)] {
+    for (x, z) in [
+        (-1.06, 0.6),
+        (0.0, 0.6),
+        (1.06, 0.6),
+        (-0.53, 1.8),
+        (0.53, 1.8),
+        (0.0, 3.0),
+    ] {
         bodies.push(at(cube(), x, 0.4, z, 0.0));
     }
     bodies.extend([
         at(shapes::torus(0.55, 0.2, 20), -1.1, -1.2, 1.0, 0.4),
         at(shapes::gear(9, 1), 1.2, -1.2, 1.4, 0.5),
         at(shapes::gear(9, 1), 1.1, -1.3, 2.6, 1.0),
-        at(shapes::cuboid(Vec3::new(0.25, 0.25, 0.5), 2), -1.1, -1.2, 2.5, 0.3),
+        at(
+            shapes::cuboid(Vec3::new(0.25, 0.25, 0.5), 2),
+            -1.1,
+            -1.2,
+            2.5,
+            0.3,
+        ),
         at(ball, 0.0, -0.4, 4.4, 0.0),
     ]);
     Ok(bodies)
@@ -174,12 +212,24 @@ fn run(out: &mut StdoutLock) -> Result<(), Box<dyn Error>> {
         _ => return Err("usage: falling [--picture FILE.svg]".into()),
     };
     let (patches, workspace, tally) = (HashMap::new(), Workspace::new(), Tally::default());
-    let mut world = World { bodies: bodies()?, points: Vec::new(), patches, workspace, tally };
+    let mut world = World {
+        bodies: bodies()?,
+        points: Vec::new(),
+        patches,
+        workspace,
+        tally,
+    };
     let mut picture = Picture::default();
     writeln!(out, "second   energy   speed of the fastest point")?;
     for frame in 0..=FRAMES {
         if frame % 60 == 0 {
-            writeln!(out, "{:6} {:8.2} {:8.4}", frame / 60, world.energy(), world.speed())?;
+            writeln!(
+                out,
+                "{:6} {:8.2} {:8.4}",
+                frame / 60,
+                world.energy(),
+                world.speed()
+            )?;
         }
         if [0, 50, FRAMES].contains(&frame) {
             picture.add(&world.bodies, &format!("{:.1} s", frame as f64 * STEP));
@@ -191,12 +241,34 @@ fn run(out: &mut StdoutLock) -> Result<(), Box<dyn Error>> {
     if let Some(path) = path {
         fs::write(path, picture.svg())?;
     }
-    let Tally { queries, contacts, points, meetings, deepest, slowest, late } = world.tally;
+    let Tally {
+        queries,
+        contacts,
+        points,
+        meetings,
+        deepest,
+        slowest,
+        late,
+    } = world.tally;
     let [slowest, frame] = [slowest.as_secs_f64(), STEP].map(|time| 1e3 * time);
-    writeln!(out, "{queries} queries found {contacts} contacts; {points} points stood for them.")?;
-    writeln!(out, "Deepest overlap: {:.1} % of a box; {meetings} times in all, parted at once.", 100.0 * deepest)?;
-    writeln!(out, "{late} of {FRAMES} frames late; the slowest took {slowest:.1} of {frame:.1} ms of processor time.")?;
-    if world.speed() > 0.01 { Err("the bodies did not come to rest".into()) } else { Ok(()) }
+    writeln!(
+        out,
+        "{queries} queries found {contacts} contacts; {points} points stood for them."
+    )?;
+    writeln!(
+        out,
+        "Deepest overlap: {:.1} % of a box; {meetings} times in all, parted at once.",
+        100.0 * deepest
+    )?;
+    writeln!(
+        out,
+        "{late} of {FRAMES} frames late; the slowest took {slowest:.1} of {frame:.1} ms of processor time."
+    )?;
+    if world.speed() > 0.01 {
+        Err("the bodies did not come to rest".into())
+    } else {
+        Ok(())
+    }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -26,12 +26,20 @@ impl Picture {
         for (i, body) in bodies.iter().enumerate() {
             let mesh = body.tree.mesh();
             for triangle in 0..mesh.len() {
-                let corners = mesh.triangle(triangle).map(|p| turn * (body.turn * p + body.position));
-                let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+                let corners = mesh
+                    .triangle(triangle)
+                    .map(|p| turn * (body.turn * p + body.position));
+                let normal = (corners[1] - corners[0])
+                    .cross(corners[2] - corners[0])
+                    .normalize_or_zero();
                 if normal.z > 0.0 {
                     let light = 0.35 + 0.6 * normal.dot(DVec3::new(-0.4, 0.7, 0.6)).max(0.0);
                     let depth = (corners[0] + corners[1] + corners[2]).z;
-                    faces.push(((i > 0, (turn * body.position).z, depth), corners, color(i, light)));
+                    faces.push((
+                        (i > 0, (turn * body.position).z, depth),
+                        corners,
+                        color(i, light),
+                    ));
                 }
             }
         }
@@ -39,12 +47,23 @@ impl Picture {
         faces.sort_by(|(x, ..), (y, ..)| x.partial_cmp(y).unwrap_or(Ordering::Equal));
         let mut panel = String::new();
         for (_, corners, color) in faces {
-            let [p, q, r] =
-                corners.map(|p| format!("{:.0},{:.0}", 0.5 * WIDTH + SCALE * p.x, 0.68 * HEIGHT - SCALE * p.y));
-            writeln!(panel, "<path color=\"{color}\" d=\"M{p} {q} {r}z\"/>").expect("room in memory");
+            let [p, q, r] = corners.map(|p| {
+                format!(
+                    "{:.0},{:.0}",
+                    0.5 * WIDTH + SCALE * p.x,
+                    0.68 * HEIGHT - SCALE * p.y
+                )
+            });
+            writeln!(panel, "<path color=\"{color}\" d=\"M{p} {q} {r}z\"/>")
+                .expect("room in memory");
         }
-        writeln!(panel, "<text x=\"{}\" y=\"{}\" fill=\"#888\">{caption}</text>", 0.5 * WIDTH, HEIGHT - 6.0)
-            .expect("room in memory");
+        writeln!(
+            panel,
+            "<text x=\"{}\" y=\"{}\" fill=\"#888\">{caption}</text>",
+            0.5 * WIDTH,
+            HEIGHT - 6.0
+        )
+        .expect("room in memory");
         self.panels.push(panel);
     }
 
@@ -56,7 +75,10 @@ impl Picture {
              <rect width=\"{whole}\" height=\"{HEIGHT}\" fill=\"#fff\"/>\n"
         );
         for (i, panel) in self.panels.iter().enumerate() {
-            svg += &format!("<g transform=\"translate({} 0)\">\n{panel}</g>\n", WIDTH * i as f64);
+            svg += &format!(
+                "<g transform=\"translate({} 0)\">\n{panel}</g>\n",
+                WIDTH * i as f64
+            );
         }
         svg + "</svg>\n"
     }
@@ -66,8 +88,17 @@ impl Picture {
 fn color(body: usize, light: f64) -> String {
     let hue = 137.5 * body as f64;
     let channel = |shift: f64| {
-        let share = if body == 0 { 0.85 } else { 0.62 + 0.33 * (hue + shift).to_radians().cos() };
+        let share = if body == 0 {
+            0.85
+        } else {
+            0.62 + 0.33 * (hue + shift).to_radians().cos()
+        };
         (255.0 * light * share) as u8
     };
-    format!("#{:02x}{:02x}{:02x}", channel(0.0), channel(120.0), channel(240.0))
+    format!(
+        "#{:02x}{:02x}{:02x}",
+        channel(0.0),
+        channel(120.0),
+        channel(240.0)
+    )
 }

@@ -31,14 +31,31 @@ impl Body {
     /// At rest, as heavy as its box and as hard to turn.
     pub fn new(tree: Tree, position: DVec3, turn: DQuat) -> Self {
         let size = tree.mesh().aabb().extents();
-        let (radius, inverse_mass, squares) = (0.5 * size.length(), 1.0 / size.element_product(), size * size);
+        let (radius, inverse_mass, squares) = (
+            0.5 * size.length(),
+            1.0 / size.element_product(),
+            size * size,
+        );
         let inverse_inertia = 12.0 * inverse_mass / (DVec3::splat(squares.element_sum()) - squares);
         let (velocity, spin) = (DVec3::ZERO, DVec3::ZERO);
-        Self { tree, radius, inverse_mass, inverse_inertia, position, turn, velocity, spin }
+        Self {
+            tree,
+            radius,
+            inverse_mass,
+            inverse_inertia,
+            position,
+            turn,
+            velocity,
+            spin,
+        }
     }
 
     pub fn fixed(tree: Tree, position: DVec3) -> Self {
-        Self { inverse_mass: 0.0, inverse_inertia: DVec3::ZERO, ..Self::new(tree, position, DQuat::IDENTITY) }
+        Self {
+            inverse_mass: 0.0,
+            inverse_inertia: DVec3::ZERO,
+            ..Self::new(tree, position, DQuat::IDENTITY)
+        }
     }
 
     pub fn pose(&self) -> Result<Pose, PoseError> {
@@ -118,13 +135,26 @@ pub struct Point {
 impl Point {
     /// With room to come closer, or less than none.
     pub fn new(bodies: [usize; 2], patch: u64, arms: [DVec3; 2], normal: DVec3, room: f64) -> Self {
-        let room = if room < 0.0 { PART * (room + SLOP).min(0.0) } else { room };
-        Self { bodies, patch, arms, normal, least: -room / STEP, impulse: 0.0, friction: DVec3::ZERO }
+        let room = if room < 0.0 {
+            PART * (room + SLOP).min(0.0)
+        } else {
+            room
+        };
+        Self {
+            bodies,
+            patch,
+            arms,
+            normal,
+            least: -room / STEP,
+            impulse: 0.0,
+            friction: DVec3::ZERO,
+        }
     }
 
     /// Whether it is about the same as one of the frame before.
     pub fn is(&self, before: &Self) -> bool {
-        (self.bodies, self.patch) == (before.bodies, before.patch) && self.arms[1].distance(before.arms[1]) < SAME
+        (self.bodies, self.patch) == (before.bodies, before.patch)
+            && self.arms[1].distance(before.arms[1]) < SAME
     }
 
     /// Begins with the impulses of the frame before.

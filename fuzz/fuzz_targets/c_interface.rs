@@ -46,11 +46,21 @@ impl World {
 
     /// In an order that nothing but the header allows: trees before the scenes that share them.
     fn free(self) {
-        self.surfaces.into_iter().for_each(|surface| punctual_mesh_free(Some(surface.handle)));
-        self.trees.into_iter().for_each(|tree| punctual_tree_free(Some(tree.handle)));
-        self.desks.into_iter().for_each(|desk| punctual_workspace_free(Some(desk.workspace)));
-        self.memories.into_iter().for_each(|memory| punctual_memory_free(Some(memory)));
-        self.stages.into_iter().for_each(|stage| punctual_scene_free(Some(stage.scene)));
+        self.surfaces
+            .into_iter()
+            .for_each(|surface| punctual_mesh_free(Some(surface.handle)));
+        self.trees
+            .into_iter()
+            .for_each(|tree| punctual_tree_free(Some(tree.handle)));
+        self.desks
+            .into_iter()
+            .for_each(|desk| punctual_workspace_free(Some(desk.workspace)));
+        self.memories
+            .into_iter()
+            .for_each(|memory| punctual_memory_free(Some(memory)));
+        self.stages
+            .into_iter()
+            .for_each(|stage| punctual_scene_free(Some(stage.scene)));
     }
 }
 

@@ -5,8 +5,8 @@
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use punctual::{
-    Budget, Contact, ContactQuery, ManualClock, Patch, Patches, Pose, PushOutQuery, Query, StopReason, Tree, Verdict,
-    Workspace,
+    Budget, Contact, ContactQuery, ManualClock, Patch, Patches, Pose, PushOutQuery, Query,
+    StopReason, Tree, Verdict, Workspace,
 };
 use punctual_fuzz::contacts::{ENOUGH, Truth, listed, resume, run};
 use punctual_fuzz::{assert_names, few_triangles, length, pose};
@@ -18,7 +18,13 @@ fn whole(query: &ContactQuery) -> Vec<Contact> {
 }
 
 /// A query in pieces, the list drained when it is full.
-fn ask(a: &Tree, b: &Tree, pose: Pose, truth: &mut Truth, bytes: &mut Unstructured) -> Result<Vec<Contact>> {
+fn ask(
+    a: &Tree,
+    b: &Tree,
+    pose: Pose,
+    truth: &mut Truth,
+    bytes: &mut Unstructured,
+) -> Result<Vec<Contact>> {
     let margin = length(truth.size, bytes)?;
     let query = ContactQuery::new(a, b, pose).margin(margin);
     let set = whole(&query);
@@ -26,17 +32,28 @@ fn ask(a: &Tree, b: &Tree, pose: Pose, truth: &mut Truth, bytes: &mut Unstructur
     let limit = usize::from(bytes.arbitrary::<u8>()?);
     let work = u64::from(bytes.arbitrary::<u16>()?) % 8192;
     let mut workspace = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
-    let mut aside = Workspace::with_capacity(bytes.int_in_range(0..=64)?, bytes.int_in_range(1..=64)?);
+    let mut aside =
+        Workspace::with_capacity(bytes.int_in_range(0..=64)?, bytes.int_in_range(1..=64)?);
     let query = query.contact_limit(limit);
     let (mut said, mut found) = (run(&query, &mut workspace, Budget::work(work)), Vec::new());
     while said.stop != StopReason::Finished {
         let known: Vec<_> = found.iter().chain(workspace.contacts()).copied().collect();
         assert_eq!(said.found, known.len() as u64);
         truth.assert_missing(&set, &known, said.low);
-        let missing: Vec<_> = set.iter().filter(|contact| !known.contains(contact)).copied().collect();
-        assert_names(&query.certificate(&workspace).expect("it is stopped"), said.found, &missing);
+        let missing: Vec<_> = set
+            .iter()
+            .filter(|contact| !known.contains(contact))
+            .copied()
+            .collect();
+        assert_names(
+            &query.certificate(&workspace).expect("it is stopped"),
+            said.found,
+            &missing,
+        );
         let more = u64::from(bytes.arbitrary::<u16>().unwrap_or(0));
-        let narrowed = query.narrowed_certificate(&workspace, &mut aside, more).expect("it is stopped");
+        let narrowed = query
+            .narrowed_certificate(&workspace, &mut aside, more)
+            .expect("it is stopped");
         assert_names(&narrowed, said.found, &missing);
         if said.stop == StopReason::PairsFull {
             found.extend(workspace.drain_contacts());
@@ -46,7 +63,11 @@ fn ask(a: &Tree, b: &Tree, pose: Pose, truth: &mut Truth, bytes: &mut Unstructur
         said = next;
     }
     found.extend(workspace.drain_contacts());
-    found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
+    found.sort_by(|x, y| {
+        x.distance
+            .total_cmp(&y.distance)
+            .then(x.triangles.cmp(&y.triangles))
+    });
     assert_eq!(found, set);
     Ok(set)
 }
@@ -57,24 +78,44 @@ fn assert_patches(a: &Tree, b: &Tree, contacts: &[Contact], patches: &mut Patche
     assert_eq!(shared, contacts.len());
     for patch in patches.as_slice() {
         let of = patches.contacts_of(patch);
-        assert_eq!((patch.contact_count(), patch.distance), (of.len(), of[0].distance));
-        assert!((patch.normal.length() - 1.0).abs() < 1e-12 && patch.length >= 0.0, "{patch:?}");
+        assert_eq!(
+            (patch.contact_count(), patch.distance),
+            (of.len(), of[0].distance)
+        );
+        assert!(
+            (patch.normal.length() - 1.0).abs() < 1e-12 && patch.length >= 0.0,
+            "{patch:?}"
+        );
         assert!(of.iter().all(|contact| contacts.contains(contact)));
         assert!(patches.points_of(patch).all(|point| of.contains(point)));
     }
 }
 
 fn assert_push(a: &Tree, b: &Tree, pose: Pose, work: u64) {
-    let found = PushOutQuery::new(a, b, pose).run_with(&mut Workspace::new(), Budget::work(work), &ManualClock::new());
+    let found = PushOutQuery::new(a, b, pose).run_with(
+        &mut Workspace::new(),
+        Budget::work(work),
+        &ManualClock::new(),
+    );
     if let Some(push) = found.push {
-        assert!((push.direction.length() - 1.0).abs() < 1e-12 && push.distance >= 0.0, "{push:?}");
-        let there = Query::new(a, b, push.b_in_a).run_with(&mut Workspace::new(), None, ENOUGH, &ManualClock::new());
+        assert!(
+            (push.direction.length() - 1.0).abs() < 1e-12 && push.distance >= 0.0,
+            "{push:?}"
+        );
+        let there = Query::new(a, b, push.b_in_a).run_with(
+            &mut Workspace::new(),
+            None,
+            ENOUGH,
+            &ManualClock::new(),
+        );
         assert_eq!(there.verdict, Verdict::Separated, "{push:?}");
     }
 }
 
 fn run_all(bytes: &mut Unstructured) -> Result<()> {
-    let (Some(a), Some(b)) = (few_triangles(bytes)?, few_triangles(bytes)?) else { return Ok(()) };
+    let (Some(a), Some(b)) = (few_triangles(bytes)?, few_triangles(bytes)?) else {
+        return Ok(());
+    };
     let pose = pose(bytes)?;
     let mut truth = Truth::new(&a, &b, &pose);
     // Of all but equal distances to the corner and to the edge of a sliver either may be taken for the least.

@@ -4,7 +4,9 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{Budget, Contact, ContactQuery, ManualClock, PairMemory, Pose, StopReason, Tree, Workspace};
+use punctual::{
+    Budget, Contact, ContactQuery, ManualClock, PairMemory, Pose, StopReason, Tree, Workspace,
+};
 use punctual_fuzz::distance::{ENOUGH, Question, Truth, run, run_with_memory};
 use punctual_fuzz::{assert_names, contacts, few_triangles, length, pose};
 
@@ -32,13 +34,19 @@ fn question(truth: &Truth, bytes: &mut Unstructured) -> Result<Question> {
 fn contacts_within(a: &Tree, b: &Tree, pose: Pose, margin: f64) -> Vec<Contact> {
     let mut workspace = Workspace::new();
     if (0.0..f64::INFINITY).contains(&margin) {
-        let _ = contacts::run(&ContactQuery::new(a, b, pose).margin(margin), &mut workspace, ENOUGH);
+        let _ = contacts::run(
+            &ContactQuery::new(a, b, pose).margin(margin),
+            &mut workspace,
+            ENOUGH,
+        );
     }
     contacts::listed(&workspace)
 }
 
 fn ask(bytes: &mut Unstructured) -> Result<()> {
-    let (Some(a), Some(b)) = (few_triangles(bytes)?, few_triangles(bytes)?) else { return Ok(()) };
+    let (Some(a), Some(b)) = (few_triangles(bytes)?, few_triangles(bytes)?) else {
+        return Ok(());
+    };
     let pose = pose(bytes)?;
     let mut truth = Truth::new(&a, &b, &pose);
     let mut workspace = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
@@ -59,19 +67,37 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
                     Some(limit) => limit.min(said.high),
                     None => (said.high - tolerance).min(said.high / (1.0 + asked.relative)),
                 };
-                let closer = contacts_within(&a, &b, pose, reach - 1e-12 * reach - truth.rounding());
-                let plain = query.certificate(&workspace).expect("the workspace holds a stopped run");
+                let closer =
+                    contacts_within(&a, &b, pose, reach - 1e-12 * reach - truth.rounding());
+                let plain = query
+                    .certificate(&workspace)
+                    .expect("the workspace holds a stopped run");
                 assert_names(&plain, 0, &closer);
                 let narrowed = query.narrowed_certificate(&workspace, &mut aside, work);
-                assert_names(&narrowed.expect("the workspace holds a stopped run"), 0, &closer);
+                assert_names(
+                    &narrowed.expect("the workspace holds a stopped run"),
+                    0,
+                    &closer,
+                );
             }
-            let resumed = query.resume_with(&mut workspace, Some(&mut memory), Budget::work(work.max(1)), &clock);
+            let resumed = query.resume_with(
+                &mut workspace,
+                Some(&mut memory),
+                Budget::work(work.max(1)),
+                &clock,
+            );
             let more = resumed.expect("the workspace holds a stopped run");
-            assert!(said.low <= more.low && more.high <= said.high, "{said:?} {more:?}");
+            assert!(
+                said.low <= more.low && more.high <= said.high,
+                "{said:?} {more:?}"
+            );
             (said, stops) = (more, stops + 1);
         }
         truth.assert_complete(&asked, &said);
-        assert_eq!(run_with_memory(&query, &mut workspace, &mut copy, ENOUGH), said);
+        assert_eq!(
+            run_with_memory(&query, &mut workspace, &mut copy, ENOUGH),
+            said
+        );
         truth.assert_complete(&asked, &run(&query, &mut workspace, ENOUGH));
     }
     Ok(())

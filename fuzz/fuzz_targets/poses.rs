@@ -11,7 +11,10 @@ use punctual_fuzz::{Numbers, assert_query, moved};
 
 /// Two shapes of size 1, far smaller, far larger, and far from the origin.
 static TREES: LazyLock<Vec<Tree>> = LazyLock::new(|| {
-    let shapes = [shapes::icosphere(1), shapes::cuboid(Vec3::new(1.0, 0.5, 0.25), 2)];
+    let shapes = [
+        shapes::icosphere(1),
+        shapes::cuboid(Vec3::new(1.0, 0.5, 0.25), 2),
+    ];
     let placed = |mesh: &Mesh, scale: f64, offset: DVec3| {
         let vertices = (0..mesh.vertex_count()).map(|vertex| mesh.vertex(vertex) * scale + offset);
         let mesh = Mesh::from_f64(vertices, mesh.triangles().iter().copied()).expect("in range");
@@ -24,7 +27,10 @@ static TREES: LazyLock<Vec<Tree>> = LazyLock::new(|| {
         (1e300, DVec3::ZERO),
         (1.0, DVec3::ONE * 1e8),
     ];
-    shapes.iter().flat_map(|shape| places.map(|(scale, offset)| placed(shape, scale, offset))).collect()
+    shapes
+        .iter()
+        .flat_map(|shape| places.map(|(scale, offset)| placed(shape, scale, offset)))
+        .collect()
 });
 
 /// Twelve numbers, or those of a rotation with entries moved by some units in the last place.
@@ -51,7 +57,9 @@ fn rows(bytes: &mut Unstructured) -> Result<[f64; 12]> {
 }
 
 fn ask(bytes: &mut Unstructured) -> Result<()> {
-    let Ok(pose) = Pose::from_row_major(rows(bytes)?) else { return Ok(()) };
+    let Ok(pose) = Pose::from_row_major(rows(bytes)?) else {
+        return Ok(());
+    };
     let [a, b] = [bytes.choose(&TREES)?, bytes.choose(&TREES)?];
     assert_query(a, b, pose, bytes)
 }

@@ -5,27 +5,41 @@
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use punctual::{
-    Budget, ManualClock, Mesh, Ray, RayBatch, RayHit, RayMode, RayQuery, StopReason, Tree, Workspace,
-    triangles_intersect,
+    Budget, ManualClock, Mesh, Ray, RayBatch, RayHit, RayMode, RayQuery, StopReason, Tree,
+    Workspace, triangles_intersect,
 };
 use punctual_fuzz::Numbers;
 
 fn tree(bytes: &mut Unstructured) -> Result<Option<Tree>> {
     let numbers = Numbers::arbitrary(bytes)?;
-    let vertices = (0..bytes.int_in_range(1..=8)?).map(|_| numbers.point(bytes)).collect::<Result<Vec<_>>>()?;
+    let vertices = (0..bytes.int_in_range(1..=8)?)
+        .map(|_| numbers.point(bytes))
+        .collect::<Result<Vec<_>>>()?;
     let last = vertices.len() as u32 - 1;
     let mut triangles = Vec::new();
     for _ in 0..bytes.int_in_range(0..=12)? {
-        triangles.push([bytes.int_in_range(0..=last)?, bytes.int_in_range(0..=last)?, bytes.int_in_range(0..=last)?]);
+        triangles.push([
+            bytes.int_in_range(0..=last)?,
+            bytes.int_in_range(0..=last)?,
+            bytes.int_in_range(0..=last)?,
+        ]);
     }
     Ok(Mesh::from_f64(vertices, triangles).ok().map(Tree::new))
 }
 
 fn ask(bytes: &mut Unstructured) -> Result<()> {
-    let Some(tree) = tree(bytes)? else { return Ok(()) };
+    let Some(tree) = tree(bytes)? else {
+        return Ok(());
+    };
     let numbers = Numbers::arbitrary(bytes)?;
     let (from, to) = (numbers.point(bytes)?, numbers.point(bytes)?);
-    let Ok(ray) = (if bytes.arbitrary()? { Ray::segment(from, to) } else { Ray::new(from, to) }) else { return Ok(()) };
+    let Ok(ray) = (if bytes.arbitrary()? {
+        Ray::segment(from, to)
+    } else {
+        Ray::new(from, to)
+    }) else {
+        return Ok(());
+    };
     let (mut workspace, clock) = (Workspace::with_capacity(0, 1), ManualClock::new());
     if bytes.arbitrary()? {
         workspace.use_portable_kernels();
@@ -40,21 +54,38 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
         let segment = [from, to, to].map(punctual::glam::DVec3::from_array);
         for id in 0..tree.mesh().len() {
             let is_hit = hits.iter().any(|hit| hit.triangle == id as u32);
-            assert_eq!(is_hit, triangles_intersect(&tree.mesh().triangle(id), &segment), "triangle {id}");
+            assert_eq!(
+                is_hit,
+                triangles_intersect(&tree.mesh().triangle(id), &segment),
+                "triangle {id}"
+            );
         }
     }
-    let nearest = hits.iter().copied().min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+    let nearest = hits
+        .iter()
+        .copied()
+        .min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
     let query = query.mode(RayMode::Nearest);
     let piece = Budget::work(bytes.int_in_range(1..=600)?);
     let mut said = query.run_with(&mut workspace, piece, &clock);
     while said.stop == StopReason::WorkLimit {
         let told = said.hit.map_or(f64::INFINITY, |hit| hit.t);
-        assert!(hits.iter().all(|hit| hit.t >= said.free_until.min(told)), "{said:?} {hits:?}");
-        said = query.resume_with(&mut workspace, piece, &clock).expect("the workspace holds a stopped run");
+        assert!(
+            hits.iter().all(|hit| hit.t >= said.free_until.min(told)),
+            "{said:?} {hits:?}"
+        );
+        said = query
+            .resume_with(&mut workspace, piece, &clock)
+            .expect("the workspace holds a stopped run");
     }
     assert_eq!(said.hit, nearest);
     let mut batch = [None; 2];
-    let _ = RayBatch::new(&tree, &[ray, ray]).run_with(&mut workspace, &mut batch, Budget::unlimited(), &clock);
+    let _ = RayBatch::new(&tree, &[ray, ray]).run_with(
+        &mut workspace,
+        &mut batch,
+        Budget::unlimited(),
+        &clock,
+    );
     assert_eq!(batch, [nearest; 2]);
     Ok(())
 }

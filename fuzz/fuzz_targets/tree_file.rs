@@ -14,12 +14,31 @@ static FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     let cube = shapes::cuboid(Vec3::new(1.0, 0.5, 0.25), 2);
     let vertices = (0..cube.vertex_count()).map(|i| cube.vertex(i) * 0.1);
     let wide = Mesh::from_f64(vertices, cube.triangles().iter().copied()).expect("finite");
-    let lone = Mesh::new([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0, 1, 2]]).expect("sound");
+    let lone = Mesh::new(
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        [[0, 1, 2]],
+    )
+    .expect("sound");
     let none = Mesh::new([[0.0f32; 3]; 0], []).expect("sound");
-    let meshes = [shapes::icosphere(1), shapes::icosphere(0), cube, wide, lone, none];
-    let presets = [BuildOptions::default(), BuildOptions::best(), BuildOptions::fast_build()];
-    let pairs = meshes.iter().flat_map(|mesh| presets.iter().map(move |options| (mesh, options)));
-    pairs.map(|(mesh, options)| Tree::with_options(mesh.clone(), options).to_bytes()).collect()
+    let meshes = [
+        shapes::icosphere(1),
+        shapes::icosphere(0),
+        cube,
+        wide,
+        lone,
+        none,
+    ];
+    let presets = [
+        BuildOptions::default(),
+        BuildOptions::best(),
+        BuildOptions::fast_build(),
+    ];
+    let pairs = meshes
+        .iter()
+        .flat_map(|mesh| presets.iter().map(move |options| (mesh, options)));
+    pairs
+        .map(|(mesh, options)| Tree::with_options(mesh.clone(), options).to_bytes())
+        .collect()
 });
 
 static OTHER: LazyLock<Tree> = LazyLock::new(|| Tree::new(shapes::icosphere(1)));
@@ -64,11 +83,20 @@ fn ask(mut file: Vec<u8>, bytes: &mut Unstructured) -> Result<()> {
     {
         *checksum = crc32fast::hash(content).to_le_bytes();
     }
-    let Ok(tree) = Tree::from_bytes(&file) else { return Ok(()) };
+    let Ok(tree) = Tree::from_bytes(&file) else {
+        return Ok(());
+    };
     tree.validate().expect("a valid tree");
-    assert!(tree.to_bytes() == file || tree.to_bytes().len() == file.len(), "another file of another length");
+    assert!(
+        tree.to_bytes() == file || tree.to_bytes().len() == file.len(),
+        "another file of another length"
+    );
     let shift = DVec3::new(f64::from(bytes.arbitrary::<i8>()?) / 64.0, 0.1, 0.0);
-    let pose = Pose::new(DMat3::from_rotation_y(f64::from(bytes.arbitrary::<i8>()?)), shift).expect("a rotation");
+    let pose = Pose::new(
+        DMat3::from_rotation_y(f64::from(bytes.arbitrary::<i8>()?)),
+        shift,
+    )
+    .expect("a rotation");
     assert_query(&tree, &OTHER, pose, bytes)
 }
 

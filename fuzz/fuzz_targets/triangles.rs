@@ -9,7 +9,14 @@ use punctual_fuzz::{Numbers, moved, oracle};
 
 type Triangle = [DVec3; 3];
 
-const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0]];
+const TURNS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [1, 0, 2],
+    [0, 2, 1],
+    [2, 1, 0],
+];
 
 fn point(numbers: Numbers, bytes: &mut Unstructured) -> Result<DVec3> {
     // 2^1003 is the largest coordinate allowed; what is larger, infinite or NaN becomes less than 2.
@@ -21,7 +28,11 @@ fn point(numbers: Numbers, bytes: &mut Unstructured) -> Result<DVec3> {
 }
 
 fn triangle(numbers: Numbers, bytes: &mut Unstructured) -> Result<Triangle> {
-    Ok([point(numbers, bytes)?, point(numbers, bytes)?, point(numbers, bytes)?])
+    Ok([
+        point(numbers, bytes)?,
+        point(numbers, bytes)?,
+        point(numbers, bytes)?,
+    ])
 }
 
 /// A point of the triangle's plane by small whole weights, then moved by a few units in the last place.
@@ -40,9 +51,12 @@ fn near(triangle: &Triangle, bytes: &mut Unstructured) -> Result<DVec3> {
 fn scale(pair: &mut [Triangle; 2], bytes: &mut Unstructured) -> Result<()> {
     for axis in 0..3 {
         let power = f64::from_bits(u64::from(bytes.int_in_range(1..=2026_u16)?) << 52);
-        let fits = |corner: &DVec3| (corner[axis] * power).abs() <= f64::from_bits((1023 + 1003) << 52);
+        let fits =
+            |corner: &DVec3| (corner[axis] * power).abs() <= f64::from_bits((1023 + 1003) << 52);
         if pair.as_flattened().iter().all(fits) {
-            pair.as_flattened_mut().iter_mut().for_each(|corner| corner[axis] *= power);
+            pair.as_flattened_mut()
+                .iter_mut()
+                .for_each(|corner| corner[axis] *= power);
         }
     }
     Ok(())
@@ -63,12 +77,22 @@ fn pair(bytes: &mut Unstructured) -> Result<[Triangle; 2]> {
 }
 
 fuzz_target!(|bytes: &[u8]| {
-    let Ok([a, b]) = pair(&mut Unstructured::new(bytes)) else { return };
+    let Ok([a, b]) = pair(&mut Unstructured::new(bytes)) else {
+        return;
+    };
     let expected = oracle::intersects(&a, &b);
     for turned_a in TURNS.map(|turn| turn.map(|corner| a[corner])) {
         for turned_b in TURNS.map(|turn| turn.map(|corner| b[corner])) {
-            assert_eq!(triangles_intersect(&turned_a, &turned_b), expected, "{turned_a:?} {turned_b:?}");
-            assert_eq!(triangles_intersect(&turned_b, &turned_a), expected, "{turned_b:?} {turned_a:?}");
+            assert_eq!(
+                triangles_intersect(&turned_a, &turned_b),
+                expected,
+                "{turned_a:?} {turned_b:?}"
+            );
+            assert_eq!(
+                triangles_intersect(&turned_b, &turned_a),
+                expected,
+                "{turned_b:?} {turned_a:?}"
+            );
         }
     }
 });

@@ -18,7 +18,8 @@ pub mod reference;
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{
-    Budget, Certificate, Contact, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace,
+    Budget, Certificate, Contact, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query,
+    StopReason, Tree, Workspace,
 };
 
 /// How coordinates are read from bytes.
@@ -38,12 +39,29 @@ pub enum Numbers {
 
 impl Numbers {
     pub fn arbitrary(bytes: &mut Unstructured) -> Result<Self> {
-        bytes.choose(&[Self::Whole, Self::NearWhole, Self::Extreme, Self::Fraction, Self::Bits]).copied()
+        bytes
+            .choose(&[
+                Self::Whole,
+                Self::NearWhole,
+                Self::Extreme,
+                Self::Fraction,
+                Self::Bits,
+            ])
+            .copied()
     }
 
     pub fn read(self, bytes: &mut Unstructured) -> Result<f64> {
         const LARGEST: f64 = f64::from_bits((1023 + 1000) << 52);
-        const EXTREME: [f64; 8] = [0.0, 5e-324, 1.5e-323, 1.0, 1.0 + f64::EPSILON, 1e-160, LARGEST, 0.7 * LARGEST];
+        const EXTREME: [f64; 8] = [
+            0.0,
+            5e-324,
+            1.5e-323,
+            1.0,
+            1.0 + f64::EPSILON,
+            1e-160,
+            LARGEST,
+            0.7 * LARGEST,
+        ];
         let whole = |bytes: &mut Unstructured| Ok(f64::from(bytes.int_in_range(-4..=4_i8)?));
         match self {
             Self::Whole => whole(bytes),
@@ -67,14 +85,20 @@ impl Numbers {
 
 /// `value` moved by `steps` units in the last place.
 pub fn moved(value: f64, steps: i8) -> f64 {
-    let step = if steps < 0 { f64::next_down } else { f64::next_up };
+    let step = if steps < 0 {
+        f64::next_down
+    } else {
+        f64::next_up
+    };
     (0..steps.unsigned_abs()).fold(value, |value, _| step(value))
 }
 
 /// A mesh of up to twelve triangles, if its coordinates are in range.
 pub fn few_triangles(bytes: &mut Unstructured) -> Result<Option<Tree>> {
     let numbers = Numbers::arbitrary(bytes)?;
-    let vertices = (0..bytes.int_in_range(1..=9)?).map(|_| numbers.point(bytes)).collect::<Result<Vec<_>>>()?;
+    let vertices = (0..bytes.int_in_range(1..=9)?)
+        .map(|_| numbers.point(bytes))
+        .collect::<Result<Vec<_>>>()?;
     let last = vertices.len() as u32 - 1;
     let mut index = || bytes.int_in_range(0..=last);
     let mut triangles = Vec::new();
@@ -88,11 +112,18 @@ pub fn few_triangles(bytes: &mut Unstructured) -> Result<Option<Tree>> {
 /// Any pose; the matrix may not quite be a rotation.
 pub fn pose(bytes: &mut Unstructured) -> Result<Pose> {
     let [x, y, z] = Numbers::Fraction.point(bytes)?;
-    let turn = if bytes.arbitrary()? { DQuat::IDENTITY } else { DQuat::from_xyzw(x, y, z, 0.7).normalize() };
+    let turn = if bytes.arbitrary()? {
+        DQuat::IDENTITY
+    } else {
+        DQuat::from_xyzw(x, y, z, 0.7).normalize()
+    };
     let mut turn = DMat3::from_quat(turn).to_cols_array();
     turn[bytes.int_in_range(0..=8)?] += if bytes.arbitrary()? { 2e-4 } else { 0.0 };
     let place = Numbers::arbitrary(bytes)?.point(bytes)?;
-    Ok(Pose::new(DMat3::from_cols_array(&turn), DVec3::from_array(place)).unwrap_or(Pose::IDENTITY))
+    Ok(
+        Pose::new(DMat3::from_cols_array(&turn), DVec3::from_array(place))
+            .unwrap_or(Pose::IDENTITY),
+    )
 }
 
 /// A length that is 0, about a known one, or any.
@@ -112,14 +143,25 @@ pub fn assert_names(certificate: &Certificate, found: u64, missing: &[Contact]) 
     let boxes: Vec<_> = certificate.boxes().collect();
     for contact in missing {
         let middle = 0.5 * contact.points[0] + 0.5 * contact.points[1];
-        assert!(boxes.iter().any(|b| b.min.cmple(middle).all() && middle.cmple(b.max).all()), "{contact:?}");
+        assert!(
+            boxes
+                .iter()
+                .any(|b| b.min.cmple(middle).all() && middle.cmple(b.max).all()),
+            "{contact:?}"
+        );
     }
 }
 
 /// Runs a query in pieces of `work` units: sound and certified at every stop, and the truth in the end.
 pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) -> Result<()> {
     let mode = *bytes.choose(&[Mode::Any, Mode::All])?;
-    let orders = [Order::Penetration, Order::LowAlpha, Order::OverlapVolume, Order::BreadthFirst, Order::Random(1)];
+    let orders = [
+        Order::Penetration,
+        Order::LowAlpha,
+        Order::OverlapVolume,
+        Order::BreadthFirst,
+        Order::Random(1),
+    ];
     let query = Query::new(a, b, pose)
         .mode(mode)
         .order(*bytes.choose(&orders)?)
@@ -127,19 +169,25 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
         .queue_threshold(f32::from(bytes.arbitrary::<u8>()?));
     let work = u64::from(bytes.arbitrary::<u16>()?);
     let truth = reference::all_pairs(a.mesh(), b.mesh(), &pose);
-    let mut workspace = Workspace::with_capacity(bytes.int_in_range(1..=64)?, bytes.int_in_range(1..=64)?);
+    let mut workspace =
+        Workspace::with_capacity(bytes.int_in_range(1..=64)?, bytes.int_in_range(1..=64)?);
     let mut aside = Workspace::with_capacity(16, 16);
     let (mut memory, clock) = (PairMemory::new(), ManualClock::new());
     // The second time, what met the first time is known.
     for _ in 0..2 {
         let mut pairs = Vec::new();
-        let mut outcome = check::run_with_memory(&query, &mut workspace, &mut memory, Budget::work(work));
+        let mut outcome =
+            check::run_with_memory(&query, &mut workspace, &mut memory, Budget::work(work));
         for stop in 0..1000 {
             // To look through the boxes of a certificate takes far longer than the query.
             if stop < 16 {
-                let certificate = query.certificate(&workspace).expect("the workspace holds this query");
+                let certificate = query
+                    .certificate(&workspace)
+                    .expect("the workspace holds this query");
                 check::assert_certificate(&certificate, &outcome, truth.len());
-                let narrowed = query.narrowed_certificate(&workspace, &mut aside, work).expect("the same");
+                let narrowed = query
+                    .narrowed_certificate(&workspace, &mut aside, work)
+                    .expect("the same");
                 check::assert_certificate(&narrowed, &outcome, truth.len());
             }
             if matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit) {
@@ -147,7 +195,12 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
             }
             pairs.extend(workspace.drain_pairs());
             check::assert_sound(&outcome, &pairs, &truth);
-            let resumed = query.resume_with(&mut workspace, Some(&mut memory), Budget::work(work.max(1)), &clock);
+            let resumed = query.resume_with(
+                &mut workspace,
+                Some(&mut memory),
+                Budget::work(work.max(1)),
+                &clock,
+            );
             outcome = resumed.expect("the workspace holds a stopped run");
         }
         pairs.extend(workspace.drain_pairs());

@@ -40,20 +40,30 @@ struct Place {
 impl Place {
     fn new(contact: &Contact, index: usize) -> Self {
         let [a, b] = contact.triangles.map(u64::from);
-        Self { distance: contact.distance.to_bits(), triangles: a << 32 | b, contact: index as u32 }
+        Self {
+            distance: contact.distance.to_bits(),
+            triangles: a << 32 | b,
+            contact: index as u32,
+        }
     }
 }
 
 impl ContactList {
     pub fn reserve(&mut self, contacts: usize) {
         let contacts = contacts.min(u32::MAX as usize);
-        self.contacts.reserve(contacts.saturating_sub(self.contacts.len()));
-        self.order.reserve(contacts.saturating_sub(self.order.len()));
-        self.starts.reserve(contacts.saturating_sub(self.starts.len()));
+        self.contacts
+            .reserve(contacts.saturating_sub(self.contacts.len()));
+        self.order
+            .reserve(contacts.saturating_sub(self.order.len()));
+        self.starts
+            .reserve(contacts.saturating_sub(self.starts.len()));
     }
 
     pub fn capacity(&self) -> usize {
-        self.contacts.capacity().min(self.order.capacity()).min(self.starts.capacity())
+        self.contacts
+            .capacity()
+            .min(self.order.capacity())
+            .min(self.starts.capacity())
     }
 
     /// Forgets all contacts, and what is looked for.
@@ -89,7 +99,9 @@ impl ContactList {
     /// How many more there is room for.
     #[inline(always)]
     pub fn room(&self) -> usize {
-        self.limit.min(self.capacity()).saturating_sub(self.order.len())
+        self.limit
+            .min(self.capacity())
+            .saturating_sub(self.order.len())
     }
 
     /// Adds a contact; there must be room.
@@ -126,11 +138,20 @@ impl ContactList {
     /// Sorts all: each into its part of the margin, of which there are as many as contacts, then those of each part. Expected
     /// linear time where distances are spread over the margin.
     fn sort_all(&mut self) {
-        let Self { contacts, order, starts, .. } = self;
-        let Some(margin) = self.margin.filter(|margin| *margin > 0.0) else { return order.sort_unstable() };
+        let Self {
+            contacts,
+            order,
+            starts,
+            ..
+        } = self;
+        let Some(margin) = self.margin.filter(|margin| *margin > 0.0) else {
+            return order.sort_unstable();
+        };
         let count = order.len();
         let parts_per_length = count as f64 / margin;
-        let part = |place: &Place| ((f64::from_bits(place.distance) * parts_per_length) as usize).min(count - 1);
+        let part = |place: &Place| {
+            ((f64::from_bits(place.distance) * parts_per_length) as usize).min(count - 1)
+        };
         starts.clear();
         starts.resize(count, 0);
         order.iter().for_each(|place| starts[part(place)] += 1);
@@ -158,21 +179,35 @@ impl ContactList {
     /// All of them, nearest first, if they are sorted.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
         debug_assert!(self.sorted == self.order.len());
-        self.order.iter().map(|place| &self.contacts[place.contact as usize])
+        self.order
+            .iter()
+            .map(|place| &self.contacts[place.contact as usize])
     }
 
     /// Takes all of them out, nearest first, if they are sorted.
     pub fn drain(&mut self) -> impl ExactSizeIterator<Item = Contact> {
         debug_assert!(self.sorted == self.order.len());
         self.sorted = 0;
-        self.order.drain(..).map(|place| self.contacts[place.contact as usize])
+        self.order
+            .drain(..)
+            .map(|place| self.contacts[place.contact as usize])
     }
 }
 
 impl Clone for ContactList {
     fn clone(&self) -> Self {
-        let Self { sorted, limit, margin, .. } = *self;
-        let mut clone = Self { sorted, limit, margin, ..Self::default() };
+        let Self {
+            sorted,
+            limit,
+            margin,
+            ..
+        } = *self;
+        let mut clone = Self {
+            sorted,
+            limit,
+            margin,
+            ..Self::default()
+        };
         // A cloned vector has no room beyond what it holds.
         clone.reserve(self.capacity());
         clone.contacts.extend_from_slice(&self.contacts);

@@ -45,23 +45,58 @@ impl Contact {
         let [start, end] = triangle_segment(a, b)?;
         let normals @ [of_a, of_b] = [a, b].map(face_normal);
         let [m, n] = normals.map(Option::unwrap_or_default);
-        let segment = if (end - start).dot(m.cross(n)) < 0.0 { [end, start] } else { [start, end] };
+        let segment = if (end - start).dot(m.cross(n)) < 0.0 {
+            [end, start]
+        } else {
+            [start, end]
+        };
         let (points, normal) = ([0.5 * start + 0.5 * end; 2], parting(of_a, of_b));
-        Some(Self { triangles, points, normal, distance: 0.0, segment: Some(segment) })
+        Some(Self {
+            triangles,
+            points,
+            normal,
+            distance: 0.0,
+            segment: Some(segment),
+        })
     }
 
     /// Of triangles that do not meet and are known to be parted in a direction.
     #[inline]
-    pub(crate) fn parted(triangles: [u32; 2], &Closest { points, direction, high, .. }: &Closest) -> Self {
-        Self { triangles, points, normal: direction, distance: high, segment: None }
+    pub(crate) fn parted(
+        triangles: [u32; 2],
+        &Closest {
+            points,
+            direction,
+            high,
+            ..
+        }: &Closest,
+    ) -> Self {
+        Self {
+            triangles,
+            points,
+            normal: direction,
+            distance: high,
+            segment: None,
+        }
     }
 
     /// Of triangles with these corners that do not meet.
     pub(crate) fn apart(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest) -> Self {
-        let Closest { points, direction, .. } = *found;
-        let between = || unit(points[0] - points[1]).unwrap_or_else(|| parting(face_normal(a), face_normal(b)));
-        let normal = if direction == DVec3::ZERO { between() } else { direction };
-        Self { normal, ..Self::parted(triangles, found) }
+        let Closest {
+            points, direction, ..
+        } = *found;
+        let between = || {
+            unit(points[0] - points[1]).unwrap_or_else(|| parting(face_normal(a), face_normal(b)))
+        };
+        let normal = if direction == DVec3::ZERO {
+            between()
+        } else {
+            direction
+        };
+        Self {
+            normal,
+            ..Self::parted(triangles, found)
+        }
     }
 }
 
@@ -100,7 +135,10 @@ mod tests {
         for length in [5e-324, 1e-300, 1.0, 1e300] {
             assert_eq!(unit(DVec3::new(0.0, -length, 0.0)), Some(DVec3::NEG_Y));
             let two = unit(DVec3::new(length, 0.0, length)).unwrap();
-            assert!((two - DVec3::new(0.5, 0.0, 0.5) * 2.0_f64.sqrt()).length() < 1e-15, "{two}");
+            assert!(
+                (two - DVec3::new(0.5, 0.0, 0.5) * 2.0_f64.sqrt()).length() < 1e-15,
+                "{two}"
+            );
         }
         assert_eq!(unit(DVec3::ZERO), None);
     }
@@ -114,7 +152,10 @@ mod tests {
         assert_eq!(parting(None, down), DVec3::NEG_Z);
         assert_eq!(parting(up, None), DVec3::NEG_Z);
         assert_eq!(parting(None, None), DVec3::X);
-        assert_eq!(face_normal(&[DVec3::ZERO, DVec3::X * 1e-200, DVec3::Y * 1e200]), Some(DVec3::Z));
+        assert_eq!(
+            face_normal(&[DVec3::ZERO, DVec3::X * 1e-200, DVec3::Y * 1e200]),
+            Some(DVec3::Z)
+        );
         assert_eq!(face_normal(&[DVec3::ZERO, DVec3::X, DVec3::X * 3.0]), None);
     }
 }

@@ -17,7 +17,10 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box of no points: neutral in [`union`](Self::union), meets nothing.
-    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+    pub const EMPTY: Self = Self {
+        min: DVec3::INFINITY,
+        max: DVec3::NEG_INFINITY,
+    };
 
     /// The box between two corners; empty if `min` exceeds `max` along an axis.
     pub const fn new(min: DVec3, max: DVec3) -> Self {
@@ -26,22 +29,33 @@ impl Aabb {
 
     /// The smallest box around all points, which must not be NaN; [`EMPTY`](Self::EMPTY) without points.
     pub fn from_points(points: impl IntoIterator<Item: Into<[f64; 3]>>) -> Self {
-        let points = points.into_iter().map(|point| DVec3::from_array(point.into()));
-        points.fold(Self::EMPTY, |aabb, point| Self { min: aabb.min.min(point), max: aabb.max.max(point) })
+        let points = points
+            .into_iter()
+            .map(|point| DVec3::from_array(point.into()));
+        points.fold(Self::EMPTY, |aabb, point| Self {
+            min: aabb.min.min(point),
+            max: aabb.max.max(point),
+        })
     }
 
     /// The smallest box around both boxes.
     #[inline]
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 
     /// The points that lie in both boxes.
     #[inline]
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
-        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
+        Self {
+            min: self.min.max(other.min),
+            max: self.max.min(other.max),
+        }
     }
 
     /// The middle of the box, rounded; NaN when the box is empty.

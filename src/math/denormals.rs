@@ -69,7 +69,9 @@ number!(f64, u64, 1023);
 #[inline]
 pub(crate) fn none_below<const N: usize>(numbers: &[f64; N], exponent: i32) -> bool {
     let least = ((exponent + 1023) as u64) << 53;
-    numbers.iter().fold(true, |fine, x| fine & (x.rank() >= least.wrapping_sub(1)))
+    numbers
+        .iter()
+        .fold(true, |fine, x| fine & (x.rank() >= least.wrapping_sub(1)))
 }
 
 #[cfg(test)]
@@ -77,7 +79,13 @@ mod tests {
     use super::*;
 
     fn least_exponent<N: Number>(numbers: &[N]) -> i32 {
-        N::exponent(numbers.iter().map(|x| x.rank()).min().unwrap_or(N::ALL_BITS))
+        N::exponent(
+            numbers
+                .iter()
+                .map(|x| x.rank())
+                .min()
+                .unwrap_or(N::ALL_BITS),
+        )
     }
 
     #[test]

@@ -249,7 +249,12 @@ impl<L: Lanes> F8<L> {
     pub fn transposed([x, y, z, w]: [Self; 4]) -> [Self; 4] {
         let lanes = x.1;
         let [x, y, z, w] = lanes.transpose([x.0, y.0, z.0, w.0]);
-        [Self(x, lanes), Self(y, lanes), Self(z, lanes), Self(w, lanes)]
+        [
+            Self(x, lanes),
+            Self(y, lanes),
+            Self(z, lanes),
+            Self(w, lanes),
+        ]
     }
     /// The same of three rows, and one of zeros.
     #[inline(always)]
@@ -397,7 +402,11 @@ pub(crate) fn dot<N: Copy + Add<Output = N> + Mul<Output = N>>(a: [N; 3], b: [N;
 
 #[inline(always)]
 pub(crate) fn cross<N: Copy + Sub<Output = N> + Mul<Output = N>>(a: [N; 3], b: [N; 3]) -> [N; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 /// The instruction sets there are; which one a machine has is asked once.

@@ -24,7 +24,11 @@ pub(crate) fn length(v: glam::DVec3) -> f64 {
         return length;
     }
     let largest = v.abs().max_element();
-    if largest == 0.0 { 0.0 } else { largest * (v / largest).length() }
+    if largest == 0.0 {
+        0.0
+    } else {
+        largest * (v / largest).length()
+    }
 }
 
 /// A time in nanoseconds; not by way of an integer of 128 bits, which takes as long as a look at the clock.
@@ -37,7 +41,11 @@ pub(crate) fn nanoseconds(time: core::time::Duration) -> f64 {
 pub(crate) fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
     let mut mask = mask.into();
     core::iter::from_fn(move || {
-        let bit = if mask == 0 { None } else { Some(mask.trailing_zeros() as usize) };
+        let bit = if mask == 0 {
+            None
+        } else {
+            Some(mask.trailing_zeros() as usize)
+        };
         mask &= mask.wrapping_sub(1);
         bit
     })

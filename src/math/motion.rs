@@ -12,7 +12,10 @@ use glam::{DMat3, DQuat, DVec3};
 /// turn. [`Motion::pose`] says so in `f64`; what is proven of a motion holds for these poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "(Pose, [DVec3; 3])", into = "(Pose, [DVec3; 3])"))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "(Pose, [DVec3; 3])", into = "(Pose, [DVec3; 3])")
+)]
 pub struct Motion {
     start: Pose,
     velocity: DVec3,
@@ -33,7 +36,9 @@ pub enum MotionError {
 impl fmt::Display for MotionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotFinite => "a component of the motion (velocity, turn or point of the axis) is not finite",
+            Self::NotFinite => {
+                "a component of the motion (velocity, turn or point of the axis) is not finite"
+            }
             Self::TooLarge => "a length of the motion exceeds 2^990, or its turn 2^20 radians",
         })
     }
@@ -53,12 +58,22 @@ impl Motion {
     /// # Errors
     /// [`MotionError`].
     pub fn straight(start: Pose, velocity: impl Into<[f64; 3]>) -> Result<Self, MotionError> {
-        Self::checked(start, DVec3::from_array(velocity.into()), DVec3::ZERO, DVec3::ZERO)
+        Self::checked(
+            start,
+            DVec3::from_array(velocity.into()),
+            DVec3::ZERO,
+            DVec3::ZERO,
+        )
     }
 
     /// None at all, of a body in a scene.
     pub(crate) const fn still(start: Pose) -> Self {
-        Self { start, velocity: DVec3::ZERO, turn: DVec3::ZERO, arm: DVec3::ZERO }
+        Self {
+            start,
+            velocity: DVec3::ZERO,
+            turn: DVec3::ZERO,
+            arm: DVec3::ZERO,
+        }
     }
 
     /// With a turn: its axis times its angle in radians; `point` is on the axis at time 0, and moves with the velocity.
@@ -73,7 +88,12 @@ impl Motion {
     ) -> Result<Self, MotionError> {
         let point = DVec3::from_array(point.into());
         let arm = start.translation() - point;
-        Self::checked(start, DVec3::from_array(velocity.into()), DVec3::from_array(turn.into()), arm)
+        Self::checked(
+            start,
+            DVec3::from_array(velocity.into()),
+            DVec3::from_array(turn.into()),
+            arm,
+        )
     }
 
     /// The same, with the way from a point of the axis to the body's origin at time 0 ([`Motion::arm`]) instead of the point.
@@ -86,7 +106,8 @@ impl Motion {
         turn: impl Into<[f64; 3]>,
         arm: impl Into<[f64; 3]>,
     ) -> Result<Self, MotionError> {
-        let [velocity, turn, arm] = [velocity.into(), turn.into(), arm.into()].map(DVec3::from_array);
+        let [velocity, turn, arm] =
+            [velocity.into(), turn.into(), arm.into()].map(DVec3::from_array);
         Self::checked(start, velocity, turn, arm)
     }
 
@@ -106,7 +127,8 @@ impl Motion {
         let axis = turn / angle;
         let along = axis * way.dot(axis);
         let across = way - along;
-        let arm = (across + axis.cross(across) * (libm::cos(angle / 2.0) / libm::sin(angle / 2.0))) * -0.5;
+        let arm = (across + axis.cross(across) * (libm::cos(angle / 2.0) / libm::sin(angle / 2.0)))
+            * -0.5;
         Self::checked(start, along, turn, arm)
     }
 
@@ -117,18 +139,32 @@ impl Motion {
     /// [`MotionError`].
     pub fn of_part(&self, part_in_body: &Pose) -> Result<Self, MotionError> {
         let arm = self.arm + self.start.rotate(part_in_body.translation());
-        Self::checked(self.start.compose_unchecked(part_in_body), self.velocity, self.turn, arm)
+        Self::checked(
+            self.start.compose_unchecked(part_in_body),
+            self.velocity,
+            self.turn,
+            arm,
+        )
     }
 
     fn checked(start: Pose, velocity: DVec3, turn: DVec3, arm: DVec3) -> Result<Self, MotionError> {
         if !(velocity.is_finite() && turn.is_finite() && arm.is_finite()) {
             return Err(MotionError::NotFinite);
         }
-        let reach = velocity.abs().max(arm.abs()).max(start.translation().abs()).max_element();
+        let reach = velocity
+            .abs()
+            .max(arm.abs())
+            .max(start.translation().abs())
+            .max_element();
         if reach > SCENE_REACH || turn.length() > LARGEST_TURN {
             return Err(MotionError::TooLarge);
         }
-        Ok(Self { start, velocity, turn, arm })
+        Ok(Self {
+            start,
+            velocity,
+            turn,
+            arm,
+        })
     }
 
     /// Where the body is at a time, 0 to 1. Times outside are taken for 0 or 1, and NaN for 0.
@@ -154,9 +190,20 @@ impl Motion {
             DVec3::new(v.x * y - u.z, -(w.z + w.x), v.y * z + u.x),
             DVec3::new(v.x * z + u.y, v.y * z - u.x, -(w.x + w.y)),
         );
-        let DMat3 { x_axis, y_axis, z_axis } = *self.start.rotation();
-        let rotation = DMat3::from_cols(x_axis + turned * x_axis, y_axis + turned * y_axis, z_axis + turned * z_axis);
-        Pose::unchecked(rotation, self.start.translation() + (way + turned * self.arm))
+        let DMat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = *self.start.rotation();
+        let rotation = DMat3::from_cols(
+            x_axis + turned * x_axis,
+            y_axis + turned * y_axis,
+            z_axis + turned * z_axis,
+        );
+        Pose::unchecked(
+            rotation,
+            self.start.translation() + (way + turned * self.arm),
+        )
     }
 
     /// Where it begins.
@@ -209,7 +256,11 @@ fn turn_between(from: &DMat3, to: &DMat3) -> DVec3 {
     let q = DQuat::from_mat3(&(*to * from.transpose())).normalize();
     let q = if q.w < 0.0 { -q } else { q };
     let (sine, axis) = (q.xyz().length(), q.xyz());
-    if sine == 0.0 { DVec3::ZERO } else { axis * (2.0 * libm::atan2(sine, q.w) / sine) }
+    if sine == 0.0 {
+        DVec3::ZERO
+    } else {
+        axis * (2.0 * libm::atan2(sine, q.w) / sine)
+    }
 }
 
 #[cfg(test)]
@@ -235,7 +286,10 @@ mod tests {
             let (start, end) = (pose(&mut random), pose(&mut random));
             let motion = Motion::screw(start, end).unwrap();
             assert_eq!(motion.pose(0.0), start);
-            assert!(difference(&motion.pose(1.0), &end) < 1e-12, "{start:?} {end:?}");
+            assert!(
+                difference(&motion.pose(1.0), &end) < 1e-12,
+                "{start:?} {end:?}"
+            );
         }
     }
 
@@ -245,7 +299,11 @@ mod tests {
         for exponent in 3..16 {
             let start = pose(&mut random);
             let turn = DMat3::from_axis_angle(DVec3::Y, libm::pow(0.1, f64::from(exponent)));
-            let end = Pose::new(turn * *start.rotation(), start.translation() + DVec3::new(1.0, 2.0, -3.0)).unwrap();
+            let end = Pose::new(
+                turn * *start.rotation(),
+                start.translation() + DVec3::new(1.0, 2.0, -3.0),
+            )
+            .unwrap();
             let motion = Motion::screw(start, end).unwrap();
             assert!(difference(&motion.pose(1.0), &end) < 1e-14, "{exponent}");
         }
@@ -274,7 +332,10 @@ mod tests {
             let part = motion.of_part(&place).unwrap();
             for time in [0.0, 0.3, 1.0] {
                 let there = motion.pose(time).compose(&place).unwrap();
-                assert!(difference(&part.pose(time), &there) < 1e-13, "{motion:?} {place:?} {time}");
+                assert!(
+                    difference(&part.pose(time), &there) < 1e-13,
+                    "{motion:?} {place:?} {time}"
+                );
             }
         }
     }
@@ -282,9 +343,21 @@ mod tests {
     #[test]
     fn what_is_no_motion_is_said() {
         let start = Pose::IDENTITY;
-        assert_eq!(Motion::straight(start, [0.0, f64::NAN, 0.0]), Err(MotionError::NotFinite));
-        assert_eq!(Motion::straight(start, [1e300, 0.0, 0.0]), Err(MotionError::TooLarge));
-        assert_eq!(Motion::turning(start, [0.0; 3], [2e6, 0.0, 0.0], [0.0; 3]), Err(MotionError::TooLarge));
-        assert_eq!(Motion::turning(start, [0.0; 3], [1.0; 3], [f64::INFINITY, 0.0, 0.0]), Err(MotionError::NotFinite));
+        assert_eq!(
+            Motion::straight(start, [0.0, f64::NAN, 0.0]),
+            Err(MotionError::NotFinite)
+        );
+        assert_eq!(
+            Motion::straight(start, [1e300, 0.0, 0.0]),
+            Err(MotionError::TooLarge)
+        );
+        assert_eq!(
+            Motion::turning(start, [0.0; 3], [2e6, 0.0, 0.0], [0.0; 3]),
+            Err(MotionError::TooLarge)
+        );
+        assert_eq!(
+            Motion::turning(start, [0.0; 3], [1.0; 3], [f64::INFINITY, 0.0, 0.0]),
+            Err(MotionError::NotFinite)
+        );
     }
 }

@@ -49,9 +49,15 @@ pub enum PoseError {
 impl fmt::Display for PoseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotFinite { entry } => write!(f, "entry {entry} of the pose [R|t], row by row, is not finite"),
+            Self::NotFinite { entry } => write!(
+                f,
+                "entry {entry} of the pose [R|t], row by row, is not finite"
+            ),
             Self::NotARotation { deviation } => {
-                write!(f, "matrix is off a rotation by {deviation:e}, allowed is {ROTATION_TOLERANCE:e}")
+                write!(
+                    f,
+                    "matrix is off a rotation by {deviation:e}, allowed is {ROTATION_TOLERANCE:e}"
+                )
             }
             Self::TooFar { axis } => write!(f, "translation along axis {axis} exceeds 2^1000"),
             Self::BadQuaternion => f.write_str("quaternion is zero or not finite"),
@@ -63,7 +69,10 @@ impl core::error::Error for PoseError {}
 
 impl Pose {
     /// The pose that maps every point to itself.
-    pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+    pub const IDENTITY: Self = Self {
+        rotation: DMat3::IDENTITY,
+        translation: DVec3::ZERO,
+    };
 
     /// A pose from a rotation matrix, column by column, and a translation, both kept to the bit: a `DMat3` and a `DVec3` of
     /// any version of glam, or what else has the same entries.
@@ -78,12 +87,21 @@ impl Pose {
     ///
     /// # Errors
     /// [`PoseError::NotFinite`], [`PoseError::TooFar`], [`PoseError::NotARotation`], in this order.
-    pub fn new(rotation: impl AsRef<[f64; 9]>, translation: impl Into<[f64; 3]>) -> Result<Self, PoseError> {
-        Self::checked(DMat3::from_cols_array(rotation.as_ref()), DVec3::from_array(translation.into()))
+    pub fn new(
+        rotation: impl AsRef<[f64; 9]>,
+        translation: impl Into<[f64; 3]>,
+    ) -> Result<Self, PoseError> {
+        Self::checked(
+            DMat3::from_cols_array(rotation.as_ref()),
+            DVec3::from_array(translation.into()),
+        )
     }
 
     fn checked(rotation: DMat3, translation: DVec3) -> Result<Self, PoseError> {
-        let pose = Self { rotation, translation };
+        let pose = Self {
+            rotation,
+            translation,
+        };
         if let Some(entry) = pose.to_row_major().iter().position(|e| !e.is_finite()) {
             return Err(PoseError::NotFinite { entry });
         }
@@ -99,14 +117,20 @@ impl Pose {
 
     /// A pose from what is known to be one.
     pub(crate) const fn unchecked(rotation: DMat3, translation: DVec3) -> Self {
-        Self { rotation, translation }
+        Self {
+            rotation,
+            translation,
+        }
     }
 
     /// A pose from a quaternion `x, y, z, w`, normalised in f64 first, and a translation.
     ///
     /// # Errors
     /// [`PoseError::BadQuaternion`], then as [`new`](Self::new).
-    pub fn from_quat(rotation: impl Into<[f64; 4]>, translation: impl Into<[f64; 3]>) -> Result<Self, PoseError> {
+    pub fn from_quat(
+        rotation: impl Into<[f64; 4]>,
+        translation: impl Into<[f64; 3]>,
+    ) -> Result<Self, PoseError> {
         let rotation = DQuat::from_array(rotation.into());
         if !rotation.length_squared().is_normal() {
             return Err(PoseError::BadQuaternion);
@@ -125,7 +149,10 @@ impl Pose {
         z: impl Into<[f64; 3]>,
         translation: impl Into<[f64; 3]>,
     ) -> Result<Self, PoseError> {
-        Self::new(DMat3::from_cols_array_2d(&[x.into(), y.into(), z.into()]), translation)
+        Self::new(
+            DMat3::from_cols_array_2d(&[x.into(), y.into(), z.into()]),
+            translation,
+        )
     }
 
     /// A pose from the 3 x 4 matrix `[R|t]`, row by row.
@@ -139,7 +166,12 @@ impl Pose {
 
     /// The 3 x 4 matrix `[R|t]`, row by row; the inverse of [`from_row_major`](Self::from_row_major).
     pub fn to_row_major(&self) -> [f64; 12] {
-        let [x, y, z, t] = [self.rotation.x_axis, self.rotation.y_axis, self.rotation.z_axis, self.translation];
+        let [x, y, z, t] = [
+            self.rotation.x_axis,
+            self.rotation.y_axis,
+            self.rotation.z_axis,
+            self.translation,
+        ];
         [x.x, y.x, z.x, t.x, x.y, y.y, z.y, t.y, x.z, y.z, z.z, t.z]
     }
 
@@ -147,7 +179,10 @@ impl Pose {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn from_f32(rotation: impl AsRef<[f32; 9]>, translation: impl Into<[f32; 3]>) -> Result<Self, PoseError> {
+    pub fn from_f32(
+        rotation: impl AsRef<[f32; 9]>,
+        translation: impl Into<[f32; 3]>,
+    ) -> Result<Self, PoseError> {
         let rotation = DMat3::from_cols_array(&rotation.as_ref().map(f64::from));
         Self::new(rotation, translation.into().map(f64::from))
     }
@@ -174,15 +209,25 @@ impl Pose {
     /// # Errors
     /// As [`new`](Self::new): deviations add up, and translations too.
     pub fn compose(&self, inner: &Self) -> Result<Self, PoseError> {
-        let Self { rotation, translation } = self.compose_unchecked(inner);
+        let Self {
+            rotation,
+            translation,
+        } = self.compose_unchecked(inner);
         Self::checked(rotation, translation)
     }
 
     /// [`compose`](Self::compose) for poses that are known to have a product.
     pub(crate) fn compose_unchecked(&self, inner: &Self) -> Self {
-        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = inner.rotation;
+        let DMat3 {
+            x_axis: x,
+            y_axis: y,
+            z_axis: z,
+        } = inner.rotation;
         let rotation = DMat3::from_cols(self.rotate(x), self.rotate(y), self.rotate(z));
-        Self { rotation, translation: self.transform_point(inner.translation) }
+        Self {
+            rotation,
+            translation: self.transform_point(inner.translation),
+        }
     }
 
     /// The inverse map, rounded: `b_in_a.inverse()` is `a_in_b`.
@@ -192,16 +237,26 @@ impl Pose {
     /// # Errors
     /// As [`new`](Self::new), if the pose is at the very edge of what is accepted.
     pub fn inverse(&self) -> Result<Self, PoseError> {
-        let Self { rotation, translation } = self.inverse_unchecked();
+        let Self {
+            rotation,
+            translation,
+        } = self.inverse_unchecked();
         Self::checked(rotation, translation)
     }
 
     /// [`inverse`](Self::inverse) for a pose that is known to have one.
     pub(crate) fn inverse_unchecked(&self) -> Self {
-        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.rotation;
+        let DMat3 {
+            x_axis: x,
+            y_axis: y,
+            z_axis: z,
+        } = self.rotation;
         let determinant = x.dot(y.cross(z));
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-        let mut inverse = Self { rotation: cofactors.transpose() * determinant.recip(), translation: DVec3::ZERO };
+        let mut inverse = Self {
+            rotation: cofactors.transpose() * determinant.recip(),
+            translation: DVec3::ZERO,
+        };
         inverse.translation = -inverse.rotate(self.translation);
         inverse
     }
@@ -216,7 +271,11 @@ impl Pose {
 
     #[inline]
     pub(super) fn rotate(&self, v: DVec3) -> DVec3 {
-        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.rotation;
+        let DMat3 {
+            x_axis: x,
+            y_axis: y,
+            z_axis: z,
+        } = self.rotation;
         DVec3::new(
             (x.x * v.x + y.x * v.y) + z.x * v.z,
             (x.y * v.x + y.y * v.y) + z.y * v.z,
@@ -245,10 +304,21 @@ impl From<Pose> for [f64; 12] {
 /// `1 − det R` where the determinant is not positive, since `RᵀR` does not see a mirror.
 #[inline]
 pub(crate) fn rotation_deviation(rotation: &DMat3) -> f64 {
-    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *rotation;
+    let DMat3 {
+        x_axis: x,
+        y_axis: y,
+        z_axis: z,
+    } = *rotation;
     let lengths = [x.dot(x) - 1.0, y.dot(y) - 1.0, z.dot(z) - 1.0];
     let angles = [x.dot(y), y.dot(z), z.dot(x)];
-    let deviation = lengths.iter().chain(&angles).fold(0.0, |max, entry| larger(entry.abs(), max));
+    let deviation = lengths
+        .iter()
+        .chain(&angles)
+        .fold(0.0, |max, entry| larger(entry.abs(), max));
     let determinant = x.dot(y.cross(z));
-    if determinant <= 0.0 { larger(1.0 - determinant, deviation) } else { deviation }
+    if determinant <= 0.0 {
+        larger(1.0 - determinant, deviation)
+    } else {
+        deviation
+    }
 }

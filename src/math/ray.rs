@@ -41,7 +41,11 @@ pub enum RayError {
 impl fmt::Display for RayError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = |number: usize| {
-            let part = if number < 3 { "origin" } else { "direction or end" };
+            let part = if number < 3 {
+                "origin"
+            } else {
+                "direction or end"
+            };
             (["x", "y", "z"][number % 3], part)
         };
         match *self {
@@ -53,7 +57,9 @@ impl fmt::Display for RayError {
                 let (axis, part) = name(number);
                 write!(f, "{axis} of the ray's {part} exceeds 2^1000")
             }
-            Self::NoDirection => f.write_str("the ray's direction is zero, or both ends of the segment are one point"),
+            Self::NoDirection => f.write_str(
+                "the ray's direction is zero, or both ends of the segment are one point",
+            ),
         }
     }
 }
@@ -65,7 +71,10 @@ impl Ray {
     ///
     /// # Errors
     /// [`RayError`].
-    pub fn new(origin: impl Into<[f64; 3]>, direction: impl Into<[f64; 3]>) -> Result<Self, RayError> {
+    pub fn new(
+        origin: impl Into<[f64; 3]>,
+        direction: impl Into<[f64; 3]>,
+    ) -> Result<Self, RayError> {
         Self::checked(origin.into(), direction.into(), false)
     }
 
@@ -87,9 +96,19 @@ impl Ray {
             }
         }
         let [origin, target] = [origin, target].map(DVec3::from_array);
-        let ray = Self { origin, target, is_segment, t_min: 0.0, t_max: f64::INFINITY };
+        let ray = Self {
+            origin,
+            target,
+            is_segment,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
         let [base, target] = ray.exact_direction();
-        if base == target { Err(RayError::NoDirection) } else { Ok(ray) }
+        if base == target {
+            Err(RayError::NoDirection)
+        } else {
+            Ok(ray)
+        }
     }
 
     /// Leaves out hits whose `t`, as it is told, is below `t_min` or above `t_max`. NaN is no limit. To end exactly at a point,
@@ -109,7 +128,11 @@ impl Ray {
     /// Its direction; of a segment, the difference of its ends, rounded.
     #[inline]
     pub fn direction(&self) -> DVec3 {
-        if self.is_segment { self.target - self.origin } else { self.target }
+        if self.is_segment {
+            self.target - self.origin
+        } else {
+            self.target
+        }
     }
 
     /// Whether it is a segment.
@@ -144,14 +167,33 @@ impl Ray {
     /// # Errors
     /// [`RayError`]: if a number becomes too large, or nothing is left of the direction after rounding.
     pub fn transformed(&self, pose: &Pose) -> Result<Self, RayError> {
-        let target = if self.is_segment { pose.transform_point(self.target) } else { pose.rotate(self.target) };
-        let ray = Self::checked(pose.transform_point(self.origin).into(), target.into(), self.is_segment)?;
-        Ok(Self { t_min: self.t_min, t_max: self.t_max, ..ray })
+        let target = if self.is_segment {
+            pose.transform_point(self.target)
+        } else {
+            pose.rotate(self.target)
+        };
+        let ray = Self::checked(
+            pose.transform_point(self.origin).into(),
+            target.into(),
+            self.is_segment,
+        )?;
+        Ok(Self {
+            t_min: self.t_min,
+            t_max: self.t_max,
+            ..ray
+        })
     }
 
     /// Two points whose difference is the direction, exactly.
     pub(crate) fn exact_direction(&self) -> [DVec3; 2] {
-        [if self.is_segment { self.origin } else { DVec3::ZERO }, self.target]
+        [
+            if self.is_segment {
+                self.origin
+            } else {
+                DVec3::ZERO
+            },
+            self.target,
+        ]
     }
 }
 
@@ -162,12 +204,29 @@ mod tests {
 
     #[test]
     fn what_is_no_ray_is_named() {
-        assert_eq!(Ray::new([0.0; 3], [0.0, -0.0, 0.0]), Err(RayError::NoDirection));
+        assert_eq!(
+            Ray::new([0.0; 3], [0.0, -0.0, 0.0]),
+            Err(RayError::NoDirection)
+        );
         assert_eq!(Ray::segment([1.0; 3], [1.0; 3]), Err(RayError::NoDirection));
-        assert_eq!(Ray::new([0.0; 3], [0.0, f64::NAN, 0.0]), Err(RayError::NotFinite { number: 4 }));
-        assert_eq!(Ray::new([0.0, 0.0, 1e302], [1.0; 3]), Err(RayError::TooLarge { number: 2 }));
-        assert_eq!(RayError::NotFinite { number: 4 }.to_string(), "y of the ray's direction or end is not finite");
-        let ray = Ray::new([1.0; 3], [0.0, 2.0, 0.0]).unwrap().within(f64::NAN, f64::NAN);
-        assert_eq!((ray.limits(), ray.at(0.5)), ([0.0, f64::INFINITY], DVec3::new(1.0, 2.0, 1.0)));
+        assert_eq!(
+            Ray::new([0.0; 3], [0.0, f64::NAN, 0.0]),
+            Err(RayError::NotFinite { number: 4 })
+        );
+        assert_eq!(
+            Ray::new([0.0, 0.0, 1e302], [1.0; 3]),
+            Err(RayError::TooLarge { number: 2 })
+        );
+        assert_eq!(
+            RayError::NotFinite { number: 4 }.to_string(),
+            "y of the ray's direction or end is not finite"
+        );
+        let ray = Ray::new([1.0; 3], [0.0, 2.0, 0.0])
+            .unwrap()
+            .within(f64::NAN, f64::NAN);
+        assert_eq!(
+            (ray.limits(), ray.at(0.5)),
+            ([0.0, f64::INFINITY], DVec3::new(1.0, 2.0, 1.0))
+        );
     }
 }

@@ -11,10 +11,19 @@ impl Mesh {
     /// Appends every bit of the vertices, in 4 or 8 bytes a coordinate, then the indices of the triangles.
     pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
         match &self.vertices {
-            Vertices::F32(v) => v.as_flattened().iter().for_each(|x| bytes.extend_from_slice(&x.to_le_bytes())),
-            Vertices::F64(v) => v.as_flattened().iter().for_each(|x| bytes.extend_from_slice(&x.to_le_bytes())),
+            Vertices::F32(v) => v
+                .as_flattened()
+                .iter()
+                .for_each(|x| bytes.extend_from_slice(&x.to_le_bytes())),
+            Vertices::F64(v) => v
+                .as_flattened()
+                .iter()
+                .for_each(|x| bytes.extend_from_slice(&x.to_le_bytes())),
         }
-        self.triangles.as_flattened().iter().for_each(|i| bytes.extend_from_slice(&i.to_le_bytes()));
+        self.triangles
+            .as_flattened()
+            .iter()
+            .for_each(|i| bytes.extend_from_slice(&i.to_le_bytes()));
     }
 
     /// The mesh of vertices, in 8 or 4 bytes a coordinate, and triangles that were written.
@@ -29,6 +38,15 @@ impl Mesh {
 }
 
 /// Three numbers of `N` bytes at a time.
-fn triples<const N: usize, T>(bytes: &[u8], number: impl Fn([u8; N]) -> T) -> impl Iterator<Item = [T; 3]> {
-    bytes.as_chunks::<N>().0.as_chunks::<3>().0.iter().map(move |&three| three.map(&number))
+fn triples<const N: usize, T>(
+    bytes: &[u8],
+    number: impl Fn([u8; N]) -> T,
+) -> impl Iterator<Item = [T; 3]> {
+    bytes
+        .as_chunks::<N>()
+        .0
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(move |&three| three.map(&number))
 }

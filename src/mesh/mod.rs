@@ -80,13 +80,29 @@ pub enum MeshError {
 impl fmt::Display for MeshError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::IndexOutOfRange { triangle, corner, index, vertices } => {
-                write!(f, "corner {corner} of triangle {triangle} is vertex {index}, but there are {vertices} vertices")
+            Self::IndexOutOfRange {
+                triangle,
+                corner,
+                index,
+                vertices,
+            } => {
+                write!(
+                    f,
+                    "corner {corner} of triangle {triangle} is vertex {index}, but there are {vertices} vertices"
+                )
             }
-            Self::NotFinite { vertex, axis } => write!(f, "vertex {vertex} is not finite along axis {axis}"),
-            Self::TooLarge { vertex, axis } => write!(f, "vertex {vertex} exceeds 2^1000 along axis {axis}"),
-            Self::VertexCount { given, vertices } => write!(f, "{given} new vertices for a mesh with {vertices}"),
-            Self::TooManyTriangles { triangles } => write!(f, "{triangles} triangles, but at most 2^30 are allowed"),
+            Self::NotFinite { vertex, axis } => {
+                write!(f, "vertex {vertex} is not finite along axis {axis}")
+            }
+            Self::TooLarge { vertex, axis } => {
+                write!(f, "vertex {vertex} exceeds 2^1000 along axis {axis}")
+            }
+            Self::VertexCount { given, vertices } => {
+                write!(f, "{given} new vertices for a mesh with {vertices}")
+            }
+            Self::TooManyTriangles { triangles } => {
+                write!(f, "{triangles} triangles, but at most 2^30 are allowed")
+            }
         }
     }
 }
@@ -129,7 +145,11 @@ impl Mesh {
         let vertices = vertices.into_iter().map(Into::into).collect();
         let mut mesh = Self::checked(Vertices::F64(vertices), triangles.into_iter().collect())?;
         if let Vertices::F64(wide) = &mesh.vertices {
-            let mut in_use = mesh.triangles.as_flattened().iter().map(|&v| wide[v as usize]);
+            let mut in_use = mesh
+                .triangles
+                .as_flattened()
+                .iter()
+                .map(|&v| wide[v as usize]);
             if in_use.all(|vertex| vertex.into_iter().all(is_f32_exact)) {
                 let narrow = wide.iter().map(|vertex| vertex.map(|c| c as f32));
                 mesh.vertices = Vertices::F32(narrow.collect());
@@ -145,7 +165,12 @@ impl Mesh {
             for (corner, &index) in corners.iter().enumerate() {
                 if index as usize >= vertices.len() {
                     let vertices = vertices.len();
-                    return Err(MeshError::IndexOutOfRange { triangle, corner, index, vertices });
+                    return Err(MeshError::IndexOutOfRange {
+                        triangle,
+                        corner,
+                        index,
+                        vertices,
+                    });
                 }
                 check_vertex(index as usize, vertices.get(index as usize))?;
             }
@@ -156,7 +181,13 @@ impl Mesh {
     /// For triangles that are valid by construction.
     fn trusted(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Self {
         let all_in_use = all_in_use(vertices.len(), &triangles);
-        let mut mesh = Self { vertices, triangles, aabb: Aabb::EMPTY, all_in_use, least_exponent: 0 };
+        let mut mesh = Self {
+            vertices,
+            triangles,
+            aabb: Aabb::EMPTY,
+            all_in_use,
+            least_exponent: 0,
+        };
         mesh.measure();
         mesh
     }
@@ -208,7 +239,11 @@ impl Mesh {
     pub fn triangle(&self, i: usize) -> [DVec3; 3] {
         // Not by `map`, which is a call.
         let [a, b, c] = self.triangles[i];
-        [self.vertices.get(a as usize), self.vertices.get(b as usize), self.vertices.get(c as usize)]
+        [
+            self.vertices.get(a as usize),
+            self.vertices.get(b as usize),
+            self.vertices.get(c as usize),
+        ]
     }
 
     /// The smallest box around all vertices in use; [`Aabb::EMPTY`] without triangles. Takes constant time.
@@ -254,6 +289,9 @@ mod tests {
     fn too_many_triangles_are_refused() {
         assert_eq!(check_count(1 << 30), Ok(()));
         let triangles = (1 << 30) + 1;
-        assert_eq!(check_count(triangles), Err(MeshError::TooManyTriangles { triangles }));
+        assert_eq!(
+            check_count(triangles),
+            Err(MeshError::TooManyTriangles { triangles })
+        );
     }
 }

@@ -22,8 +22,17 @@ const MAX_SIZE: f64 = 1e6;
 pub fn icosphere(subdivisions: u32) -> Mesh {
     const GOLDEN: f64 = 1.618_033_988_749_895;
     let mut vertices = Vec::new();
-    for (a, b) in [(1.0, GOLDEN), (-1.0, GOLDEN), (1.0, -GOLDEN), (-1.0, -GOLDEN)] {
-        let corners = [DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a), DVec3::new(a, b, 0.0)];
+    for (a, b) in [
+        (1.0, GOLDEN),
+        (-1.0, GOLDEN),
+        (1.0, -GOLDEN),
+        (-1.0, -GOLDEN),
+    ] {
+        let corners = [
+            DVec3::new(0.0, a, b),
+            DVec3::new(b, 0.0, a),
+            DVec3::new(a, b, 0.0),
+        ];
         vertices.extend(corners.map(DVec3::normalize));
     }
     let mut triangles = ICOSAHEDRON.to_vec();
@@ -108,7 +117,10 @@ pub fn torus(major: f32, minor: f32, resolution: u32) -> Mesh {
 /// `2 * resolution * max(3, resolution / 8)` triangles; `resolution` is `8 * (p + q)` to 16384.
 pub fn torus_knot(p: u32, q: u32, tube: f32, resolution: u32) -> Mesh {
     let (p, q) = (p.clamp(1, 64), q.clamp(1, 64));
-    let divisor = (1..=p).rev().find(|d| p % d == 0 && q % d == 0).unwrap_or(1);
+    let divisor = (1..=p)
+        .rev()
+        .find(|d| p % d == 0 && q % d == 0)
+        .unwrap_or(1);
     let (p, q) = (p / divisor, q / divisor);
     let tube = within(tube, 0.01, 0.3);
     let resolution = resolution.clamp(8 * (p + q), 16384);
@@ -196,7 +208,8 @@ fn closed_grid(columns: u32, rows: u32, point: impl Fn(u32, u32) -> DVec3) -> Me
     let grid = || (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j)));
     let vertices = grid().map(|(i, j)| point(i, j));
     let id = |i: u32, j: u32| (i % columns) * rows + j % rows;
-    let triangles = grid().flat_map(|(i, j)| halves([id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]));
+    let triangles =
+        grid().flat_map(|(i, j)| halves([id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]));
     generated(vertices, triangles)
 }
 
@@ -204,8 +217,14 @@ fn halves([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
     [[a, b, c], [a, c, d]]
 }
 
-fn generated(vertices: impl IntoIterator<Item = DVec3>, triangles: impl IntoIterator<Item = [u32; 3]>) -> Mesh {
-    let vertices = vertices.into_iter().map(|v| v.as_vec3().to_array()).collect();
+fn generated(
+    vertices: impl IntoIterator<Item = DVec3>,
+    triangles: impl IntoIterator<Item = [u32; 3]>,
+) -> Mesh {
+    let vertices = vertices
+        .into_iter()
+        .map(|v| v.as_vec3().to_array())
+        .collect();
     Mesh::trusted(Vertices::F32(vertices), triangles.into_iter().collect())
 }
 

@@ -65,13 +65,17 @@ impl<N: Number> Seen<N> {
     }
 
     fn survey(self) -> Survey {
-        let points =
-            |numbers: [N; 12]| [0, 3, 6, 9].map(|i| [numbers[i], numbers[i + 1], numbers[i + 2]].map(Into::into));
+        let points = |numbers: [N; 12]| {
+            [0, 3, 6, 9].map(|i| [numbers[i], numbers[i + 1], numbers[i + 2]].map(Into::into))
+        };
         let greatest = self.greatest.into_iter().max().map(N::of_magnitude);
         let least = self.least.into_iter().min().unwrap_or(N::ALL_BITS);
         Survey {
             is_good: greatest.is_none_or(|greatest| greatest.into() <= COORDINATE_LIMIT),
-            aabb: Aabb { min: Aabb::from_points(points(self.min)).min, max: Aabb::from_points(points(self.max)).max },
+            aabb: Aabb {
+                min: Aabb::from_points(points(self.min)).min,
+                max: Aabb::from_points(points(self.max)).max,
+            },
             least_exponent: N::exponent(least),
         }
     }
@@ -86,9 +90,13 @@ mod tests {
     #[test]
     fn a_survey_sees_every_coordinate() {
         for count in 0..=9 {
-            for (place, odd) in [f64::NAN, f64::NEG_INFINITY, -1e302, 5e-324, 0.0, -7.5].into_iter().enumerate() {
-                let mut vertices: Vec<[f64; 3]> =
-                    (0..count).map(|i| [f64::from(i) - 4.0, 0.25, -2.0 - f64::from(i)]).collect();
+            for (place, odd) in [f64::NAN, f64::NEG_INFINITY, -1e302, 5e-324, 0.0, -7.5]
+                .into_iter()
+                .enumerate()
+            {
+                let mut vertices: Vec<[f64; 3]> = (0..count)
+                    .map(|i| [f64::from(i) - 4.0, 0.25, -2.0 - f64::from(i)])
+                    .collect();
                 if let Some(x) = vertices.as_flattened_mut().iter_mut().nth_back(place) {
                     *x = odd;
                 }
@@ -97,11 +105,17 @@ mod tests {
                 let is_good = numbers.iter().all(|x| x.abs() <= COORDINATE_LIMIT);
                 assert_eq!(found.is_good, is_good, "{vertices:?}");
                 let least = numbers.iter().map(|x| x.rank()).min();
-                assert_eq!(found.least_exponent, f64::exponent(least.unwrap_or(u64::MAX)));
+                assert_eq!(
+                    found.least_exponent,
+                    f64::exponent(least.unwrap_or(u64::MAX))
+                );
                 if is_good {
                     assert_eq!(found.aabb, Aabb::from_points(vertices.iter().copied()));
                 }
-                let narrow: Vec<[f32; 3]> = vertices.iter().map(|vertex| vertex.map(|x| x as f32)).collect();
+                let narrow: Vec<[f32; 3]> = vertices
+                    .iter()
+                    .map(|vertex| vertex.map(|x| x as f32))
+                    .collect();
                 assert_eq!(
                     survey(&narrow, |vertex| vertex).is_good,
                     narrow.as_flattened().iter().all(|x| x.is_finite())

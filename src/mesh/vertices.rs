@@ -42,7 +42,9 @@ macro_rules! kept {
             #[inline(always)]
             fn keep(vertices: &mut Vertices, new: impl Iterator<Item = [Self; 3]>) {
                 match vertices {
-                    Vertices::$kind(old) => old.iter_mut().zip(new).for_each(|(old, new)| *old = new),
+                    Vertices::$kind(old) => {
+                        old.iter_mut().zip(new).for_each(|(old, new)| *old = new)
+                    }
                     _ => *vertices = Vertices::$kind(new.collect()),
                 }
             }
@@ -54,7 +56,10 @@ kept!(f64, F64);
 
 impl Mesh {
     /// Replaces all vertices; on an error nothing has changed. Allocates nothing.
-    pub(crate) fn set_vertices<V: Copy + Into<[f32; 3]>>(&mut self, vertices: &[V]) -> Result<(), MeshError> {
+    pub(crate) fn set_vertices<V: Copy + Into<[f32; 3]>>(
+        &mut self,
+        vertices: &[V],
+    ) -> Result<(), MeshError> {
         if self.is_f32() {
             self.replace(vertices, V::into)
         } else {
@@ -63,7 +68,10 @@ impl Mesh {
     }
 
     /// The same with f64 vertices. Allocates only to go over from f32 to f64.
-    pub(crate) fn set_vertices_f64<V: Copy + Into<[f64; 3]>>(&mut self, vertices: &[V]) -> Result<(), MeshError> {
+    pub(crate) fn set_vertices_f64<V: Copy + Into<[f64; 3]>>(
+        &mut self,
+        vertices: &[V],
+    ) -> Result<(), MeshError> {
         let is_exact = |vertex: &V| (*vertex).into().into_iter().all(is_f32_exact);
         let in_use = || self.in_use().all(|i| vertices.get(i).is_some_and(is_exact));
         if self.is_f32() && (vertices.iter().all(is_exact) || in_use()) {
@@ -73,16 +81,28 @@ impl Mesh {
         }
     }
 
-    fn replace<V: Copy, N: Kept>(&mut self, vertices: &[V], of: impl Fn(V) -> [N; 3] + Copy) -> Result<(), MeshError> {
+    fn replace<V: Copy, N: Kept>(
+        &mut self,
+        vertices: &[V],
+        of: impl Fn(V) -> [N; 3] + Copy,
+    ) -> Result<(), MeshError> {
         if vertices.len() != self.vertices.len() {
-            return Err(MeshError::VertexCount { given: vertices.len(), vertices: self.vertices.len() });
+            return Err(MeshError::VertexCount {
+                given: vertices.len(),
+                vertices: self.vertices.len(),
+            });
         }
         let survey = survey(vertices, of);
         // A vertex that is not used may hold anything.
         if !survey.is_good {
-            self.in_use().try_for_each(|i| check_vertex(i, DVec3::from_array(of(vertices[i]).map(Into::into))))?;
+            self.in_use().try_for_each(|i| {
+                check_vertex(i, DVec3::from_array(of(vertices[i]).map(Into::into)))
+            })?;
         }
-        N::keep(&mut self.vertices, vertices.iter().map(|&vertex| of(vertex)));
+        N::keep(
+            &mut self.vertices,
+            vertices.iter().map(|&vertex| of(vertex)),
+        );
         self.note(&survey);
         Ok(())
     }
@@ -97,8 +117,11 @@ impl Mesh {
 
     fn note(&mut self, survey: &Survey) {
         self.least_exponent = survey.least_exponent;
-        self.aabb =
-            if self.all_in_use { survey.aabb } else { Aabb::from_points(self.in_use().map(|i| self.vertices.get(i))) };
+        self.aabb = if self.all_in_use {
+            survey.aabb
+        } else {
+            Aabb::from_points(self.in_use().map(|i| self.vertices.get(i)))
+        };
     }
 
     /// The vertices that triangles use, in their order, most of them several times.
@@ -127,6 +150,9 @@ pub(super) fn is_f32_exact(coordinate: f64) -> bool {
 /// Whether triangles use every vertex.
 pub(super) fn all_in_use(vertices: usize, triangles: &[[u32; 3]]) -> bool {
     let mut used = alloc::vec![false; vertices];
-    triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
+    triangles
+        .as_flattened()
+        .iter()
+        .for_each(|&i| used[i as usize] = true);
     used.into_iter().all(|used| used)
 }

@@ -52,7 +52,11 @@ pub struct Calibration {
 impl Default for Calibration {
     /// Knows nothing and changes nothing.
     fn default() -> Self {
-        Self { offset: 0.0, slope: 1.0, evidence: [0.0; 3] }
+        Self {
+            offset: 0.0,
+            slope: 1.0,
+            evidence: [0.0; 3],
+        }
     }
 }
 
@@ -71,11 +75,18 @@ impl Calibration {
     /// these, and NaN, which tells nothing, as .5.
     #[must_use]
     pub fn apply(&self, probability: f64) -> f64 {
-        let told = if probability.is_nan() { 0.5 } else { probability.clamp(0.0, 1.0) };
+        let told = if probability.is_nan() {
+            0.5
+        } else {
+            probability.clamp(0.0, 1.0)
+        };
         if told == 0.0 || told == 1.0 || (self.offset, self.slope) == (0.0, 1.0) {
             return told;
         }
-        logistic(self.corrected(logit(told)).clamp(-LARGEST_CORRECTED, LARGEST_CORRECTED))
+        logistic(
+            self.corrected(logit(told))
+                .clamp(-LARGEST_CORRECTED, LARGEST_CORRECTED),
+        )
     }
 
     /// Learns from a moment: the probability that the model told then, before [`Calibration::apply`], and whether the surfaces
@@ -92,7 +103,10 @@ impl Calibration {
         let (one, square) = (one + PRIOR, square + PRIOR);
         // The step is along the covariance times (1, z); `spread` is the variance of the corrected logit.
         let determinant = one * square - both * both;
-        let [along_offset, along_slope] = [(square - both * z) / determinant, (one * z - both) / determinant];
+        let [along_offset, along_slope] = [
+            (square - both * z) / determinant,
+            (one * z - both) / determinant,
+        ];
         let spread = along_offset + along_slope * z;
         let before = self.corrected(z);
         // The mode of the posterior, by steps that never overshoot, since the curvature is at most 1/4.
@@ -102,7 +116,8 @@ impl Calibration {
         }
         let p = logistic(after);
         let h = p * (1.0 - p);
-        self.offset = (self.offset + along_offset * (truth - p)).clamp(-LARGEST_OFFSET, LARGEST_OFFSET);
+        self.offset =
+            (self.offset + along_offset * (truth - p)).clamp(-LARGEST_OFFSET, LARGEST_OFFSET);
         self.slope = (self.slope + along_slope * (truth - p)).clamp(SLOPES[0], SLOPES[1]);
         let [one, both, square] = self.evidence;
         let fading = (FULL / (one + h)).min(1.0);
@@ -129,16 +144,31 @@ impl Calibration {
             ("offset", offset, [-LARGEST_OFFSET, LARGEST_OFFSET]),
             ("slope", slope, SLOPES),
             ("evidence[0]", one, [0.0, most]),
-            ("evidence[1]", both, [-LARGEST_LOGIT * most, LARGEST_LOGIT * most]),
-            ("evidence[2]", square, [0.0, LARGEST_LOGIT * LARGEST_LOGIT * most]),
+            (
+                "evidence[1]",
+                both,
+                [-LARGEST_LOGIT * most, LARGEST_LOGIT * most],
+            ),
+            (
+                "evidence[2]",
+                square,
+                [0.0, LARGEST_LOGIT * LARGEST_LOGIT * most],
+            ),
         ];
-        if let Some((name, value, _)) = ranges.into_iter().find(|(_, x, [low, high])| !(low..=high).contains(&x)) {
+        if let Some((name, value, _)) = ranges
+            .into_iter()
+            .find(|(_, x, [low, high])| !(low..=high).contains(&x))
+        {
             return Err((name, value));
         }
         if both * both > one * square * (1.0 + 1e-9) {
             return Err(("evidence[1]", both));
         }
-        Ok(Self { offset, slope, evidence })
+        Ok(Self {
+            offset,
+            slope,
+            evidence,
+        })
     }
 
     fn corrected(&self, logit: f64) -> f64 {
@@ -168,7 +198,13 @@ struct Unchecked {
 impl TryFrom<Unchecked> for Calibration {
     type Error = alloc::string::String;
 
-    fn try_from(Unchecked { offset, slope, evidence }: Unchecked) -> Result<Self, Self::Error> {
+    fn try_from(
+        Unchecked {
+            offset,
+            slope,
+            evidence,
+        }: Unchecked,
+    ) -> Result<Self, Self::Error> {
         Self::checked(offset, slope, evidence)
             .map_err(|(name, value)| alloc::format!("{name} {value:?} is out of range"))
     }

@@ -33,10 +33,25 @@ const FARTHEST: f64 = 3.0;
 
 /// What [`work_left`] looks at.
 pub fn closing_features(closing: &Closing) -> [f64; 7] {
-    let Closing { pairs, apart, work, low, high, limit } = *closing;
+    let Closing {
+        pairs,
+        apart,
+        work,
+        low,
+        high,
+        limit,
+    } = *closing;
     let (is_found, is_proven) = (f64::from(high.is_finite()), f64::from(low > 0.0));
     let known = limit.map_or(ratio(low, high), |limit| limit.min(FARTHEST));
-    [1.0, log2(pairs.max(1.0)), log2(work + LEAST), is_found, is_proven, known, apart.min(FARTHEST)]
+    [
+        1.0,
+        log2(pairs.max(1.0)),
+        log2(work + LEAST),
+        is_found,
+        is_proven,
+        known,
+        apart.min(FARTHEST),
+    ]
 }
 
 /// What [`between`] looks at.
@@ -52,16 +67,26 @@ fn ratio(low: f64, high: f64) -> f64 {
 /// Units of work left, given how many the previous query of the pair took in all.
 pub fn work_left(closing: &Closing, previous: Option<f64>) -> Quantiles {
     let x = closing_features(closing);
-    let weights = if closing.limit.is_some() { LIMIT_LEFT } else { DISTANCE_LEFT };
+    let weights = if closing.limit.is_some() {
+        LIMIT_LEFT
+    } else {
+        DISTANCE_LEFT
+    };
     let model = Quantiles::ordered(weights.map(|w| exp2(dot(&w, &x))), LEAST);
-    previous.map_or(model, |previous| with_history(model, previous, closing.work, DISTANCE_AFTER))
+    previous.map_or(model, |previous| {
+        with_history(model, previous, closing.work, DISTANCE_AFTER)
+    })
 }
 
 /// The distance: within the bounds, and certain only where they are one.
 pub fn between(closing: &Closing) -> Quantiles {
     let Closing { low, high, .. } = *closing;
     if high.is_infinite() {
-        return Quantiles { p10: low, p50: high, p90: high };
+        return Quantiles {
+            p10: low,
+            p50: high,
+            p90: high,
+        };
     }
     let x = between_features(closing);
     let at = |w: [f64; 4]| (low + dot(&w, &x).clamp(0.0, 1.0) * (high - low)).min(high);

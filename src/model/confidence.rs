@@ -3,7 +3,9 @@
 //!
 //! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
 
-use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_AFTER_HISTORY, RECALL_MARCHING};
+use super::constants::{
+    BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_AFTER_HISTORY, RECALL_MARCHING,
+};
 use super::front::FrontSummary;
 use super::prediction::{dot, expected};
 use libm::{exp, log, log2};
@@ -54,7 +56,14 @@ pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; 6]
     let sign = if history.met { 1.0 } else { -1.0 };
     let verdict = sign / (1.0 + f64::from(history.frames_undecided));
     let rate = history.change_rate.clamp(1e-3, 1.0 - 1e-3);
-    [1.0, logit, verdict, verdict * log((1.0 - rate) / rate), deepest, verdict * deepest]
+    [
+        1.0,
+        logit,
+        verdict,
+        verdict * log((1.0 - rate) / rate),
+        deepest,
+        verdict * deepest,
+    ]
 }
 
 /// Probability that the surfaces meet, if the query has found no hit; 0 if nothing is left that may meet.
@@ -67,11 +76,20 @@ pub fn probability(front: &FrontSummary, history: Option<&History>, prior: f64) 
     }
     let weights = if front.is_begun() { &HIT } else { &HIT_BEFORE };
     let from_front = dot(weights, &hit_features(front));
-    let with = |history| dot(&HIT_AFTER_HISTORY, &history_features(from_front, front.deepest, history));
+    let with = |history| {
+        dot(
+            &HIT_AFTER_HISTORY,
+            &history_features(from_front, front.deepest, history),
+        )
+    };
     let logit = history.map_or(from_front, with);
     let shift = odds(prior.clamp(0.0, 1.0)) / odds(BASE_RATE);
     let odds = exp(logit.clamp(-20.0, 20.0)) * shift;
-    if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 }
+    if odds.is_finite() {
+        odds / (1.0 + odds)
+    } else {
+        1.0
+    }
 }
 
 fn odds(probability: f64) -> f64 {
@@ -97,11 +115,39 @@ pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
 /// then come to by boxes; by a test, because they were not known. The more there are of the second beside the third, the
 /// more is known of what lies ahead.
 pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
-    let [one, left, _, tests, bv_tests, waiting, deepest, depth, crossing] = recall_features(front);
-    let kinds = [front.followed - front.passed, front.passed, front.found - front.followed];
+    let [
+        one,
+        left,
+        _,
+        tests,
+        bv_tests,
+        waiting,
+        deepest,
+        depth,
+        crossing,
+    ] = recall_features(front);
+    let kinds = [
+        front.followed - front.passed,
+        front.passed,
+        front.found - front.followed,
+    ];
     let [ahead, passed, new] = kinds.map(|count| log2(count.max(0.0) + 1.0));
     let follows = f64::from(front.follows);
-    [one, left, ahead, passed, new, tests, bv_tests, waiting, deepest, depth, crossing, follows, follows * ahead]
+    [
+        one,
+        left,
+        ahead,
+        passed,
+        new,
+        tests,
+        bv_tests,
+        waiting,
+        deepest,
+        depth,
+        crossing,
+        follows,
+        follows * ahead,
+    ]
 }
 
 /// What led a query to more than its work would tell.

@@ -83,7 +83,8 @@ const _: () = assert!(
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_FEATURES_ALONE + WORK_PER_CLOSEST_POINTS
         && MAX_DISTANCE_STEP_WORK >= 4 * (WORK_PER_FEATURES + WORK_PER_CONTACT)
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_WINDOW
-        && MAX_DISTANCE_STEP_WORK >= WORK_PER_SWEPT_EXPANSION + 65 * WORK_PER_SWEPT_TEST + WORK_PER_EDGE_TEST
+        && MAX_DISTANCE_STEP_WORK
+            >= WORK_PER_SWEPT_EXPANSION + 65 * WORK_PER_SWEPT_TEST + WORK_PER_EDGE_TEST
         && MAX_DISTANCE_STEP_WORK >= 8 * WORK_PER_WINDOW_TEST
 );
 
@@ -122,7 +123,8 @@ pub(crate) const WORK_PER_PATCHED_CONTACT: u64 = 1200;
 pub(crate) const LEAST_PATCHED: u64 = 2;
 
 /// The least that is of use to a pair in a scene which asks for contacts.
-pub(crate) const LEAST_CONTACT_WORK: u64 = LEAST_DISTANCE_WORK + LEAST_PATCHED * WORK_PER_PATCHED_CONTACT;
+pub(crate) const LEAST_CONTACT_WORK: u64 =
+    LEAST_DISTANCE_WORK + LEAST_PATCHED * WORK_PER_PATCHED_CONTACT;
 
 /// Work that takes as long as planning another round of a scene's frame, for each pair.
 pub(crate) const WORK_PER_PLANNED_PAIR: u64 = 15;
@@ -225,8 +227,13 @@ pub struct CostModel {
 impl Default for CostModel {
     /// In nanoseconds, as measured on one machine: the weights of work at 0.36 ns a unit, and 61 ns to set up a query.
     fn default() -> Self {
-        Self::new([1.0, WORK_PER_TRIANGLE_TEST as f64, WORK_PER_EXPANSION as f64, TYPICAL_SETUP / TYPICAL_UNIT])
-            .scaled(TYPICAL_UNIT)
+        Self::new([
+            1.0,
+            WORK_PER_TRIANGLE_TEST as f64,
+            WORK_PER_EXPANSION as f64,
+            TYPICAL_SETUP / TYPICAL_UNIT,
+        ])
+        .scaled(TYPICAL_UNIT)
     }
 }
 
@@ -234,7 +241,12 @@ impl CostModel {
     /// From `C_v`, `C_p`, `C_u`, `C_i`.
     #[must_use]
     pub const fn new([bv_test, triangle_test, box_update, setup]: [f64; 4]) -> Self {
-        Self { bv_test, triangle_test, box_update, setup }
+        Self {
+            bv_test,
+            triangle_test,
+            box_update,
+            setup,
+        }
     }
 
     /// The time of a query that does this.
@@ -248,7 +260,15 @@ impl CostModel {
     /// All costs times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        Self::new([self.bv_test, self.triangle_test, self.box_update, self.setup].map(|cost| cost * factor))
+        Self::new(
+            [
+                self.bv_test,
+                self.triangle_test,
+                self.box_update,
+                self.setup,
+            ]
+            .map(|cost| cost * factor),
+        )
     }
 
     /// The costs after a query that did this and took so long: all of them are moved by a part of the ratio between that and
@@ -256,6 +276,10 @@ impl CostModel {
     #[must_use]
     pub fn learned(&self, counts: &Counts, time: f64) -> Self {
         let ratio = (time / self.time(counts)).clamp(0.25, 4.0);
-        if ratio.is_nan() { *self } else { self.scaled(libm::sqrt(libm::sqrt(libm::sqrt(ratio)))) }
+        if ratio.is_nan() {
+            *self
+        } else {
+            self.scaled(libm::sqrt(libm::sqrt(libm::sqrt(ratio))))
+        }
     }
 }

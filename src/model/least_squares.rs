@@ -23,12 +23,18 @@ fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64
         row[i] += 1e-9 * row[i] + f64::MIN_POSITIVE;
     }
     for i in 0..N {
-        let pivot = (i..N).max_by(|&j, &k| matrix[j][i].abs().total_cmp(&matrix[k][i].abs())).unwrap_or(i);
+        let pivot = (i..N)
+            .max_by(|&j, &k| matrix[j][i].abs().total_cmp(&matrix[k][i].abs()))
+            .unwrap_or(i);
         matrix.swap(i, pivot);
         right.swap(i, pivot);
         for j in i + 1..N {
             let (factor, row) = (matrix[j][i] / matrix[i][i], matrix[i]);
-            matrix[j].iter_mut().zip(row).skip(i).for_each(|(entry, above)| *entry -= factor * above);
+            matrix[j]
+                .iter_mut()
+                .zip(row)
+                .skip(i)
+                .for_each(|(entry, above)| *entry -= factor * above);
             right[j] -= factor * right[i];
         }
     }

@@ -33,17 +33,37 @@ const LONGEST: f64 = 64.0;
 
 /// What [`work_left`] looks at.
 pub fn passing_features(passing: &Passing) -> [f64; 9] {
-    let Passing { pairs, pieces, way, apart, nearest, work, open } = *passing;
+    let Passing {
+        pairs,
+        pieces,
+        way,
+        apart,
+        nearest,
+        work,
+        open,
+    } = *passing;
     let size = log2(pairs.max(1.0));
     let [apart, nearest] = [apart, nearest].map(|length| length.min(FARTHEST));
     let way = log2(1.0 + way.min(LONGEST));
     let (is_found, open) = open.map_or((0.0, 0.0), |open| (1.0, log2(open.max(1.0))));
-    [1.0, size, log2(pieces.max(1.0)), way, apart, nearest, log2(work + LEAST), is_found, open]
+    [
+        1.0,
+        size,
+        log2(pieces.max(1.0)),
+        way,
+        apart,
+        nearest,
+        log2(work + LEAST),
+        is_found,
+        open,
+    ]
 }
 
 /// Units of work left, given how many the previous query of the pair took in all.
 pub fn work_left(passing: &Passing, previous: Option<f64>) -> Quantiles {
     let x = passing_features(passing);
     let model = Quantiles::ordered(MOTION_LEFT.map(|w| exp2(dot(&w, &x))), LEAST);
-    previous.map_or(model, |previous| with_history(model, previous, passing.work, MOTION_AFTER))
+    previous.map_or(model, |previous| {
+        with_history(model, previous, passing.work, MOTION_AFTER)
+    })
 }

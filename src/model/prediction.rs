@@ -4,7 +4,8 @@
 //! regression. Before a query the front is its root, and the rest is all.
 
 use super::constants::{
-    ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST, TRIANGLE_TESTS_OF_BV_TESTS,
+    ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST,
+    TRIANGLE_TESTS_OF_BV_TESTS,
 };
 use super::cost::Counts;
 use super::front::FrontSummary;
@@ -28,18 +29,30 @@ pub struct Quantiles {
 impl Quantiles {
     /// A certain number: all three are equal.
     pub const fn exactly(x: f64) -> Self {
-        Self { p10: x, p50: x, p90: x }
+        Self {
+            p10: x,
+            p50: x,
+            p90: x,
+        }
     }
 
     /// In order, and not below `least`.
     pub(super) fn ordered([p10, p50, p90]: [f64; 3], least: f64) -> Self {
         let p50 = p50.max(least);
-        Self { p10: p10.clamp(least, p50), p50, p90: p90.max(p50) }
+        Self {
+            p10: p10.clamp(least, p50),
+            p50,
+            p90: p90.max(p50),
+        }
     }
 
     /// Each of them through a rising function.
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self { p10: f(self.p10), p50: f(self.p50), p90: f(self.p90) }
+        Self {
+            p10: f(self.p10),
+            p50: f(self.p50),
+            p90: f(self.p90),
+        }
     }
 }
 
@@ -62,7 +75,14 @@ pub fn features_of_all(front: &FrontSummary) -> [f64; 3] {
 /// The same for [`any_left`], with the probability of a hit, which ends the query.
 pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
     let [one, size, unseen] = features_of_all(front);
-    [one, size, unseen, probability, probability * size, probability * unseen]
+    [
+        one,
+        size,
+        unseen,
+        probability,
+        probability * size,
+        probability * unseen,
+    ]
 }
 
 /// BV tests left in a query that finds all intersections, given how many the previous one of the pair took in all.
@@ -71,7 +91,9 @@ pub fn all_left(front: &FrontSummary, previous: Option<f64>) -> Quantiles {
         return Quantiles::exactly(0.0);
     }
     let model = all_by_front(front);
-    previous.map_or(model, |previous| with_history(model, previous, front.bv_tests, ALL_AFTER))
+    previous.map_or(model, |previous| {
+        with_history(model, previous, front.bv_tests, ALL_AFTER)
+    })
 }
 
 fn all_by_front(front: &FrontSummary) -> Quantiles {
@@ -88,7 +110,9 @@ pub fn any_left(front: &FrontSummary, probability: f64, previous: Option<f64>) -
     let Quantiles { p90, .. } = all_by_front(front);
     let most = |q: f64| q.min(p90);
     let model = Quantiles::ordered(ANY_LEFT.map(|w| most(exp2(dot(&w, &x)))), 1.0);
-    previous.map_or(model, |previous| with_history(model, previous, front.bv_tests, ANY_AFTER))
+    previous.map_or(model, |previous| {
+        with_history(model, previous, front.bv_tests, ANY_AFTER)
+    })
 }
 
 /// The 90 % quantile of a whole query that finds all intersections, as its logarithm (base 2), from the
@@ -114,14 +138,26 @@ pub fn most_of_any_after(previous: f64) -> f64 {
 ///
 /// `log2 E = (1 - w) (log2 max(previous - used, 1) + change) + w log2 model`, `w = clamp(used / previous, 0, 1)`; the model
 /// counts as 1 at least, and so does `previous`.
-pub(super) fn with_history(model: Quantiles, previous: f64, used: f64, changes: [f64; 3]) -> Quantiles {
+pub(super) fn with_history(
+    model: Quantiles,
+    previous: f64,
+    used: f64,
+    changes: [f64; 3],
+) -> Quantiles {
     let previous = previous.max(1.0);
     let weight = (used / previous).clamp(0.0, 1.0);
     let left = log2((previous - used).max(1.0));
     let blend = |model: f64| exp2((1.0 - weight) * left + weight * log2(model.max(1.0)));
     let after = |model: f64, change: f64| blend(model) * exp2((1.0 - weight) * change);
     let [low, middle, high] = changes;
-    Quantiles::ordered([after(model.p10, low), after(model.p50, middle), after(model.p90, high)], 0.0)
+    Quantiles::ordered(
+        [
+            after(model.p10, low),
+            after(model.p50, middle),
+            after(model.p90, high),
+        ],
+        0.0,
+    )
 }
 
 /// The counts of a query, from the logarithm (base 2) of its BV tests, by power laws: triangle tests, and opened node pairs, at
@@ -161,7 +197,8 @@ fn rough_exp2(x: f64) -> f64 {
     const WHOLE: f64 = (3u64 << 51) as f64;
     let whole = x + WHOLE;
     let rest = x - (whole - WHOLE);
-    f64::from_bits((whole.to_bits() << 52).wrapping_add(ONE)) * (1.0 + rest * (0.6995 + rest * 0.237))
+    f64::from_bits((whole.to_bits() << 52).wrapping_add(ONE))
+        * (1.0 + rest * (0.6995 + rest * 0.237))
 }
 
 pub(super) fn dot(w: &[f64], x: &[f64]) -> f64 {
@@ -181,7 +218,10 @@ mod tests {
         }
         for log2_bv_tests in [0.0, 0.5, 7.3, 20.0, 41.9] {
             let (rough, true_counts) = (rough_counts(log2_bv_tests), counts(log2_bv_tests));
-            assert!((rough.work() / true_counts.work() - 1.0).abs() < 0.004, "{rough:?} {true_counts:?}");
+            assert!(
+                (rough.work() / true_counts.work() - 1.0).abs() < 0.004,
+                "{rough:?} {true_counts:?}"
+            );
         }
     }
 }

@@ -27,8 +27,11 @@ impl Blocked {
     fn of(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
         let [mut e, mut f] = [a, b].map(|t| [t[1] - t[0], t[2] - t[1], t[0] - t[2]]);
         // With lengths up to 1, products of them keep within `f64`.
-        let longest =
-            |edges: &[DVec3; 3]| edges.iter().fold(f64::MIN_POSITIVE, |m, edge| edge.abs().max_element().max(m));
+        let longest = |edges: &[DVec3; 3]| {
+            edges
+                .iter()
+                .fold(f64::MIN_POSITIVE, |m, edge| edge.abs().max_element().max(m))
+        };
         for edges in [&mut e, &mut f] {
             let longest = longest(edges);
             edges.iter_mut().for_each(|edge| *edge /= longest);
@@ -40,9 +43,15 @@ impl Blocked {
                 _ => e[(i - 2) / 3].cross(f[(i - 2) % 3]),
             };
             let [[p, q, r], [s, t, u]] = [a, b].map(|t| t.map(|p| normal.dot(p - a[0])));
-            (normal, p.min(q).min(r) - s.max(t).max(u), p.max(q).max(r) - s.min(t).min(u))
+            (
+                normal,
+                p.min(q).min(r) - s.max(t).max(u),
+                p.max(q).max(r) - s.min(t).min(u),
+            )
         };
-        Self { slabs: core::array::from_fn(slab) }
+        Self {
+            slabs: core::array::from_fn(slab),
+        }
     }
 
     /// From where to where a push in this direction stays inside.
@@ -52,7 +61,11 @@ impl Blocked {
             let speed = normal.dot(direction);
             if speed != 0.0 {
                 let per_speed = 1.0 / speed;
-                let (near, far) = if speed > 0.0 { (least, most) } else { (most, least) };
+                let (near, far) = if speed > 0.0 {
+                    (least, most)
+                } else {
+                    (most, least)
+                };
                 let (first, last) = (near * per_speed, far * per_speed);
                 enter = if first > enter { first } else { enter };
                 leave = if last < leave { last } else { leave };
@@ -107,7 +120,11 @@ impl Pool {
 /// The direction of a vector of any length; 0 if it has none.
 pub(super) fn unit(v: DVec3) -> DVec3 {
     let largest = v.abs().max_element();
-    if largest > 0.0 && largest < f64::INFINITY { (v / largest).normalize() } else { DVec3::ZERO }
+    if largest > 0.0 && largest < f64::INFINITY {
+        (v / largest).normalize()
+    } else {
+        DVec3::ZERO
+    }
 }
 
 #[cfg(test)]
@@ -129,14 +146,20 @@ mod tests {
         let mut vector = || DVec3::new(next(), next(), next());
         let mut met = 0;
         for _ in 0..2000 {
-            let (a, b) = ([vector(), vector(), vector()], [vector(), vector(), vector()]);
+            let (a, b) = (
+                [vector(), vector(), vector()],
+                [vector(), vector(), vector()],
+            );
             let direction = unit(vector());
             let length = blocked(&a, &b, direction);
             let meets = |length: f64| triangles_intersect(&a, &b.map(|p| p + direction * length));
             assert_eq!(length > 0.0, meets(0.0), "{a:?} {b:?}");
             if length > 0.0 {
                 met += 1;
-                assert!(meets(length * (1.0 - 1e-9)) && !meets(length * (1.0 + 1e-9)), "{a:?} {b:?} {direction:?}");
+                assert!(
+                    meets(length * (1.0 - 1e-9)) && !meets(length * (1.0 + 1e-9)),
+                    "{a:?} {b:?} {direction:?}"
+                );
             }
         }
         assert!(met > 100, "{met}");
@@ -145,7 +168,11 @@ mod tests {
     #[test]
     fn segments_and_points_do_no_harm() {
         let a = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let segment = [DVec3::new(0.25, 0.25, -1.0), DVec3::new(0.25, 0.25, 1.0), DVec3::new(0.25, 0.25, 0.0)];
+        let segment = [
+            DVec3::new(0.25, 0.25, -1.0),
+            DVec3::new(0.25, 0.25, 1.0),
+            DVec3::new(0.25, 0.25, 0.0),
+        ];
         assert!((blocked(&a, &segment, DVec3::Z) - 1.0).abs() < 1e-12);
         // Two points have no faces, and so no length is known to be blocked.
         assert_eq!(blocked(&[DVec3::ONE; 3], &[DVec3::ONE; 3], DVec3::Z), 0.0);

@@ -30,12 +30,23 @@ impl Segments {
     pub fn new(origin: DVec3, size: f64) -> Self {
         let (zero, spread) = (DVec3::ZERO, DMat3::ZERO);
         let (min, max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        Self { origin, size, difference: zero, of_b: zero, area: zero, spread, min, max }
+        Self {
+            origin,
+            size,
+            difference: zero,
+            of_b: zero,
+            area: zero,
+            spread,
+            min,
+            max,
+        }
     }
 
     /// Adds where a triangle of A meets one of B.
     pub fn add(&mut self, a: &[DVec3; 3], b: &[DVec3; 3]) {
-        let Some(ends) = triangle_segment(a, b) else { return };
+        let Some(ends) = triangle_segment(a, b) else {
+            return;
+        };
         let (of_a, of_b) = (normal(a), normal(b));
         let mut ends = ends.map(|end| (end - self.origin) / self.size);
         // So that those of closed surfaces follow one another.
@@ -56,9 +67,16 @@ impl Segments {
     /// Likely ones first, unit vectors.
     pub fn directions(&self) -> ArrayVec<DVec3, 4> {
         let axis = least_axis(self.spread);
-        let axis = if axis.dot(self.difference) < 0.0 { -axis } else { axis };
+        let axis = if axis.dot(self.difference) < 0.0 {
+            -axis
+        } else {
+            axis
+        };
         let likely = [self.difference, self.area, axis, -self.of_b].map(unit);
-        likely.into_iter().filter(|direction| *direction != DVec3::ZERO).collect()
+        likely
+            .into_iter()
+            .filter(|direction| *direction != DVec3::ZERO)
+            .collect()
     }
 
     /// How long they are along a direction.
@@ -76,7 +94,11 @@ fn normal(t: &[DVec3; 3]) -> DVec3 {
 /// Along which a symmetric matrix without negative eigenvalues is least: by powers of its adjugate, of which that
 /// eigenvalue is the largest.
 fn least_axis(m: DMat3) -> DVec3 {
-    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = m;
+    let DMat3 {
+        x_axis: x,
+        y_axis: y,
+        z_axis: z,
+    } = m;
     let mut power = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
     for _ in 0..6 {
         let trace = power.x_axis.x + power.y_axis.y + power.z_axis.z;
@@ -87,7 +109,9 @@ fn least_axis(m: DMat3) -> DVec3 {
         power = power * power;
     }
     let columns = [power.x_axis, power.y_axis, power.z_axis];
-    let longest = columns.into_iter().max_by(|p, q| p.length_squared().total_cmp(&q.length_squared()));
+    let longest = columns
+        .into_iter()
+        .max_by(|p, q| p.length_squared().total_cmp(&q.length_squared()));
     longest.map_or(DVec3::ZERO, unit)
 }
 

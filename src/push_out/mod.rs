@@ -75,7 +75,12 @@ impl<'t> PushOutQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        Self { a, b, b_in_a, query_limit: u32::MAX }
+        Self {
+            a,
+            b,
+            b_in_a,
+            query_limit: u32::MAX,
+        }
     }
 
     /// Stop after this many exact queries. By default the search ends by itself, after about 40 at a shallow
@@ -93,12 +98,23 @@ impl<'t> PushOutQuery<'t> {
     }
 
     /// [`PushOutQuery::run`] by a clock of the caller's.
-    pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> PushOut {
+    pub fn run_with(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> PushOut {
         let mut deadline = Deadline::of(budget, clock);
         let mut search = Search::new(self, workspace, &mut deadline);
         let stop = search.run().err().unwrap_or(StopReason::Finished);
         let (push, queries, work) = (search.best, search.queries, search.work);
         workspace.forget_run();
-        PushOut { push, queries, stop, work, elapsed: deadline.elapsed() }
+        PushOut {
+            push,
+            queries,
+            stop,
+            work,
+            elapsed: deadline.elapsed(),
+        }
     }
 }

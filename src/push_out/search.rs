@@ -66,36 +66,82 @@ pub(super) struct Search<'q, 'c> {
 }
 
 impl<'q, 'c> Search<'q, 'c> {
-    pub fn new(asked: &'q PushOutQuery<'q>, workspace: &'q mut Workspace, deadline: &'q mut Deadline<'c>) -> Self {
+    pub fn new(
+        asked: &'q PushOutQuery<'q>,
+        workspace: &'q mut Workspace,
+        deadline: &'q mut Deadline<'c>,
+    ) -> Self {
         let boxes = [asked.a.mesh().aabb(), box_in_a(asked.b, &asked.b_in_a)];
         let [x, y] = boxes.map(|aabb| aabb.extents().max_element());
-        let (size, smaller) = (x.max(y).max(f64::MIN_POSITIVE), if x == 0.0 || y == 0.0 { x.max(y) } else { x.min(y) });
-        let largest = boxes.iter().map(|aabb| aabb.min.abs().max(aabb.max.abs()).max_element()).fold(0.0, f64::max);
-        let least = (LEAST_PUSH * smaller).max(LEAST_STEP * largest).max(f64::MIN_POSITIVE);
+        let (size, smaller) = (
+            x.max(y).max(f64::MIN_POSITIVE),
+            if x == 0.0 || y == 0.0 {
+                x.max(y)
+            } else {
+                x.min(y)
+            },
+        );
+        let largest = boxes
+            .iter()
+            .map(|aabb| aabb.min.abs().max(aabb.max.abs()).max_element())
+            .fold(0.0, f64::max);
+        let least = (LEAST_PUSH * smaller)
+            .max(LEAST_STEP * largest)
+            .max(f64::MIN_POSITIVE);
         let (memory, blocked) = (PairMemory::without_clearance(), Pool::default());
-        Self { asked, workspace, deadline, memory, blocked, boxes, size, least, best: None, queries: 0, work: 0 }
+        Self {
+            asked,
+            workspace,
+            deadline,
+            memory,
+            blocked,
+            boxes,
+            size,
+            least,
+            best: None,
+            queries: 0,
+            work: 0,
+        }
     }
 
     pub fn run(&mut self) -> Step<()> {
-        let Some(segments) = self.contacts()? else { return Ok(()) };
+        let Some(segments) = self.contacts()? else {
+            return Ok(());
+        };
         let likely = segments.directions();
         for &direction in &likely {
             self.explore(direction, segments.extent(direction), SHORTER)?;
         }
         // Normals cannot be trusted on meshes that are inside out or open: the opposites too.
-        let others = likely.into_iter().map(|direction| -direction).chain(all_around());
+        let others = likely
+            .into_iter()
+            .map(|direction| -direction)
+            .chain(all_around());
         let mut others: ArrayVec<_, 46> = others.map(|direction| (0.0, direction)).collect();
-        let enough = self.best.map_or(f64::INFINITY, |best| best.distance * SHORTER);
+        let enough = self
+            .best
+            .map_or(f64::INFINITY, |best| best.distance * SHORTER);
         for (blocked, direction) in &mut others {
             *blocked = self.free_from(*direction, self.least, enough)?;
         }
-        let order = |d: &DVec3, e: &DVec3| d.x.total_cmp(&e.x).then(d.y.total_cmp(&e.y)).then(d.z.total_cmp(&e.z));
+        let order = |d: &DVec3, e: &DVec3| {
+            d.x.total_cmp(&e.x)
+                .then(d.y.total_cmp(&e.y))
+                .then(d.z.total_cmp(&e.z))
+        };
         others.sort_unstable_by(|(p, d), (q, e)| p.total_cmp(q).then(order(d, e)));
         for (_, direction) in others {
             self.explore(direction, self.least, SHORTER)?;
         }
         self.refine()?;
-        let Some(Push { direction, distance, .. }) = self.best else { return Ok(()) };
+        let Some(Push {
+            direction,
+            distance,
+            ..
+        }) = self.best
+        else {
+            return Ok(());
+        };
         let low = self.free_from(direction, self.least, f64::INFINITY)?;
         self.shorten(direction, [low, distance], LAST_TOLERANCE)
     }
@@ -103,9 +149,15 @@ impl<'q, 'c> Search<'q, 'c> {
     /// Where the surfaces meet; `None` if they do not.
     fn contacts(&mut self) -> Step<Option<Segments>> {
         let PushOutQuery { a, b, b_in_a, .. } = *self.asked;
-        let query = Query::new(a, b, b_in_a).mode(Mode::All).pair_limit(CONTACTS);
+        let query = Query::new(a, b, b_in_a)
+            .mode(Mode::All)
+            .pair_limit(CONTACTS);
         let Some([x, _]) = self.witness(&query, false)? else {
-            self.best = Some(Push { direction: DVec3::X, distance: 0.0, b_in_a });
+            self.best = Some(Push {
+                direction: DVec3::X,
+                distance: 0.0,
+                b_in_a,
+            });
             return Ok(None);
         };
         let mut segments = Segments::new(a.mesh().triangle(x as usize)[0], self.size);
@@ -128,7 +180,9 @@ impl<'q, 'c> Search<'q, 'c> {
     /// Finds the least push in a direction if it is less than this share of the best, or any if there is none. `guess` is
     /// about how long it may be.
     fn explore(&mut self, direction: DVec3, guess: f64, share: f64) -> Step<()> {
-        let Some(Push { distance, .. }) = self.best else { return self.explore_first(direction, guess) };
+        let Some(Push { distance, .. }) = self.best else {
+            return self.explore_first(direction, guess);
+        };
         let high = distance * share;
         let low = self.free_from(direction, self.least, high)?;
         if low < high && self.parts(direction, high)? {
@@ -158,11 +212,20 @@ impl<'q, 'c> Search<'q, 'c> {
     }
 
     /// Bisects the length of a push between one that meets and one that is apart, and goes back where a gap is too narrow.
-    fn shorten(&mut self, direction: DVec3, [mut low, apart]: [f64; 2], tolerance: f64) -> Step<()> {
+    fn shorten(
+        &mut self,
+        direction: DVec3,
+        [mut low, apart]: [f64; 2],
+        tolerance: f64,
+    ) -> Step<()> {
         loop {
             let mut high = apart;
             while high - low > tolerance * high {
-                let middle = if low < high / 16.0 { libm::sqrt(low) * libm::sqrt(high) } else { 0.5 * (low + high) };
+                let middle = if low < high / 16.0 {
+                    libm::sqrt(low) * libm::sqrt(high)
+                } else {
+                    0.5 * (low + high)
+                };
                 if self.parts(direction, middle)? {
                     high = middle;
                 } else {
@@ -189,7 +252,11 @@ impl<'q, 'c> Search<'q, 'c> {
             let u = best.direction.any_orthonormal_vector();
             let w = best.direction.cross(u);
             for side in [u, -u, w, -w, u + w, -u - w] {
-                self.explore(unit(best.direction + unit(side) * turn), self.least, SHORTER_BESIDE)?;
+                self.explore(
+                    unit(best.direction + unit(side) * turn),
+                    self.least,
+                    SHORTER_BESIDE,
+                )?;
             }
             if self.best == Some(best) {
                 turn *= 0.5;
@@ -200,7 +267,11 @@ impl<'q, 'c> Search<'q, 'c> {
 
     /// Takes a push that is known to part the surfaces.
     fn accept(&mut self, direction: DVec3, distance: f64) {
-        let push = self.pushed(direction, distance).map(|b_in_a| Push { direction, distance, b_in_a });
+        let push = self.pushed(direction, distance).map(|b_in_a| Push {
+            direction,
+            distance,
+            b_in_a,
+        });
         self.best = push.or(self.best);
     }
 
@@ -211,7 +282,9 @@ impl<'q, 'c> Search<'q, 'c> {
 
     /// Whether the surfaces are proven to be apart after a push; false if it leads too far for a pose.
     fn parts(&mut self, direction: DVec3, distance: f64) -> Step<bool> {
-        let Some(pose) = self.pushed(direction, distance) else { return Ok(false) };
+        let Some(pose) = self.pushed(direction, distance) else {
+            return Ok(false);
+        };
         let witness = self.witness(&Query::new(self.asked.a, self.asked.b, pose), true)?;
         if let Some(pair) = witness {
             self.block(pair)?;
@@ -251,7 +324,11 @@ impl<'q, 'c> Search<'q, 'c> {
 
     /// Whether there is room for work besides that of queries.
     fn need_room(&mut self, work: u64) -> Step<()> {
-        if self.deadline.has_room(work) { Ok(()) } else { Err(self.deadline.why(work)) }
+        if self.deadline.has_room(work) {
+            Ok(())
+        } else {
+            Err(self.deadline.why(work))
+        }
     }
 
     fn pay(&mut self, work: u64) -> Step<()> {
@@ -268,12 +345,18 @@ impl<'q, 'c> Search<'q, 'c> {
     /// The corners of a triangle of A and of one of B, A's frame, before the push.
     fn corners(&self, [x, y]: [u32; 2]) -> [[DVec3; 3]; 2] {
         let PushOutQuery { a, b, b_in_a, .. } = self.asked;
-        [a.mesh().triangle(x as usize), b.mesh().triangle(y as usize).map(|p| b_in_a.transform_point(p))]
+        [
+            a.mesh().triangle(x as usize),
+            b.mesh()
+                .triangle(y as usize)
+                .map(|p| b_in_a.transform_point(p)),
+        ]
     }
 
     /// After a push this long the boxes are apart, up to rounding.
     fn parting_length(&self, direction: DVec3) -> f64 {
-        let farthest = |aabb: &Aabb, d: DVec3| DVec3::select(d.cmpgt(DVec3::ZERO), aabb.max, aabb.min).dot(d);
+        let farthest =
+            |aabb: &Aabb, d: DVec3| DVec3::select(d.cmpgt(DVec3::ZERO), aabb.max, aabb.min).dot(d);
         farthest(&self.boxes[0], direction) + farthest(&self.boxes[1], -direction)
     }
 }
@@ -281,6 +364,10 @@ impl<'q, 'c> Search<'q, 'c> {
 /// A box in A's frame around the mesh of B.
 fn box_in_a(b: &Tree, b_in_a: &Pose) -> Aabb {
     let Aabb { min, max, .. } = b.mesh().aabb();
-    let corner = |i: usize| DVec3::from_array(core::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
+    let corner = |i: usize| {
+        DVec3::from_array(core::array::from_fn(|k| {
+            if i >> k & 1 == 0 { min[k] } else { max[k] }
+        }))
+    };
     Aabb::from_points((0..8).map(|i| b_in_a.transform_point(corner(i))))
 }

@@ -34,8 +34,11 @@ fn rotation(random: &mut Random) -> DMat3 {
 /// instructions, from both sides.
 fn proven(bound: Bound, a: &Tree, b: &Tree, pose: &Pose) -> f64 {
     let (clock, mut workspace) = (ManualClock::new(), Workspace::new());
-    let met = Query::new(a, b, *pose).run_with(&mut workspace, None, Budget::unlimited(), &clock).verdict;
-    let distance = DistanceQuery::new(a, b, *pose).run_with(&mut workspace, None, Budget::unlimited(), &clock);
+    let met = Query::new(a, b, *pose)
+        .run_with(&mut workspace, None, Budget::unlimited(), &clock)
+        .verdict;
+    let distance =
+        DistanceQuery::new(a, b, *pose).run_with(&mut workspace, None, Budget::unlimited(), &clock);
     let check = |low: f64| {
         assert!(low <= distance.high, "{low:e} {distance:?}");
         assert!(low == 0.0 || met == Verdict::Separated, "{low:e} {met:?}");
@@ -50,13 +53,21 @@ fn proven(bound: Bound, a: &Tree, b: &Tree, pose: &Pose) -> f64 {
 
 fn all_shapes() -> [Tree; 6] {
     let mesh = |corners: &[[f64; 3]]| {
-        let triangles = (0..corners.len() as u32).step_by(3).map(|i| [i, i + 1, i + 2]);
+        let triangles = (0..corners.len() as u32)
+            .step_by(3)
+            .map(|i| [i, i + 1, i + 2]);
         Mesh::from_f64(corners.to_vec(), triangles).unwrap()
     };
     let triangle = mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     // A point and a segment.
-    let degenerate =
-        mesh(&[[0.3, 0.2, 0.1], [0.3, 0.2, 0.1], [0.3, 0.2, 0.1], [-1.0, 0.0, 0.0], [0.0; 3], [1.0, 0.0, 0.0]]);
+    let degenerate = mesh(&[
+        [0.3, 0.2, 0.1],
+        [0.3, 0.2, 0.1],
+        [0.3, 0.2, 0.1],
+        [-1.0, 0.0, 0.0],
+        [0.0; 3],
+        [1.0, 0.0, 0.0],
+    ]);
     [
         shapes::icosphere(2),
         shapes::torus(1.0, 0.3, 24),
@@ -75,9 +86,12 @@ fn no_more_is_proven_than_is_true() {
     for a in &shapes {
         for b in &shapes {
             for _ in 0..40 {
-                let away = random.between(0.0, 4.0) * vector(random).try_normalize().unwrap_or(DVec3::X);
+                let away =
+                    random.between(0.0, 4.0) * vector(random).try_normalize().unwrap_or(DVec3::X);
                 let drift = [0.0, 1e-6, 3e-4][random.bits() as usize % 3];
-                let skew = DMat3::from_cols_array(&core::array::from_fn(|_| drift * random.between(-1.0, 1.0)));
+                let skew = DMat3::from_cols_array(&core::array::from_fn(|_| {
+                    drift * random.between(-1.0, 1.0)
+                }));
                 let pose = Pose::new(rotation(random) * (DMat3::IDENTITY + skew), away).unwrap();
                 tried += 1;
                 for (bound, apart) in BOUNDS.into_iter().zip(&mut apart) {
@@ -86,7 +100,10 @@ fn no_more_is_proven_than_is_true() {
             }
         }
     }
-    assert!(apart.into_iter().all(|apart| apart > tried / 3), "{apart:?} of {tried}");
+    assert!(
+        apart.into_iter().all(|apart| apart > tried / 3),
+        "{apart:?} of {tried}"
+    );
 }
 
 #[test]
@@ -94,13 +111,20 @@ fn touching_surfaces_are_not_apart() {
     let random = &mut Random::new(2);
     let cube = tree(shapes::cuboid([1.0; 3], 2));
     for gap in [0.0, f64::MIN_POSITIVE, 1e-16, 1e-12, 1e-8, 1e-6, 1e-3] {
-        for turn in [DMat3::IDENTITY, DMat3::from_rotation_y(core::f64::consts::FRAC_PI_4), rotation(random)] {
+        for turn in [
+            DMat3::IDENTITY,
+            DMat3::from_rotation_y(core::f64::consts::FRAC_PI_4),
+            rotation(random),
+        ] {
             // Face to face, edge to face, and corner to face: the corner that is the farthest back, in the middle of a face.
             let corner = -turn.transpose().x_axis.signum();
             let pose = Pose::new(turn, DVec3::new(1.0 + gap, 0.0, 0.0) - turn * corner).unwrap();
             for bound in BOUNDS {
                 let low = proven(bound, &cube, &cube, &pose);
-                assert!(low <= gap + 1e-15 && (gap < 1e-3 || low > 0.0), "{gap:e} {low:e}");
+                assert!(
+                    low <= gap + 1e-15 && (gap < 1e-3 || low > 0.0),
+                    "{gap:e} {low:e}"
+                );
             }
         }
     }
@@ -113,15 +137,23 @@ fn what_is_far_out_large_or_small_is_seen_as_such() {
         for offset in [0.0, 1e3, 1e7, 1e15] {
             let away = |v: [f32; 3]| (DVec3::from(v.map(f64::from)) + offset) * scale;
             let ball = shapes::icosphere(2);
-            let vertices: alloc::vec::Vec<_> =
-                (0..ball.vertex_count()).map(|i| ball.vertex(i).as_vec3().to_array()).collect();
-            let moved = Mesh::from_f64(vertices.iter().map(|&v| away(v)), ball.triangles().iter().copied()).unwrap();
+            let vertices: alloc::vec::Vec<_> = (0..ball.vertex_count())
+                .map(|i| ball.vertex(i).as_vec3().to_array())
+                .collect();
+            let moved = Mesh::from_f64(
+                vertices.iter().map(|&v| away(v)),
+                ball.triangles().iter().copied(),
+            )
+            .unwrap();
             let (a, b) = (tree(moved.clone()), tree(moved));
             for distance in [0.0, 1.0, 1.9, 2.1, 4.0, 1e6] {
                 let shift = distance * scale * vector(random).try_normalize().unwrap_or(DVec3::X);
                 for bound in BOUNDS {
                     let low = proven(bound, &a, &b, &Pose::new(DMat3::IDENTITY, shift).unwrap());
-                    assert!(offset > 1e3 || distance < 4.0 || low > 0.0, "{scale:e} {offset:e} {distance}");
+                    assert!(
+                        offset > 1e3 || distance < 4.0 || low > 0.0,
+                        "{scale:e} {offset:e} {distance}"
+                    );
                 }
             }
         }
@@ -131,10 +163,19 @@ fn what_is_far_out_large_or_small_is_seen_as_such() {
 #[test]
 fn of_units_that_do_not_compare_and_of_no_triangles_nothing_is_known() {
     let ball = tree(shapes::icosphere(1));
-    let speck = tree(Mesh::from_f64([[0.0; 3], [1e-30, 0.0, 0.0], [0.0, 1e-30, 0.0]], [[0, 1, 2]]).unwrap());
+    let speck = tree(
+        Mesh::from_f64(
+            [[0.0; 3], [1e-30, 0.0, 0.0], [0.0, 1e-30, 0.0]],
+            [[0, 1, 2]],
+        )
+        .unwrap(),
+    );
     let nothing = tree(Mesh::new([] as [[f32; 3]; 0], []).unwrap());
     let pose = Pose::new(DMat3::IDENTITY, DVec3::new(5.0, 0.0, 0.0)).unwrap();
-    for (bound, other) in BOUNDS.into_iter().flat_map(|bound| [(bound, &speck), (bound, &nothing)]) {
+    for (bound, other) in BOUNDS
+        .into_iter()
+        .flat_map(|bound| [(bound, &speck), (bound, &nothing)])
+    {
         assert_eq!(proven(bound, &ball, other, &pose), 0.0);
     }
 }
@@ -143,16 +184,31 @@ fn of_units_that_do_not_compare_and_of_no_triangles_nothing_is_known() {
 #[test]
 fn a_plane_parts_what_is_convex_and_all_but_touches() {
     let random = &mut Random::new(4);
-    let shapes = [shapes::icosphere(3), shapes::cuboid([1.0, 0.4, 0.7], 3), shapes::icosphere(0)].map(tree);
+    let shapes = [
+        shapes::icosphere(3),
+        shapes::cuboid([1.0, 0.4, 0.7], 3),
+        shapes::icosphere(0),
+    ]
+    .map(tree);
     let (clock, mut workspace) = (ManualClock::new(), Workspace::new());
     for gap in [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2] {
         let (mut parted, mut tried) = (0, 0);
-        for (a, b) in shapes.iter().flat_map(|a| shapes.iter().map(move |b| (a, b))) {
+        for (a, b) in shapes
+            .iter()
+            .flat_map(|a| shapes.iter().map(move |b| (a, b)))
+        {
             for _ in 0..20 {
-                let (turn, away) = (rotation(random), 4.0 * vector(random).try_normalize().unwrap_or(DVec3::X));
+                let (turn, away) = (
+                    rotation(random),
+                    4.0 * vector(random).try_normalize().unwrap_or(DVec3::X),
+                );
                 let pose = Pose::new(turn, away).unwrap();
-                let distance =
-                    DistanceQuery::new(a, b, pose).run_with(&mut workspace, None, Budget::unlimited(), &clock);
+                let distance = DistanceQuery::new(a, b, pose).run_with(
+                    &mut workspace,
+                    None,
+                    Budget::unlimited(),
+                    &clock,
+                );
                 let [p, q] = distance.nearest.unwrap().points;
                 let pose = Pose::new(turn, away + (p - q) * (1.0 - gap / distance.high)).unwrap();
                 tried += 1;
@@ -168,16 +224,26 @@ fn a_plane_parts_what_is_convex_and_all_but_touches() {
 /// A ball that a ring goes around is apart from it, but no plane tells; nor does one of a mesh whose corners have moved.
 #[test]
 fn where_no_plane_parts_two_surfaces_none_is_found() {
-    let (mut ball, ring) = (tree(shapes::icosphere(2)), tree(shapes::torus(2.0, 0.3, 24)));
+    let (mut ball, ring) = (
+        tree(shapes::icosphere(2)),
+        tree(shapes::torus(2.0, 0.3, 24)),
+    );
     let (pose, workspace) = (Pose::IDENTITY, &Workspace::new());
     let mut parting = Parting::default();
     for _ in 0..100 {
-        assert_eq!(parting.distance([&ball, &ring], &pose, 16, workspace).0, 0.0);
+        assert_eq!(
+            parting.distance([&ball, &ring], &pose, 16, workspace).0,
+            0.0
+        );
     }
     let aside = Pose::new(DMat3::IDENTITY, DVec3::new(4.0, 0.0, 0.0)).unwrap();
     assert!(parting.distance([&ball, &ring], &aside, 8, workspace).0 > 0.0);
-    let wider: alloc::vec::Vec<_> =
-        (0..ball.mesh().vertex_count()).map(|i| (ball.mesh().vertex(i) * 2.0).as_vec3().to_array()).collect();
+    let wider: alloc::vec::Vec<_> = (0..ball.mesh().vertex_count())
+        .map(|i| (ball.mesh().vertex(i) * 2.0).as_vec3().to_array())
+        .collect();
     ball.refit(&wider).unwrap();
-    assert_eq!(parting.distance([&ball, &ring], &aside, 8, workspace), (0.0, 0));
+    assert_eq!(
+        parting.distance([&ball, &ring], &aside, 8, workspace),
+        (0.0, 0)
+    );
 }

@@ -37,7 +37,10 @@ impl<L: Lanes> Boxes<L> {
     /// With half extents times `factor`.
     #[inline(always)]
     pub(super) fn swollen(self, lanes: L, factor: f32) -> Self {
-        Self { half: per_axis!(k => self.half[k] * F8::splat(lanes, factor)), ..self }
+        Self {
+            half: per_axis!(k => self.half[k] * F8::splat(lanes, factor)),
+            ..self
+        }
     }
 
     #[inline(always)]
@@ -52,7 +55,10 @@ impl<L: Lanes> Boxes<L> {
     #[inline(always)]
     pub(super) fn seen(&self, lanes: L, view: &View) -> Self {
         let seen = per_axis!(k => self.seen_along(lanes, view, k));
-        Self { center: per_axis!(k => seen[k].0), half: per_axis!(k => seen[k].1) }
+        Self {
+            center: per_axis!(k => seen[k].0),
+            half: per_axis!(k => seen[k].1),
+        }
     }
 
     /// Their centres and half extents along an axis of the other side.
@@ -61,7 +67,10 @@ impl<L: Lanes> Boxes<L> {
         let row = per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k]));
         let margin = F8::splat(lanes, view.margin.as_array()[0]);
         let center = dot(row, self.center) + F8::splat(lanes, view.origin.as_array()[k]);
-        (center, dot(per_axis!(j => row[j].abs()), self.half) + margin)
+        (
+            center,
+            dot(per_axis!(j => row[j].abs()), self.half) + margin,
+        )
     }
 }
 
@@ -76,7 +85,11 @@ impl<L: Lanes> Slabs<L> {
     /// The same for lane `i` of the stored boxes.
     #[inline(always)]
     pub(super) fn gap_at(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
-        self.gap(lanes, per_axis!(k => other.low[k][i]), per_axis!(k => other.high[k][i]))
+        self.gap(
+            lanes,
+            per_axis!(k => other.low[k][i]),
+            per_axis!(k => other.high[k][i]),
+        )
     }
 
     /// How deep each lane overlaps the given box, the least over the axes; negative where they are apart.
@@ -98,12 +111,19 @@ impl<L: Lanes> Slabs<L> {
     /// The same for lane `i` of the stored boxes.
     #[inline(always)]
     pub(super) fn gaps_at(&self, lanes: L, other: &Stored, i: usize) -> V8<L> {
-        self.gaps(lanes, per_axis!(k => other.low[k][i]), per_axis!(k => other.high[k][i]))
+        self.gaps(
+            lanes,
+            per_axis!(k => other.low[k][i]),
+            per_axis!(k => other.high[k][i]),
+        )
     }
 
     #[inline(always)]
     pub(super) fn store(&self) -> Stored {
-        Stored { low: per_axis!(k => self.low[k].store()), high: per_axis!(k => self.high[k].store()) }
+        Stored {
+            low: per_axis!(k => self.low[k].store()),
+            high: per_axis!(k => self.high[k].store()),
+        }
     }
 }
 
@@ -114,7 +134,10 @@ pub(super) struct Stored {
 }
 
 impl Stored {
-    const NONE: Self = Self { low: [[0.0; 8]; 3], high: [[0.0; 8]; 3] };
+    const NONE: Self = Self {
+        low: [[0.0; 8]; 3],
+        high: [[0.0; 8]; 3],
+    };
 }
 
 /// The ends, on three axes, of a box given by centre and half extents.
@@ -144,7 +167,10 @@ impl Facing<'_> {
     #[inline(always)]
     pub(super) fn other(&self) -> (f32x4, f32x4) {
         let scale = f32x4::splat(self.scales[1]);
-        (self.nodes[1].own_center * scale, self.nodes[1].own_half * scale)
+        (
+            self.nodes[1].own_center * scale,
+            self.nodes[1].own_half * scale,
+        )
     }
 }
 
@@ -231,7 +257,10 @@ pub(super) struct Overlap {
 impl Overlap {
     #[inline(always)]
     pub fn new(relation: &Relation) -> Self {
-        Self { least_gap: relation.least_gap, in_doubt: false }
+        Self {
+            least_gap: relation.least_gap,
+            in_doubt: false,
+        }
     }
 }
 
@@ -246,7 +275,8 @@ impl BoxTest for Overlap {
         let (in_a, in_b) = (views.of_b.gaps(b, a), views.of_a.gaps(a, b));
         // One branch for both: neither can be guessed.
         self.in_doubt = self.least_gap.simd_lt(in_a.fast_max(in_b)).any();
-        !(self.in_doubt && (views.of_b.margin.simd_lt(in_a) | views.of_a.margin.simd_lt(in_b)).any())
+        !(self.in_doubt
+            && (views.of_b.margin.simd_lt(in_a) | views.of_a.margin.simd_lt(in_b)).any())
     }
 
     #[inline(always)]
@@ -260,18 +290,31 @@ impl BoxTest for Overlap {
     }
 
     #[inline(always)]
-    fn both<L: Lanes>(&self, lanes: L, facing: Facing, [mut alive_a, alive_b]: [u32; 2], keys: &mut Keys) -> u64 {
-        let Facing { nodes: [a, b], views: [of_a, of_b], scales, .. } = facing;
+    fn both<L: Lanes>(
+        &self,
+        lanes: L,
+        facing: Facing,
+        [mut alive_a, alive_b]: [u32; 2],
+        keys: &mut Keys,
+    ) -> u64 {
+        let Facing {
+            nodes: [a, b],
+            views: [of_a, of_b],
+            scales,
+            ..
+        } = facing;
         let (center, half) = facing.other();
         let mut reach_a = Reach::<L>::NONE;
-        alive_a &= !Reach::children::<true>(lanes, (a, of_a, scales[0]), (center, half), &mut reach_a);
+        alive_a &=
+            !Reach::children::<true>(lanes, (a, of_a, scales[0]), (center, half), &mut reach_a);
         // Else a branch that cannot be guessed costs more than it saves.
         if !L::IS_WHOLE && alive_a == 0 {
             return 0;
         }
         let mut reach_b = Reach::<L>::NONE;
         let own_a = (a.own_center, a.own_half);
-        let alive_b = alive_b & !Reach::children::<false>(lanes, (b, of_b, scales[1]), own_a, &mut reach_b);
+        let alive_b =
+            alive_b & !Reach::children::<false>(lanes, (b, of_b, scales[1]), own_a, &mut reach_b);
         let mut pairs = 0;
         per_part!(lanes: L, part => {
             let alive_b = alive_b & all(part);
@@ -290,13 +333,23 @@ impl BoxTest for Overlap {
 
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
-        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales, .. } = facing;
+        let Facing {
+            nodes: [opened, _],
+            views: [of_opened, of_other],
+            scales,
+            ..
+        } = facing;
         let children = Boxes::children(lanes, opened, scales[0]);
         let (center, half) = facing.other();
         let (low, high) = ends(of_other.point(center), of_other.half(half));
         let gap = children.slabs().gap(lanes, low, high);
         let (low, high) = ends(center, half);
-        let gap = gap.min(children.seen(lanes, of_opened).slabs().gap(lanes, low, high));
+        let gap = gap.min(
+            children
+                .seen(lanes, of_opened)
+                .slabs()
+                .gap(lanes, low, high),
+        );
         keys[0] = gap.store();
         !gap.mask() & opened.valid()
     }

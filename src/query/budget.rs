@@ -7,7 +7,10 @@ use core::time::Duration;
 /// What one call may spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(default = "Budget::unlimited", deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(default = "Budget::unlimited", deny_unknown_fields)
+)]
 #[must_use]
 pub struct Budget {
     pub(crate) time: Option<Duration>,
@@ -19,7 +22,11 @@ impl Budget {
     /// As much as it takes. Since nothing can cut the query short, the default order goes plainly depth-first, which costs
     /// least; every order finds the same in the end.
     pub const fn unlimited() -> Self {
-        Self { time: None, work: None, poll_interval: MAX_STEP_WORK }
+        Self {
+            time: None,
+            work: None,
+            poll_interval: MAX_STEP_WORK,
+        }
     }
 
     /// Stop within this time from the start of the call.
@@ -30,7 +37,10 @@ impl Budget {
     /// a
     /// [`Clock`], or give them a budget of work.
     pub const fn time(limit: Duration) -> Self {
-        Self { time: Some(limit), ..Self::unlimited() }
+        Self {
+            time: Some(limit),
+            ..Self::unlimited()
+        }
     }
 
     /// Stop after this much work: BV tests, plus [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
@@ -41,14 +51,20 @@ impl Budget {
     /// The step at hand is finished, so up to [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units more are spent (by a query of
     /// distance, contacts or motion, [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)); a budget of 0 does nothing.
     pub const fn work(limit: u64) -> Self {
-        Self { work: Some(limit), ..Self::unlimited() }
+        Self {
+            work: Some(limit),
+            ..Self::unlimited()
+        }
     }
 
     /// With another least work between looks at the clock, which come closer together towards the deadline; default
     /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget of time can end. A frame of a scene goes by the
     /// default.
     pub const fn poll_interval(self, work: u64) -> Self {
-        Self { poll_interval: work, ..self }
+        Self {
+            poll_interval: work,
+            ..self
+        }
     }
 
     /// Whether nothing can end the call early.
@@ -85,7 +101,10 @@ impl ManualClock {
 
     /// Advances by `step` at every look.
     pub fn ticking(step: Duration) -> Self {
-        Self { now: Cell::default(), step }
+        Self {
+            now: Cell::default(),
+            step,
+        }
     }
 
     /// Moves on by `time`.

@@ -36,18 +36,35 @@ pub(super) enum Place<'w> {
 
 impl<'w> Certificate<'w> {
     pub(super) fn new([a, b]: [&'w Tree; 2], place: Place<'w>, workspace: &'w Workspace) -> Self {
-        Self { a, b, place, workspace, whole: workspace, is_narrowed: false, taken: 0 }
+        Self {
+            a,
+            b,
+            place,
+            workspace,
+            whole: workspace,
+            is_narrowed: false,
+            taken: 0,
+        }
     }
 
     /// The same, after `workspace` has gone on with the first `taken` node pairs and with all triangle pairs.
     pub(super) fn narrowed(self, workspace: &'w Workspace, taken: usize) -> Self {
-        Self { workspace, taken, is_narrowed: true, ..self }
+        Self {
+            workspace,
+            taken,
+            is_narrowed: true,
+            ..self
+        }
     }
 
     /// Units of work spent on narrowing it; 0 if it was not narrowed.
     #[must_use]
     pub fn work(&self) -> u64 {
-        if self.is_narrowed { self.workspace.work() } else { 0 }
+        if self.is_narrowed {
+            self.workspace.work()
+        } else {
+            0
+        }
     }
 
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
@@ -70,17 +87,34 @@ impl<'w> Certificate<'w> {
             }
         };
         let open = self.open().map(|open| match open {
-            Open::Nodes(Pair { nodes: [a, b], alive }) => count(self.a, a, alive[0]) * count(self.b, b, alive[1]),
+            Open::Nodes(Pair {
+                nodes: [a, b],
+                alive,
+            }) => count(self.a, a, alive[0]) * count(self.b, b, alive[1]),
             Open::Triangles(_) => 1,
             Open::Found(_) => 0,
             Open::Piece(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
-        let Workspace { run, march, waiting, doubtful, .. } = self.workspace;
+        let Workspace {
+            run,
+            march,
+            waiting,
+            doubtful,
+            ..
+        } = self.workspace;
         // Pairs found along curves that the boxes have not come to are in the product of an open pair too.
-        let waits = waiting.as_slice().iter().chain(doubtful).filter(|pair| march.knows([self.a, self.b], **pair));
-        let ahead = march.followed.saturating_sub(march.passed).saturating_sub(waits.count() as u64);
-        open.fold(run.found.saturating_sub(ahead), u64::saturating_add).min(all)
+        let waits = waiting
+            .as_slice()
+            .iter()
+            .chain(doubtful)
+            .filter(|pair| march.knows([self.a, self.b], **pair));
+        let ahead = march
+            .followed
+            .saturating_sub(march.passed)
+            .saturating_sub(waits.count() as u64);
+        open.fold(run.found.saturating_sub(ahead), u64::saturating_add)
+            .min(all)
     }
 
     /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. An
@@ -104,14 +138,17 @@ impl<'w> Certificate<'w> {
     fn box_of(&self, open: Open, b_in_a: &Pose, reach: f64) -> Option<Aabb> {
         let Self { a, b, .. } = *self;
         // The rounding of B's placed vertices, and twice as much for the boxes computed here (`docs/numerics.md`).
-        let rounding = 3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
+        let rounding =
+            3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
         let margin = rounding + 0.5 * reach;
         match open {
-            Open::Nodes(Pair { nodes, .. }) => {
-                Block::new(a, nodes[0], &Pose::IDENTITY).overlap(&Block::new(b, nodes[1], b_in_a), margin)
-            }
+            Open::Nodes(Pair { nodes, .. }) => Block::new(a, nodes[0], &Pose::IDENTITY)
+                .overlap(&Block::new(b, nodes[1], b_in_a), margin),
             Open::Triangles(pair) | Open::Found(pair) => {
-                let (of_a, of_b) = (triangle_bounds(a, pair[0], &Pose::IDENTITY), triangle_bounds(b, pair[1], b_in_a));
+                let (of_a, of_b) = (
+                    triangle_bounds(a, pair[0], &Pose::IDENTITY),
+                    triangle_bounds(b, pair[1], b_in_a),
+                );
                 Some(widened(&of_a.intersection(&of_b), margin)).filter(|common| !common.is_empty())
             }
             Open::Piece(_) => None,
@@ -126,14 +163,18 @@ impl<'w> Certificate<'w> {
             block.bounds(DVec3::ZERO, block.half)
         };
         let (of_a, of_b) = match open {
-            Open::Nodes(Pair { nodes, .. }) => {
-                (node(a, nodes[0], &Pose::IDENTITY), ahead.swept(None, |pose| node(b, nodes[1], pose)))
-            }
+            Open::Nodes(Pair { nodes, .. }) => (
+                node(a, nodes[0], &Pose::IDENTITY),
+                ahead.swept(None, |pose| node(b, nodes[1], pose)),
+            ),
             Open::Triangles(pair) | Open::Found(pair) => {
                 let of_b = ahead.swept(None, |pose| triangle_bounds(b, pair[1], pose));
                 (triangle_bounds(a, pair[0], &Pose::IDENTITY), of_b)
             }
-            Open::Piece(i) => (node(a, 0, &Pose::IDENTITY), ahead.swept(Some(i), |pose| node(b, 0, pose))),
+            Open::Piece(i) => (
+                node(a, 0, &Pose::IDENTITY),
+                ahead.swept(Some(i), |pose| node(b, 0, pose)),
+            ),
         };
         let common = widened(&of_a, 8.0 * f64::EPSILON * a.unit().length()).intersection(&of_b);
         (!common.is_empty()).then_some(common)
@@ -142,7 +183,9 @@ impl<'w> Certificate<'w> {
     /// The longest edge of these boxes, in the length unit of the meshes; 0 if nothing is open.
     #[must_use]
     pub fn largest_extent(&self) -> f64 {
-        self.boxes().map(|open| (open.max - open.min).max_element()).fold(0.0, f64::max)
+        self.boxes()
+            .map(|open| (open.max - open.min).max_element())
+            .fold(0.0, f64::max)
     }
 
     fn open(&self) -> impl Iterator<Item = Open> + 'w {
@@ -150,8 +193,18 @@ impl<'w> Certificate<'w> {
         // Some that wait were found along a curve since.
         let trees = [self.a, self.b];
         let is_open = move |pair: &[u32; 2]| !workspace.march.knows(trees, *pair);
-        let triangles = workspace.waiting.as_slice().iter().chain(&workspace.doubtful).copied().filter(is_open);
-        let followed = workspace.motion.followed.iter().map(|followed| followed.pair);
+        let triangles = workspace
+            .waiting
+            .as_slice()
+            .iter()
+            .chain(&workspace.doubtful)
+            .copied()
+            .filter(is_open);
+        let followed = workspace
+            .motion
+            .followed
+            .iter()
+            .map(|followed| followed.pair);
         let in_meshes = |[i, j]: [u32; 2]| [self.a.ids()[i as usize], self.b.ids()[j as usize]];
         let triangles = triangles.chain(workspace.search.pairs()).chain(followed);
         let triangles = triangles.map(move |pair| Open::Triangles(in_meshes(pair)));
@@ -160,10 +213,25 @@ impl<'w> Certificate<'w> {
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
-        let rest = self.whole.open_nodes().skip(self.taken).take(if self.is_narrowed { usize::MAX } else { 0 });
+        let rest = self
+            .whole
+            .open_nodes()
+            .skip(self.taken)
+            .take(if self.is_narrowed { usize::MAX } else { 0 });
         let nodes = workspace.open_nodes().chain(rest).map(Open::Nodes);
-        let found = if self.is_narrowed { workspace.pairs() } else { &[] }.iter().copied().map(Open::Found);
-        nodes.chain(triangles).chain(found).chain(later).take(self.most())
+        let found = if self.is_narrowed {
+            workspace.pairs()
+        } else {
+            &[]
+        }
+        .iter()
+        .copied()
+        .map(Open::Found);
+        nodes
+            .chain(triangles)
+            .chain(found)
+            .chain(later)
+            .take(self.most())
     }
 
     /// What is left of a motion.
@@ -205,7 +273,11 @@ enum Open {
 
 /// The box, in A's frame, of a triangle (an id of the input mesh) whose mesh lies at `pose`.
 fn triangle_bounds(tree: &Tree, triangle: u32, pose: &Pose) -> Aabb {
-    Aabb::from_points(tree.mesh().triangle(triangle as usize).map(|v| pose.transform_point(v)))
+    Aabb::from_points(
+        tree.mesh()
+            .triangle(triangle as usize)
+            .map(|v| pose.transform_point(v)),
+    )
 }
 
 /// The box of a node, as it lies in A's frame: `center + axes * x` for all `x` within `half`.
@@ -220,16 +292,25 @@ impl Block {
     fn new(tree: &Tree, node: u32, pose: &Pose) -> Self {
         let node = &tree.nodes()[node as usize];
         let (unit, rotation) = (tree.unit(), node.rotation().as_dmat3());
-        let center = unit.origin + rotation * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();
-        let half = (node.extent().as_dvec3() + DVec3::splat(f64::from(FRAME_ROUNDING))) * unit.length();
-        Self { center: pose.transform_point(center), axes: *pose.rotation() * rotation, half }
+        let center =
+            unit.origin + rotation * Vec3::from(xyz(node.own_center)).as_dvec3() * unit.length();
+        let half =
+            (node.extent().as_dvec3() + DVec3::splat(f64::from(FRAME_ROUNDING))) * unit.length();
+        Self {
+            center: pose.transform_point(center),
+            axes: *pose.rotation() * rotation,
+            half,
+        }
     }
 
     /// A box around all that two blocks have in common, by the axes of A and of both; `None` if that is nothing.
     fn overlap(&self, other: &Self, margin: f64) -> Option<Aabb> {
         let [a, b] = [self, other].map(|block| block.bounds(DVec3::ZERO, block.half));
         let [c, d] = [self.part(other, margin)?, other.part(self, margin)?];
-        let common = widened(&a.intersection(&b).intersection(&c).intersection(&d), margin);
+        let common = widened(
+            &a.intersection(&b).intersection(&c).intersection(&d),
+            margin,
+        );
         (!common.is_empty()).then_some(common)
     }
 
@@ -238,17 +319,28 @@ impl Block {
         let inverse = self.axes.inverse();
         let center = inverse * (other.center - self.center);
         let reach = (inverse * other.axes).abs() * other.half + DVec3::splat(2.0 * margin);
-        let (min, max) = ((center - reach).max(-self.half), (center + reach).min(self.half));
-        min.cmple(max).all().then(|| self.bounds((min + max) * 0.5, (max - min) * 0.5))
+        let (min, max) = (
+            (center - reach).max(-self.half),
+            (center + reach).min(self.half),
+        );
+        min.cmple(max)
+            .all()
+            .then(|| self.bounds((min + max) * 0.5, (max - min) * 0.5))
     }
 
     /// A box in A's frame around a part of this block, in its own axes.
     fn bounds(&self, center: DVec3, half: DVec3) -> Aabb {
         let (center, half) = (self.center + self.axes * center, self.axes.abs() * half);
-        Aabb { min: center - half, max: center + half }
+        Aabb {
+            min: center - half,
+            max: center + half,
+        }
     }
 }
 
 fn widened(bounds: &Aabb, margin: f64) -> Aabb {
-    Aabb { min: bounds.min - margin, max: bounds.max + margin }
+    Aabb {
+        min: bounds.min - margin,
+        max: bounds.max + margin,
+    }
 }

@@ -19,17 +19,29 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl Clearance {
     /// Of no trees.
-    pub const NOTHING: Self = Self { trees: [usize::MAX; 2], b_in_a: Pose::IDENTITY, distance: 0.0 };
+    pub const NOTHING: Self = Self {
+        trees: [usize::MAX; 2],
+        b_in_a: Pose::IDENTITY,
+        distance: 0.0,
+    };
 
     pub fn new(a: &Tree, b: &Tree, b_in_a: &Pose, distance: f64) -> Self {
-        Self { trees: [a.identity(), b.identity()], b_in_a: *b_in_a, distance }
+        Self {
+            trees: [a.identity(), b.identity()],
+            b_in_a: *b_in_a,
+            distance,
+        }
     }
 
     /// How far apart the same surfaces are at least at another pose: less by the longest way of a point of B. Not more than 0:
     /// nothing is known.
     pub fn at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
         let are_same = self.trees == [a.identity(), b.identity()];
-        if are_same { self.distance - displacement(b, &self.b_in_a, b_in_a) } else { 0.0 }
+        if are_same {
+            self.distance - displacement(b, &self.b_in_a, b_in_a)
+        } else {
+            0.0
+        }
     }
 }
 
@@ -42,8 +54,12 @@ pub(crate) fn displacement(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
     let (middle, half) = (min + max, max - min);
     let turn = *to.rotation() - *from.rotation();
     let shift = turn * middle + (to.translation() - from.translation());
-    let spread = turn.x_axis.abs() * half.x + turn.y_axis.abs() * half.y + turn.z_axis.abs() * half.z;
+    let spread =
+        turn.x_axis.abs() * half.x + turn.y_axis.abs() * half.y + turn.z_axis.abs() * half.z;
     let [start, end] = [from.translation(), to.translation()];
-    let magnitude: f64 = [min, max, start, end].map(|v| largest(v.abs())).iter().sum();
+    let magnitude: f64 = [min, max, start, end]
+        .map(|v| largest(v.abs()))
+        .iter()
+        .sum();
     length(shift.abs() + spread) + ROUNDING * magnitude + UNDERFLOW
 }

@@ -16,8 +16,14 @@ use wide::f32x4;
 #[inline(never)]
 pub(super) fn gap(a: &Node, b: &Node, views: &Views, relation: &Relation) -> f64 {
     let scale = f32x4::splat(relation.scale);
-    let (of_a, of_b) = ((a.own_center, a.own_half), (b.own_center * scale, b.own_half * scale));
-    let (in_a, in_b) = (xyz(views.of_b.gaps(of_b, of_a)), xyz(views.of_a.gaps(of_a, of_b)));
+    let (of_a, of_b) = (
+        (a.own_center, a.own_half),
+        (b.own_center * scale, b.own_half * scale),
+    );
+    let (in_a, in_b) = (
+        xyz(views.of_b.gaps(of_b, of_a)),
+        xyz(views.of_a.gaps(of_a, of_b)),
+    );
     let (mut widest, mut axis) = (f32::NEG_INFINITY, DVec3::X);
     for k in 0..3 {
         if in_a[k] > widest {
@@ -41,7 +47,8 @@ fn gap_of([a, b]: [&Node; 2], relation: &Relation, direction: DVec3, rounding: f
     let [of_a, from_a] = shadow(a, direction, rounding);
     let [of_b, from_b] = shadow(b, relation.linear().transpose() * direction, rounding);
     let between = direction.dot(relation.middle()) + of_b - of_a;
-    let slop = 3.0 * f64::from(relation.triangles.slop) + SECOND_ORDER * (1.0 + f64::from(relation.scale));
+    let slop =
+        3.0 * f64::from(relation.triangles.slop) + SECOND_ORDER * (1.0 + f64::from(relation.scale));
     (between.abs() - (from_a + from_b)) / direction.length() - slop
 }
 
@@ -53,7 +60,11 @@ const SECOND_ORDER: f64 = 1.0 / (1u64 << 37) as f64;
 
 /// Middle and half length of what holds all triangles of a node along a direction in its mesh's unit coordinates.
 fn shadow(node: &Node, direction: DVec3, rounding: f64) -> [f64; 2] {
-    let (center, half, axes) = (wide(node.own_center), wide(node.own_half), node.rotation().as_dmat3());
+    let (center, half, axes) = (
+        wide(node.own_center),
+        wide(node.own_half),
+        node.rotation().as_dmat3(),
+    );
     // The axes are not quite orthonormal: one step of Newton's method towards their inverse.
     let first = axes.transpose() * direction;
     let along = 2.0 * first - axes.transpose() * (axes * first);
@@ -62,7 +73,10 @@ fn shadow(node: &Node, direction: DVec3, rounding: f64) -> [f64; 2] {
     let extent = sizes * half;
     let reach = (axes * center).abs() + extent;
     let roundings = sizes.transpose() * (4.0 * reach + 2.0 * extent) + 2.0 * (center.abs() + half);
-    [along.dot(center), along.abs().dot(half + rounding * roundings)]
+    [
+        along.dot(center),
+        along.abs().dot(half + rounding * roundings),
+    ]
 }
 
 fn wide(v: f32x4) -> DVec3 {

@@ -15,11 +15,13 @@ use crate::contact::Contact;
 use crate::math::bits;
 use crate::math::lanes::{Column, F8, Lanes};
 use crate::model::cost::{
-    WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST, WORK_PER_FEATURES,
-    WORK_PER_FEATURES_ALONE, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
+    WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
+    WORK_PER_FEATURES, WORK_PER_FEATURES_ALONE, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::tree::WIDTH;
-use crate::triangle::distance::{Chosen, Closest, Distances, Four, closest, closest_or_meeting, distances};
+use crate::triangle::distance::{
+    Chosen, Closest, Distances, Four, closest, closest_or_meeting, distances,
+};
 use crate::triangle::triangle_segment;
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -29,7 +31,12 @@ impl Traversal<'_, '_, Distance> {
     #[cold]
     #[inline(never)]
     pub(super) fn is_full(&self) -> bool {
-        let Workspace { contacts, found, search, .. } = &*self.workspace;
+        let Workspace {
+            contacts,
+            found,
+            search,
+            ..
+        } = &*self.workspace;
         if self.strategy.largest_first {
             found.len() == found.capacity()
         } else {
@@ -42,22 +49,30 @@ impl Traversal<'_, '_, Distance> {
     pub(super) fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let search = &mut self.workspace.search;
         let mut dropped = search.dropped;
-        let (pairs, keys, count) = search.pop_batch(self.question.cut, |low| dropped = dropped.min(low));
+        let (pairs, keys, count) =
+            search.pop_batch(self.question.cut, |low| dropped = dropped.min(low));
         search.dropped = dropped;
         if count == 0 {
             return;
         }
-        let found = distances(lanes, rows(self.a, pairs, 0), rows(self.b, pairs, 1), &self.relation.triangles);
+        let found = distances(
+            lanes,
+            rows(self.a, pairs, 0),
+            rows(self.b, pairs, 1),
+            &self.relation.triangles,
+        );
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
         // Boxes may have proven more: what is proven stays so.
-        let proven = F8::load(lanes, &keys).max(F8::splat(lanes, 0.0)).sqrt() * F8::splat(lanes, 1.0 - f32::EPSILON);
+        let proven = F8::load(lanes, &keys).max(F8::splat(lanes, 0.0)).sqrt()
+            * F8::splat(lanes, 1.0 - f32::EPSILON);
         let low = F8::load(lanes, &found.low).max(proven);
         if self.workspace.contacts.margin().is_some() && !self.strategy.largest_first {
             let meet = !F8::splat(lanes, 0.0).less(low).mask();
             // More than the root, which is rounded.
-            let cut = F8::splat(lanes, self.question.cut).sqrt() * F8::splat(lanes, 1.0 + 4.0 * f32::EPSILON);
+            let cut = F8::splat(lanes, self.question.cut).sqrt()
+                * F8::splat(lanes, 1.0 + 4.0 * f32::EPSILON);
             let near = (low.less(cut).mask() | meet) & ((1 << count) - 1);
             self.link(&pairs, &low.store(), near, meet, &found.closest);
         } else {
@@ -67,12 +82,23 @@ impl Traversal<'_, '_, Distance> {
 
     /// Pairs that may be within the margin wait for their closest points, those that may meet for an exact test.
     #[inline(never)]
-    fn link(&mut self, pairs: &[[u32; 2]; WIDTH], low: &[f32; WIDTH], near: u32, meet: u32, chosen: &Chosen) {
+    fn link(
+        &mut self,
+        pairs: &[[u32; 2]; WIDTH],
+        low: &[f32; WIDTH],
+        near: u32,
+        meet: u32,
+        chosen: &Chosen,
+    ) {
         let search = &mut self.workspace.search;
         search.interval.pass_rest();
         for i in bits(near) {
             let i = i % WIDTH;
-            let bounded = Bounded { pair: pairs[i], low: low[i], closest: chosen.of(i) };
+            let bounded = Bounded {
+                pair: pairs[i],
+                low: low[i],
+                closest: chosen.of(i),
+            };
             if meet >> i & 1 == 0 {
                 search.linked.push(bounded);
             } else {
@@ -84,7 +110,13 @@ impl Traversal<'_, '_, Distance> {
     /// Closest points of a few linked pairs, as far as there is room for the contacts.
     #[inline(never)]
     pub(super) fn test_linked<L: Lanes>(&mut self, lanes: L) {
-        let Workspace { search, contacts, corners: [of_a, of_b], run, .. } = &mut *self.workspace;
+        let Workspace {
+            search,
+            contacts,
+            corners: [of_a, of_b],
+            run,
+            ..
+        } = &mut *self.workspace;
         let count = search.linked.len().min(TOGETHER).min(contacts.room());
         let linked = &search.linked[search.linked.len() - count..];
         let mut four = Four::NONE;
@@ -102,7 +134,10 @@ impl Traversal<'_, '_, Distance> {
                 continue;
             };
             if found.low.max(f64::from(bounded.low) * self.relation.unit) <= margin {
-                let ids = [self.a.ids()[bounded.pair[0] as usize], self.b.ids()[bounded.pair[1] as usize]];
+                let ids = [
+                    self.a.ids()[bounded.pair[0] as usize],
+                    self.b.ids()[bounded.pair[1] as usize],
+                ];
                 contacts.push(Contact::parted(ids, &found));
                 run.stats.work += WORK_PER_CONTACT;
                 run.found += 1;
@@ -116,7 +151,8 @@ impl Traversal<'_, '_, Distance> {
     #[inline(never)]
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], found: &Distances) {
         let search = &mut self.workspace.search;
-        let closer = (search.interval.high() / self.relation.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
+        let closer =
+            (search.interval.high() / self.relation.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
         let mut order = ArrayVec::<usize, WIDTH>::new();
         for (i, &low) in low.iter().enumerate().take(pairs.len()) {
             let bound = f64::from(low) * self.relation.unit;
@@ -127,10 +163,20 @@ impl Traversal<'_, '_, Distance> {
             }
         }
         // Whatever the sign of what is no number.
-        let about = found.about.map(|about| if about < f32::INFINITY { about } else { f32::INFINITY });
+        let about = found.about.map(|about| {
+            if about < f32::INFINITY {
+                about
+            } else {
+                f32::INFINITY
+            }
+        });
         order.sort_unstable_by(|&i, &j| about[j].total_cmp(&about[i]).then(j.cmp(&i)));
         for i in order {
-            let proposed = Bounded { pair: pairs[i], low: low[i], closest: found.closest.of(i) };
+            let proposed = Bounded {
+                pair: pairs[i],
+                low: low[i],
+                closest: found.closest.of(i),
+            };
             if low[i] > 0.0 && about[i] > closer && !search.put_off.is_full() {
                 search.put_off.push(proposed);
             } else {
@@ -141,10 +187,20 @@ impl Traversal<'_, '_, Distance> {
 
     /// Looks at a pair in `f64`, unless it does not matter any more.
     #[inline(never)]
-    pub(super) fn consider<L: Lanes>(&mut self, lanes: L, Bounded { pair, low, closest: features }: Bounded) {
+    pub(super) fn consider<L: Lanes>(
+        &mut self,
+        lanes: L,
+        Bounded {
+            pair,
+            low,
+            closest: features,
+        }: Bounded,
+    ) {
         let workspace = &mut *self.workspace;
         let interval = &mut workspace.search.interval;
-        let is_settled = interval.nearest().is_some_and(|(nearest, _)| nearest == pair);
+        let is_settled = interval
+            .nearest()
+            .is_some_and(|(nearest, _)| nearest == pair);
         let stats = &mut workspace.run.stats;
         let proven = f64::from(low) * self.relation.unit;
         if is_settled || !interval.matters(proven) {
@@ -159,7 +215,10 @@ impl Traversal<'_, '_, Distance> {
         let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
         self.deadline.allow_for_long_step();
         if let Some(margin) = workspace.contacts.margin() {
-            let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+            let ids = [
+                self.a.ids()[pair[0] as usize],
+                self.b.ids()[pair[1] as usize],
+            ];
             if self.strategy.largest_first {
                 stats.work += WORK_PER_CLOSEST_POINTS;
                 if closest_or_meeting(a, b).low.max(proven) <= margin {
@@ -195,7 +254,8 @@ impl Traversal<'_, '_, Distance> {
         };
         found.low = found.low.max(proven);
         workspace.search.interval.settle(pair, &found);
-        self.question.update(self.relation, &workspace.search.interval);
+        self.question
+            .update(self.relation, &workspace.search.interval);
     }
 }
 
@@ -211,7 +271,11 @@ fn contact(
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
         let touching = Contact::touching(triangles, corners);
-        stats.work += if touching.is_some() { WORK_PER_SEGMENT + WORK_PER_CONTACT } else { 0 };
+        stats.work += if touching.is_some() {
+            WORK_PER_SEGMENT + WORK_PER_CONTACT
+        } else {
+            0
+        };
         if touching.is_some() {
             return touching;
         }

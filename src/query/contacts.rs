@@ -68,8 +68,17 @@ impl<'t> ContactQuery<'t> {
     /// that meet are in contact.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        let options = ContactOptions { margin: 0.0, limit: usize::MAX };
-        Self { a, b, b_in_a, options, fault: None }
+        let options = ContactOptions {
+            margin: 0.0,
+            limit: usize::MAX,
+        };
+        Self {
+            a,
+            b,
+            b_in_a,
+            options,
+            fault: None,
+        }
     }
 
     /// Pairs of triangles this close are contacts, in the length unit of the meshes. Less than 0 (and NaN) counts as 0; with
@@ -77,7 +86,11 @@ impl<'t> ContactQuery<'t> {
     #[must_use]
     pub fn margin(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "margin", distance, f64::INFINITY);
-        self.options.margin = if distance > 0.0 { distance.min(LARGEST_MARGIN) } else { 0.0 };
+        self.options.margin = if distance > 0.0 {
+            distance.min(LARGEST_MARGIN)
+        } else {
+            0.0
+        };
         self
     }
 
@@ -111,12 +124,21 @@ impl<'t> ContactQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Contacts, ResumeError> {
+    pub fn resume(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+    ) -> Result<Contacts, ResumeError> {
         self.resume_with(workspace, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`ContactQuery::run`] by a clock of the caller's.
-    pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> Contacts {
+    pub fn run_with(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Contacts {
         let mut deadline = Deadline::of(budget, clock);
         self.begin(workspace);
         self.spend(workspace, &mut deadline)
@@ -141,9 +163,16 @@ impl<'t> ContactQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
-    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+    pub fn certificate<'w>(
+        &'w self,
+        workspace: &'w Workspace,
+    ) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
-        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, self.options.margin), workspace))
+        Ok(Certificate::new(
+            [self.a, self.b],
+            Place::Still(&self.b_in_a, self.options.margin),
+            workspace,
+        ))
     }
 
     /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame: which way the two faces of a
@@ -168,8 +197,15 @@ impl<'t> ContactQuery<'t> {
     /// If one of the meshes has no such triangle.
     #[must_use]
     pub fn face_normals(&self, [of_a, of_b]: [u32; 2]) -> [Option<DVec3>; 2] {
-        let placed = self.b.mesh().triangle(of_b as usize).map(|corner| self.b_in_a.transform_point(corner));
-        [face_normal(&self.a.mesh().triangle(of_a as usize)), face_normal(&placed)]
+        let placed = self
+            .b
+            .mesh()
+            .triangle(of_b as usize)
+            .map(|corner| self.b_in_a.transform_point(corner));
+        [
+            face_normal(&self.a.mesh().triangle(of_a as usize)),
+            face_normal(&placed),
+        ]
     }
 
     fn key(&self) -> Key {
@@ -189,7 +225,13 @@ impl<'t> ContactQuery<'t> {
     /// Prepares the workspace for a run from the roots.
     pub(crate) fn begin(&self, workspace: &mut Workspace) {
         workspace.clear();
-        workspace.run.begin(self.key(), Strategy { batch: PATIENCE, ..Strategy::NONE });
+        workspace.run.begin(
+            self.key(),
+            Strategy {
+                batch: PATIENCE,
+                ..Strategy::NONE
+            },
+        );
         if workspace.contacts.capacity() == 0 {
             workspace.contacts.reserve(DEFAULT_ROOM);
         }
@@ -199,8 +241,13 @@ impl<'t> ContactQuery<'t> {
             return;
         }
         if margin > 0.0 {
-            let none = Tolerance { absolute: 0.0, relative: 0.0 };
-            workspace.search.begin(Interval::new(none, 0.0, margin), None);
+            let none = Tolerance {
+                absolute: 0.0,
+                relative: 0.0,
+            };
+            workspace
+                .search
+                .begin(Interval::new(none, 0.0, margin), None);
         }
         workspace.front.push(Pair::new(0, 0));
     }
@@ -212,18 +259,50 @@ impl<'t> ContactQuery<'t> {
         workspace.contacts.hurry(deadline.is_timed());
         let stop = if self.options.margin > 0.0 {
             let question = nearest::Distance::new(&relation, &workspace.search.interval);
-            let stop = Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance();
-            workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
+            let stop = Traversal::new(
+                question,
+                trees,
+                &self.b_in_a,
+                &relation,
+                workspace,
+                deadline,
+            )
+            .advance();
+            workspace
+                .search
+                .bound(&workspace.front, f32::INFINITY, relation.unit);
             stop
         } else {
-            let question =
-                Intersection { options: &Options { mode: Mode::All, ..Options::DEFAULT }, opener: Overlapping };
-            Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance()
+            let question = Intersection {
+                options: &Options {
+                    mode: Mode::All,
+                    ..Options::DEFAULT
+                },
+                opener: Overlapping,
+            };
+            Traversal::new(
+                question,
+                trees,
+                &self.b_in_a,
+                &relation,
+                workspace,
+                deadline,
+            )
+            .advance()
         };
         workspace.contacts.sort();
         workspace.run.took(deadline.elapsed());
-        let low = if stop.is_final() { f64::INFINITY } else { workspace.search.interval.low() };
-        Contacts { low, found: workspace.run.found, stop, stats: workspace.stats() }
+        let low = if stop.is_final() {
+            f64::INFINITY
+        } else {
+            workspace.search.interval.low()
+        };
+        Contacts {
+            low,
+            found: workspace.run.found,
+            stop,
+            stats: workspace.stats(),
+        }
     }
 }
 

@@ -18,8 +18,11 @@ pub(super) struct Corners {
 impl Corners {
     const NONE: u32 = u32::MAX;
 
-    pub const EMPTY: Self =
-        Self { triangles: [Self::NONE; WIDTH], corners: [[DVec3::ZERO; 3]; WIDTH], columns: Columns::ZERO };
+    pub const EMPTY: Self = Self {
+        triangles: [Self::NONE; WIDTH],
+        corners: [[DVec3::ZERO; 3]; WIDTH],
+        columns: Columns::ZERO,
+    };
 
     /// Forgets all; to be called whenever the tree or the pose may have changed.
     pub fn clear(&mut self) {
@@ -28,7 +31,12 @@ impl Corners {
 
     /// The corners of a triangle (tree order), each brought to its place.
     #[inline]
-    pub fn of(&mut self, tree: &Tree, triangle: u32, place: impl Fn(DVec3) -> DVec3) -> &[DVec3; 3] {
+    pub fn of(
+        &mut self,
+        tree: &Tree,
+        triangle: u32,
+        place: impl Fn(DVec3) -> DVec3,
+    ) -> &[DVec3; 3] {
         let slot = triangle as usize % WIDTH;
         if self.triangles[slot] != triangle {
             let [p, q, r] = tree.corners(triangle);
@@ -40,7 +48,13 @@ impl Corners {
 
     /// Makes a triangle one of those of eight pairs.
     #[inline]
-    pub fn fill(&mut self, lane: usize, tree: &Tree, triangle: u32, place: impl Fn(DVec3) -> DVec3) {
+    pub fn fill(
+        &mut self,
+        lane: usize,
+        tree: &Tree,
+        triangle: u32,
+        place: impl Fn(DVec3) -> DVec3,
+    ) {
         let corners = *self.of(tree, triangle, place);
         self.columns.set(lane, &corners);
     }

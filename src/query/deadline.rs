@@ -11,8 +11,8 @@ use super::budget::{Budget, Clock};
 use super::outcome::StopReason;
 use crate::math::nanoseconds;
 use crate::model::cost::{
-    FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART, SLOWEST_TO_MEAN,
-    SLOWEST_UNIT,
+    FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART,
+    SLOWEST_TO_MEAN, SLOWEST_UNIT,
 };
 use core::time::Duration;
 
@@ -52,12 +52,27 @@ impl<'c> Deadline<'c> {
     #[inline(always)]
     pub fn of(budget: Budget, clock: &'c dyn Clock) -> Self {
         let started = budget.time.map(|_| clock.now());
-        let end = started.zip(budget.time).map(|(now, limit)| now.saturating_add(limit));
+        let end = started
+            .zip(budget.time)
+            .map(|(now, limit)| now.saturating_add(limit));
         let left = budget.work.unwrap_or(u64::MAX);
         let poll_interval = budget.poll_interval.max(1);
-        let first = budget.time.map_or(u64::MAX, |limit| (nanoseconds(limit) / SLOWEST_UNIT) as u64 / FIRST_TO_SLOWEST);
-        let (safe, first_look) = if first < poll_interval { (0, None) } else { (first.min(BETWEEN_LOOKS), started) };
-        Self { started, first_look, safe, poll_interval, reserve: 0, ..Self::at(end, left, clock) }
+        let first = budget.time.map_or(u64::MAX, |limit| {
+            (nanoseconds(limit) / SLOWEST_UNIT) as u64 / FIRST_TO_SLOWEST
+        });
+        let (safe, first_look) = if first < poll_interval {
+            (0, None)
+        } else {
+            (first.min(BETWEEN_LOOKS), started)
+        };
+        Self {
+            started,
+            first_look,
+            safe,
+            poll_interval,
+            reserve: 0,
+            ..Self::at(end, left, clock)
+        }
     }
 
     /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
@@ -83,7 +98,11 @@ impl<'c> Deadline<'c> {
     /// The end of a part of a call, which may be passed a little: a look at the clock may cost as much as what it watches over.
     /// Units of a part are of many kinds, some several times slower than its mean: so half of what is left is done between looks.
     pub fn of_a_part(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
-        Self { slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART], stretch: 2, ..Self::at(end, work, clock) }
+        Self {
+            slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART],
+            stretch: 2,
+            ..Self::at(end, work, clock)
+        }
     }
 
     /// From now on queries leave room for a last step of so much work.
@@ -105,7 +124,11 @@ impl<'c> Deadline<'c> {
     /// Whether the query has to stop, having done `work`: the only place where a budget ends a query.
     #[inline(always)]
     pub fn stop(&mut self, work: u64) -> Option<StopReason> {
-        if work < self.next_look { None } else { self.look(work) }
+        if work < self.next_look {
+            None
+        } else {
+            self.look(work)
+        }
     }
 
     #[cold]
@@ -114,9 +137,16 @@ impl<'c> Deadline<'c> {
         if self.left <= self.reserve {
             return Some(StopReason::WorkLimit);
         }
-        let safe = self.safe_work().and_then(|safe| safe.checked_sub(self.after));
-        let Some(safe) = safe else { return Some(StopReason::Deadline) };
-        self.safe = self.until_next_look(safe).min(BETWEEN_LOOKS).max(self.poll_interval);
+        let safe = self
+            .safe_work()
+            .and_then(|safe| safe.checked_sub(self.after));
+        let Some(safe) = safe else {
+            return Some(StopReason::Deadline);
+        };
+        self.safe = self
+            .until_next_look(safe)
+            .min(BETWEEN_LOOKS)
+            .max(self.poll_interval);
         self.begin(work);
         None
     }
@@ -145,7 +175,11 @@ impl<'c> Deadline<'c> {
 
     /// Why there is no room for so much work.
     pub fn why(&self, work: u64) -> StopReason {
-        if self.left < work { StopReason::WorkLimit } else { StopReason::Deadline }
+        if self.left < work {
+            StopReason::WorkLimit
+        } else {
+            StopReason::Deadline
+        }
     }
 
     /// Work that there is room for, at the slowest pace that is assumed.
@@ -174,12 +208,17 @@ impl<'c> Deadline<'c> {
     /// Time since the start; known only under a budget of time.
     #[inline]
     pub fn elapsed(&self) -> Option<Duration> {
-        self.started.map(|started| self.clock.now().saturating_sub(started))
+        self.started
+            .map(|started| self.clock.now().saturating_sub(started))
     }
 
     /// Work that is done before the next look at the clock. How fast units are is not known before the first of them.
     fn until_next_look(&self, safe: u64) -> u64 {
-        safe / if self.done == 0 { FIRST_TO_SLOWEST } else { self.stretch }
+        safe / if self.done == 0 {
+            FIRST_TO_SLOWEST
+        } else {
+            self.stretch
+        }
     }
 
     /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up, or the call
@@ -188,7 +227,9 @@ impl<'c> Deadline<'c> {
         if self.clock.is_cancelled() {
             return None;
         }
-        let Some(end) = self.end else { return Some(u64::MAX) };
+        let Some(end) = self.end else {
+            return Some(u64::MAX);
+        };
         let now = self.clock.now();
         let first = *self.first_look.get_or_insert(now);
         let mean = nanoseconds(now.saturating_sub(first)) / self.done.max(1) as f64;
@@ -206,11 +247,17 @@ mod tests {
     #[test]
     fn slow_units_bring_the_looks_closer_together() {
         let clock = ManualClock::new();
-        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(100)).poll_interval(1), &clock);
+        let mut deadline = Deadline::of(
+            Budget::time(Duration::from_micros(100)).poll_interval(1),
+            &clock,
+        );
         deadline.begin(0);
         assert_eq!(deadline.stop(0), None);
         let second = deadline.next_look;
-        assert_eq!(second, 4_166, "100 us at 24 ns a unit, as long as nothing is known");
+        assert_eq!(
+            second, 4_166,
+            "100 us at 24 ns a unit, as long as nothing is known"
+        );
         clock.advance(Duration::from_micros(1));
         assert_eq!(deadline.stop(second), None);
         let third = deadline.next_look;
@@ -230,7 +277,10 @@ mod tests {
         deadline.begin(0);
         for _ in 0..2 {
             deadline.allow_for_long_step();
-            assert!(deadline.next_look > 0, "8,333 units cannot pass the end, and two long steps are as long as 6,000");
+            assert!(
+                deadline.next_look > 0,
+                "8,333 units cannot pass the end, and two long steps are as long as 6,000"
+            );
         }
         deadline.allow_for_long_step();
         clock.advance(Duration::from_micros(200));
@@ -249,7 +299,11 @@ mod tests {
                 deadline.spend(600);
             }
             let step = Duration::from_nanos((600.0 * later) as u64);
-            assert!(clock.now() < end + step, "{first} and {later} ns a unit: {:?}", clock.now());
+            assert!(
+                clock.now() < end + step,
+                "{first} and {later} ns a unit: {:?}",
+                clock.now()
+            );
         }
     }
 }

@@ -68,8 +68,22 @@ impl<'t> DistanceQuery<'t> {
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
         let (leaves_contact_open, depth_first) = (false, false);
-        let options = DistanceOptions { absolute, relative, margins, limit, leaves_contact_open, depth_first };
-        Self { a, b, b_in_a, options, ceiling: f64::INFINITY, fault: None }
+        let options = DistanceOptions {
+            absolute,
+            relative,
+            margins,
+            limit,
+            leaves_contact_open,
+            depth_first,
+        };
+        Self {
+            a,
+            b,
+            b_in_a,
+            options,
+            ceiling: f64::INFINITY,
+            fault: None,
+        }
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
@@ -154,8 +168,18 @@ impl<'t> DistanceQuery<'t> {
     /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
     /// triangles that were closest then give an upper bound at once, and what is left of the distance a lower bound
     /// ([`PairMemory::clearance`]).
-    pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Distance {
-        self.run_with(workspace, Some(memory), budget.by_system(), &crate::query::SYSTEM)
+    pub fn run_with_memory(
+        &self,
+        workspace: &mut Workspace,
+        memory: &mut PairMemory,
+        budget: Budget,
+    ) -> Distance {
+        self.run_with(
+            workspace,
+            Some(memory),
+            budget.by_system(),
+            &crate::query::SYSTEM,
+        )
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -164,7 +188,11 @@ impl<'t> DistanceQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Distance, ResumeError> {
+    pub fn resume(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+    ) -> Result<Distance, ResumeError> {
         self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
@@ -204,10 +232,21 @@ impl<'t> DistanceQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
-    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+    pub fn certificate<'w>(
+        &'w self,
+        workspace: &'w Workspace,
+    ) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
-        let reach = workspace.search.interval.high().min(self.options.limit + self.margin());
-        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, reach), workspace))
+        let reach = workspace
+            .search
+            .interval
+            .high()
+            .min(self.options.limit + self.margin());
+        Ok(Certificate::new(
+            [self.a, self.b],
+            Place::Still(&self.b_in_a, reach),
+            workspace,
+        ))
     }
 
     pub(super) fn key(&self) -> Key {
@@ -222,7 +261,9 @@ impl<'t> DistanceQuery<'t> {
     fn tolerance(&self) -> Tolerance {
         let size = self.a.size().max(self.b.size());
         let apart = self.middle().abs().max_element();
-        let DistanceOptions { absolute, relative, .. } = self.options;
+        let DistanceOptions {
+            absolute, relative, ..
+        } = self.options;
         let is_far = absolute.is_none() && apart > FAR * size;
         Tolerance {
             absolute: absolute.unwrap_or(DEFAULT_TOLERANCE * size),
@@ -236,7 +277,9 @@ impl<'t> DistanceQuery<'t> {
 
     /// Whether a finished run tells if the surfaces meet, whatever its tolerance.
     pub(crate) fn decides_contact(&self) -> bool {
-        self.options.limit == f64::INFINITY && self.margin() == 0.0 && !self.options.leaves_contact_open
+        self.options.limit == f64::INFINITY
+            && self.margin() == 0.0
+            && !self.options.leaves_contact_open
     }
 
     /// Whether the workspace holds a stopped run of this query.
@@ -253,13 +296,23 @@ impl<'t> DistanceQuery<'t> {
 
     /// Up to which distance the run in the workspace tells more than that it is more; 0 with a limit.
     pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
-        if self.options.limit < f64::INFINITY { 0.0 } else { workspace.search.interval.ceiling() }
+        if self.options.limit < f64::INFINITY {
+            0.0
+        } else {
+            workspace.search.interval.ceiling()
+        }
     }
 
     /// Prepares the workspace for a run from the roots.
     pub(crate) fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
         workspace.clear();
-        workspace.run.begin(self.key(), Strategy { deepest_first: self.options.depth_first, ..Strategy::NONE });
+        workspace.run.begin(
+            self.key(),
+            Strategy {
+                deepest_first: self.options.depth_first,
+                ..Strategy::NONE
+            },
+        );
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
@@ -288,13 +341,28 @@ impl<'t> DistanceQuery<'t> {
     ) -> Distance {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
         let question = nearest::Distance::new(&relation, &workspace.search.interval);
-        let stop = Traversal::new(question, [self.a, self.b], &self.b_in_a, &relation, workspace, deadline).advance();
-        workspace.search.bound(&workspace.front, f32::INFINITY, relation.unit);
+        let stop = Traversal::new(
+            question,
+            [self.a, self.b],
+            &self.b_in_a,
+            &relation,
+            workspace,
+            deadline,
+        )
+        .advance();
+        workspace
+            .search
+            .bound(&workspace.front, f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
             // With a limit it takes less.
             let is_whole = stop.is_final() && !workspace.search.interval.has_limit();
             let work = is_whole.then(|| workspace.work());
-            memory.remember_distance([self.a, self.b], &self.b_in_a, &workspace.search.interval, work);
+            memory.remember_distance(
+                [self.a, self.b],
+                &self.b_in_a,
+                &workspace.search.interval,
+                work,
+            );
         }
         workspace.run.took(deadline.elapsed());
         self.outcome(workspace, stop)
@@ -303,7 +371,11 @@ impl<'t> DistanceQuery<'t> {
     /// The bounds of the distance of the thickened surfaces.
     pub(super) fn bounds(&self, interval: &Interval) -> [f64; 2] {
         let low = less(interval.low(), self.margin(), -f64::EPSILON);
-        let high = if interval.touches() { 0.0 } else { less(interval.high(), self.margin(), f64::EPSILON) };
+        let high = if interval.touches() {
+            0.0
+        } else {
+            less(interval.high(), self.margin(), f64::EPSILON)
+        };
         [low, high]
     }
 
@@ -311,7 +383,10 @@ impl<'t> DistanceQuery<'t> {
         let interval = &workspace.search.interval;
         let [low, high] = self.bounds(interval);
         let nearest = interval.nearest().map(|(pair, found)| Nearest {
-            triangles: [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]],
+            triangles: [
+                self.a.ids()[pair[0] as usize],
+                self.b.ids()[pair[1] as usize],
+            ],
             points: [
                 found.points[0] - found.direction * self.options.margins[0],
                 found.points[1] + found.direction * self.options.margins[1],
@@ -324,7 +399,14 @@ impl<'t> DistanceQuery<'t> {
             _ if low > limit => Some(false),
             _ => None,
         };
-        Distance { low, high, nearest, closer, stop, stats: workspace.stats() }
+        Distance {
+            low,
+            high,
+            nearest,
+            closer,
+            stop,
+            stats: workspace.stats(),
+        }
     }
 }
 
@@ -332,7 +414,11 @@ impl<'t> DistanceQuery<'t> {
 /// infinite bound stays as it is.
 fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
     let is_less = margin > 0.0 && bound < f64::INFINITY;
-    if is_less { (bound - margin + rounding * (bound + margin)).max(0.0) } else { bound }
+    if is_less {
+        (bound - margin + rounding * (bound + margin)).max(0.0)
+    } else {
+        bound
+    }
 }
 
 /// The closest triangles found.

@@ -21,7 +21,12 @@ pub(super) fn are_slim(a: &Node, b: &Node) -> bool {
 #[inline(always)]
 pub(super) fn part(a: &Node, b: &Node, of_b: &View, relation: &Relation) -> bool {
     let scale = f32x4::splat(relation.scale);
-    apart((a.own_center, a.own_half), (b.own_center * scale, b.own_half * scale), of_b, relation.skew)
+    apart(
+        (a.own_center, a.own_half),
+        (b.own_center * scale, b.own_half * scale),
+        of_b,
+        relation.skew,
+    )
 }
 
 /// The same for boxes by centre and half extents. `skew` bounds how far the columns of the view are from being orthonormal.
@@ -57,7 +62,9 @@ pub(super) fn part_at_both<L: Lanes>(
         let ([a, b], [c, d]) = ((distance - reach).halves(), (distance + reach).halves());
         a.fast_min(b).fast_max(-c.fast_max(d))
     });
-    f32x4::splat(margin).simd_lt(x.fast_max(y).fast_max(z)).any()
+    f32x4::splat(margin)
+        .simd_lt(x.fast_max(y).fast_max(z))
+        .any()
 }
 
 /// Entries 1, 2 and 0, and 2, 0 and 1, of each half.
@@ -88,7 +95,10 @@ pub(super) fn window(
         let (middle, half) = (distance[j] * inverse, (reach[j] + least) * size);
         [middle - half, middle + half]
     });
-    let (enter, leave) = (x[0].fast_max(y[0]).fast_max(z[0]), x[1].fast_min(y[1]).fast_min(z[1]));
+    let (enter, leave) = (
+        x[0].fast_max(y[0]).fast_max(z[0]),
+        x[1].fast_min(y[1]).fast_min(z[1]),
+    );
     let ([u, v, w], [x, y, z]) = (xyz(enter), xyz(leave));
     [u.max(v).max(w), x.min(y).min(z)]
 }
@@ -140,12 +150,19 @@ mod tests {
     }
 
     fn rotation(random: &mut Random) -> DMat3 {
-        DMat3::from_quat(DQuat::from_axis_angle(direction(random), random.between(-3.0, 3.0)))
+        DMat3::from_quat(DQuat::from_axis_angle(
+            direction(random),
+            random.between(-3.0, 3.0),
+        ))
     }
 
     /// The least number that is not less.
     fn up(x: f64) -> f32 {
-        if f64::from(x as f32) < x { (x as f32).next_up() } else { x as f32 }
+        if f64::from(x as f32) < x {
+            (x as f32).next_up()
+        } else {
+            x as f32
+        }
     }
 
     impl Touching {
@@ -153,7 +170,9 @@ mod tests {
         fn new(random: &mut Random, trees: [&Tree; 2], gap: f64) -> Self {
             let scale = trees[1].unit_length() / trees[0].unit_length();
             let deviation = [0.0, 1e-6, 3e-4][random.bits() as usize % 3];
-            let skewed = DMat3::from_cols_array(&core::array::from_fn(|_| deviation * random.between(-1.0, 1.0)));
+            let skewed = DMat3::from_cols_array(&core::array::from_fn(|_| {
+                deviation * random.between(-1.0, 1.0)
+            }));
             let exact = rotation(random);
             let turn = exact * (DMat3::IDENTITY + skewed);
             let (k, j) = (random.bits() as usize % 3, random.bits() as usize % 3);
@@ -168,11 +187,25 @@ mod tests {
             let (of_a, of_b) = (of_a.as_mat3(), of_b.as_mat3());
             let (axes_a, axes_b) = (of_a.as_dmat3(), turn * of_b.as_dmat3());
             let normal = axes_a.col(k).cross(axes_b.col(j)).normalize_or_zero();
-            let (x, y) = (0.9 * random.fraction() * direction(random), 0.9 * random.fraction() * direction(random));
+            let (x, y) = (
+                0.9 * random.fraction() * direction(random),
+                0.9 * random.fraction() * direction(random),
+            );
             let translation = (x + normal * gap - turn * y * scale) * trees[0].unit_length();
-            let a = boxed(random, of_a, x, DVec3::from_array([0, 1, 2].map(|i| axes_a.col(i).dot(normal))));
-            let b = boxed(random, of_b, y, DVec3::from_array([0, 1, 2].map(|i| -axes_b.col(i).dot(normal))));
-            let relation = Relation::new(trees[0], trees[1], &Pose::new(turn, translation).unwrap());
+            let a = boxed(
+                random,
+                of_a,
+                x,
+                DVec3::from_array([0, 1, 2].map(|i| axes_a.col(i).dot(normal))),
+            );
+            let b = boxed(
+                random,
+                of_b,
+                y,
+                DVec3::from_array([0, 1, 2].map(|i| -axes_b.col(i).dot(normal))),
+            );
+            let relation =
+                Relation::new(trees[0], trees[1], &Pose::new(turn, translation).unwrap());
             Self { a, b, relation }
         }
 
@@ -202,10 +235,17 @@ mod tests {
         let at = axes.as_dmat3().transpose() * point;
         let (mut center, mut half) = ([0.0; 4], [0.0; 4]);
         for i in 0..3 {
-            let wanted =
-                if random.bits().is_multiple_of(8) { 0.0 } else { libm::pow(10.0, random.between(-5.0, -0.5)) };
+            let wanted = if random.bits().is_multiple_of(8) {
+                0.0
+            } else {
+                libm::pow(10.0, random.between(-5.0, -0.5))
+            };
             // Along the edge the point is anywhere on it.
-            let inward = if outward[i].abs() < 1e-12 { random.between(-1.0, 1.0) } else { -outward[i].signum() };
+            let inward = if outward[i].abs() < 1e-12 {
+                random.between(-1.0, 1.0)
+            } else {
+                -outward[i].signum()
+            };
             center[i] = (at[i] + inward * wanted) as f32;
             half[i] = up((at[i] - f64::from(center[i])).abs() + ROUNDING).max(wanted as f32);
         }
@@ -218,7 +258,8 @@ mod tests {
     }
 
     fn trees() -> [[Tree; 2]; 3] {
-        [1.0, 16.0, 1.0 / 32.0].map(|size| [1.0, size].map(|size: f32| Tree::new(shapes::cuboid([0.99 * size; 3], 1))))
+        [1.0, 16.0, 1.0 / 32.0]
+            .map(|size| [1.0, size].map(|size: f32| Tree::new(shapes::cuboid([0.99 * size; 3], 1))))
     }
 
     /// The point that both boxes have is known to `f64`, whose rounding they have room for.
@@ -230,12 +271,19 @@ mod tests {
             let [a, b] = &trees[i % 3];
             let touching = Touching::new(&mut random, [a, b], 0.0);
             assert!(!touching.is_parted(), "case {i}");
-            for (count, (margin, skew)) in without.iter_mut().zip([(true, true), (true, false), (false, true)]) {
+            for (count, (margin, skew)) in
+                without
+                    .iter_mut()
+                    .zip([(true, true), (true, false), (false, true)])
+            {
                 *count += usize::from(touching.is_parted_without(margin, skew));
             }
         }
         // Either margin is needed.
-        assert!(without.iter().all(|&count| count > 100), "{without:?} of 60,000 lost");
+        assert!(
+            without.iter().all(|&count| count > 100),
+            "{without:?} of 60,000 lost"
+        );
     }
 
     #[test]

@@ -46,13 +46,23 @@ impl Prediction {
     /// for nanoseconds of a machine like the one that the model was fitted on.
     #[must_use]
     pub fn time(&self, cost_model: &CostModel) -> Quantiles {
-        self.bv_tests.map(|n| if n > 0.0 { cost_model.time(&counts(n)) } else { 0.0 })
+        self.bv_tests.map(|n| {
+            if n > 0.0 {
+                cost_model.time(&counts(n))
+            } else {
+                0.0
+            }
+        })
     }
 }
 
 /// The counts that usually go with so many BV tests.
 fn counts(bv_tests: f64) -> Counts {
-    if bv_tests > 0.0 { prediction::counts(libm::log2(bv_tests)) } else { Counts::default() }
+    if bv_tests > 0.0 {
+        prediction::counts(libm::log2(bv_tests))
+    } else {
+        Counts::default()
+    }
 }
 
 /// What can be said of a stopped query: see [`Query::estimate`].
@@ -103,7 +113,11 @@ impl Query<'_> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
-    pub fn estimate(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> Result<Estimate, ResumeError> {
+    pub fn estimate(
+        &self,
+        workspace: &Workspace,
+        memory: Option<&PairMemory>,
+    ) -> Result<Estimate, ResumeError> {
         self.estimate_while(workspace, memory, &|| true)
     }
 
@@ -118,11 +132,26 @@ impl Query<'_> {
         let memory = self.known(memory);
         let run = &workspace.run;
         let decided = run.found > 0 && self.options.mode == Mode::Any;
-        let remaining =
-            if decided || front.is_done() { Prediction::default() } else { Prediction::of(self.left(&front, memory)) };
-        let probability = if run.found > 0 { 1.0 } else { self.probability(&front, memory) };
-        let recall = if decided { 1.0 } else { confidence::recall(&front, workspace.lead()) };
-        Ok(Estimate { remaining, probability, recall })
+        let remaining = if decided || front.is_done() {
+            Prediction::default()
+        } else {
+            Prediction::of(self.left(&front, memory))
+        };
+        let probability = if run.found > 0 {
+            1.0
+        } else {
+            self.probability(&front, memory)
+        };
+        let recall = if decided {
+            1.0
+        } else {
+            confidence::recall(&front, workspace.lead())
+        };
+        Ok(Estimate {
+            remaining,
+            probability,
+            recall,
+        })
     }
 
     /// The front that the last run of this query left in `workspace`, in numbers: what [`Query::estimate`] goes by.
@@ -134,7 +163,11 @@ impl Query<'_> {
         self.front_while(workspace, &|| true)
     }
 
-    fn front_while(&self, workspace: &Workspace, goes_on: &dyn Fn() -> bool) -> Result<FrontSummary, ResumeError> {
+    fn front_while(
+        &self,
+        workspace: &Workspace,
+        goes_on: &dyn Fn() -> bool,
+    ) -> Result<FrontSummary, ResumeError> {
         let run = &workspace.run;
         run.holds(&self.key())?;
         let summary = FrontSummary {
@@ -174,7 +207,12 @@ impl Query<'_> {
     #[doc(hidden)]
     pub fn front_before(&self) -> FrontSummary {
         let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let mut probe = Probe::new([self.a, self.b], &relation, FrontSummary::default(), &|| true);
+        let mut probe = Probe::new(
+            [self.a, self.b],
+            &relation,
+            FrontSummary::default(),
+            &|| true,
+        );
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
             probe.add(Pair::new(0, 0));
         }
@@ -206,8 +244,15 @@ impl Query<'_> {
 
     /// Whether the time lasts to the end, as far as can be told without a look at the boxes: by the 90 % quantile for the
     /// costliest placement of the two trees, or for the next frame after the last one.
-    pub(super) fn fits(&self, limit: Duration, memory: Option<&PairMemory>, cost_model: &CostModel) -> bool {
-        let (Some(a), Some(b)) = (self.a.nodes().first(), self.b.nodes().first()) else { return true };
+    pub(super) fn fits(
+        &self,
+        limit: Duration,
+        memory: Option<&PairMemory>,
+        cost_model: &CostModel,
+    ) -> bool {
+        let (Some(a), Some(b)) = (self.a.nodes().first(), self.b.nodes().first()) else {
+            return true;
+        };
         let memory = self.known(memory);
         let roots = pair_cost([a.self_cost, b.self_cost], 1.0);
         let most = match (self.previous(memory), self.options.mode) {
@@ -253,8 +298,15 @@ impl DistanceQuery<'_> {
     ) -> Result<DistanceEstimate, ResumeError> {
         workspace.run.holds(&self.key())?;
         let closing = self.closing(workspace.work(), self.bounds(&workspace.search.interval));
-        let remaining = if workspace.run.stopped { self.work_left(&closing, memory) } else { Quantiles::default() };
-        Ok(DistanceEstimate { remaining, distance: closing::between(&closing) })
+        let remaining = if workspace.run.stopped {
+            self.work_left(&closing, memory)
+        } else {
+            Quantiles::default()
+        };
+        Ok(DistanceEstimate {
+            remaining,
+            distance: closing::between(&closing),
+        })
     }
 
     #[doc(hidden)]
@@ -265,11 +317,24 @@ impl DistanceQuery<'_> {
         let apart = middles / (of_a.length() + of_b.length());
         let limit = self.options.limit;
         let limit = (limit < f64::INFINITY).then_some(limit / middles);
-        Closing { pairs, apart, work: work as f64, low, high, limit }
+        Closing {
+            pairs,
+            apart,
+            work: work as f64,
+            low,
+            high,
+            limit,
+        }
     }
 
     fn work_left(&self, closing: &Closing, memory: Option<&PairMemory>) -> Quantiles {
-        let previous = memory.and_then(|memory| memory.last_work_of(Sought::Distance, self.a, self.b));
-        closing::work_left(closing, previous.filter(|_| closing.limit.is_none()).map(|work| work as f64))
+        let previous =
+            memory.and_then(|memory| memory.last_work_of(Sought::Distance, self.a, self.b));
+        closing::work_left(
+            closing,
+            previous
+                .filter(|_| closing.limit.is_none())
+                .map(|work| work as f64),
+        )
     }
 }

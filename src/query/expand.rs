@@ -39,7 +39,10 @@ pub(super) trait Sink {
 #[inline(always)]
 pub(super) fn expand<L: Lanes, T: BoxTest>(
     lanes: L,
-    Pair { nodes: [ia, ib], alive }: Pair,
+    Pair {
+        nodes: [ia, ib],
+        alive,
+    }: Pair,
     [tree_a, tree_b]: [&Tree; 2],
     relation: &Relation,
     boxes: &mut T,
@@ -48,9 +51,15 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     // The pair with a child in the place of the node of A, or of B; all of the child's own children are of interest.
     let with_child = move |is_a: bool, child: u32, alive: [u8; 2]| {
         if is_a {
-            Pair { nodes: [child, ib], alive: [u8::MAX, alive[1]] }
+            Pair {
+                nodes: [child, ib],
+                alive: [u8::MAX, alive[1]],
+            }
         } else {
-            Pair { nodes: [ia, child], alive: [alive[0], u8::MAX] }
+            Pair {
+                nodes: [ia, child],
+                alive: [alive[0], u8::MAX],
+            }
         }
     };
     let scale = relation.scale;
@@ -67,11 +76,28 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
         return sink.count(level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
-    let views = if T::READS_VIEWS { core::hint::black_box(&views) } else { &views };
-    let valid = [u32::from(alive[0]) & a.valid(), u32::from(alive[1]) & b.valid()];
+    let views = if T::READS_VIEWS {
+        core::hint::black_box(&views)
+    } else {
+        &views
+    };
+    let valid = [
+        u32::from(alive[0]) & a.valid(),
+        u32::from(alive[1]) & b.valid(),
+    ];
     let first = [a.first_child, b.first_child];
-    let of_a = Facing { nodes: [a, b], views: [&views.of_a, &views.of_b], scales: [1.0, scale], is_a: true };
-    let of_b = Facing { nodes: [b, a], views: [&views.of_b, &views.of_a], scales: [scale, 1.0], is_a: false };
+    let of_a = Facing {
+        nodes: [a, b],
+        views: [&views.of_a, &views.of_b],
+        scales: [1.0, scale],
+        is_a: true,
+    };
+    let of_b = Facing {
+        nodes: [b, a],
+        views: [&views.of_b, &views.of_a],
+        scales: [scale, 1.0],
+        is_a: false,
+    };
     match which(a, b, scale) {
         Open::Both => {
             sink.count(level + 2, lanes.count(valid[0]) * lanes.count(valid[1]) + 1);
@@ -85,7 +111,9 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
             if a.is_cluster {
                 sink.triangles(hits, first);
             } else {
-                sink.pairs(hits, |bit| Pair::new(first[0] + bit / 8, first[1] + bit % 8));
+                sink.pairs(hits, |bit| {
+                    Pair::new(first[0] + bit / 8, first[1] + bit % 8)
+                });
             }
         }
         Open::One { is_a } => {
@@ -96,24 +124,47 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
             sink.pairs(hits.into(), |i| with_child(is_a, first + i, alive));
         }
         Open::Triangles { is_a } => {
-            let (facing, tree, of_one) = if is_a { (of_a, tree_a, valid[0]) } else { (of_b, tree_b, valid[1]) };
+            let (facing, tree, of_one) = if is_a {
+                (of_a, tree_a, valid[0])
+            } else {
+                (of_b, tree_b, valid[1])
+            };
             let [one, other] = facing.nodes;
-            sink.count(level + 2, lanes.count(of_one) * u32::from(other.children) + 1);
+            sink.count(
+                level + 2,
+                lanes.count(of_one) * u32::from(other.children) + 1,
+            );
             let view = || {
                 let place = &relation.place;
-                if is_a { views.triangles_of_a(b, place) } else { views.triangles_of_b(a, place, scale) }
+                if is_a {
+                    views.triangles_of_a(b, place)
+                } else {
+                    views.triangles_of_b(a, place, scale)
+                }
             };
-            let triangles = || Triangles { rows: rows(tree, one), view: view(), skew: relation.skew };
+            let triangles = || Triangles {
+                rows: rows(tree, one),
+                view: view(),
+                skew: relation.skew,
+            };
             let hits = boxes.triangles(lanes, facing, of_one, triangles, sink.keys());
             let first = other.first_child;
-            clusters::<T>(hits, of_one, sink, |j, alive| with_child(!is_a, first + j, [alive; 2]));
+            clusters::<T>(hits, of_one, sink, |j, alive| {
+                with_child(!is_a, first + j, [alive; 2])
+            });
         }
     }
 }
 
 /// Whether an edge axis parts the boxes of two nodes, as far as they are slim.
 #[inline(always)]
-fn are_parted(a: &Node, b: &Node, views: &Views, relation: &Relation, sink: &mut impl Sink) -> bool {
+fn are_parted(
+    a: &Node,
+    b: &Node,
+    views: &Views,
+    relation: &Relation,
+    sink: &mut impl Sink,
+) -> bool {
     if !edge_axes::are_slim(a, b) {
         return false;
     }
@@ -129,7 +180,11 @@ fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
         let column = columns.trailing_zeros() as usize % WIDTH;
         columns &= columns - 1;
         // Chosen, not branched: which is deeper cannot be guessed.
-        deepest = if depths[column] > depths[deepest] { column } else { deepest };
+        deepest = if depths[column] > depths[deepest] {
+            column
+        } else {
+            deepest
+        };
     }
     deepest
 }
@@ -137,7 +192,12 @@ fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
 /// Hands on the triangles of a cluster, the `alive` rows of `hits`, that are of interest with each child of the other side,
 /// a column. What is handed on last is visited next.
 #[inline(always)]
-fn clusters<T: BoxTest>(hits: u64, alive: u32, sink: &mut impl Sink, pair: impl Fn(u32, u8) -> Pair) {
+fn clusters<T: BoxTest>(
+    hits: u64,
+    alive: u32,
+    sink: &mut impl Sink,
+    pair: impl Fn(u32, u8) -> Pair,
+) {
     if T::IS_OVERLAP && alive.is_power_of_two() {
         if hits == 0 {
             return;
@@ -203,7 +263,11 @@ pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
 /// Bit `8 i + j` goes to `8 j + i`: blocks of 1, 2 and 4 change places across the diagonal.
 #[inline(always)]
 pub(super) fn transposed(mut bits: u64) -> u64 {
-    for (shift, mask) in [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)] {
+    for (shift, mask) in [
+        (7, 0x00aa_00aa_00aa_00aa),
+        (14, 0x0000_cccc_0000_cccc),
+        (28, 0x0000_0000_f0f0_f0f0),
+    ] {
         let moved = (bits ^ (bits >> shift)) & mask;
         bits ^= moved ^ (moved << shift);
     }
@@ -221,6 +285,9 @@ mod tests {
                 assert_eq!(transposed(1 << (8 * i + j)), 1 << (8 * j + i));
             }
         }
-        assert_eq!(transposed(transposed(0x0123_4567_89ab_cdef)), 0x0123_4567_89ab_cdef);
+        assert_eq!(
+            transposed(transposed(0x0123_4567_89ab_cdef)),
+            0x0123_4567_89ab_cdef
+        );
     }
 }

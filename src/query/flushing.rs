@@ -21,7 +21,9 @@ pub(crate) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
 pub(super) fn matters_to_rays(tree: &Tree, rays: &[Ray]) -> bool {
     match rays {
         [ray] => !is_ray_far_from_denormal(tree, ray) && denormals::are_flushed(),
-        _ => denormals::are_flushed() && !rays.iter().all(|ray| is_ray_far_from_denormal(tree, ray)),
+        _ => {
+            denormals::are_flushed() && !rays.iter().all(|ray| is_ray_far_from_denormal(tree, ray))
+        }
     }
 }
 
@@ -42,7 +44,8 @@ fn is_far_from_denormal(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     let units = [a, b].map(|tree| tree.unit().exponent);
     of_a.min(of_b) >= LEAST
         && units[0].min(units[1]) >= LEAST_UNIT
-        && (of_b >= LEAST - GENERIC_EXPONENT && is_generic(b_in_a) || has_none_below(b_in_a, LEAST - of_b.min(0)))
+        && (of_b >= LEAST - GENERIC_EXPONENT && is_generic(b_in_a)
+            || has_none_below(b_in_a, LEAST - of_b.min(0)))
 }
 
 /// `2^-256`, and its exponent.

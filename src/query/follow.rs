@@ -9,7 +9,9 @@ use super::traversal::Traversal;
 use super::workspace::Workspace;
 use crate::math::lanes::{D4, Kernel, Lanes, per_axis};
 use crate::mesh::Vertices;
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_BESIDE, WORK_PER_MARCH_STEP};
+use crate::model::cost::{
+    MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_BESIDE, WORK_PER_MARCH_STEP,
+};
 use crate::tree::{Neighbors, Tree};
 
 /// Pairs along curves that are found in one step of the loop.
@@ -59,13 +61,17 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// Begins at edges of the latest hit behind which the pair is not known: as many as ends are free.
     #[inline(always)]
     fn begin_march<L: Lanes>(&mut self, lanes: L) {
-        let Some((pair, mut crossings)) = self.workspace.march.hits.pop() else { return };
+        let Some((pair, mut crossings)) = self.workspace.march.hits.pop() else {
+            return;
+        };
         let mut placed = None;
         for free in 0..2 {
             if self.workspace.march.ends[free].follows {
                 continue;
             }
-            let Some((side, edge)) = self.next_edge(pair, &mut crossings) else { return };
+            let Some((side, edge)) = self.next_edge(pair, &mut crossings) else {
+                return;
+            };
             if let Some(placed) = placed.replace(free) {
                 self.workspace.run.stats.work += WORK_PER_MARCH_BESIDE;
                 self.workspace.march.ends[free] = self.workspace.march.ends[placed].clone();
@@ -86,15 +92,22 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     fn place_end<L: Lanes>(&mut self, lanes: L, end: usize, pair: [u32; 2]) {
         let (trees, march) = ([self.a, self.b], &mut self.workspace.march);
         march.places[1] = place(self.b_in_a);
-        let [of_a, of_b] = trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
+        let [of_a, of_b] =
+            trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
         let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
         let end = &mut march.ends[end & 1];
         for side in 0..2 {
             let &Neighbors { first, id, .. } = &trees[side].neighbors()[pair[side] as usize];
             let mesh = trees[side].mesh();
             let vertices = mesh.triangles()[id as usize];
-            corners[side] = per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
-            end.at[side] = Place { triangle: pair[side], first, id, corners: Corners::IN_ORDER };
+            corners[side] =
+                per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
+            end.at[side] = Place {
+                triangle: pair[side],
+                first,
+                id,
+                corners: Corners::IN_ORDER,
+            };
         }
         end.curve.place(corners, 1.01 * (of_a + of_b));
     }
@@ -126,12 +139,21 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     #[inline(always)]
     fn march_step<L: Lanes>(&mut self, lanes: L, at: usize) -> bool {
         let trees = [self.a, self.b];
-        let Workspace { march, run, found, sample, .. } = &mut *self.workspace;
+        let Workspace {
+            march,
+            run,
+            found,
+            sample,
+            ..
+        } = &mut *self.workspace;
         let end = &mut march.ends[at];
         let (side, edge) = end.curve.crosses();
         run.stats.work += WORK_PER_MARCH_STEP;
         let (rows, at) = (trees[side].neighbors(), &mut end.at[side]);
-        let Some(&across) = rows[at.triangle as usize].across.get(at.corners.opposite(edge.apex())) else {
+        let Some(&across) = rows[at.triangle as usize]
+            .across
+            .get(at.corners.opposite(edge.apex()))
+        else {
             return false;
         };
         if across.is_nothing() {
@@ -154,7 +176,12 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         run.found += 1;
         march.followed += 1;
         found.push([a.id, b.id]);
-        let corner = vertex(lanes, trees[side].mesh().vertices(), across.vertex, &march.places[side]);
+        let corner = vertex(
+            lanes,
+            trees[side].mesh().vertices(),
+            across.vertex,
+            &march.places[side],
+        );
         end.curve.advance(lanes, (side, edge), corner)
     }
 }
@@ -180,7 +207,11 @@ fn vertex<L: Lanes>(lanes: L, vertices: &Vertices, index: u32, place: &[[f64; 4]
         Vertices::F32(vertices) => vertices[index as usize].map(f64::from),
         Vertices::F64(vertices) => vertices[index as usize],
     };
-    let [x, y, z] = [D4::splat(lanes, x), D4::splat(lanes, y), D4::splat(lanes, z)];
+    let [x, y, z] = [
+        D4::splat(lanes, x),
+        D4::splat(lanes, y),
+        D4::splat(lanes, z),
+    ];
     let [of_x, of_y, of_z, origin] = place;
     let sum = D4::load(lanes, of_x) * x + D4::load(lanes, of_y) * y + D4::load(lanes, of_z) * z;
     sum + D4::load(lanes, origin)

@@ -54,8 +54,7 @@ fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32
 /// Where triangles begin along a direction that need not be a unit vector.
 #[inline(always)]
 fn start<L: Lanes>(lanes: L, [a, b, c, d, e, f, g, h]: [&Rows; WIDTH], direction: f32x4) -> F8<L> {
-    let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
-        per_axis!(i => F8::columns(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
+    let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = per_axis!(i => F8::columns(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
     let direction = splat(lanes, direction);
     let edges = dot(direction, [ex, ey, ez]).min(dot(direction, [fx, fy, fz]));
     dot(direction, [x, y, z]) + edges.min(F8::splat(lanes, 0.0))
@@ -89,13 +88,25 @@ impl Direction {
 impl Gaps {
     pub fn new(cut: f32, doubt: f32, shrink: f32, direction: Direction) -> Self {
         let (swell, least, zero) = (1.0, f32::NEG_INFINITY, f32x4::ZERO);
-        Self { cut, doubt, shrink, swell, least, direction, in_a: zero, in_b: zero, margin: 0.0, in_doubt: false }
+        Self {
+            cut,
+            doubt,
+            shrink,
+            swell,
+            least,
+            direction,
+            in_a: zero,
+            in_b: zero,
+            margin: 0.0,
+            in_doubt: false,
+        }
     }
 
     /// How far along the direction boxes of A end, less than 0, by their own axes.
     #[inline(always)]
     fn ends_of_a<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> F8<L> {
-        -(dot(splat(lanes, self.in_a), boxes.center) + dot(splat(lanes, self.in_a.abs()), boxes.half))
+        -(dot(splat(lanes, self.in_a), boxes.center)
+            + dot(splat(lanes, self.in_a.abs()), boxes.half))
     }
 
     /// Where along the direction boxes of B begin: centres as seen from A, half extents by their own axes.
@@ -107,7 +118,11 @@ impl Gaps {
 
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, is_a: bool, boxes: &Boxes<L>, seen: &Boxes<L>) -> F8<L> {
-        if is_a { self.ends_of_a(lanes, boxes) } else { self.starts_of_b(lanes, boxes, seen) }
+        if is_a {
+            self.ends_of_a(lanes, boxes)
+        } else {
+            self.starts_of_b(lanes, boxes, seen)
+        }
     }
 
     /// The same for the own box of a node.
@@ -124,7 +139,10 @@ impl Gaps {
     #[cold]
     fn reaches_cut(&mut self, gap: f64) -> bool {
         if gap > 0.0 {
-            self.least = larger(self.least, (gap * gap * (1.0 - f64::from(f32::EPSILON))) as f32);
+            self.least = larger(
+                self.least,
+                (gap * gap * (1.0 - f64::from(f32::EPSILON))) as f32,
+            );
         }
         self.least >= self.cut
     }
@@ -133,9 +151,13 @@ impl Gaps {
     #[inline(always)]
     fn keys<L: Lanes>(&self, lanes: L, in_x: V8<L>, in_y: V8<L>, along: F8<L>) -> F8<L> {
         let zero = F8::splat(lanes, 0.0);
-        let ([square, gap], [other_square, other_gap]) = (measure(lanes, in_x), measure(lanes, in_y));
+        let ([square, gap], [other_square, other_gap]) =
+            (measure(lanes, in_x), measure(lanes, in_y));
         let ahead = along.max(zero);
-        let (square, gap) = (square.max(other_square).max(ahead * ahead), gap.max(other_gap).max(along));
+        let (square, gap) = (
+            square.max(other_square).max(ahead * ahead),
+            gap.max(other_gap).max(along),
+        );
         (square * F8::splat(lanes, self.shrink) + gap.min(zero)).max(F8::splat(lanes, self.least))
     }
 
@@ -164,9 +186,12 @@ impl BoxTest for Gaps {
         let scale = f32x4::splat(scale);
         let a = (a.own_center, a.own_half);
         let b = (b.own_center * scale, b.own_half * scale);
-        let ([square, gap], [other_square, other_gap]) =
-            (measure_one(b, a, &views.of_b), measure_one(a, b, &views.of_a));
-        let along = self.along_one(true, a.0, a.1, &views.of_a) + self.along_one(false, b.0, b.1, &views.of_b);
+        let ([square, gap], [other_square, other_gap]) = (
+            measure_one(b, a, &views.of_b),
+            measure_one(a, b, &views.of_a),
+        );
+        let along = self.along_one(true, a.0, a.1, &views.of_a)
+            + self.along_one(false, b.0, b.1, &views.of_b);
         let ahead = larger(along, 0.0);
         let key = larger(larger(square, other_square), ahead * ahead) * self.shrink;
         let gap = larger(larger(gap, other_gap), along);
@@ -191,12 +216,22 @@ impl BoxTest for Gaps {
 
     #[inline(always)]
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64 {
-        lanes.run(Both { gaps: self, facing, alive, keys })
+        lanes.run(Both {
+            gaps: self,
+            facing,
+            alive,
+            keys,
+        })
     }
 
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
-        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales, is_a } = facing;
+        let Facing {
+            nodes: [opened, _],
+            views: [of_opened, of_other],
+            scales,
+            is_a,
+        } = facing;
         let children = self.boxes(lanes, opened, scales[0]);
         let (center, half) = facing.other();
         let half = half * f32x4::splat(self.swell);
@@ -227,7 +262,11 @@ impl BoxTest for Gaps {
             return hits;
         }
         let [of_a, of_b] = rows();
-        let Direction { unit, of_b: in_b, offset } = self.direction;
+        let Direction {
+            unit,
+            of_b: in_b,
+            offset,
+        } = self.direction;
         let a = start(lanes, of_a, f32x4::ZERO - unit).store();
         let b = start(lanes, of_b, in_b) + F8::splat(lanes, offset - self.margin);
         for i in 0..WIDTH {
@@ -268,8 +307,18 @@ impl Kernel for Both<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> u64 {
-        let Self { gaps, facing, alive: [alive_x, alive_y], keys } = self;
-        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
+        let Self {
+            gaps,
+            facing,
+            alive: [alive_x, alive_y],
+            keys,
+        } = self;
+        let Facing {
+            nodes: [x, y],
+            views: [of_x, of_y],
+            scales,
+            is_a,
+        } = facing;
         let y_rows = gaps.boxes(lanes, y, scales[1]);
         let seen = y_rows.seen(lanes, of_y);
         let (y_along, y_in_x) = (gaps.along(lanes, !is_a, &y_rows, &seen), seen.slabs());

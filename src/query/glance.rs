@@ -14,14 +14,24 @@ use crate::tree::{Node, Tree};
 
 /// A lower bound of the distance of two meshes, in their unit of length; 0 if these boxes do not part them.
 pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64 {
-    let (Some(x), Some(y)) = (a.nodes().first(), b.nodes().first()) else { return 0.0 };
+    let (Some(x), Some(y)) = (a.nodes().first(), b.nodes().first()) else {
+        return 0.0;
+    };
     if flushing::matters(a, b, b_in_a) {
         return 0.0;
     }
     let relation = Relation::new(a, b, b_in_a);
-    let depth = workspace.instructions.run(Glance { a: x, b: y, relation: &relation });
+    let depth = workspace.instructions.run(Glance {
+        a: x,
+        b: y,
+        relation: &relation,
+    });
     // Axes that are not quite orthonormal shrink its square by no more than this.
-    if depth < 0.0 { f64::from(-depth) * relation.unit * f64::from(relation.shrink) } else { 0.0 }
+    if depth < 0.0 {
+        f64::from(-depth) * relation.unit * f64::from(relation.shrink)
+    } else {
+        0.0
+    }
 }
 
 /// How deep the children of two nodes overlap, in A's units, at most; negative if all are apart.
@@ -38,14 +48,27 @@ impl Kernel for Glance<'_> {
     fn run<L: Lanes>(self, lanes: L) -> f32 {
         let Self { a, b, relation } = self;
         let views = Views::between(a, b, relation);
-        let (of_a, of_b) = (Boxes::children(lanes, a, 1.0), Boxes::children(lanes, b, relation.scale));
-        let (own_a, seen_a) = (of_a.slabs().store(), of_a.seen(lanes, &views.of_a).slabs().store());
+        let (of_a, of_b) = (
+            Boxes::children(lanes, a, 1.0),
+            Boxes::children(lanes, b, relation.scale),
+        );
+        let (own_a, seen_a) = (
+            of_a.slabs().store(),
+            of_a.seen(lanes, &views.of_a).slabs().store(),
+        );
         let (own_b, seen_b) = (of_b.slabs(), of_b.seen(lanes, &views.of_b).slabs());
         // Lanes of B without a child hold the middle of its box, which only makes the bound lower.
         let mut deepest = F8::splat(lanes, f32::NEG_INFINITY);
         for i in bits(a.valid()) {
-            deepest = deepest.max(seen_b.gap_at(lanes, &own_a, i).min(own_b.gap_at(lanes, &seen_a, i)));
+            deepest = deepest.max(
+                seen_b
+                    .gap_at(lanes, &own_a, i)
+                    .min(own_b.gap_at(lanes, &seen_a, i)),
+            );
         }
-        deepest.store().into_iter().fold(f32::NEG_INFINITY, f32::max)
+        deepest
+            .store()
+            .into_iter()
+            .fold(f32::NEG_INFINITY, f32::max)
     }
 }

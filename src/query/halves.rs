@@ -39,10 +39,18 @@ const PER_WORK: u64 = 8;
 const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
 
 impl Halves {
-    pub const NEVER: Self = Self { due: u64::MAX, looked: 0, direction: DVec3::ZERO, ends: [0.0; 2] };
+    pub const NEVER: Self = Self {
+        due: u64::MAX,
+        looked: 0,
+        direction: DVec3::ZERO,
+        ends: [0.0; 2],
+    };
 
     pub fn of(a: &Tree, b: &Tree) -> Self {
-        Self { due: WORK_BEFORE * (a.mesh().vertex_count() + b.mesh().vertex_count()) as u64, ..Self::NEVER }
+        Self {
+            due: WORK_BEFORE * (a.mesh().vertex_count() + b.mesh().vertex_count()) as u64,
+            ..Self::NEVER
+        }
     }
 
     #[inline(always)]
@@ -53,10 +61,19 @@ impl Halves {
     /// Looks at some vertices, after so much work. Returns what that took, and at the end of the look how far the
     /// surfaces are
     /// apart at least.
-    pub fn look(&mut self, a: &Tree, b: &Tree, b_in_a: &Pose, interval: &Interval, work: u64) -> (u64, Option<f64>) {
+    pub fn look(
+        &mut self,
+        a: &Tree,
+        b: &Tree,
+        b_in_a: &Pose,
+        interval: &Interval,
+        work: u64,
+    ) -> (u64, Option<f64>) {
         let [count_of_a, count_of_b] = [a, b].map(|tree| tree.mesh().vertex_count());
         if self.looked == 0 {
-            let towards = interval.nearest().map_or(DVec3::ZERO, |(_, found)| -found.direction);
+            let towards = interval
+                .nearest()
+                .map_or(DVec3::ZERO, |(_, found)| -found.direction);
             self.direction = towards.normalize_or_zero();
             self.ends = [f64::NEG_INFINITY, f64::INFINITY];
         }
@@ -80,7 +97,14 @@ impl Halves {
             bounds.min.abs().max(bounds.max.abs()).max_element()
         };
         let shift = b_in_a.translation();
-        let error = ROUNDINGS * (largest(a) + largest(b) + shift.abs().max_element()) + f64::MIN_POSITIVE;
-        (taken, Some((self.ends[1] - self.ends[0] + along.dot(shift) - error) * (1.0 - 4.0 * f64::EPSILON)))
+        let error =
+            ROUNDINGS * (largest(a) + largest(b) + shift.abs().max_element()) + f64::MIN_POSITIVE;
+        (
+            taken,
+            Some(
+                (self.ends[1] - self.ends[0] + along.dot(shift) - error)
+                    * (1.0 - 4.0 * f64::EPSILON),
+            ),
+        )
     }
 }

@@ -66,18 +66,34 @@ impl<O: Opener> Question for Traversal<'_, '_, Intersection<'_, O>> {
         if let Some(lone) = opener.lone() {
             return self.open_lone(lanes, lone, pair);
         }
-        expand(lanes, pair, trees, self.relation, &mut Overlap::new(self.relation), self);
+        expand(
+            lanes,
+            pair,
+            trees,
+            self.relation,
+            &mut Overlap::new(self.relation),
+            self,
+        );
     }
 
     #[inline(always)]
     fn opened(&self) -> Option<StopReason> {
-        if self.tests_clusters() { self.has_enough() } else { None }
+        if self.tests_clusters() {
+            self.has_enough()
+        } else {
+            None
+        }
     }
 
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
-        let enough = if any || self.tests_clusters() { 1 } else { self.strategy.batch };
-        self.workspace.waiting.len() >= enough || self.tests_clusters() && !self.workspace.doubtful.is_empty()
+        let enough = if any || self.tests_clusters() {
+            1
+        } else {
+            self.strategy.batch
+        };
+        self.workspace.waiting.len() >= enough
+            || self.tests_clusters() && !self.workspace.doubtful.is_empty()
     }
 
     #[inline(always)]
@@ -117,7 +133,9 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         for i in 0..NODES_PER_STEP {
             let node = &lone.other.nodes()[at as usize];
             if !(node.is_cluster && self.tests_clusters()) {
-                let Some(next) = self.visit(lanes, lone, node) else { return };
+                let Some(next) = self.visit(lanes, lone, node) else {
+                    return;
+                };
                 at = next;
             } else if i == 0 {
                 return self.test_cluster(lanes, lone, node);
@@ -141,12 +159,17 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
                 return None;
             }
             let deepest = deepest(lanes, depths);
-            self.workspace.front.push_all((hits & !(1 << deepest)).into(), |i| lone.pair(first + i));
+            self.workspace
+                .front
+                .push_all((hits & !(1 << deepest)).into(), |i| lone.pair(first + i));
             return Some(first + deepest);
         }
         if node.is_cluster {
             let hits = u64::from(hits);
-            self.triangles(if lone.is_a() { hits } else { transposed(hits) }, lone.with(first));
+            self.triangles(
+                if lone.is_a() { hits } else { transposed(hits) },
+                lone.with(first),
+            );
         } else {
             depths.put(&mut self.keys[0]);
             self.pairs(hits.into(), |i| lone.pair(first + i));
@@ -181,7 +204,9 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// Follows no more curves once the traversal has done its share of the work.
     #[inline(always)]
     fn end_march(&mut self) {
-        let Workspace { march, run, front, .. } = &*self.workspace;
+        let Workspace {
+            march, run, front, ..
+        } = &*self.workspace;
         if let Marching::Within(work_per_pair) = self.strategy.march
             && run.found > 0
             && run.stats.work - march.work > work_per_pair * front.len() as u64
@@ -218,7 +243,9 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     fn deeper(&self, hits: u64) -> u64 {
         let depths = self.keys.as_flattened();
         let mean = bits(hits).map(|bit| depths[bit % 64]).sum::<f32>() / hits.count_ones() as f32;
-        bits(hits).fold(0, |deeper, bit| deeper | u64::from(depths[bit % 64] > mean) << bit)
+        bits(hits).fold(0, |deeper, bit| {
+            deeper | u64::from(depths[bit % 64] > mean) << bit
+        })
     }
 
     /// Which of these witnesses of the frame before are below a pair.
@@ -234,7 +261,10 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
 
     /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
     fn queue(&mut self, pair: Pair, depth: f32) {
-        let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
+        let (a, b) = (
+            &self.a.nodes()[pair.nodes[0] as usize],
+            &self.b.nodes()[pair.nodes[1] as usize],
+        );
         let threshold = self.strategy.queue_threshold;
         if self.strategy.largest_first {
             self.queue_by_room(pair, 0.0, 0.0);
@@ -243,7 +273,11 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             let alpha = || a.alpha().element_product() * b.alpha().element_product();
             let random = &mut self.workspace.run.random;
             let depth = depth / (a.size + b.size * self.relation.scale);
-            let (bucket, first) = self.question.options.order.bucket(volume, depth, alpha, random);
+            let (bucket, first) = self
+                .question
+                .options
+                .order
+                .bucket(volume, depth, alpha, random);
             self.workspace.front.queue(pair, 0.0, bucket, first);
         } else {
             self.workspace.front.push(pair);
@@ -286,8 +320,12 @@ impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
             return self.push_ranked(hits, child);
         }
         let front = &mut self.workspace.front;
-        let (mut bit, mut place) = (hits.trailing_zeros(), front.push(child(hits.trailing_zeros())));
-        let (mut deepest, mut first, mut at) = (self.keys.as_flattened()[bit as usize % 64], bit, place);
+        let (mut bit, mut place) = (
+            hits.trailing_zeros(),
+            front.push(child(hits.trailing_zeros())),
+        );
+        let (mut deepest, mut first, mut at) =
+            (self.keys.as_flattened()[bit as usize % 64], bit, place);
         hits &= hits - 1;
         while hits != 0 {
             bit = hits.trailing_zeros();
@@ -316,7 +354,10 @@ impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
         let mut hits = hits;
-        if self.strategy.march != Marching::Never && hits != 0 && !self.workspace.march.known.is_empty() {
+        if self.strategy.march != Marching::Never
+            && hits != 0
+            && !self.workspace.march.known.is_empty()
+        {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             hits = self.workspace.march.pass(hits, first);
         }
@@ -333,7 +374,10 @@ impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
 #[inline(always)]
 fn deepest<L: Lanes>(lanes: L, depths: F8<L>) -> u32 {
     let lane = F8::load(lanes, &per_lane!(i => f32::from_bits(i)));
-    let [low, high] = depths.and(F8::splat(lanes, f32::from_bits(!7))).or(lane).halves();
+    let [low, high] = depths
+        .and(F8::splat(lanes, f32::from_bits(!7)))
+        .or(lane)
+        .halves();
     let [x, y, z, w] = low.fast_max(high).to_array();
     larger(larger(x, y), larger(z, w)).to_bits() & 7
 }

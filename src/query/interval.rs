@@ -36,7 +36,18 @@ impl Interval {
     pub fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
         let [cut, high, done] = [f64::INFINITY; 3];
         let (ceiling, enough) = (f64::INFINITY, 0.0);
-        let mut interval = Self { tolerance, margin, limit, ceiling, enough, low: 0.0, high, cut, done, nearest: None };
+        let mut interval = Self {
+            tolerance,
+            margin,
+            limit,
+            ceiling,
+            enough,
+            low: 0.0,
+            high,
+            cut,
+            done,
+            nearest: None,
+        };
         interval.cut = interval.cut_now();
         interval
     }
@@ -50,10 +61,17 @@ impl Interval {
 
     /// Leaves open whether surfaces meet that are no farther apart than the absolute tolerance, if the distance is asked for.
     pub fn leaving_contact_open(self) -> Self {
-        let Self { tolerance: Tolerance { absolute, .. }, margin, .. } = self;
+        let Self {
+            tolerance: Tolerance { absolute, .. },
+            margin,
+            ..
+        } = self;
         // Less than the tolerance, for what rounding takes when the margins are subtracted.
         let enough = (absolute - 4.0 * f64::EPSILON * (absolute + 2.0 * margin)).max(0.0);
-        Self { enough: if self.has_limit() { 0.0 } else { enough }, ..self }
+        Self {
+            enough: if self.has_limit() { 0.0 } else { enough },
+            ..self
+        }
     }
 
     pub fn ceiling(&self) -> f64 {
@@ -62,7 +80,14 @@ impl Interval {
 
     /// Before the first query, and where one of the meshes is empty.
     pub fn nothing() -> Self {
-        Self::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY)
+        Self::new(
+            Tolerance {
+                absolute: 0.0,
+                relative: 0.0,
+            },
+            0.0,
+            f64::INFINITY,
+        )
     }
 
     /// Takes note of a lower bound that is known of all pairs; returns whether that decides all that is asked.
@@ -94,20 +119,33 @@ impl Interval {
     }
 
     fn cut_now(&self) -> f64 {
-        let Self { tolerance, margin, limit, ceiling, high, .. } = *self;
+        let Self {
+            tolerance,
+            margin,
+            limit,
+            ceiling,
+            high,
+            ..
+        } = *self;
         // More than the limit, so that what is proven then is too; also if that is 0.
-        let beyond = |limit: f64| ((limit + margin) * (1.0 + 4.0 * f64::EPSILON)).max(f64::MIN_POSITIVE);
+        let beyond =
+            |limit: f64| ((limit + margin) * (1.0 + 4.0 * f64::EPSILON)).max(f64::MIN_POSITIVE);
         if self.has_limit() {
             return beyond(limit);
         }
         let apart = (high - margin).min(ceiling);
-        let mut enough = margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
+        let mut enough =
+            margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
         if margin > 0.0 {
             // For what rounding takes when the margins are subtracted.
             enough = (enough + 4.0 * f64::EPSILON * (enough + margin)).min(high);
         }
         // Whether the surfaces meet is no question of tolerance.
-        enough.max(if ceiling < f64::INFINITY || margin > 0.0 { beyond(0.0) } else { 0.0 })
+        enough.max(if ceiling < f64::INFINITY || margin > 0.0 {
+            beyond(0.0)
+        } else {
+            0.0
+        })
     }
 
     /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.
@@ -124,7 +162,8 @@ impl Interval {
     /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit, or than
     /// is told apart.
     pub fn is_decided(&self) -> bool {
-        self.high <= self.margin + self.enough || self.has_limit() && self.high <= self.limit + self.margin
+        self.high <= self.margin + self.enough
+            || self.has_limit() && self.high <= self.limit + self.margin
     }
 
     /// Whether a pair that is at least this far apart matters. One that may meet always does: whether surfaces meet is no

@@ -41,7 +41,11 @@ pub(super) enum Added {
 impl Known {
     pub fn new(capacity: usize) -> Self {
         let room = capacity.min(ROOM);
-        Self { slots: Box::new([FREE; SLOTS]), entries: Vec::with_capacity(room), room }
+        Self {
+            slots: Box::new([FREE; SLOTS]),
+            entries: Vec::with_capacity(room),
+            room,
+        }
     }
 
     /// Whether nothing is known.
@@ -68,7 +72,11 @@ impl Known {
         if let Some(entry) = self.entries.get_mut(at) {
             let before = entry.known;
             entry.known |= bit;
-            return if entry.known == before { Added::Known } else { Added::New };
+            return if entry.known == before {
+                Added::Known
+            } else {
+                Added::New
+            };
         }
         if self.entries.len() == self.room {
             return Added::NoRoom;
@@ -89,7 +97,9 @@ impl Known {
     /// The known pairs of two clusters, as a mask.
     #[inline(always)]
     pub fn of(&self, first: [u32; 2]) -> u64 {
-        self.entries.get(self.find(first).1).map_or(0, |entry| entry.known)
+        self.entries
+            .get(self.find(first).1)
+            .map_or(0, |entry| entry.known)
     }
 
     /// Whether a pair of the clusters that begin with the triangles `first` is known.
@@ -100,7 +110,8 @@ impl Known {
     /// The slot of two clusters and their entry, or where they would be, and none.
     #[inline(always)]
     fn find(&self, first: [u32; 2]) -> (usize, usize) {
-        let mut slot = ((first[0].wrapping_mul(0x9e37_79b1) >> 16) + (first[1] >> 1)) as usize % SLOTS;
+        let mut slot =
+            ((first[0].wrapping_mul(0x9e37_79b1) >> 16) + (first[1] >> 1)) as usize % SLOTS;
         loop {
             let at = usize::from(self.slots[slot]);
             match self.entries.get(at) {
@@ -122,7 +133,11 @@ impl Clone for Known {
     fn clone(&self) -> Self {
         let mut entries = Vec::with_capacity(self.room);
         entries.extend_from_slice(&self.entries);
-        Self { slots: self.slots.clone(), entries, room: self.room }
+        Self {
+            slots: self.slots.clone(),
+            entries,
+            room: self.room,
+        }
     }
 }
 
@@ -138,14 +153,20 @@ mod tests {
             for (i, first) in clusters().enumerate() {
                 assert_eq!(known.of(first), 0);
                 let pair = [first[0] + i as u32 % 8, first[1] + 7];
-                assert_eq!([known.add(first, pair), known.add(first, pair)], [Added::New, Added::Known]);
+                assert_eq!(
+                    [known.add(first, pair), known.add(first, pair)],
+                    [Added::New, Added::Known]
+                );
                 assert_eq!(known.add(first, first), Added::New);
                 assert_eq!(known.of(first), 1 | 1 << (8 * (i % 8) + 7));
             }
             let mut copy = Known::new(100);
             copy.copy_from(&known);
             for mut full in [known.clone(), known.clone().clone(), copy] {
-                assert_eq!([full.add([9, 9], [9, 9]), full.add([9, 9], [9, 9])], [Added::NoRoom; 2]);
+                assert_eq!(
+                    [full.add([9, 9], [9, 9]), full.add([9, 9], [9, 9])],
+                    [Added::NoRoom; 2]
+                );
                 assert!(clusters().all(|first| full.of(first) == known.of(first)));
             }
             known.clear();
@@ -156,6 +177,9 @@ mod tests {
     #[test]
     fn without_room_nothing_is_known() {
         let mut known = Known::new(0);
-        assert_eq!([1, 1].map(|i| known.add([i, i], [i, i])), [Added::NoRoom; 2]);
+        assert_eq!(
+            [1, 1].map(|i| known.add([i, i], [i, i])),
+            [Added::NoRoom; 2]
+        );
     }
 }

@@ -11,7 +11,9 @@ use super::workspace::Workspace;
 use crate::contact::Contact;
 use crate::math::bits;
 use crate::math::lanes::Lanes;
-use crate::model::cost::{WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST};
+use crate::model::cost::{
+    WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
+};
 use crate::tree::{Node, WIDTH};
 use crate::triangle::again::Again;
 use crate::triangle::batch::{self, Crossings};
@@ -42,10 +44,18 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// Whether the next step is to find or test triangle pairs again.
     #[inline(always)]
     pub(super) fn goes_on_testing(&self) -> bool {
-        let Workspace { waiting, front, doubtful, march, inconclusive, .. } = &*self.workspace;
+        let Workspace {
+            waiting,
+            front,
+            doubtful,
+            march,
+            inconclusive,
+            ..
+        } = &*self.workspace;
         // A last, partial batch is worth it only when nothing else is left.
-        let pays =
-            waiting.len() >= WIDTH && !inconclusive || waiting.len() > 0 && front.is_empty() || waiting.is_full();
+        let pays = waiting.len() >= WIDTH && !inconclusive
+            || waiting.len() > 0 && front.is_empty()
+            || waiting.is_full();
         // Once nothing is left, all is known that a curve could lead to.
         pays || !doubtful.is_empty() || march.is_due() && !self.workspace.is_done()
     }
@@ -59,7 +69,9 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     /// How many more pairs could be reported.
     #[inline(always)]
     pub(super) fn room(&self) -> usize {
-        let Workspace { contacts, found, .. } = &*self.workspace;
+        let Workspace {
+            contacts, found, ..
+        } = &*self.workspace;
         if self.looks_for_contacts() {
             return if contacts.is_full() { 0 } else { WIDTH };
         }
@@ -77,7 +89,11 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         let tested = (1 << count) - 1;
         let mut crossings = Crossings::default();
         let verdicts = if let Some(lone) = self.question.opener.lone() {
-            lone.test(lanes, lone.rows(pairs), self.strategy.march.goes_on().then_some(&mut crossings))
+            lone.test(
+                lanes,
+                lone.rows(pairs),
+                self.strategy.march.goes_on().then_some(&mut crossings),
+            )
         } else {
             batch::test(
                 lanes,
@@ -90,7 +106,11 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
-        let exact = if self.looks_for_contacts() { verdicts.hit | verdicts.doubt } else { verdicts.doubt };
+        let exact = if self.looks_for_contacts() {
+            verdicts.hit | verdicts.doubt
+        } else {
+            verdicts.doubt
+        };
         for lane in bits(verdicts.hit & !exact & tested) {
             self.report(pairs[lane], || crossings.of(lane));
         }
@@ -107,7 +127,10 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         stats.primitive_tests += count;
         stats.work += count * WORK_PER_TRIANGLE_TEST;
         let verdicts = lone.test(lanes, expand::rows(lone.other, cluster), None);
-        let (hits, doubt) = (verdicts.hit & cluster.valid(), verdicts.doubt & cluster.valid());
+        let (hits, doubt) = (
+            verdicts.hit & cluster.valid(),
+            verdicts.doubt & cluster.valid(),
+        );
         let pair = |lane: usize| lone.with(cluster.first_child + lane as u32);
         if hits != 0 {
             self.report(pair(hits.trailing_zeros() as usize), || 0);
@@ -122,7 +145,11 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     #[cold]
     #[inline(never)]
     fn test_doubtful<L: Lanes>(&mut self, lanes: L) {
-        let room = if self.looks_for_contacts() { 0 } else { self.room() };
+        let room = if self.looks_for_contacts() {
+            0
+        } else {
+            self.room()
+        };
         let workspace = &mut *self.workspace;
         let count = workspace.refinement.due(workspace.doubtful.len(), room);
         if count > 0 {
@@ -145,12 +172,19 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         }
         let mut crossings = Crossings::default();
         let wanted = self.strategy.march.goes_on().then_some(&mut crossings);
-        let verdicts = lanes.run(Again { a: &of_a.columns, b: &of_b.columns, count, crossings: wanted });
+        let verdicts = lanes.run(Again {
+            a: &of_a.columns,
+            b: &of_b.columns,
+            count,
+            crossings: wanted,
+        });
         workspace.run.stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
         let tested = (1 << count) - 1;
         let left = verdicts.doubt & tested;
         for lane in bits(left) {
-            workspace.doubtful.insert(workspace.refinement.done, pairs[lane]);
+            workspace
+                .doubtful
+                .insert(workspace.refinement.done, pairs[lane]);
         }
         let left = left.count_ones() as usize;
         workspace.refinement.learn(count - left, left);
@@ -170,7 +204,10 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
         // The one step whose time differs a hundredfold.
         self.deadline.allow_for_long_step();
         if self.workspace.contacts.margin().is_some() {
-            let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+            let ids = [
+                self.a.ids()[pair[0] as usize],
+                self.b.ids()[pair[1] as usize],
+            ];
             if let Some(contact) = Contact::touching(ids, [a, b]) {
                 stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
                 self.workspace.run.found += 1;
@@ -194,10 +231,15 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             workspace.run.strategy = self.strategy;
             workspace.front.queue_to_stack();
         }
-        if self.strategy.march.goes_on() && !workspace.march.note([self.a, self.b], pair, crossings()) {
+        if self.strategy.march.goes_on()
+            && !workspace.march.note([self.a, self.b], pair, crossings())
+        {
             return;
         }
-        let ids = [self.a.ids()[pair[0] as usize], self.b.ids()[pair[1] as usize]];
+        let ids = [
+            self.a.ids()[pair[0] as usize],
+            self.b.ids()[pair[1] as usize],
+        ];
         workspace.sample.note(pair, workspace.run.found);
         workspace.run.found += 1;
         workspace.run.witness.get_or_insert(ids);

@@ -59,7 +59,9 @@ pub(super) struct Placing<'t> {
 /// Vectors to a length of 1 or a little less, or far less if they are too short for that.
 #[inline(always)]
 fn units<L: Lanes>(lanes: L, vectors: [D4<L>; 3]) -> [D4<L>; 3] {
-    let factor = dot(vectors, vectors).max(D4::splat(lanes, 1e-280)).inverse_root();
+    let factor = dot(vectors, vectors)
+        .max(D4::splat(lanes, 1e-280))
+        .inverse_root();
     scaled(vectors, factor)
 }
 
@@ -80,7 +82,11 @@ impl<'t> Placing<'t> {
         } else {
             (*self.b_in_a.rotation(), DVec3::ZERO, translation)
         };
-        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = rotation;
+        let DMat3 {
+            x_axis: x,
+            y_axis: y,
+            z_axis: z,
+        } = rotation;
         let [a, b, c] = per_axis!(k => D4::load(lanes, &[p[k], q[k], r[k], p[k]]) - D4::splat(lanes, before[k]));
         per_axis!(k => {
             let turned = D4::splat(lanes, x[k]) * a + D4::splat(lanes, y[k]) * b + D4::splat(lanes, z[k]) * c;
@@ -100,10 +106,15 @@ impl<'t> Kernel for Placing<'t> {
         let (lone, other) = if is_a { (a, b) } else { (b, a) };
         let places = if is_a { [0, u32::MAX] } else { [u32::MAX, 0] };
         let corners = self.corners(lanes, is_a, lone, other.unit());
-        let edge_slop = 8.0 * rounding(other.unit(), lone.unit(), self.b_in_a) * other.unit().scale();
+        let edge_slop =
+            8.0 * rounding(other.unit(), lone.unit(), self.b_in_a) * other.unit().scale();
         let slop = edge_slop + power_of_two(-43);
         let [x, y, z] = corners;
-        let [p, q, r, _] = x.max(y).max(z).max(D4::splat(lanes, 0.0) - x.min(y).min(z)).store();
+        let [p, q, r, _] = x
+            .max(y)
+            .max(z)
+            .max(D4::splat(lanes, 0.0) - x.min(y).min(z))
+            .store();
         let size = larger(p, larger(q, r));
         if !(size < LIMIT && slop < 1.0) {
             return Lone::blind(places, other);
@@ -125,7 +136,10 @@ impl<'t> Kernel for Placing<'t> {
             margin: (f64::from(ROUNDING) * (32.0 + 16.0 * size) + slop) as f32,
             placed: Placed {
                 first: per_axis!(k => corners[k].store()[0]),
-                edges: [per_axis!(k => edges[k][0] as f32), per_axis!(k => -edges[k][2] as f32)],
+                edges: [
+                    per_axis!(k => edges[k][0] as f32),
+                    per_axis!(k => -edges[k][2] as f32),
+                ],
                 slop: slop as f32,
                 edge_slop: edge_slop as f32 * (2.0 / ROUNDING) + LEAST_EDGE_SLOP,
             },
@@ -135,7 +149,14 @@ impl<'t> Kernel for Placing<'t> {
 
 /// The room above and below a triangle with these corners, and the sides and their squares after each of them.
 #[inline(always)]
-fn prism<L: Lanes>(lanes: L, corners: [D4<L>; 3], sides: [D4<L>; 3], squares: D4<L>, longest: f64, slop: f64) -> Prism {
+fn prism<L: Lanes>(
+    lanes: L,
+    corners: [D4<L>; 3],
+    sides: [D4<L>; 3],
+    squares: D4<L>,
+    longest: f64,
+    slop: f64,
+) -> Prism {
     let slack = 128.0 * f64::from(ROUNDING) + slop;
     let (mut normal, mut middle, mut room, mut is_whole) = ([0.0; 3], 0.0, 0.0, false);
     let (mut across, mut ends, mut has_sides) = ([f32x4::ZERO; 3], f32x4::ZERO, false);
@@ -153,7 +174,9 @@ fn prism<L: Lanes>(lanes: L, corners: [D4<L>; 3], sides: [D4<L>; 3], squares: D4
             let directions = units(lanes, cross(sides, normals));
             let next = per_axis!(k => corners[k].turned());
             let last = per_axis!(k => next[k].turned());
-            let high = dot(directions, corners).max(dot(directions, next)).max(dot(directions, last));
+            let high = dot(directions, corners)
+                .max(dot(directions, next))
+                .max(dot(directions, last));
             has_sides = D4::splat(lanes, COVERED).less(high).mask() & 7 != 7;
             ends = (cut_off(lanes, high) + D4::splat(lanes, slack)).narrow();
             across = per_axis!(k => directions[k].narrow());
@@ -188,7 +211,12 @@ impl<'t> Lone<'t> {
             has_normal: false,
             prism: Prism::NONE,
             margin: 0.0,
-            placed: Placed { first: [0.0; 3], edges: [[0.0; 3]; 2], slop: 1e6, edge_slop: 1e6 },
+            placed: Placed {
+                first: [0.0; 3],
+                edges: [[0.0; 3]; 2],
+                slop: 1e6,
+                edge_slop: 1e6,
+            },
         }
     }
 
@@ -221,7 +249,8 @@ impl<'t> Lone<'t> {
     /// there is none.
     #[inline(always)]
     pub fn depths<L: Lanes>(&self, lanes: L, node: &Node) -> F8<L> {
-        let vectors = per_axis!(k => F8::join(lanes, f32x4::new(self.prism.directions[k]), self.corners[k]));
+        let vectors =
+            per_axis!(k => F8::join(lanes, f32x4::new(self.prism.directions[k]), self.corners[k]));
         let seen = per_axis!(k => {
             dot(per_axis!(i => F8::splat(lanes, node.rows[i].as_array()[k])), vectors).halves()
         });
@@ -251,11 +280,22 @@ impl<'t> Lone<'t> {
 
     /// The same along one of its directions, as seen along the axes of the boxes.
     #[inline(always)]
-    fn depth_along<L: Lanes>(&self, lanes: L, i: usize, directions: &[f32x4; 3], boxes: &Boxes<L>) -> F8<L> {
+    fn depth_along<L: Lanes>(
+        &self,
+        lanes: L,
+        i: usize,
+        directions: &[f32x4; 3],
+        boxes: &Boxes<L>,
+    ) -> F8<L> {
         let axis = per_axis!(k => F8::splat(lanes, directions[k].as_array()[i]));
-        let reach = dot(per_axis!(k => axis[k].abs()), boxes.half) + F8::splat(lanes, self.prism.reach[i]);
+        let reach =
+            dot(per_axis!(k => axis[k].abs()), boxes.half) + F8::splat(lanes, self.prism.reach[i]);
         let [x, y, z] = per_axis!(k => axis[k] * boxes.center[k]);
-        let at = if i == NORMAL { ((x - F8::splat(lanes, self.prism.middle)) + (y + z)).abs() } else { x + (y + z) };
+        let at = if i == NORMAL {
+            ((x - F8::splat(lanes, self.prism.middle)) + (y + z)).abs()
+        } else {
+            x + (y + z)
+        };
         reach - at
     }
 
@@ -267,7 +307,12 @@ impl<'t> Lone<'t> {
 
     /// Tests it against eight triangles; tells the crossings of hits, if they are wanted.
     #[inline(always)]
-    pub fn test<L: Lanes>(&self, lanes: L, rows: [&Rows; WIDTH], mut crossings: Option<&mut Crossings>) -> Verdicts {
+    pub fn test<L: Lanes>(
+        &self,
+        lanes: L,
+        rows: [&Rows; WIDTH],
+        mut crossings: Option<&mut Crossings>,
+    ) -> Verdicts {
         let mut verdicts = Verdicts::NONE;
         if self.prism.is_whole && crossings.is_none() {
             verdicts.add(self.prism.test(lanes, rows));
@@ -312,7 +357,8 @@ mod tests {
 
         #[inline(always)]
         fn run<L: Lanes>(self, lanes: L) -> DVec3 {
-            per_axis!(k => units(lanes, per_axis!(i => D4::splat(lanes, self.0[i])))[k].store()[k]).into()
+            per_axis!(k => units(lanes, per_axis!(i => D4::splat(lanes, self.0[i])))[k].store()[k])
+                .into()
         }
     }
 
@@ -323,11 +369,18 @@ mod tests {
             let [x, y, z] = [[1.0, 0.0, 0.0], [-0.48, 0.6, 0.64], [0.0, 0.8, -0.6]][i as usize % 3];
             let vector = [x * length, y * length, z * length];
             let unit = Instructions::detect().run(Unit(vector));
-            assert!((0.93..=1.0).contains(&unit.length()), "{length}: {}", unit.length());
+            assert!(
+                (0.93..=1.0).contains(&unit.length()),
+                "{length}: {}",
+                unit.length()
+            );
             assert_eq!(unit, Instructions::PORTABLE.run(Unit(vector)));
         }
         for vector in [[0.0; 3], [1e-200, 0.0, -1e-300], [5e-324; 3], [1e-140; 3]] {
-            assert!(Instructions::detect().run(Unit(vector)).length() <= 1.0, "{vector:?}");
+            assert!(
+                Instructions::detect().run(Unit(vector)).length() <= 1.0,
+                "{vector:?}"
+            );
         }
     }
 }

@@ -59,7 +59,12 @@ impl End {
     const NOWHERE: Self = Self {
         follows: false,
         curve: Curve::NOWHERE,
-        at: [Place { triangle: 0, first: 0, id: 0, corners: Corners::IN_ORDER }; 2],
+        at: [Place {
+            triangle: 0,
+            first: 0,
+            id: 0,
+            corners: Corners::IN_ORDER,
+        }; 2],
     };
 }
 

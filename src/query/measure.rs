@@ -29,12 +29,17 @@ impl CostModel {
 
     /// The same with a clock of the caller's. The default model, if the clock stands still.
     pub fn measure_with(clock: &dyn Clock) -> Self {
-        let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::torus(1.0, 0.3, 24)));
+        let (a, b) = (
+            Tree::new(shapes::icosphere(3)),
+            Tree::new(shapes::torus(1.0, 0.3, 24)),
+        );
         let mut workspace = Workspace::with_capacity(0, 1 << 14);
         let (mut features, mut times) = (Vec::new(), Vec::new());
         for i in 0..POSES {
             let translation = DVec3::new(2.4 * f64::from(i) / f64::from(POSES), 0.3, 0.2);
-            let Ok(pose) = Pose::new(DMat3::from_rotation_y(f64::from(i)), translation) else { continue };
+            let Ok(pose) = Pose::new(DMat3::from_rotation_y(f64::from(i)), translation) else {
+                continue;
+            };
             for mode in [Mode::Any, Mode::All] {
                 let query = Query::new(&a, &b, pose).mode(mode);
                 let (mut least, mut counts) = (Duration::MAX, Counts::default());
@@ -44,7 +49,12 @@ impl CostModel {
                     least = least.min(clock.now().saturating_sub(start));
                     counts = core::hint::black_box(outcome).stats.counts();
                 }
-                features.push([counts.bv_tests, counts.triangle_tests, counts.box_updates, 1.0]);
+                features.push([
+                    counts.bv_tests,
+                    counts.triangle_tests,
+                    counts.box_updates,
+                    1.0,
+                ]);
                 times.push(nanoseconds(least));
             }
         }
@@ -61,16 +71,33 @@ impl CostModel {
     /// smaller by one factor.
     fn fitted(features: &[[f64; 4]], times: &[f64]) -> Self {
         let default = Self::default();
-        let known = [default.bv_test, default.triangle_test, default.box_update, default.setup];
-        let expected = features.iter().map(|x| x.iter().zip(known).map(|(x, c)| x * c).sum::<f64>());
-        let mut ratios: Vec<f64> = times.iter().zip(expected).map(|(time, expected)| time / expected).collect();
+        let known = [
+            default.bv_test,
+            default.triangle_test,
+            default.box_update,
+            default.setup,
+        ];
+        let expected = features
+            .iter()
+            .map(|x| x.iter().zip(known).map(|(x, c)| x * c).sum::<f64>());
+        let mut ratios: Vec<f64> = times
+            .iter()
+            .zip(expected)
+            .map(|(time, expected)| time / expected)
+            .collect();
         ratios.sort_unstable_by(f64::total_cmp);
-        let Some(&factor) = ratios.get(ratios.len() / 2).filter(|factor| factor.is_finite() && **factor > 0.0) else {
+        let Some(&factor) = ratios
+            .get(ratios.len() / 2)
+            .filter(|factor| factor.is_finite() && **factor > 0.0)
+        else {
             return default;
         };
         let mut x: Vec<[f64; 4]> = features.to_vec();
         let mut y = times.to_vec();
-        let mut weights: Vec<f64> = times.iter().map(|time| 1.0 / (time * time).max(1.0)).collect();
+        let mut weights: Vec<f64> = times
+            .iter()
+            .map(|time| 1.0 / (time * time).max(1.0))
+            .collect();
         for (k, cost) in known.into_iter().enumerate() {
             let mut row = [0.0; 4];
             row[k] = 1.0;
@@ -79,6 +106,8 @@ impl CostModel {
             weights.push(PULL / (factor * cost * factor * cost));
         }
         let fitted = least_squares(&x, &y, &weights);
-        Self::new(core::array::from_fn(|k| fitted[k].max(0.1 * factor * known[k])))
+        Self::new(core::array::from_fn(|k| {
+            fitted[k].max(0.1 * factor * known[k])
+        }))
     }
 }

@@ -73,16 +73,19 @@ pub struct PairMemory {
 fn rate<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
     let rate = <Option<f64> as serde::Deserialize>::deserialize(deserializer)?;
     match rate {
-        Some(rate) if !(0.0..=1.0).contains(&rate) => {
-            Err(serde::de::Error::custom(format_args!("change_rate {rate} is not within 0 and 1")))
-        }
+        Some(rate) if !(0.0..=1.0).contains(&rate) => Err(serde::de::Error::custom(format_args!(
+            "change_rate {rate} is not within 0 and 1"
+        ))),
         rate => Ok(rate),
     }
 }
 
 impl Default for PairMemory {
     fn default() -> Self {
-        Self { clearance: Some(Box::new(Clearance::NOTHING)), ..Self::without_clearance() }
+        Self {
+            clearance: Some(Box::new(Clearance::NOTHING)),
+            ..Self::without_clearance()
+        }
     }
 }
 
@@ -120,13 +123,17 @@ impl PairMemory {
 
     /// The same, if that query was of this mode.
     pub(super) fn last_bv_tests_of(&self, mode: Mode) -> Option<u64> {
-        self.last_bv_tests.filter(|(of, _)| *of == mode).map(|(_, bv_tests)| bv_tests)
+        self.last_bv_tests
+            .filter(|(of, _)| *of == mode)
+            .map(|(_, bv_tests)| bv_tests)
     }
 
     /// Work of the last finished query of the distance or of a motion of this pair; `None` if it was not of that kind.
     pub(super) fn last_work_of(&self, sought: Sought, a: &Tree, b: &Tree) -> Option<u64> {
         let of_pair = self.last_work.filter(|_| self.is_of(a, b));
-        of_pair.filter(|(of, _)| *of == sought).map(|(_, work)| work)
+        of_pair
+            .filter(|(of, _)| *of == sought)
+            .map(|(_, work)| work)
     }
 
     /// Frames since it was last decided.
@@ -142,8 +149,16 @@ impl PairMemory {
 
     /// What the confidence goes by; `None` if the pair was never decided.
     pub fn history(&self) -> Option<History> {
-        let Self { last_verdict, frames_undecided, .. } = *self;
-        last_verdict.map(|met| History { met, frames_undecided, change_rate: self.change_rate() })
+        let Self {
+            last_verdict,
+            frames_undecided,
+            ..
+        } = *self;
+        last_verdict.map(|met| History {
+            met,
+            frames_undecided,
+            change_rate: self.change_rate(),
+        })
     }
 
     pub(super) fn is_of(&self, a: &Tree, b: &Tree) -> bool {
@@ -169,11 +184,16 @@ impl PairMemory {
         if self.trees.is_none() {
             self.trees = trees;
             let exists = |tree: &Tree, triangle: u32| (triangle as usize) < tree.mesh().len();
-            self.witnesses.retain(|&mut [x, y]| exists(a, x) && exists(b, y));
+            self.witnesses
+                .retain(|&mut [x, y]| exists(a, x) && exists(b, y));
             self.nearest = self.nearest.filter(|&[x, y]| exists(a, x) && exists(b, y));
         } else if self.trees != trees {
             // The clearance knows its trees itself.
-            *self = Self { trees, clearance: self.clearance.take(), ..Self::without_clearance() };
+            *self = Self {
+                trees,
+                clearance: self.clearance.take(),
+                ..Self::without_clearance()
+            };
         }
     }
 
@@ -196,7 +216,9 @@ impl PairMemory {
     ///
     /// [`DistanceQuery::run_with_memory`]: crate::DistanceQuery::run_with_memory
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
-        self.clearance.as_ref().map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
+        self.clearance
+            .as_ref()
+            .map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
     }
 
     /// After a call of a distance query at a pose; `work` is that of the whole query, if predictions can go by it.
@@ -219,7 +241,13 @@ impl PairMemory {
     }
 
     /// After a call of a motion query; `work` is that of the whole query, if it is finished.
-    pub(super) fn remember_motion(&mut self, a: &Tree, b: &Tree, pair: Option<[u32; 2]>, work: Option<u64>) {
+    pub(super) fn remember_motion(
+        &mut self,
+        a: &Tree,
+        b: &Tree,
+        pair: Option<[u32; 2]>,
+        work: Option<u64>,
+    ) {
         self.bind(a, b);
         self.nearest = pair.or(self.nearest);
         self.remember_work(Sought::Motion, work);
@@ -232,7 +260,13 @@ impl PairMemory {
     }
 
     /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.
-    pub(super) fn remember(&mut self, mode: Mode, stop: StopReason, workspace: &Workspace, before: Before) {
+    pub(super) fn remember(
+        &mut self,
+        mode: Mode,
+        stop: StopReason,
+        workspace: &Workspace,
+        before: Before,
+    ) {
         let (run, found) = (&workspace.run, workspace.sample.pairs());
         if !found.is_empty() {
             // What a stopped query has not come to may still be where it was.
@@ -248,7 +282,9 @@ impl PairMemory {
         if stop.is_final() && !was_known {
             self.last_bv_tests = Some((mode, run.stats.bv_tests_of_levels()));
         }
-        self.frames_undecided = self.frames_undecided.saturating_add(u32::from(!before.resumed));
+        self.frames_undecided = self
+            .frames_undecided
+            .saturating_add(u32::from(!before.resumed));
         let verdict = run.verdict(stop);
         if verdict != Verdict::Undecided {
             let meet = verdict != Verdict::Separated;

@@ -85,7 +85,10 @@ pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
 pub use ray::{RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery};
 pub(crate) use strategy::Strategy;
 pub(crate) use system::SYSTEM;
-#[cfg(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown"))))]
+#[cfg(all(
+    feature = "std",
+    not(all(target_family = "wasm", target_os = "unknown"))
+))]
 pub use system::SystemClock;
 pub use workspace::{ResumeError, Workspace};
 
@@ -135,7 +138,13 @@ impl<'t> Query<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        Self { a, b, b_in_a, options: Options::DEFAULT, prior: DEFAULT_PRIOR }
+        Self {
+            a,
+            b,
+            b_in_a,
+            options: Options::DEFAULT,
+            prior: DEFAULT_PRIOR,
+        }
     }
 
     /// Any intersection (the default), or all of them.
@@ -205,8 +214,18 @@ impl<'t> Query<'t> {
 
     /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next. As long as B stays
     /// within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known without a search.
-    pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
-        self.run_with(workspace, Some(memory), budget.by_system(), &crate::query::SYSTEM)
+    pub fn run_with_memory(
+        &self,
+        workspace: &mut Workspace,
+        memory: &mut PairMemory,
+        budget: Budget,
+    ) -> Outcome {
+        self.run_with(
+            workspace,
+            Some(memory),
+            budget.by_system(),
+            &crate::query::SYSTEM,
+        )
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -215,7 +234,11 @@ impl<'t> Query<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Outcome, ResumeError> {
+    pub fn resume(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+    ) -> Result<Outcome, ResumeError> {
         self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
@@ -229,7 +252,12 @@ impl<'t> Query<'t> {
         memory: &mut PairMemory,
         budget: Budget,
     ) -> Result<Outcome, ResumeError> {
-        self.resume_with(workspace, Some(memory), budget.by_system(), &crate::query::SYSTEM)
+        self.resume_with(
+            workspace,
+            Some(memory),
+            budget.by_system(),
+            &crate::query::SYSTEM,
+        )
     }
 
     /// [`Query::run`] by a clock of the caller's, with or without a memory.
@@ -269,9 +297,16 @@ impl<'t> Query<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
-    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+    pub fn certificate<'w>(
+        &'w self,
+        workspace: &'w Workspace,
+    ) -> Result<Certificate<'w>, ResumeError> {
         workspace.run.holds(&self.key())?;
-        Ok(Certificate::new([self.a, self.b], Place::Still(&self.b_in_a, 0.0), workspace))
+        Ok(Certificate::new(
+            [self.a, self.b],
+            Place::Still(&self.b_in_a, 0.0),
+            workspace,
+        ))
     }
 
     /// Whether the workspace holds a stopped run of this query.
@@ -280,7 +315,11 @@ impl<'t> Query<'t> {
     }
 
     fn key(&self) -> Key {
-        Key::new([self.a, self.b], self.b_in_a, Asked::Intersection(self.options))
+        Key::new(
+            [self.a, self.b],
+            self.b_in_a,
+            Asked::Intersection(self.options),
+        )
     }
 
     /// Whether both trees know what lies next to their triangles.
@@ -294,13 +333,22 @@ impl<'t> Query<'t> {
         if complete {
             return Strategy::complete(&self.options);
         }
-        let strategy = Strategy::choose(&self.options, Budget::work(0), self.can_march(), |_| false);
-        Strategy { batch: WIDTH, ..strategy }
+        let strategy =
+            Strategy::choose(&self.options, Budget::work(0), self.can_march(), |_| false);
+        Strategy {
+            batch: WIDTH,
+            ..strategy
+        }
     }
 
     /// Prepares the workspace for a run from the roots.
     #[inline(always)]
-    pub(crate) fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, strategy: Strategy) {
+    pub(crate) fn begin(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&PairMemory>,
+        strategy: Strategy,
+    ) {
         self.begin_after(0, workspace, memory, strategy);
     }
 
@@ -315,7 +363,8 @@ impl<'t> Query<'t> {
     ) {
         workspace.clear();
         workspace.run.begin(self.key(), strategy);
-        let remembered = memory.filter(|memory| memory.last_verdict() != Some(false) && memory.is_of(self.a, self.b));
+        let remembered = memory
+            .filter(|memory| memory.last_verdict() != Some(false) && memory.is_of(self.a, self.b));
         let witnesses = remembered.map_or(&[][..], PairMemory::witnesses);
         match strategy.warm_start {
             WarmStart::None => {}
@@ -323,11 +372,14 @@ impl<'t> Query<'t> {
             WarmStart::Witnesses => {
                 // They wait like any other triangle pairs, and so are tested first.
                 let latest = &witnesses[..witnesses.len().min(WITNESSES)];
-                workspace.waiting.extend(&latest[refuted.min(latest.len())..]);
+                workspace
+                    .waiting
+                    .extend(&latest[refuted.min(latest.len())..]);
                 workspace.testing = workspace.waiting.len() > 0;
             }
         }
-        let are_apart = memory.is_some_and(|memory| memory.clearance(self.a, self.b, &self.b_in_a) > 0.0);
+        let are_apart =
+            memory.is_some_and(|memory| memory.clearance(self.a, self.b, &self.b_in_a) > 0.0);
         if are_apart || self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
@@ -349,8 +401,17 @@ impl<'t> Query<'t> {
     }
 
     /// Spends a budget on the run in the workspace; learns what it costs.
-    fn spend(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, deadline: &mut Deadline) -> Outcome {
-        let before = if workspace.run.stopped { workspace.counts() } else { Counts::default() };
+    fn spend(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> Outcome {
+        let before = if workspace.run.stopped {
+            workspace.counts()
+        } else {
+            Counts::default()
+        };
         let stop = self.advance(workspace, memory, deadline);
         let elapsed = deadline.elapsed();
         if let Some(elapsed) = elapsed {
@@ -369,7 +430,10 @@ impl<'t> Query<'t> {
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let before = Before { resumed: workspace.run.stopped, decided: workspace.run.witness.is_some() };
+        let before = Before {
+            resumed: workspace.run.stopped,
+            decided: workspace.run.witness.is_some(),
+        };
         let (options, trees) = (&self.options, [self.a, self.b]);
         let stop = if Lone::is_one(trees) {
             // Only a queue asks where B lies.
@@ -380,13 +444,30 @@ impl<'t> Query<'t> {
             } else {
                 &Relation::BLIND
             };
-            let lone = workspace.instructions.run(Placing { trees, b_in_a: &self.b_in_a });
-            let question = Intersection { options, opener: &lone };
+            let lone = workspace.instructions.run(Placing {
+                trees,
+                b_in_a: &self.b_in_a,
+            });
+            let question = Intersection {
+                options,
+                opener: &lone,
+            };
             Traversal::new(question, trees, &self.b_in_a, relation, workspace, deadline).advance()
         } else {
             let relation = Relation::new(self.a, self.b, &self.b_in_a);
-            let question = Intersection { options, opener: Overlapping };
-            Traversal::new(question, trees, &self.b_in_a, &relation, workspace, deadline).advance()
+            let question = Intersection {
+                options,
+                opener: Overlapping,
+            };
+            Traversal::new(
+                question,
+                trees,
+                &self.b_in_a,
+                &relation,
+                workspace,
+                deadline,
+            )
+            .advance()
         };
         if stop == StopReason::FlushedToZero {
             return stop;

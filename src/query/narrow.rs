@@ -49,10 +49,17 @@ impl Query<'_> {
         aside: &'w mut Workspace,
         work: u64,
     ) -> Result<Certificate<'w>, ResumeError> {
-        let options = Options { mode: Mode::All, pair_limit: usize::MAX, ..self.options };
+        let options = Options {
+            mode: Mode::All,
+            pair_limit: usize::MAX,
+            ..self.options
+        };
         Ok(self
             .certificate(workspace)?
-            .narrow(aside, work, |_| Intersection { options: &options, opener: Overlapping }))
+            .narrow(aside, work, |_| Intersection {
+                options: &options,
+                opener: Overlapping,
+            }))
     }
 }
 
@@ -89,22 +96,37 @@ impl ContactQuery<'_> {
     ) -> Result<Certificate<'w>, ResumeError> {
         let certificate = self.certificate(workspace)?;
         Ok(if self.options.margin > 0.0 {
-            certificate.narrow(aside, work, |relation| Distance::new(relation, &workspace.search.interval))
+            certificate.narrow(aside, work, |relation| {
+                Distance::new(relation, &workspace.search.interval)
+            })
         } else {
-            let options = Options { mode: Mode::All, ..Options::DEFAULT };
-            certificate.narrow(aside, work, |_| Intersection { options: &options, opener: Overlapping })
+            let options = Options {
+                mode: Mode::All,
+                ..Options::DEFAULT
+            };
+            certificate.narrow(aside, work, |_| Intersection {
+                options: &options,
+                opener: Overlapping,
+            })
         })
     }
 }
 
 impl<'w> Certificate<'w> {
     /// The same after so much work on the question, the largest boxes first.
-    fn narrow<Q>(self, aside: &'w mut Workspace, work: u64, question: impl FnOnce(&Relation) -> Q) -> Self
+    fn narrow<Q>(
+        self,
+        aside: &'w mut Workspace,
+        work: u64,
+        question: impl FnOnce(&Relation) -> Q,
+    ) -> Self
     where
         for<'q, 'c> Traversal<'q, 'c, Q>: Question,
     {
         // Boxes of a motion cover all of the way, and its pieces are no node pairs.
-        let Place::Still(b_in_a, reach) = self.place else { return self };
+        let Place::Still(b_in_a, reach) = self.place else {
+            return self;
+        };
         let run = self.workspace;
         aside.take_over(run, [self.a, self.b]);
         let relation = Relation::new(self.a, self.b, b_in_a);
@@ -114,7 +136,14 @@ impl<'w> Certificate<'w> {
             aside.contacts.begin(reach, usize::MAX);
         }
         let question = question(&relation);
-        let mut traversal = Traversal::new(question, [self.a, self.b], b_in_a, &relation, aside, &mut deadline);
+        let mut traversal = Traversal::new(
+            question,
+            [self.a, self.b],
+            b_in_a,
+            &relation,
+            aside,
+            &mut deadline,
+        );
         let reach = (reach / relation.unit) as f32;
         let taken = traversal.queue_first(run.open_nodes(), reach);
         let _ = traversal.advance();
@@ -128,7 +157,10 @@ impl<Q> Traversal<'_, '_, Q> {
     /// Queues as many of these pairs as there is room for, and returns how many.
     fn queue_first(&mut self, pairs: impl Iterator<Item = Pair>, reach: f32) -> usize {
         let room = self.workspace.front.room();
-        pairs.take(room).map(|pair| self.queue_by_room(pair, 0.0, reach)).count()
+        pairs
+            .take(room)
+            .map(|pair| self.queue_by_room(pair, 0.0, reach))
+            .count()
     }
 
     /// Queues a pair by the room in which its boxes are within `reach` of one another, A's units.
@@ -136,7 +168,10 @@ impl<Q> Traversal<'_, '_, Q> {
     #[cold]
     #[inline(never)]
     pub(super) fn queue_by_room(&mut self, pair: Pair, key: f32, reach: f32) {
-        let (a, b) = (&self.a.nodes()[pair.nodes[0] as usize], &self.b.nodes()[pair.nodes[1] as usize]);
+        let (a, b) = (
+            &self.a.nodes()[pair.nodes[0] as usize],
+            &self.b.nodes()[pair.nodes[1] as usize],
+        );
         let bucket = bucket_by_room(a, b, self.relation, reach);
         self.workspace.front.queue(pair, key, bucket, true);
     }

@@ -46,7 +46,13 @@ impl Distance {
         // To begin with, that of the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
         let pair = Pair::new(0, 0);
-        let mut distance = Self { cut: 0.0, doubt: 0.0, direction, guess: f32::INFINITY, pair };
+        let mut distance = Self {
+            cut: 0.0,
+            doubt: 0.0,
+            direction,
+            guess: f32::INFINITY,
+            pair,
+        };
         distance.update(relation, interval);
         distance
     }
@@ -64,7 +70,13 @@ impl Distance {
 impl Question for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        if self.workspace.search.halves.is_due(self.workspace.run.stats.work) && !self.workspace.front.is_empty() {
+        if self
+            .workspace
+            .search
+            .halves
+            .is_due(self.workspace.run.stats.work)
+            && !self.workspace.front.is_empty()
+        {
             self.look_for_plane();
         }
         let search = &mut self.workspace.search;
@@ -76,7 +88,12 @@ impl Question for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let Distance { cut, doubt, direction, .. } = self.question;
+        let Distance {
+            cut,
+            doubt,
+            direction,
+            ..
+        } = self.question;
         let mut gaps = Gaps::new(cut, doubt, self.relation.shrink, direction);
         match self.origin {
             Origin::Path => {
@@ -94,13 +111,22 @@ impl Question for Traversal<'_, '_, Distance> {
                 // What goes on the stack for lack of room has no bound any more.
                 if self.workspace.front.room() < WIDTH * WIDTH {
                     let workspace = &mut *self.workspace;
-                    workspace.search.bound(&workspace.front, root(gaps.least), self.relation.unit);
+                    workspace
+                        .search
+                        .bound(&workspace.front, root(gaps.least), self.relation.unit);
                 }
             }
             Origin::Stack => {}
         }
         self.question.pair = pair;
-        expand(lanes, pair, [self.a, self.b], self.relation, &mut gaps, self);
+        expand(
+            lanes,
+            pair,
+            [self.a, self.b],
+            self.relation,
+            &mut gaps,
+            self,
+        );
         let search = &mut self.workspace.search;
         if self.origin != Origin::Path {
             // Whatever was not kept of its children is at least as far apart.
@@ -162,7 +188,11 @@ impl Sink for Traversal<'_, '_, Distance> {
             return self.queue_all(hits, child);
         }
         let mut deepest = (0.0, None);
-        let last = if self.strategy.deepest_first { self.closest(hits) } else { 0 };
+        let last = if self.strategy.deepest_first {
+            self.closest(hits)
+        } else {
+            0
+        };
         for mut hits in [hits & !last, last] {
             while hits != 0 {
                 let bit = hits.trailing_zeros();
@@ -187,13 +217,20 @@ impl Sink for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        let hits = if hits.count_ones() > MANY && self.puts_back() { self.put_back(hits) } else { hits };
+        let hits = if hits.count_ones() > MANY && self.puts_back() {
+            self.put_back(hits)
+        } else {
+            hits
+        };
         let search = &mut self.workspace.search;
         search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
         if search.is_diving {
             // One is enough for a guess, which is no bound; all are met again.
             let likely = search.waiting.iter().min_by(|x, y| x.low.total_cmp(&y.low));
-            search.proposed.extend(likely.map(|likely| Bounded { low: 0.0, ..*likely }));
+            search.proposed.extend(likely.map(|likely| Bounded {
+                low: 0.0,
+                ..*likely
+            }));
             search.waiting.clear();
         }
     }
@@ -214,7 +251,10 @@ impl Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn puts_back(&self) -> bool {
         let is_alone = self.workspace.contacts.margin().is_none();
-        is_alone && self.origin != Origin::Path && !self.strategy.deepest_first && !self.strategy.largest_first
+        is_alone
+            && self.origin != Origin::Path
+            && !self.strategy.deepest_first
+            && !self.strategy.largest_first
     }
 
     /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they are eight pairs, and puts the
@@ -223,11 +263,18 @@ impl Traversal<'_, '_, Distance> {
     #[inline(never)]
     fn put_back(&mut self, hits: u64) -> u64 {
         let row_of = |row: usize| hits & 0xff << (WIDTH * row);
-        let least = |row| bits(row_of(row)).map(|bit| self.keys.as_flattened()[bit]).fold(f32::INFINITY, f32::min);
+        let least = |row| {
+            bits(row_of(row))
+                .map(|bit| self.keys.as_flattened()[bit])
+                .fold(f32::INFINITY, f32::min)
+        };
         let mut rows: [_; WIDTH] = core::array::from_fn(|row| (least(row), row));
         rows.sort_unstable_by(|(x, i), (y, j)| x.total_cmp(y).then(i.cmp(j)));
         let (mut taken, mut left) = (0_u64, None);
-        let mut pair = Pair { alive: [0, self.question.pair.alive[1]], ..self.question.pair };
+        let mut pair = Pair {
+            alive: [0, self.question.pair.alive[1]],
+            ..self.question.pair
+        };
         for (key, row) in rows {
             if key <= 0.0 || taken.count_ones() < WIDTH as u32 {
                 taken |= row_of(row);
@@ -260,7 +307,11 @@ impl Traversal<'_, '_, Distance> {
             }
         } else if key > 0.0 || self.strategy.deepest_first {
             let search = &mut workspace.search;
-            let bucket = if self.strategy.deepest_first { 0 } else { search.bucket(key, self.question.cut) };
+            let bucket = if self.strategy.deepest_first {
+                0
+            } else {
+                search.bucket(key, self.question.cut)
+            };
             workspace.front.queue(pair, key, bucket, true);
         } else {
             let at = workspace.front.push(pair);
@@ -276,7 +327,9 @@ impl Traversal<'_, '_, Distance> {
     fn look_for_plane(&mut self) {
         let work = self.workspace.work();
         let search = &mut self.workspace.search;
-        let (taken, gap) = search.halves.look(self.a, self.b, self.b_in_a, &search.interval, work);
+        let (taken, gap) = search
+            .halves
+            .look(self.a, self.b, self.b_in_a, &search.interval, work);
         self.workspace.run.stats.work += taken;
         // NaN proves nothing.
         if let Some(gap) = gap.filter(|gap| *gap > 0.0 && *gap < f64::INFINITY)

@@ -26,8 +26,13 @@ pub struct OpenedPair {
 /// Every node pair opened by a run that finds all intersections, parents before their children; none if a mesh is empty.
 pub fn opened_pairs(a: &Tree, b: &Tree, b_in_a: &Pose) -> Vec<OpenedPair> {
     let (relation, opened) = (Relation::new(a, b, b_in_a), Vec::new());
-    let mut recorder =
-        Recorder { trees: [a, b], relation: &relation, keys: [[0.0; WIDTH]; WIDTH], front: Vec::new(), opened };
+    let mut recorder = Recorder {
+        trees: [a, b],
+        relation: &relation,
+        keys: [[0.0; WIDTH]; WIDTH],
+        front: Vec::new(),
+        opened,
+    };
     if !a.nodes().is_empty() && !b.nodes().is_empty() {
         recorder.front.push((Pair::new(0, 0), 0));
     }
@@ -51,8 +56,18 @@ impl Kernel for &mut Recorder<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         while let Some((pair, parent)) = self.front.pop() {
-            self.opened.push(OpenedPair { parent, ..OpenedPair::default() });
-            expand(lanes, pair, self.trees, self.relation, &mut Overlap::new(self.relation), self);
+            self.opened.push(OpenedPair {
+                parent,
+                ..OpenedPair::default()
+            });
+            expand(
+                lanes,
+                pair,
+                self.trees,
+                self.relation,
+                &mut Overlap::new(self.relation),
+                self,
+            );
         }
     }
 }
@@ -76,7 +91,9 @@ impl Sink for Recorder<'_> {
     }
 
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        (0..64).filter(|bit| hits >> bit & 1 == 1).for_each(|bit| self.cluster(child(bit), 0));
+        (0..64)
+            .filter(|bit| hits >> bit & 1 == 1)
+            .for_each(|bit| self.cluster(child(bit), 0));
     }
 
     fn cluster(&mut self, pair: Pair, _column: usize) {
@@ -85,9 +102,12 @@ impl Sink for Recorder<'_> {
 
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
         let [a, b] = self.trees;
-        let pairs = (0..64)
-            .filter(|bit| hits >> bit & 1 == 1)
-            .map(|bit| [a.ids()[(first[0] + bit / 8) as usize], b.ids()[(first[1] + bit % 8) as usize]]);
+        let pairs = (0..64).filter(|bit| hits >> bit & 1 == 1).map(|bit| {
+            [
+                a.ids()[(first[0] + bit / 8) as usize],
+                b.ids()[(first[1] + bit % 8) as usize],
+            ]
+        });
         if let Some(pair) = self.opened.last_mut() {
             pair.triangle_pairs.extend(pairs);
         }

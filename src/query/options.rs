@@ -111,5 +111,9 @@ impl core::error::Error for OptionError {}
 
 /// By how much a surface is thickened, of what was asked for.
 pub(super) fn thickness(margin: f64) -> f64 {
-    if margin > 0.0 { margin.min(COORDINATE_LIMIT) } else { 0.0 }
+    if margin > 0.0 {
+        margin.min(COORDINATE_LIMIT)
+    } else {
+        0.0
+    }
 }

@@ -31,12 +31,26 @@ pub enum Order {
     Random(u64),
 }
 
-const NAMES: [&str; 6] = ["penetration", "low-alpha", "overlap-volume", "depth-first", "breadth-first", "random(SEED)"];
+const NAMES: [&str; 6] = [
+    "penetration",
+    "low-alpha",
+    "overlap-volume",
+    "depth-first",
+    "breadth-first",
+    "random(SEED)",
+];
 
 /// `random(7)` has its seed with it.
 impl fmt::Display for Order {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [penetration, low_alpha, overlap_volume, depth_first, breadth_first, _] = NAMES;
+        let [
+            penetration,
+            low_alpha,
+            overlap_volume,
+            depth_first,
+            breadth_first,
+            _,
+        ] = NAMES;
         f.pad(match self {
             Self::Penetration => penetration,
             Self::LowAlpha => low_alpha,
@@ -52,10 +66,26 @@ impl FromStr for Order {
     type Err = UnknownName;
 
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        let plain = [Self::Penetration, Self::LowAlpha, Self::OverlapVolume, Self::DepthFirst, Self::BreadthFirst];
-        let seed = || name.strip_prefix("random(")?.strip_suffix(')')?.parse().ok();
-        let named = NAMES.iter().position(|&known| known == name).and_then(|at| plain.get(at).copied());
-        named.or_else(|| seed().map(Self::Random)).ok_or_else(|| UnknownName::new(name, &NAMES))
+        let plain = [
+            Self::Penetration,
+            Self::LowAlpha,
+            Self::OverlapVolume,
+            Self::DepthFirst,
+            Self::BreadthFirst,
+        ];
+        let seed = || {
+            name.strip_prefix("random(")?
+                .strip_suffix(')')?
+                .parse()
+                .ok()
+        };
+        let named = NAMES
+            .iter()
+            .position(|&known| known == name)
+            .and_then(|at| plain.get(at).copied());
+        named
+            .or_else(|| seed().map(Self::Random))
+            .ok_or_else(|| UnknownName::new(name, &NAMES))
     }
 }
 
@@ -63,7 +93,10 @@ impl FromStr for Order {
 /// could, A's units. Both are a little more than 0, so that products over the axes tell flat boxes apart.
 fn overlap(a: &Node, b: &Node, relation: &Relation, reach: f32) -> [[f32; 2]; 3] {
     let view = Views::between(a, b, relation).of_b;
-    let (center, half) = (view.point(b.own_center * relation.scale), view.half(b.own_half * relation.scale));
+    let (center, half) = (
+        view.point(b.own_center * relation.scale),
+        view.half(b.own_half * relation.scale),
+    );
     let [distance, a, b] = [(center - a.own_center).abs(), a.own_half, half].map(xyz);
     per_axis!(k => {
         let (least, slack) = (2.0 * a[k].min(b[k]) + reach, 1e-3 * (a[k] + b[k]) + 1e-9);
@@ -73,14 +106,20 @@ fn overlap(a: &Node, b: &Node, relation: &Relation, reach: f32) -> [[f32; 2]; 3]
 
 /// The volume in which the boxes of two nodes overlap over that of the smaller one, on the axes of A's node; within 0..=1.
 pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
-    overlap(a, b, relation, 0.0).iter().map(|[common, most]| common / most).product()
+    overlap(a, b, relation, 0.0)
+        .iter()
+        .map(|[common, most]| common / most)
+        .product()
 }
 
 /// The bucket of a pair in an order in which the largest room comes first that its boxes, one of them thicker by `reach` (A's
 /// units), have in common.
 pub(super) fn bucket_by_room(a: &Node, b: &Node, relation: &Relation, reach: f32) -> usize {
     // No two boxes overlap in 64 cubic units of A. Two buckets for each factor of two.
-    let room: f32 = overlap(a, b, relation, reach).iter().map(|[common, _]| common).product();
+    let room: f32 = overlap(a, b, relation, reach)
+        .iter()
+        .map(|[common, _]| common)
+        .product();
     ((-2.0 * libm::log2f(room / 64.0)) as usize).min(BUCKETS - 1)
 }
 

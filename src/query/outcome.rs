@@ -40,7 +40,11 @@ pub enum Verdict {
 impl Verdict {
     /// A verdict on triangles that are no farther apart than the margins: they intersect if their distance is 0.
     pub(crate) fn of_witness(witness: [u32; 2], distance: f64) -> Self {
-        if distance == 0.0 { Self::Intersecting { witness } } else { Self::Within { witness, distance } }
+        if distance == 0.0 {
+            Self::Intersecting { witness }
+        } else {
+            Self::Within { witness, distance }
+        }
     }
 
     /// What it is called in files, without its witness: `intersecting`, `within`, `separated` or `undecided`.
@@ -76,7 +80,12 @@ impl Verdict {
     }
 }
 
-const VERDICTS: [&str; 4] = ["intersecting(A, B)", "within(A, B, distance)", "separated", "undecided"];
+const VERDICTS: [&str; 4] = [
+    "intersecting(A, B)",
+    "within(A, B, distance)",
+    "separated",
+    "undecided",
+];
 
 /// `intersecting(12, 907)` and `within(12, 907, 0.25)` have their witnesses with them.
 impl fmt::Display for Verdict {
@@ -84,7 +93,10 @@ impl fmt::Display for Verdict {
         let [.., separated, undecided] = VERDICTS;
         match self {
             Self::Intersecting { witness: [a, b] } => write!(f, "intersecting({a}, {b})"),
-            Self::Within { witness: [a, b], distance } => write!(f, "within({a}, {b}, {distance})"),
+            Self::Within {
+                witness: [a, b],
+                distance,
+            } => write!(f, "within({a}, {b}, {distance})"),
             Self::Separated => f.pad(separated),
             Self::Undecided => f.pad(undecided),
         }
@@ -96,20 +108,36 @@ impl FromStr for Verdict {
 
     fn from_str(name: &str) -> Result<Self, UnknownName> {
         let intersecting = || {
-            let (a, b) = name.strip_prefix("intersecting(")?.strip_suffix(')')?.split_once(", ")?;
-            Some(Self::Intersecting { witness: [a.parse().ok()?, b.parse().ok()?] })
+            let (a, b) = name
+                .strip_prefix("intersecting(")?
+                .strip_suffix(')')?
+                .split_once(", ")?;
+            Some(Self::Intersecting {
+                witness: [a.parse().ok()?, b.parse().ok()?],
+            })
         };
         let within = || {
-            let (a, rest) = name.strip_prefix("within(")?.strip_suffix(')')?.split_once(", ")?;
+            let (a, rest) = name
+                .strip_prefix("within(")?
+                .strip_suffix(')')?
+                .split_once(", ")?;
             let (b, distance) = rest.split_once(", ")?;
-            let distance = distance.parse().ok().filter(|&distance| distance > 0.0 && distance < f64::INFINITY)?;
-            Some(Self::Within { witness: [a.parse().ok()?, b.parse().ok()?], distance })
+            let distance = distance
+                .parse()
+                .ok()
+                .filter(|&distance| distance > 0.0 && distance < f64::INFINITY)?;
+            Some(Self::Within {
+                witness: [a.parse().ok()?, b.parse().ok()?],
+                distance,
+            })
         };
         let [.., separated, undecided] = VERDICTS;
         match name {
             _ if name == separated => Ok(Self::Separated),
             _ if name == undecided => Ok(Self::Undecided),
-            _ => intersecting().or_else(within).ok_or_else(|| UnknownName::new(name, &VERDICTS)),
+            _ => intersecting()
+                .or_else(within)
+                .ok_or_else(|| UnknownName::new(name, &VERDICTS)),
         }
     }
 }
@@ -190,7 +218,12 @@ impl Stats {
         self.bv_tests_per_level = [0; LEVELS];
         // All together would be a call of `memset`, whose wide stores take 20 ns in some processes.
         compiler_fence(Ordering::SeqCst);
-        (self.bv_tests, self.primitive_tests, self.exact_tests, self.work) = (0, 0, 0, 0);
+        (
+            self.bv_tests,
+            self.primitive_tests,
+            self.exact_tests,
+            self.work,
+        ) = (0, 0, 0, 0);
         (self.queue_peak, self.elapsed) = (0, None);
     }
 
@@ -198,15 +231,18 @@ impl Stats {
     pub(super) fn bv_tests_of_levels(&self) -> u64 {
         // Four sums, of which none waits for the others.
         let (fours, _) = self.bv_tests_per_level.as_chunks::<4>();
-        let [a, b, c, d] = fours.iter().fold([0; 4], |sums, four| core::array::from_fn(|i| sums[i] + four[i]));
+        let [a, b, c, d] = fours.iter().fold([0; 4], |sums, four| {
+            core::array::from_fn(|i| sums[i] + four[i])
+        });
         (a + b) + (c + d)
     }
 
     /// The counts that time depends on; node pairs that were opened stand for box updates, and so does all other work, as of
     /// tests on edge axes and of steps along curves.
     pub fn counts(&self) -> Counts {
-        let others =
-            self.bv_tests + self.primitive_tests * WORK_PER_TRIANGLE_TEST + self.exact_tests * WORK_PER_EXACT_TEST;
+        let others = self.bv_tests
+            + self.primitive_tests * WORK_PER_TRIANGLE_TEST
+            + self.exact_tests * WORK_PER_EXACT_TEST;
         Counts {
             bv_tests: self.bv_tests as f64,
             triangle_tests: self.primitive_tests as f64,

@@ -25,16 +25,32 @@ impl Parting {
     /// A lower bound of the distance of two meshes that keep their extremes, in their unit of length; and how many planes were
     /// tried, beginning with the last one. If none of so many parts them, it is 0. `O(1)` in the mean: a few dozen corners a
     /// plane.
-    pub fn distance(&mut self, trees: [&Tree; 2], b_in_a: &Pose, most: u32, workspace: &Workspace) -> (f64, u32) {
+    pub fn distance(
+        &mut self,
+        trees: [&Tree; 2],
+        b_in_a: &Pose,
+        most: u32,
+        workspace: &Workspace,
+    ) -> (f64, u32) {
         let [a, b] = trees;
         if !a.has_extremes() || !b.has_extremes() || flushing::matters(a, b, b_in_a) {
             return (0.0, 0);
         }
         let relation = &Relation::new(a, b, b_in_a);
         if *self == Self::default() {
-            self.0 = relation.middle().try_normalize().unwrap_or(DVec3::X).as_vec3().to_array();
+            self.0 = relation
+                .middle()
+                .try_normalize()
+                .unwrap_or(DVec3::X)
+                .as_vec3()
+                .to_array();
         }
-        let (gap, tried) = workspace.instructions.run(Search { trees, relation, most, direction: &mut self.0 });
+        let (gap, tried) = workspace.instructions.run(Search {
+            trees,
+            relation,
+            most,
+            direction: &mut self.0,
+        });
         (f64::from(gap / LONGEST) * relation.unit, tried)
     }
 }
@@ -57,7 +73,12 @@ impl Kernel for Search<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> (f32, u32) {
-        let Self { trees: [a, b], relation, most, direction } = self;
+        let Self {
+            trees: [a, b],
+            relation,
+            most,
+            direction,
+        } = self;
         let (linear, middle) = (relation.linear(), relation.middle());
         let [in_a, in_b] = relation.place.margin.map(|margin| margin.as_array()[0]);
         let margin = in_a.min(in_b) + LEFT_OUT * (1.0 + relation.scale);
@@ -71,9 +92,12 @@ impl Kernel for Search<'_> {
             if gap > 0.0 {
                 return (gap, tried);
             }
-            let nearest =
-                simplex.add((linear * Vec3::from(q).as_dvec3() + middle - Vec3::from(p).as_dvec3()).as_vec3());
-            let Some(next) = nearest.and_then(Vec3::try_normalize) else { return (0.0, tried) };
+            let nearest = simplex.add(
+                (linear * Vec3::from(q).as_dvec3() + middle - Vec3::from(p).as_dvec3()).as_vec3(),
+            );
+            let Some(next) = nearest.and_then(Vec3::try_normalize) else {
+                return (0.0, tried);
+            };
             *direction = next.to_array();
         }
         (0.0, most)
@@ -123,7 +147,12 @@ impl Simplex {
     fn holds_the_origin(&self, new: Vec3) -> bool {
         let [x, y, z] = self.0[..] else { return false };
         let whole = (x - new).dot((y - new).cross(z - new));
-        let parts = [new.dot(z.cross(y)), new.dot(x.cross(z)), new.dot(y.cross(x)), x.dot(y.cross(z))];
+        let parts = [
+            new.dot(z.cross(y)),
+            new.dot(x.cross(z)),
+            new.dot(y.cross(x)),
+            x.dot(y.cross(z)),
+        ];
         parts.iter().all(|part| part * whole > 0.0)
     }
 }

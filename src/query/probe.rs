@@ -71,7 +71,11 @@ impl<'q> Probe<'q> {
         let [a, b] = self.nodes(pair);
         let (penetration, crossing) = overlap(a, b, self.relation);
         let cost = pair_cost([a.self_cost, b.self_cost], penetration);
-        let open = Open { pair, penetration, crossing };
+        let open = Open {
+            pair,
+            penetration,
+            crossing,
+        };
         if self.pairs.is_full() {
             self.sum_up(cost, open);
         } else {
@@ -82,7 +86,10 @@ impl<'q> Probe<'q> {
 
     #[inline(always)]
     fn nodes(&self, pair: Pair) -> [&'q Node; 2] {
-        [&self.trees[0].nodes()[pair.nodes[0] as usize], &self.trees[1].nodes()[pair.nodes[1] as usize]]
+        [
+            &self.trees[0].nodes()[pair.nodes[0] as usize],
+            &self.trees[1].nodes()[pair.nodes[1] as usize],
+        ]
     }
 
     #[inline(always)]
@@ -101,7 +108,10 @@ impl<'q> Probe<'q> {
     pub fn finish(mut self, instructions: Instructions, effort: usize) -> FrontSummary {
         self.effort = effort;
         instructions.run(&mut self);
-        for (cost, open) in mem::take(&mut self.costs).into_iter().zip(mem::take(&mut self.pairs)) {
+        for (cost, open) in mem::take(&mut self.costs)
+            .into_iter()
+            .zip(mem::take(&mut self.pairs))
+        {
             self.sum_up(cost, open);
         }
         self.summary
@@ -123,7 +133,14 @@ impl Kernel for &mut Probe<'_> {
             }
             self.costs.swap_remove(costliest);
             let pair = self.pairs.swap_remove(costliest).pair;
-            expand(lanes, pair, self.trees, self.relation, &mut Overlap::new(self.relation), self);
+            expand(
+                lanes,
+                pair,
+                self.trees,
+                self.relation,
+                &mut Overlap::new(self.relation),
+                self,
+            );
         }
     }
 }
@@ -163,8 +180,18 @@ fn overlap(a: &Node, b: &Node, relation: &Relation) -> (f32, f32) {
     let views = Views::between(a, b, relation);
     let scale = f32x4::splat(relation.scale);
     let (center, half) = (b.own_center * scale, b.own_half * scale);
-    let in_a = shares(views.of_b.point(center), views.of_b.half(half), a.own_center, a.own_half);
-    let in_b = shares(views.of_a.point(a.own_center), views.of_a.half(a.own_half), center, half);
+    let in_a = shares(
+        views.of_b.point(center),
+        views.of_b.half(half),
+        a.own_center,
+        a.own_half,
+    );
+    let in_b = shares(
+        views.of_a.point(a.own_center),
+        views.of_a.half(a.own_half),
+        center,
+        half,
+    );
     let [x, y, z] = xyz(in_a.0.fast_min(in_b.0));
     let [u, v, w] = xyz(in_a.1.fast_max(in_b.1));
     (x.min(y).min(z).max(0.0), u.max(v).max(w))

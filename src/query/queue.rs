@@ -18,7 +18,10 @@ pub(super) struct Pair {
 
 impl Pair {
     pub const fn new(a: u32, b: u32) -> Self {
-        Self { nodes: [a, b], alive: [u8::MAX; 2] }
+        Self {
+            nodes: [a, b],
+            alive: [u8::MAX; 2],
+        }
     }
 }
 
@@ -82,7 +85,8 @@ impl Front {
             stack: Box::new([Pair::new(0, 0); STACK]),
             height: 0,
             base: 0,
-            arena: alloc::vec![Entry { pair: Pair::new(0, 0), key: 0.0, next: NONE }; capacity].into(),
+            arena: alloc::vec![Entry { pair: Pair::new(0, 0), key: 0.0, next: NONE }; capacity]
+                .into(),
             lists: [(NONE, NONE); BUCKETS],
             occupied: [0; BUCKETS / 64],
             free: NONE,
@@ -106,7 +110,9 @@ impl Front {
 
     /// Puts a pair on the paths to the witnesses below it, if there are any, and room for what will come of it.
     pub fn follow(&mut self, pair: Pair, witnesses: u16) -> bool {
-        witnesses != 0 && self.height <= BESIDE_PATHS && self.paths.try_push((pair, witnesses)).is_ok()
+        witnesses != 0
+            && self.height <= BESIDE_PATHS
+            && self.paths.try_push((pair, witnesses)).is_ok()
     }
 
     /// The witnesses below the path that was popped last.
@@ -117,7 +123,10 @@ impl Front {
     /// Puts a pair where it is finished depth-first, before any queued pair. Returns where.
     #[inline(always)]
     pub fn push(&mut self, pair: Pair) -> usize {
-        debug_assert!(self.height < STACK, "the stack holds 64 pairs for each level of both trees");
+        debug_assert!(
+            self.height < STACK,
+            "the stack holds 64 pairs for each level of both trees"
+        );
         let at = self.height;
         // The remainder is for the compiler, which then needs no bounds check.
         self.stack[at % STACK] = pair;
@@ -193,7 +202,11 @@ impl Front {
 
     #[inline(always)]
     pub fn pop(&mut self) -> Option<(Pair, Origin)> {
-        let origin = if self.height == self.base { self.refill()? } else { Origin::Stack };
+        let origin = if self.height == self.base {
+            self.refill()?
+        } else {
+            Origin::Stack
+        };
         Some((self.pop_stack()?, origin))
     }
 
@@ -205,8 +218,14 @@ impl Front {
         }
         self.height -= 1;
         // Piece by piece, as it was pushed: a load of what two stores wrote waits until both are in the cache.
-        let Pair { nodes: [a, b], alive: [of_a, of_b] } = self.stack[self.height % STACK];
-        Some(Pair { nodes: [a, b], alive: [of_a, of_b] })
+        let Pair {
+            nodes: [a, b],
+            alive: [of_a, of_b],
+        } = self.stack[self.height % STACK];
+        Some(Pair {
+            nodes: [a, b],
+            alive: [of_a, of_b],
+        })
     }
 
     /// Puts the next pair on the stack where that has none above its base; tells where it comes from.
@@ -252,9 +271,11 @@ impl Front {
         }
         self.stack.copy_within(..height, queued);
         self.height += queued;
-        for (place, pair) in
-            self.stack[..queued].iter_mut().rev().zip(in_queue(&self.arena, &self.lists, &self.occupied))
-        {
+        for (place, pair) in self.stack[..queued].iter_mut().rev().zip(in_queue(
+            &self.arena,
+            &self.lists,
+            &self.occupied,
+        )) {
             *place = pair;
         }
         self.clear_queue();
@@ -273,7 +294,11 @@ impl Front {
 
     /// The first bucket that is not empty, 0 if pairs are left outside the queue, `None` if no pair is left.
     pub fn least_bucket(&self) -> Option<usize> {
-        if self.paths.is_empty() && self.height == 0 { self.first_bucket() } else { Some(0) }
+        if self.paths.is_empty() && self.height == 0 {
+            self.first_bucket()
+        } else {
+            Some(0)
+        }
     }
 
     /// Pairs for which the queue has room.
@@ -310,7 +335,9 @@ impl Front {
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let paths = self.paths.iter().map(|(pair, _)| *pair);
         let stack = self.stack[..self.height].iter().rev().copied();
-        paths.chain(stack).chain(in_queue(&self.arena, &self.lists, &self.occupied))
+        paths
+            .chain(stack)
+            .chain(in_queue(&self.arena, &self.lists, &self.occupied))
     }
 }
 
@@ -321,9 +348,14 @@ fn in_queue<'f>(
     occupied: &'f [u64; BUCKETS / 64],
 ) -> impl Iterator<Item = Pair> + 'f {
     let entry = |slot: u32| (slot != NONE).then(|| &arena[slot as usize]);
-    let buckets = occupied.iter().enumerate().flat_map(|(i, &mask)| bits(mask).map(move |bit| 64 * i + bit));
+    let buckets = occupied
+        .iter()
+        .enumerate()
+        .flat_map(|(i, &mask)| bits(mask).map(move |bit| 64 * i + bit));
     buckets
-        .flat_map(move |bucket| core::iter::successors(entry(lists[bucket].0), move |last| entry(last.next)))
+        .flat_map(move |bucket| {
+            core::iter::successors(entry(lists[bucket].0), move |last| entry(last.next))
+        })
         .map(|entry| entry.pair)
 }
 
@@ -346,7 +378,9 @@ mod tests {
     use alloc::vec::Vec;
 
     fn drain(front: &mut Front) -> Vec<u32> {
-        core::iter::from_fn(|| front.pop()).map(|(pair, _)| pair.nodes[0]).collect()
+        core::iter::from_fn(|| front.pop())
+            .map(|(pair, _)| pair.nodes[0])
+            .collect()
     }
 
     #[test]
@@ -368,12 +402,18 @@ mod tests {
         let pair = |i| Pair::new(i, 0);
         let mut front = Front::new(8);
         assert!(!front.follow(pair(9), 0) && front.follow(pair(0), 0b11));
-        assert_eq!((front.pop(), front.path_witnesses()), (Some((pair(0), Origin::Path)), 0b11));
+        assert_eq!(
+            (front.pop(), front.path_witnesses()),
+            (Some((pair(0), Origin::Path)), 0b11)
+        );
         front.push(pair(1));
         front.queue(pair(2), 0.0, 0, true);
         assert!(front.follow(pair(3), 0b01) && front.follow(pair(4), 0b10));
         front.set_aside();
-        assert_eq!((front.pop(), front.path_witnesses()), (Some((pair(4), Origin::Path)), 0b10));
+        assert_eq!(
+            (front.pop(), front.path_witnesses()),
+            (Some((pair(4), Origin::Path)), 0b10)
+        );
         front.push(pair(5));
         assert_eq!(front.iter().count(), 4);
         assert_eq!(front.pop(), Some((pair(5), Origin::Stack)));

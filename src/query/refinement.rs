@@ -37,7 +37,11 @@ impl Refinement {
         self.done += left;
         self.score = (self.score + decided as i32 - left as i32).min(0);
         if self.score < Self::WORST {
-            *self = Self { score: 0, rest: Self::REST, ..*self };
+            *self = Self {
+                score: 0,
+                rest: Self::REST,
+                ..*self
+            };
         }
     }
 }

@@ -29,7 +29,11 @@ pub(super) struct Bounded {
 impl Bounded {
     /// A pair of which nothing is known.
     pub const fn unknown(pair: [u32; 2]) -> Self {
-        Self { pair, low: 0.0, closest: Features::ANY }
+        Self {
+            pair,
+            low: 0.0,
+            closest: Features::ANY,
+        }
     }
 }
 
@@ -82,7 +86,8 @@ impl Search {
             return;
         }
         self.is_used = false;
-        (self.interval, self.halves, self.first_bucket) = (Interval::nothing(), Halves::NEVER, None);
+        (self.interval, self.halves, self.first_bucket) =
+            (Interval::nothing(), Halves::NEVER, None);
         self.dropped = f32::INFINITY;
         self.drop_all();
     }
@@ -130,14 +135,21 @@ impl Search {
         for bit in bits(hits) {
             let low = key(bit);
             let pair = [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8];
-            self.waiting.push(Bounded { low, ..Bounded::unknown(pair) });
+            self.waiting.push(Bounded {
+                low,
+                ..Bounded::unknown(pair)
+            });
         }
     }
 
     /// Up to eight waiting pairs with keys below `cut`, these keys, and how many they are; the first pair fills the places
     /// left. The keys of the others go to `dropped`.
     #[inline(always)]
-    pub fn pop_batch(&mut self, cut: f32, mut dropped: impl FnMut(f32)) -> ([[u32; 2]; WIDTH], [f32; WIDTH], usize) {
+    pub fn pop_batch(
+        &mut self,
+        cut: f32,
+        mut dropped: impl FnMut(f32),
+    ) -> ([[u32; 2]; WIDTH], [f32; WIDTH], usize) {
         let (mut pairs, mut keys) = ([[0; 2]; WIDTH], [0.0; WIDTH]);
         let mut count = 0;
         while count < WIDTH
@@ -175,7 +187,12 @@ impl Search {
 
     /// All triangle pairs that are left.
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.waiting.iter().chain(&self.proposed).chain(&*self.put_off).chain(&self.linked).map(|left| left.pair)
+        self.waiting
+            .iter()
+            .chain(&self.proposed)
+            .chain(&*self.put_off)
+            .chain(&self.linked)
+            .map(|left| left.pair)
     }
 
     /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
@@ -189,25 +206,38 @@ impl Search {
         // Also for an empty mesh, where nothing was begun.
         self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.low));
-        let others = self.proposed.iter().chain(&*self.put_off).chain(&self.linked).map(|left| left.low);
+        let others = self
+            .proposed
+            .iter()
+            .chain(&*self.put_off)
+            .chain(&self.linked)
+            .map(|left| left.low);
         // Of pairs that are left there is more to come. Those that were dropped stay what they are, no closer than the
         // cut: so
         // their root is not rounded to `f32`.
         let dropped = libm::sqrt(f64::from(self.dropped)) * (1.0 - f64::EPSILON);
-        self.interval.raise(f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)).min(dropped) * unit);
+        self.interval.raise(
+            f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)).min(dropped) * unit,
+        );
     }
 
     /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent. The last but few hold
     /// what is as far as the first upper bound.
     pub fn bucket(&mut self, key: f32, cut: f32) -> usize {
         let bits = key.to_bits() >> BUCKET_BITS;
-        let first = *self.first_bucket.get_or_insert((cut.to_bits() >> BUCKET_BITS).saturating_sub(BUCKETS as u32 - 2));
+        let first = *self
+            .first_bucket
+            .get_or_insert((cut.to_bits() >> BUCKET_BITS).saturating_sub(BUCKETS as u32 - 2));
         (bits.saturating_sub(first) as usize).min(BUCKETS - 1)
     }
 
     fn least_key(&self, bucket: usize) -> f32 {
         let first = self.first_bucket.unwrap_or(0);
-        if bucket == 0 { 0.0 } else { f32::from_bits((first + bucket as u32) << BUCKET_BITS) }
+        if bucket == 0 {
+            0.0
+        } else {
+            f32::from_bits((first + bucket as u32) << BUCKET_BITS)
+        }
     }
 }
 
@@ -218,7 +248,9 @@ const BUCKET_BITS: u32 = 20;
 #[inline(always)]
 pub(super) fn least_key(keys: &Keys, pair: &Pair, column: usize) -> f32 {
     let alive = pair.alive[0] & pair.alive[1];
-    let least = (0..WIDTH).filter(|row| alive >> row & 1 != 0).map(|row| keys[row][column]);
+    let least = (0..WIDTH)
+        .filter(|row| alive >> row & 1 != 0)
+        .map(|row| keys[row][column]);
     least.fold(f32::INFINITY, f32::min)
 }
 
@@ -241,11 +273,30 @@ mod tests {
     fn what_was_dropped_at_the_cut_is_no_closer_than_that() {
         let mut random = Random::new(1);
         for _ in 0..1000 {
-            let (high, unit) = (random.between(1e-3, 1e3), f64::exp2(random.between(-9.0, 9.0).floor()));
+            let (high, unit) = (
+                random.between(1e-3, 1e3),
+                f64::exp2(random.between(-9.0, 9.0).floor()),
+            );
             let mut search = Search::new();
-            search.interval = Interval::new(Tolerance { absolute: 0.0, relative: 0.0 }, 0.0, f64::INFINITY);
+            search.interval = Interval::new(
+                Tolerance {
+                    absolute: 0.0,
+                    relative: 0.0,
+                },
+                0.0,
+                f64::INFINITY,
+            );
             let points = [DVec3::ZERO, DVec3::X * high];
-            search.interval.settle([0; 2], &Closest { points, direction: -DVec3::X, low: high, high, is_tight: true });
+            search.interval.settle(
+                [0; 2],
+                &Closest {
+                    points,
+                    direction: -DVec3::X,
+                    low: high,
+                    high,
+                    is_tight: true,
+                },
+            );
             search.dropped = search.interval.square_cut(unit);
             search.bound(&Front::new(1), f32::INFINITY, unit);
             assert_eq!(search.interval.low(), high);

@@ -76,8 +76,17 @@ impl Strategy {
 
     /// For what a run has left open: so that the room for what is not known shrinks as fast as may be.
     pub fn narrowing(self) -> Self {
-        let march = if self.march == Marching::Never { Marching::Never } else { Marching::Over };
-        Self { queue_threshold: 0.0, largest_first: true, march, ..Self::NONE }
+        let march = if self.march == Marching::Never {
+            Marching::Never
+        } else {
+            Marching::Over
+        };
+        Self {
+            queue_threshold: 0.0,
+            largest_first: true,
+            march,
+            ..Self::NONE
+        }
     }
 
     /// For a run that nothing will stop: depth-first, which costs least.
@@ -88,7 +97,11 @@ impl Strategy {
             Mode::Any => (default_order, WarmStart::Witnesses),
             Mode::All => (false, WarmStart::None),
         };
-        Self { deepest_first, warm_start, ..Self::NONE }
+        Self {
+            deepest_first,
+            warm_start,
+            ..Self::NONE
+        }
     }
 
     /// For a budget. `fits` tells whether a time is expected to last to the end.
@@ -107,7 +120,8 @@ impl Strategy {
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
         let stops = budget.work.is_some() || is_short;
         let is_early = is_short || options.early && !budget.is_unlimited();
-        let marches = can_march && default_order && options.mode == Mode::All && (is_early || stops);
+        let marches =
+            can_march && default_order && options.mode == Mode::All && (is_early || stops);
         let (default_threshold, work_per_pair) = match (marches, is_early) {
             (false, _) => (QUEUE_THRESHOLD, 0),
             (true, false) => (f32::INFINITY, CURVES_WORK_PER_PAIR),
@@ -141,7 +155,12 @@ impl Strategy {
     /// For what comes after the first hit of a run that marches: where to look first matters less from then on, since the
     /// curve that was found is followed, and to choose costs time.
     pub fn after_first_hit(self) -> Self {
-        Self { queue_threshold: f32::INFINITY, deepest_first: false, batch: WIDTH, ..self }
+        Self {
+            queue_threshold: f32::INFINITY,
+            deepest_first: false,
+            batch: WIDTH,
+            ..self
+        }
     }
 
     /// Whether the first hit should come so soon that the second of siblings has its place too, and deep triangle pairs are

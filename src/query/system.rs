@@ -8,7 +8,10 @@
 use super::budget::{Budget, Clock};
 use core::time::Duration;
 
-#[cfg(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown"))))]
+#[cfg(all(
+    feature = "std",
+    not(all(target_family = "wasm", target_os = "unknown"))
+))]
 mod clock {
     use super::{Budget, Clock, Duration};
     use std::sync::OnceLock;
@@ -38,7 +41,10 @@ mod clock {
     }
 }
 
-#[cfg(not(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown")))))]
+#[cfg(not(all(
+    feature = "std",
+    not(all(target_family = "wasm", target_os = "unknown"))
+)))]
 mod clock {
     use super::{Budget, Clock, Duration};
 
@@ -57,11 +63,17 @@ mod clock {
     impl Budget {
         /// What is left of a budget by [`SYSTEM`]: no time.
         pub(crate) fn by_system(self) -> Self {
-            Self { time: self.time.map(|_| Duration::ZERO), ..self }
+            Self {
+                time: self.time.map(|_| Duration::ZERO),
+                ..self
+            }
         }
     }
 }
 
 pub(crate) use clock::SYSTEM;
-#[cfg(all(feature = "std", not(all(target_family = "wasm", target_os = "unknown"))))]
+#[cfg(all(
+    feature = "std",
+    not(all(target_family = "wasm", target_os = "unknown"))
+))]
 pub use clock::SystemClock;

@@ -82,8 +82,20 @@ where
         workspace: &'q mut Workspace,
         deadline: &'q mut Deadline<'c>,
     ) -> Self {
-        let (strategy, keys, origin) = (workspace.run.strategy, [[0.0; WIDTH]; WIDTH], Origin::Stack);
-        Self { question, a, b, b_in_a, strategy, relation, workspace, deadline, keys, origin }
+        let (strategy, keys, origin) =
+            (workspace.run.strategy, [[0.0; WIDTH]; WIDTH], Origin::Stack);
+        Self {
+            question,
+            a,
+            b,
+            b_in_a,
+            strategy,
+            relation,
+            workspace,
+            deadline,
+            keys,
+            origin,
+        }
     }
 
     /// Goes on until the run is over or the deadline stops it.
@@ -111,7 +123,11 @@ where
     fn run<L: Lanes>(self, lanes: L) -> StopReason {
         loop {
             if let Some(reason) = self.deadline.stop(self.workspace.run.stats.work) {
-                return if self.workspace.is_done() { StopReason::Finished } else { reason };
+                return if self.workspace.is_done() {
+                    StopReason::Finished
+                } else {
+                    reason
+                };
             }
             if self.workspace.testing {
                 if let Some(reason) = self.test(lanes) {

@@ -22,7 +22,10 @@ impl Kernel for Batch<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Distances {
         let Self([a, b], relation, [i, j]) = self;
-        let (a, b) = (i.map(|i| &a.triangles()[i].0), j.map(|j| &b.triangles()[j].0));
+        let (a, b) = (
+            i.map(|i| &a.triangles()[i].0),
+            j.map(|j| &b.triangles()[j].0),
+        );
         distances(lanes, a, b, &relation.triangles)
     }
 }
@@ -46,12 +49,22 @@ impl Soup {
     fn tree(self, random: &mut Random) -> Tree {
         let mut corners = Vec::new();
         for _ in 0..64 {
-            let (middle, start, end) = (vector(random), vector(random) * self.size, vector(random) * self.size);
-            let third = start.lerp(end, random.fraction()) + vector(random) * (self.size * self.width);
-            corners.extend([start, end, third].map(|corner| self.center + (middle + corner) * self.reach));
+            let (middle, start, end) = (
+                vector(random),
+                vector(random) * self.size,
+                vector(random) * self.size,
+            );
+            let third =
+                start.lerp(end, random.fraction()) + vector(random) * (self.size * self.width);
+            corners.extend(
+                [start, end, third].map(|corner| self.center + (middle + corner) * self.reach),
+            );
         }
         let triangles = (0..64).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
-        Tree::with_options(Mesh::from_f64(corners, triangles).unwrap(), &BuildOptions::default())
+        Tree::with_options(
+            Mesh::from_f64(corners, triangles).unwrap(),
+            &BuildOptions::default(),
+        )
     }
 }
 
@@ -81,14 +94,19 @@ fn check(a: &Tree, b: &Tree, pose: Pose, gap: f64, random: &mut Random) -> [[f64
     let pose = Pose::new(*pose.rotation(), translation).unwrap();
 
     let relation = Relation::new(a, b, &pose);
-    let [fast, portable] =
-        [Instructions::detect(), Instructions::PORTABLE].map(|set| set.run(Batch([a, b], &relation, pairs)));
+    let [fast, portable] = [Instructions::detect(), Instructions::PORTABLE]
+        .map(|set| set.run(Batch([a, b], &relation, pairs)));
     assert_eq!(fast.low.map(f32::to_bits), portable.low.map(f32::to_bits));
     from_fn(|lane| {
         let (i, j) = (pairs[0][lane], pairs[1][lane]);
         let exact = Distance::of(&corners(a, i), &place(&pose, j));
         let low = f64::from(fast.low[lane]) * a.unit().length();
-        assert_ne!(exact.order_of(low), Ordering::Greater, "{low:e}, not {:e}: {pose:?}", exact.rounded());
+        assert_ne!(
+            exact.order_of(low),
+            Ordering::Greater,
+            "{low:e}, not {:e}: {pose:?}",
+            exact.rounded()
+        );
         [low, exact.rounded()]
     })
 }
@@ -110,7 +128,10 @@ fn no_distance_is_below_its_bound() {
         let (tree_a, tree_b) = (a.tree(&mut random), b.tree(&mut random));
         let pose = pose(&a, &b, [0.0, 1e-7, 1e-3][round % 3], &mut random);
         let gap = f64::exp2(-random.between(0.0, 40.0)) * a.size.min(b.size * ratio);
-        proven += check(&tree_a, &tree_b, pose, gap, &mut random).iter().filter(|[low, _]| *low > 0.0).count();
+        proven += check(&tree_a, &tree_b, pose, gap, &mut random)
+            .iter()
+            .filter(|[low, _]| *low > 0.0)
+            .count();
     }
     assert!(proven > 3000, "{proven}");
 }
@@ -120,13 +141,31 @@ fn no_distance_is_below_its_bound() {
 fn bounds_are_tight_where_numbers_are_good() {
     let mut random = Random::new(2);
     for round in 0..400 {
-        let soup = Soup { center: vector(&mut random) * 3.0, reach: 1.0, size: 0.02, width: 1.0 };
+        let soup = Soup {
+            center: vector(&mut random) * 3.0,
+            reach: 1.0,
+            size: 0.02,
+            width: 1.0,
+        };
         let (a, b) = (soup.tree(&mut random), soup.tree(&mut random));
         let gap = 0.02 * [1.0, 1e-2, 1e-3, 1e-4][round % 4];
-        let lanes = check(&a, &b, pose(&soup, &soup, 0.0, &mut random), gap, &mut random);
+        let lanes = check(
+            &a,
+            &b,
+            pose(&soup, &soup, 0.0, &mut random),
+            gap,
+            &mut random,
+        );
         for (lane, [low, distance]) in lanes.into_iter().enumerate() {
-            let share = if lane > 0 { 0.999 } else { [0.999, 0.998, 0.99, 0.9][round % 4] };
-            assert!(low >= share * distance || distance == 0.0, "{low:e} {distance:e} {round} {lane}");
+            let share = if lane > 0 {
+                0.999
+            } else {
+                [0.999, 0.998, 0.99, 0.9][round % 4]
+            };
+            assert!(
+                low >= share * distance || distance == 0.0,
+                "{low:e} {distance:e} {round} {lane}"
+            );
         }
     }
 }

@@ -23,7 +23,10 @@ pub(super) struct TrianglePairs {
 
 impl TrianglePairs {
     pub fn new() -> Self {
-        Self { pairs: Box::new([[0; 2]; CAPACITY]), len: 0 }
+        Self {
+            pairs: Box::new([[0; 2]; CAPACITY]),
+            len: 0,
+        }
     }
 
     pub fn len(&self) -> usize {
@@ -100,12 +103,25 @@ impl TrianglePairs {
 
 /// The triangles of one side of eight pairs, written out: a closure would not be compiled for the kernel's instruction set.
 #[inline(always)]
-pub(super) fn rows(tree: &Tree, [p, q, r, s, t, u, v, w]: [[u32; 2]; WIDTH], side: usize) -> [&Rows; WIDTH] {
+pub(super) fn rows(
+    tree: &Tree,
+    [p, q, r, s, t, u, v, w]: [[u32; 2]; WIDTH],
+    side: usize,
+) -> [&Rows; WIDTH] {
     let triangles = tree.triangles();
     macro_rules! row {
         ($pair:ident) => {
             &triangles[$pair[side] as usize].0
         };
     }
-    [row!(p), row!(q), row!(r), row!(s), row!(t), row!(u), row!(v), row!(w)]
+    [
+        row!(p),
+        row!(q),
+        row!(r),
+        row!(s),
+        row!(t),
+        row!(u),
+        row!(v),
+        row!(w),
+    ]
 }

@@ -71,17 +71,32 @@ pub(super) struct Place {
 
 impl Place {
     /// For what `f32` cannot hold.
-    const BLIND: Self =
-        Self { rotation: [[f32x4::ZERO; 3]; 3], translation: [f32x4::ZERO; 3], margin: [f32x4::splat(1e6); 2] };
+    const BLIND: Self = Self {
+        rotation: [[f32x4::ZERO; 3]; 3],
+        translation: [f32x4::ZERO; 3],
+        margin: [f32x4::splat(1e6); 2],
+    };
 
     /// By where the middle of B's box lies from that of A's, in A's units, and how much that may be off; if B's matrix is no
     /// rotation by `deviation`.
-    fn new(scale: f64, pose: &Pose, translation: DVec3, distance: f64, slop: f64, deviation: f64) -> Option<Self> {
+    fn new(
+        scale: f64,
+        pose: &Pose,
+        translation: DVec3,
+        distance: f64,
+        slop: f64,
+        deviation: f64,
+    ) -> Option<Self> {
         let u = f64::from(ROUNDING);
         let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + slop;
-        let margin_b = u * (192.0 + 32.0 * scale + 32.0 * distance) + slop + 8.0 * deviation * scale;
+        let margin_b =
+            u * (192.0 + 32.0 * scale + 32.0 * distance) + slop + 8.0 * deviation * scale;
         (margin_a < 1e6 && margin_b < 1e6 * scale).then(|| Self {
-            rotation: pose.rotation().transpose().to_cols_array_2d().map(|row| row.map(rounded)),
+            rotation: pose
+                .rotation()
+                .transpose()
+                .to_cols_array_2d()
+                .map(|row| row.map(rounded)),
             translation: translation.to_array().map(rounded),
             margin: [f32x4::splat(margin_a as f32), f32x4::splat(margin_b as f32)],
         })
@@ -152,7 +167,10 @@ const LEAST_GAP: f32 = 1.0 / 64.0;
 /// The middle of B's box from that of A's, in A's units, of which there are `per_unit` a length; and how much it may be off.
 fn offset([a, b]: [&Unit; 2], b_in_a: &Pose, scale: f64, per_unit: f64) -> (DVec3, f64) {
     let translation = (b_in_a.transform_point(b.origin) - a.origin) * per_unit;
-    (translation, rounding(a, b, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20)
+    (
+        translation,
+        rounding(a, b, b_in_a) * per_unit + (1.0 + scale) * power_of_two(-43) + 1e-20,
+    )
 }
 
 impl Relation {
@@ -168,7 +186,12 @@ impl Relation {
         let distance = translation.length();
         let place = Place::new(scale, b_in_a, translation, distance, slop, deviation)
             .filter(|_| exponent.abs() <= LARGEST_SCALE);
-        let Some(place) = place else { return Self { unit: power_of_two(of_a), ..Self::BLIND } };
+        let Some(place) = place else {
+            return Self {
+                unit: power_of_two(of_a),
+                ..Self::BLIND
+            };
+        };
         let [margin_a, margin_b] = place.margin.map(|margin| margin.as_array()[0]);
         let rows = b_in_a.rotation().transpose();
         let linear = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row * scale).to_array());
@@ -196,7 +219,8 @@ impl Relation {
         let (translation, slop) = offset([a.unit(), b.unit()], b_in_a, scale, 1.0 / self.unit);
         // No less than its length, without a root.
         let distance = translation.abs().element_sum();
-        Place::new(scale, b_in_a, translation, distance, slop, self.deviation).unwrap_or(Place::BLIND)
+        Place::new(scale, b_in_a, translation, distance, slop, self.deviation)
+            .unwrap_or(Place::BLIND)
     }
 
     /// The same less their margin, so below 0.
@@ -217,7 +241,11 @@ impl Relation {
 
     /// A direction in A's unit coordinates, for points in B's, and what is added for B's place.
     pub fn of_b(&self, direction: f32x4) -> (f32x4, f32) {
-        let Place { rotation, translation, .. } = &self.place;
+        let Place {
+            rotation,
+            translation,
+            ..
+        } = &self.place;
         let along = per_axis!(k => direction.spread(k));
         let [x, y, z] = per_axis!(k => (translation[k] * along[k]).as_array()[0]);
         let of_b = transposed(per_axis!(j => combined(along, &per_axis!(k => rotation[k][j]))));
@@ -247,7 +275,8 @@ impl Relation {
 /// to A, in the length unit of the meshes. A pose that cancels leaves small coordinates with the rounding of large ones.
 pub(super) fn rounding(a: &Unit, b: &Unit, b_in_a: &Pose) -> f64 {
     let reach = |v: DVec3| largest(v.abs());
-    let magnitude = reach(a.origin) + 6.0 * reach(b.origin) + reach(b_in_a.translation()) + 8.0 * b.length();
+    let magnitude =
+        reach(a.origin) + 6.0 * reach(b.origin) + reach(b_in_a.translation()) + 8.0 * b.length();
     magnitude * f64::EPSILON * 8.0
 }
 
@@ -270,10 +299,14 @@ impl<L: Lanes> View<F8<L>> {
     pub fn at_both(lanes: L, a: &Node, b: &Node, places: &Places) -> Self {
         let rows = per_axis!(i => F8::twice(lanes, a.rows[i]));
         // Factors from memory: to spread entries of registers takes as long as a product.
-        let turned = per_axis!(j => dot(rows, per_axis!(i => F8::load(lanes, &places.rotation[j][i]))));
+        let turned =
+            per_axis!(j => dot(rows, per_axis!(i => F8::load(lanes, &places.rotation[j][i]))));
         Self {
             columns: per_axis!(k => dot(turned, per_axis!(j => F8::splat(lanes, b.rows[j].as_array()[k])))),
-            origin: dot(rows, per_axis!(i => F8::load(lanes, &places.translation[i]))),
+            origin: dot(
+                rows,
+                per_axis!(i => F8::load(lanes, &places.translation[i])),
+            ),
             margin: F8::splat(lanes, places.margin[0]),
         }
     }
@@ -282,36 +315,60 @@ impl<L: Lanes> View<F8<L>> {
     #[inline(always)]
     pub fn inverse(&self, lanes: L, margin: f32) -> Self {
         let columns = transposed(self.columns);
-        Self { columns, origin: -times(&columns, self.origin), margin: F8::splat(lanes, margin) }
+        Self {
+            columns,
+            origin: -times(&columns, self.origin),
+            margin: F8::splat(lanes, margin),
+        }
     }
 
     /// At the first of two places.
     #[inline(always)]
     fn first(&self) -> View {
         let columns = per_axis!(k => self.columns[k].halves()[0]);
-        View { columns, origin: self.origin.halves()[0], margin: self.margin.halves()[0] }
+        View {
+            columns,
+            origin: self.origin.halves()[0],
+            margin: self.margin.halves()[0],
+        }
     }
 
     #[inline(always)]
     fn store(&self) -> View<[f32; 8]> {
         let columns = per_axis!(k => self.columns[k].store());
-        View { columns, origin: self.origin.store(), margin: self.margin.store() }
+        View {
+            columns,
+            origin: self.origin.store(),
+            margin: self.margin.store(),
+        }
     }
 }
 
 impl View<[f32; 8]> {
-    const NONE: Self = Self { columns: [[0.0; 8]; 3], origin: [0.0; 8], margin: [0.0; 8] };
+    const NONE: Self = Self {
+        columns: [[0.0; 8]; 3],
+        origin: [0.0; 8],
+        margin: [0.0; 8],
+    };
 
     #[inline(always)]
     pub fn load<L: Lanes>(&self, lanes: L) -> View<F8<L>> {
         let columns = per_axis!(k => F8::load(lanes, &self.columns[k]));
-        View { columns, origin: F8::load(lanes, &self.origin), margin: F8::load(lanes, &self.margin) }
+        View {
+            columns,
+            origin: F8::load(lanes, &self.origin),
+            margin: F8::load(lanes, &self.margin),
+        }
     }
 
     /// At the second of two places.
     fn second(&self) -> View {
         let half = |[.., x, y, z, w]: [f32; 8]| f32x4::new([x, y, z, w]);
-        View { columns: self.columns.map(half), origin: half(self.origin), margin: half(self.margin) }
+        View {
+            columns: self.columns.map(half),
+            origin: half(self.origin),
+            margin: half(self.margin),
+        }
     }
 }
 
@@ -394,22 +451,34 @@ impl<L: Lanes> Views<F8<L>> {
     /// At the first of two places.
     #[inline(always)]
     pub fn first(&self) -> Views {
-        Views { of_a: self.of_a.first(), of_b: self.of_b.first() }
+        Views {
+            of_a: self.of_a.first(),
+            of_b: self.of_b.first(),
+        }
     }
 
     #[inline(always)]
     pub fn store(&self) -> Views<[f32; 8]> {
-        Views { of_a: self.of_a.store(), of_b: self.of_b.store() }
+        Views {
+            of_a: self.of_a.store(),
+            of_b: self.of_b.store(),
+        }
     }
 }
 
 impl Views<[f32; 8]> {
     /// Before any are known.
-    pub const NONE: Self = Self { of_a: View::NONE, of_b: View::NONE };
+    pub const NONE: Self = Self {
+        of_a: View::NONE,
+        of_b: View::NONE,
+    };
 
     /// At the second of two places.
     pub fn second(&self) -> Views {
-        Views { of_a: self.of_a.second(), of_b: self.of_b.second() }
+        Views {
+            of_a: self.of_a.second(),
+            of_b: self.of_b.second(),
+        }
     }
 }
 
@@ -420,8 +489,16 @@ impl Views {
         let rows = per_axis!(i => combined(per_axis!(k => a.rows[k].spread(i)), &in_a));
         let origin = combined(place.translation, &a.rows);
         Self {
-            of_b: View { columns: transposed(rows), origin, margin: place.margin[0] },
-            of_a: View { columns: rows, origin: -times(&rows, origin), margin: place.margin[1] },
+            of_b: View {
+                columns: transposed(rows),
+                origin,
+                margin: place.margin[0],
+            },
+            of_a: View {
+                columns: rows,
+                origin: -times(&rows, origin),
+                margin: place.margin[1],
+            },
         }
     }
 
@@ -435,14 +512,21 @@ impl Views {
     /// Triangles of A's mesh, seen from the orientation of `b`.
     #[inline(always)]
     pub fn triangles_of_a(&self, b: &Node, place: &Place) -> View {
-        View { columns: place.rows(&b.rows), ..self.of_a }
+        View {
+            columns: place.rows(&b.rows),
+            ..self.of_a
+        }
     }
 
     /// Triangles of B's mesh, in B's units, seen from the orientation of `a`.
     #[inline(always)]
     pub fn triangles_of_b(&self, a: &Node, place: &Place, scale: f32) -> View {
         let scale = f32x4::splat(scale);
-        let columns = per_axis!(j => combined(per_axis!(i => place.rotation[i][j]), &a.rows) * scale);
-        View { columns, ..self.of_b }
+        let columns =
+            per_axis!(j => combined(per_axis!(i => place.rotation[i][j]), &a.rows) * scale);
+        View {
+            columns,
+            ..self.of_b
+        }
     }
 }

@@ -97,12 +97,20 @@ impl Run {
 
     /// Whether it is of this query.
     pub fn holds(&self, key: &Key) -> Result<(), ResumeError> {
-        if self.key.as_ref() == Some(key) { Ok(()) } else { Err(ResumeError) }
+        if self.key.as_ref() == Some(key) {
+            Ok(())
+        } else {
+            Err(ResumeError)
+        }
     }
 
     /// Whether it is of this query, and was stopped.
     pub fn holds_stopped(&self, key: &Key) -> Result<(), ResumeError> {
-        if self.stopped { self.holds(key) } else { Err(ResumeError) }
+        if self.stopped {
+            self.holds(key)
+        } else {
+            Err(ResumeError)
+        }
     }
 
     /// Adds the time of a call, if it is known.
@@ -183,7 +191,11 @@ pub(super) struct Key {
 
 impl Key {
     pub fn new(trees: [&Tree; 2], b_in_a: Pose, asked: Asked) -> Self {
-        Self { trees: trees.map(Tree::identity), b_in_a, asked }
+        Self {
+            trees: trees.map(Tree::identity),
+            b_in_a,
+            asked,
+        }
     }
 }
 
@@ -330,20 +342,33 @@ impl Workspace {
 
     /// What the last query has done.
     pub(super) fn counts(&self) -> Counts {
-        Stats { bv_tests: self.bv_tests(), ..self.run.stats }.counts()
+        Stats {
+            bv_tests: self.bv_tests(),
+            ..self.run.stats
+        }
+        .counts()
     }
 
     /// What the last query says, having ended for this reason.
     #[inline]
     pub(super) fn outcome(&self, stop: StopReason) -> Outcome {
         let run = &self.run;
-        Outcome { verdict: run.verdict(stop), stop, found: run.found, stats: self.stats() }
+        Outcome {
+            verdict: run.verdict(stop),
+            stop,
+            found: run.found,
+            stats: self.stats(),
+        }
     }
 
     /// What the last query has done.
     #[inline]
     pub(super) fn stats(&self) -> Stats {
-        Stats { bv_tests: self.run.stats.bv_tests_of_levels(), queue_peak: self.front.peak(), ..self.run.stats }
+        Stats {
+            bv_tests: self.run.stats.bv_tests_of_levels(),
+            queue_peak: self.front.peak(),
+            ..self.run.stats
+        }
     }
 
     /// Whether nothing is left open.
@@ -419,7 +444,9 @@ pub struct ResumeError;
 
 impl fmt::Display for ResumeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the workspace does not hold a run of this query (same trees, pose and options)")
+        f.write_str(
+            "the workspace does not hold a run of this query (same trees, pose and options)",
+        )
     }
 }
 
@@ -435,11 +462,21 @@ mod tests {
             let mut sample = Sample::default();
             (0..found).for_each(|i| sample.note([i, 0], i.into()));
             let pairs = sample.pairs();
-            assert_eq!(pairs.len() == found as usize, found <= PATHS as u32, "{found}");
+            assert_eq!(
+                pairs.len() == found as usize,
+                found <= PATHS as u32,
+                "{found}"
+            );
             assert!(pairs.len() >= PATHS / 2 || pairs.len() == found as usize);
             let step = pairs.get(1).map_or(1, |pair| pair[0]);
-            assert!(pairs.iter().zip(0..).all(|(pair, i)| pair[0] == i * step), "{found}: {pairs:?}");
-            assert!(found == 0 || pairs.len() as u32 * step >= found, "{found}: {pairs:?}");
+            assert!(
+                pairs.iter().zip(0..).all(|(pair, i)| pair[0] == i * step),
+                "{found}: {pairs:?}"
+            );
+            assert!(
+                found == 0 || pairs.len() as u32 * step >= found,
+                "{found}: {pairs:?}"
+            );
         }
     }
 }

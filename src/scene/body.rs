@@ -52,12 +52,22 @@ pub struct Body {
 impl Body {
     /// A moving body. `pose` maps the coordinates of the mesh to those of the scene.
     pub fn moving(tree: Arc<Tree>, pose: Pose) -> Self {
-        Self { tree, pose, kind: BodyKind::Moving, filter: Filter::default(), importance: 0.0, margin: 0.0 }
+        Self {
+            tree,
+            pose,
+            kind: BodyKind::Moving,
+            filter: Filter::default(),
+            importance: 0.0,
+            margin: 0.0,
+        }
     }
 
     /// A fixed body, which meets moving ones only.
     pub fn fixed(tree: Arc<Tree>, pose: Pose) -> Self {
-        Self { kind: BodyKind::Fixed, ..Self::moving(tree, pose) }
+        Self {
+            kind: BodyKind::Fixed,
+            ..Self::moving(tree, pose)
+        }
     }
 
     /// With another [`Body::filter`].
@@ -106,7 +116,10 @@ impl Placed {
 
     /// Where it is until the next frame.
     pub fn motion(&self) -> Motion {
-        self.motion.as_deref().copied().unwrap_or(Motion::still(self.body.pose))
+        self.motion
+            .as_deref()
+            .copied()
+            .unwrap_or(Motion::still(self.body.pose))
     }
 }
 
@@ -119,7 +132,10 @@ pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
 /// than before.
 #[inline]
 pub(super) fn triangle_ids([a, b]: [&Placed; 2], [x, y]: [u32; 2]) -> Option<[u32; 2]> {
-    Some([*a.body.tree.ids().get(x as usize)?, *b.body.tree.ids().get(y as usize)?])
+    Some([
+        *a.body.tree.ids().get(x as usize)?,
+        *b.body.tree.ids().get(y as usize)?,
+    ])
 }
 
 /// The bodies of a scene, in slots that are used again.
@@ -166,7 +182,10 @@ const YOUTH: u64 = 64;
 impl Bodies {
     /// Of a new scene.
     pub fn new() -> Self {
-        Self { scene: SceneNumber::new(), ..Self::default() }
+        Self {
+            scene: SceneNumber::new(),
+            ..Self::default()
+        }
     }
 
     pub fn len(&self) -> usize {
@@ -195,12 +214,20 @@ impl Bodies {
     /// The ids that the next bodies get, one after the other.
     pub fn next_ids(&self) -> impl Iterator<Item = BodyId> {
         let new = u32::try_from(self.slots.len()).unwrap_or(u32::MAX)..u32::MAX;
-        self.free.iter().rev().copied().chain(new).map(|index| self.id(index))
+        self.free
+            .iter()
+            .rev()
+            .copied()
+            .chain(new)
+            .map(|index| self.id(index))
     }
 
     /// Puts a body where [`Bodies::next_ids`] said.
     pub fn insert(&mut self, placed: Placed, frame: u64) {
-        let index = self.free.pop().map_or(self.slots.len(), |index| index as usize);
+        let index = self
+            .free
+            .pop()
+            .map_or(self.slots.len(), |index| index as usize);
         let is_new = index == self.slots.len();
         if is_new {
             self.slots.push(None);
@@ -215,12 +242,17 @@ impl Bodies {
         (self.facts[index].changed, self.facts[index].step) = (frame, 0.0);
         self.note(index);
         // A new slot has no known pairs.
-        self.set_pending(index as u32, if is_new { Change::Place } else { Change::Body });
+        self.set_pending(
+            index as u32,
+            if is_new { Change::Place } else { Change::Body },
+        );
     }
 
     pub fn remove(&mut self, id: BodyId) -> Result<Placed, SceneError> {
         self.get(id)?;
-        let placed = self.slots[id.index()].take().ok_or(SceneError::NoSuchBody { body: id })?;
+        let placed = self.slots[id.index()]
+            .take()
+            .ok_or(SceneError::NoSuchBody { body: id })?;
         self.len -= 1;
         if mem::take(&mut self.facts[id.index()].is_measured) {
             self.distance_requests.forget(id.index);
@@ -236,7 +268,12 @@ impl Bodies {
     }
 
     /// Changes a body in a way that may change its box or its verdicts from `frame` on.
-    pub fn change(&mut self, id: BodyId, frame: u64, change: impl FnOnce(&mut Placed)) -> Result<(), SceneError> {
+    pub fn change(
+        &mut self,
+        id: BodyId,
+        frame: u64,
+        change: impl FnOnce(&mut Placed),
+    ) -> Result<(), SceneError> {
         let Changing { placed, spot, .. } = self.begin_change(id, frame)?;
         spot.remake(frame);
         change(placed);
@@ -246,7 +283,12 @@ impl Bodies {
 
     /// Moves a body to a pose, where it rests.
     pub fn go(&mut self, id: BodyId, frame: u64, pose: &Pose) -> Result<(), SceneError> {
-        let Changing { placed, spot, step, is_first } = self.begin_change(id, frame)?;
+        let Changing {
+            placed,
+            spot,
+            step,
+            is_first,
+        } = self.begin_change(id, frame)?;
         let was_moving = placed.motion.take().is_some();
         if was_moving {
             spot.remake(frame);
@@ -264,10 +306,21 @@ impl Bodies {
     /// A body that something will be new about in `frame`.
     fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<Changing<'_>, SceneError> {
         let index = id.index();
-        let Self { scene, slots, facts, spots, pending, changed, .. } = self;
-        let is_of_it = |spot: &&mut Spot| spot.generation == id.generation && id.scene.may_be(*scene);
+        let Self {
+            scene,
+            slots,
+            facts,
+            spots,
+            pending,
+            changed,
+            ..
+        } = self;
+        let is_of_it =
+            |spot: &&mut Spot| spot.generation == id.generation && id.scene.may_be(*scene);
         let spot = spots.get_mut(index).filter(is_of_it);
-        let (Some(spot), Some(Some(placed)), Some(facts)) = (spot, slots.get_mut(index), facts.get_mut(index)) else {
+        let (Some(spot), Some(Some(placed)), Some(facts)) =
+            (spot, slots.get_mut(index), facts.get_mut(index))
+        else {
             return Err(SceneError::NoSuchBody { body: id });
         };
         wait(facts, id.index, Change::None, pending, changed);
@@ -275,7 +328,12 @@ impl Bodies {
         if is_first {
             placed.last = placed.body.pose;
         }
-        Ok(Changing { placed, spot, step: &mut facts.step, is_first })
+        Ok(Changing {
+            placed,
+            spot,
+            step: &mut facts.step,
+            is_first,
+        })
     }
 
     /// Leaves its box and its verdicts alone.
@@ -288,8 +346,15 @@ impl Bodies {
     /// Copies the facts of a body.
     fn note(&mut self, index: usize) {
         let facts = &mut self.facts[index];
-        if let Some(Placed { body, motion, compound, .. }) = &self.slots[index] {
-            (facts.importance, facts.filter, facts.is_part) = (body.importance, body.filter, compound.is_some());
+        if let Some(Placed {
+            body,
+            motion,
+            compound,
+            ..
+        }) = &self.slots[index]
+        {
+            (facts.importance, facts.filter, facts.is_part) =
+                (body.importance, body.filter, compound.is_some());
             facts.is_special = facts.is_measured || body.margin > 0.0 || motion.is_some();
             self.has_special |= facts.is_special;
             self.has_motions |= motion.is_some();
@@ -323,18 +388,34 @@ impl Bodies {
     pub fn is_moving(&self, key: PairKey) -> bool {
         self.is_special(key)
             && !self.distance_requests.has(key)
-            && bodies_of(key).into_iter().any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
+            && bodies_of(key)
+                .into_iter()
+                .any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
     }
 
     /// The least work of a turn, of whatever may be asked.
     pub fn least_work(&self) -> u64 {
-        let usual = if self.has_special { LEAST_DISTANCE_WORK } else { LEAST_WORK };
-        if self.contact_requests.any() { LEAST_CONTACT_WORK } else { usual }
+        let usual = if self.has_special {
+            LEAST_DISTANCE_WORK
+        } else {
+            LEAST_WORK
+        };
+        if self.contact_requests.any() {
+            LEAST_CONTACT_WORK
+        } else {
+            usual
+        }
     }
 
     /// Leaves a change to the next frame.
     pub fn set_pending(&mut self, index: u32, change: Change) {
-        wait(&mut self.facts[index as usize], index, change, &mut self.pending, &mut self.changed);
+        wait(
+            &mut self.facts[index as usize],
+            index,
+            change,
+            &mut self.pending,
+            &mut self.changed,
+        );
     }
 
     /// Whether all boxes are those that the bodies will have in the next frame if nothing changes.
@@ -350,7 +431,9 @@ impl Bodies {
 
     /// Slots whose boxes are out of date, those of removed bodies included.
     pub fn pending(&self) -> impl Iterator<Item = u32> {
-        self.pending.iter().filter(|&index| self.facts(index).is_changed())
+        self.pending
+            .iter()
+            .filter(|&index| self.facts(index).is_changed())
     }
 
     /// Slots that are or were in use.
@@ -372,7 +455,9 @@ impl Bodies {
 
     pub fn get_mut(&mut self, id: BodyId) -> Result<&mut Placed, SceneError> {
         self.get(id)?;
-        self.slots[id.index()].as_mut().ok_or(SceneError::NoSuchBody { body: id })
+        self.slots[id.index()]
+            .as_mut()
+            .ok_or(SceneError::NoSuchBody { body: id })
     }
 
     pub fn at(&self, index: u32) -> Option<&Placed> {
@@ -382,7 +467,11 @@ impl Bodies {
     /// The pair of two bodies that are there.
     pub fn key(&self, x: BodyId, y: BodyId) -> Result<PairKey, SceneError> {
         self.get(x).and(self.get(y))?;
-        if x == y { Err(SceneError::OneBody { body: x }) } else { Ok(pair_key(x.index, y.index)) }
+        if x == y {
+            Err(SceneError::OneBody { body: x })
+        } else {
+            Ok(pair_key(x.index, y.index))
+        }
     }
 
     /// Both bodies of a pair, if they are there.
@@ -393,7 +482,10 @@ impl Bodies {
 
     /// Whether it is known what lies next to the triangles of one of a pair.
     pub fn know_neighbors(&self, key: PairKey) -> bool {
-        self.pair(key).is_some_and(|pair| pair.into_iter().any(|placed| placed.body.tree.has_neighbors()))
+        self.pair(key).is_some_and(|pair| {
+            pair.into_iter()
+                .any(|placed| placed.body.tree.has_neighbors())
+        })
     }
 
     /// The frame in which one of a pair was last new.
@@ -429,17 +521,28 @@ impl Bodies {
     pub fn common_part(&self, [a, b]: [u32; 2]) -> Option<f64> {
         let [x, y] = [self.bounds(a), self.bounds(b)];
         let [common, shorter] = [x.intersection(y).extents(), x.extents().min(y.extents())];
-        x.intersects(y).then(|| (common / shorter).element_product())
+        x.intersects(y)
+            .then(|| (common / shorter).element_product())
     }
 
     pub fn id(&self, index: u32) -> BodyId {
-        let generation = self.spots.get(index as usize).map_or(0, |spot| spot.generation);
-        BodyId { index, generation, scene: self.scene }
+        let generation = self
+            .spots
+            .get(index as usize)
+            .map_or(0, |spot| spot.generation);
+        BodyId {
+            index,
+            generation,
+            scene: self.scene,
+        }
     }
 
     pub fn iter(&self) -> impl Iterator<Item = (BodyId, &Body)> {
         let ids = (0..).map(|index| self.id(index));
-        self.slots.iter().zip(ids).filter_map(|(slot, id)| slot.as_ref().map(|placed| (id, &placed.body)))
+        self.slots
+            .iter()
+            .zip(ids)
+            .filter_map(|(slot, id)| slot.as_ref().map(|placed| (id, &placed.body)))
     }
 }
 

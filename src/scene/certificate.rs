@@ -22,7 +22,9 @@ impl Scene {
     /// Whether the last frame looked at two bodies, by themselves or their boxes.
     pub(super) fn is_looked_at(&self, a: BodyId, b: BodyId) -> Result<bool, SceneError> {
         let pair = [self.bodies.get(a)?, self.bodies.get(b)?];
-        let moving = pair.iter().any(|placed| placed.body.kind == BodyKind::Moving);
+        let moving = pair
+            .iter()
+            .any(|placed| placed.body.kind == BodyKind::Moving);
         let may_meet = self.bodies.may_meet([a.index, b.index]);
         let known = self.partners_known(a)? && self.partners_known(b)? && self.report.unlisted == 0;
         Ok(moving && may_meet && (known || self.report.pair(a, b).is_some()))
@@ -36,23 +38,41 @@ impl Scene {
     /// If one of them is not in the scene, or both are the same.
     pub fn certificate(&self, x: BodyId, y: BodyId) -> Result<PairCertificate, SceneError> {
         let key = self.bodies.key(x, y)?;
-        let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
+        let (a, b) = if x.index() < y.index() {
+            (x, y)
+        } else {
+            (y, x)
+        };
         let pair @ [placed_a, placed_b] = [self.bodies.get(a)?, self.bodies.get(b)?];
         let trees = pair.map(|placed| &*placed.body.tree);
-        let nothing = PairCertificate { upper_bound: 0, largest_extent: 0.0 };
+        let nothing = PairCertificate {
+            upper_bound: 0,
+            largest_extent: 0.0,
+        };
         let whole = |[x, y]: [Aabb; 2]| PairCertificate {
             upper_bound: trees.iter().map(|tree| tree.mesh().len() as u64).product(),
             largest_extent: x.intersection(&y).extents().max_element(),
         };
-        if !self.is_looked_at(a, b)? || self.bodies.last_change(key).max(self.asked_since) > self.report.frame {
-            return Ok(whole(pair.map(|placed| bounds::at(&placed.body.tree, &placed.body.pose))));
+        if !self.is_looked_at(a, b)?
+            || self.bodies.last_change(key).max(self.asked_since) > self.report.frame
+        {
+            return Ok(whole(
+                pair.map(|placed| bounds::at(&placed.body.tree, &placed.body.pose)),
+            ));
         }
-        let Some(pair) = self.report.pair(a, b) else { return Ok(nothing) };
+        let Some(pair) = self.report.pair(a, b) else {
+            return Ok(nothing);
+        };
         let counts_all = self.mode == Mode::All && !self.bodies.is_special(key);
         if pair.complete && (counts_all || pair.verdict == Verdict::Separated) {
-            return Ok(PairCertificate { upper_bound: pair.found, ..nothing });
+            return Ok(PairCertificate {
+                upper_bound: pair.found,
+                ..nothing
+            });
         }
-        let held = self.schedule.certificate(key, trees, placed_a.relative(placed_b), self.mode);
+        let held = self
+            .schedule
+            .certificate(key, trees, placed_a.relative(placed_b), self.mode);
         Ok(held.unwrap_or_else(|| whole([a, b].map(|id| *self.bodies.bounds(id.index)))))
     }
 }

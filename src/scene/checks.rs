@@ -35,9 +35,17 @@ pub(super) fn pose(body: BodyId, pose: &Pose) -> Result<(), SceneError> {
 
 pub(super) fn importance(body: BodyId, importance: f32) -> Result<f32, SceneError> {
     // One zero, so that the bits give the order.
-    if importance.is_nan() { Err(SceneError::ImportanceNotANumber { body }) } else { Ok(importance + 0.0) }
+    if importance.is_nan() {
+        Err(SceneError::ImportanceNotANumber { body })
+    } else {
+        Ok(importance + 0.0)
+    }
 }
 
 pub(super) fn length(body: BodyId, length: f64) -> Result<f64, SceneError> {
-    if (0.0..=COORDINATE_LIMIT).contains(&length) { Ok(length) } else { Err(SceneError::NotALength { body, length }) }
+    if (0.0..=COORDINATE_LIMIT).contains(&length) {
+        Ok(length)
+    } else {
+        Err(SceneError::NotALength { body, length })
+    }
 }

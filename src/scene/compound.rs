@@ -25,8 +25,13 @@ pub(super) struct Compounds {
 
 impl Compounds {
     fn get(&self, id: CompoundId) -> Result<&Vec<Part>, SceneError> {
-        let found = self.parts.get_key_value(&id).filter(|(known, _)| known.is(id));
-        found.map(|(_, parts)| parts).ok_or(SceneError::NoSuchCompound { compound: id })
+        let found = self
+            .parts
+            .get_key_value(&id)
+            .filter(|(known, _)| known.is(id));
+        found
+            .map(|(_, parts)| parts)
+            .ok_or(SceneError::NoSuchCompound { compound: id })
     }
 
     pub fn forget(&mut self, compound: Option<CompoundId>, body: BodyId) {
@@ -70,7 +75,15 @@ impl Scene {
         pose: Pose,
         parts: impl IntoIterator<Item = Body>,
     ) -> Result<CompoundId, SceneError> {
-        let at_its_place = |part: Body| (part.pose, Body { pose: pose.compose_unchecked(&part.pose), ..part });
+        let at_its_place = |part: Body| {
+            (
+                part.pose,
+                Body {
+                    pose: pose.compose_unchecked(&part.pose),
+                    ..part
+                },
+            )
+        };
         let parts: Vec<_> = parts.into_iter().map(at_its_place).collect();
         let mut ids = self.bodies.next_ids();
         for (_, body) in &parts {
@@ -78,7 +91,12 @@ impl Scene {
         }
         drop(ids);
         let id = CompoundId::new(self.compounds.count, self.bodies.scene);
-        let insert = |(place, body)| Ok(Part { body: self.insert_part(body, Some(id))?, place });
+        let insert = |(place, body)| {
+            Ok(Part {
+                body: self.insert_part(body, Some(id))?,
+                place,
+            })
+        };
         let parts = parts.into_iter().map(insert).collect::<Result<_, _>>()?;
         self.compounds.parts.insert(id, parts);
         self.compounds.count += 1;
@@ -89,7 +107,10 @@ impl Scene {
     ///
     /// # Errors
     /// If the compound is not in the scene.
-    pub fn parts(&self, id: CompoundId) -> Result<impl ExactSizeIterator<Item = BodyId>, SceneError> {
+    pub fn parts(
+        &self,
+        id: CompoundId,
+    ) -> Result<impl ExactSizeIterator<Item = BodyId>, SceneError> {
         Ok(self.compounds.get(id)?.iter().map(|part| part.body))
     }
 
@@ -119,10 +140,17 @@ impl Scene {
     /// # Errors
     /// If the compound is not in the scene, or a part cannot be where it would be at the beginning or the end; all then stay
     /// where they were.
-    pub fn set_compound_motion(&mut self, id: CompoundId, motion: Motion) -> Result<(), SceneError> {
+    pub fn set_compound_motion(
+        &mut self,
+        id: CompoundId,
+        motion: Motion,
+    ) -> Result<(), SceneError> {
         let of = |part: &Part| {
             let axis = part.place.translation().abs().max_position();
-            motion.of_part(&part.place).map_err(|_| SceneError::TooFar { body: part.body, axis })
+            motion.of_part(&part.place).map_err(|_| SceneError::TooFar {
+                body: part.body,
+                axis,
+            })
         };
         for part in self.compounds.get(id)? {
             checks::motion(part.body, &of(part)?)?;
@@ -136,7 +164,9 @@ impl Scene {
     /// If it is not in it.
     pub fn remove_compound(&mut self, id: CompoundId) -> Result<(), SceneError> {
         self.compounds.get(id)?;
-        self.for_parts(id, |scene, part| scene.bodies_mut().remove(part.body).map(|_| ()))?;
+        self.for_parts(id, |scene, part| {
+            scene.bodies_mut().remove(part.body).map(|_| ())
+        })?;
         self.compounds.parts.remove(&id);
         Ok(())
     }
@@ -147,7 +177,12 @@ impl Scene {
         id: CompoundId,
         mut change: impl FnMut(&mut Self, Part) -> Result<(), SceneError>,
     ) -> Result<(), SceneError> {
-        let parts = self.compounds.parts.get_mut(&id).map(mem::take).unwrap_or_default();
+        let parts = self
+            .compounds
+            .parts
+            .get_mut(&id)
+            .map(mem::take)
+            .unwrap_or_default();
         let result = parts.iter().try_for_each(|&part| change(self, part));
         self.compounds.parts.insert(id, parts);
         result

@@ -83,8 +83,12 @@ impl fmt::Display for SceneError {
                 f,
                 "{body}: the matrix is off a rotation by {deviation:e}, allowed is {SCENE_ROTATION_TOLERANCE:e}"
             ),
-            Self::TooFar { body, axis } => write!(f, "{body}: translation along axis {axis} exceeds 2^990"),
-            Self::ImportanceNotANumber { body } => write!(f, "{body}: the importance is not a number"),
+            Self::TooFar { body, axis } => {
+                write!(f, "{body}: translation along axis {axis} exceeds 2^990")
+            }
+            Self::ImportanceNotANumber { body } => {
+                write!(f, "{body}: the importance is not a number")
+            }
             Self::NotALength { body, length } => {
                 write!(f, "{body}: {length} is not a length from 0 to 2^1000")
             }

@@ -73,16 +73,26 @@ impl Events {
         report.contacts.clear();
         let all_listed = report.unlisted == 0;
         let unlisted = |contact| unlisted_phase(contact, bodies, broad, all_listed);
-        let Report { pairs, contacts, .. } = report;
-        let mut last = self.last.iter().filter(|contact| contact.phase != ContactPhase::Ended).peekable();
+        let Report {
+            pairs, contacts, ..
+        } = report;
+        let mut last = self
+            .last
+            .iter()
+            .filter(|contact| contact.phase != ContactPhase::Ended)
+            .peekable();
         for pair in &*pairs {
             let key = (pair.a.index, pair.b.index);
-            while let Some(contact) = last.next_if(|contact| (contact.a.index, contact.b.index) < key) {
+            while let Some(contact) =
+                last.next_if(|contact| (contact.a.index, contact.b.index) < key)
+            {
                 contacts.push(older(contact, unlisted(contact)));
             }
             let before = last.next_if(|contact| (contact.a.index, contact.b.index) == key);
             let (gone, same) = match before {
-                Some(contact) if (contact.a, contact.b) == (pair.a, pair.b) => (None, Some(contact)),
+                Some(contact) if (contact.a, contact.b) == (pair.a, pair.b) => {
+                    (None, Some(contact))
+                }
                 another => (another, None),
             };
             contacts.extend(gone.map(|contact| older(contact, ContactPhase::Ended)));
@@ -94,7 +104,11 @@ impl Events {
 
 /// A contact a frame later.
 fn older(contact: &BodyContact, phase: ContactPhase) -> BodyContact {
-    BodyContact { phase, age: contact.age + 1, ..*contact }
+    BodyContact {
+        phase,
+        age: contact.age + 1,
+        ..*contact
+    }
 }
 
 /// What becomes of the contact of a pair that is in the report; `None` if it is none.
@@ -104,7 +118,12 @@ fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact
         Verdict::Separated => ContactPhase::Ended,
         Verdict::Undecided => ContactPhase::Undecided,
     };
-    let began = || BodyContact { a: pair.a, b: pair.b, phase: ContactPhase::Began, age: 0 };
+    let began = || BodyContact {
+        a: pair.a,
+        b: pair.b,
+        phase: ContactPhase::Began,
+        age: 0,
+    };
     match before {
         Some(contact) => Some(older(contact, phase)),
         None => (phase == ContactPhase::Persists).then(began),
@@ -112,7 +131,12 @@ fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact
 }
 
 /// What becomes of a contact whose pair is not in the report; `all_listed`: as all others are that are known.
-fn unlisted_phase(contact: &BodyContact, bodies: &Bodies, broad: &Broad, all_listed: bool) -> ContactPhase {
+fn unlisted_phase(
+    contact: &BodyContact,
+    bodies: &Bodies,
+    broad: &Broad,
+    all_listed: bool,
+) -> ContactPhase {
     let pair = [contact.a, contact.b];
     let is_there = |id: BodyId| bodies.get(id).is_ok();
     if !pair.into_iter().all(is_there) {
@@ -123,7 +147,8 @@ fn unlisted_phase(contact: &BodyContact, bodies: &Bodies, broad: &Broad, all_lis
     let are_placed = !a.is_changed() && !b.is_changed();
     let are_apart = are_placed && !bodies.overlap([contact.a.index, contact.b.index]);
     // Two fixed bodies whose distance was asked for are not compared any more.
-    let are_passed_by = all_listed && are_placed && pair.into_iter().all(|id| broad.is_closed(id.index));
+    let are_passed_by =
+        all_listed && are_placed && pair.into_iter().all(|id| broad.is_closed(id.index));
     if are_apart || are_passed_by || !bodies.may_meet([contact.a.index, contact.b.index]) {
         ContactPhase::Ended
     } else {

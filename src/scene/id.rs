@@ -87,7 +87,11 @@ impl BodyId {
     /// bodies. Which
     /// scene the id was of is not in the number: every scene takes it for its own, as it does an id that was read.
     pub fn from_bits(bits: u64) -> Self {
-        Self { index: bits as u32, generation: (bits >> 32) as u32, scene: SceneNumber::default() }
+        Self {
+            index: bits as u32,
+            generation: (bits >> 32) as u32,
+            scene: SceneNumber::default(),
+        }
     }
 
     /// The number of its scene in this process, from 1; 0 if the id was made of bits or read. For other languages: it
@@ -100,7 +104,10 @@ impl BodyId {
     /// The same id, of the scene of this number.
     #[must_use]
     pub fn of_scene(self, scene: u32) -> Self {
-        Self { scene: SceneNumber(scene), ..self }
+        Self {
+            scene: SceneNumber(scene),
+            ..self
+        }
     }
 
     /// Whether both name one body.
@@ -111,8 +118,13 @@ impl BodyId {
 
 impl fmt::Debug for BodyId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { index, generation, .. } = self;
-        f.debug_struct("BodyId").field("index", index).field("generation", generation).finish()
+        let Self {
+            index, generation, ..
+        } = self;
+        f.debug_struct("BodyId")
+            .field("index", index)
+            .field("generation", generation)
+            .finish()
     }
 }
 

@@ -44,7 +44,9 @@ pub use certificate::PairCertificate;
 pub use error::SceneError;
 pub use filter::Filter;
 pub use id::{BodyId, CompoundId, MeasureId};
-pub use report::{BodyContact, ContactPhase, GroupDistance, PairDistance, PairPassage, PairReport, Report};
+pub use report::{
+    BodyContact, ContactPhase, GroupDistance, PairDistance, PairPassage, PairReport, Report,
+};
 
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
@@ -184,7 +186,11 @@ impl Scene {
     /// If the operating system gives no thread; the scene then has the threads that it had.
     #[cfg(feature = "parallel")]
     pub fn use_threads(&mut self, threads: usize) -> std::io::Result<()> {
-        self.workers = if threads > 1 { Some(Workers::start(threads - 1, schedule::BATCHES)?) } else { None };
+        self.workers = if threads > 1 {
+            Some(Workers::start(threads - 1, schedule::BATCHES)?)
+        } else {
+            None
+        };
         Ok(())
     }
 
@@ -193,7 +199,16 @@ impl Scene {
     /// Takes about 850 bytes a body and 970 a pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
-        let Self { bodies, broad, pairs: states, schedule, report, events, rays, .. } = self;
+        let Self {
+            bodies,
+            broad,
+            pairs: states,
+            schedule,
+            report,
+            events,
+            rays,
+            ..
+        } = self;
         broad.reserve(bodies.room());
         rays.reserve(bodies.room());
         states.reserve(broad, pairs);
@@ -209,12 +224,22 @@ impl Scene {
         self.insert_part(body, None)
     }
 
-    fn insert_part(&mut self, body: Body, compound: Option<CompoundId>) -> Result<BodyId, SceneError> {
+    fn insert_part(
+        &mut self,
+        body: Body,
+        compound: Option<CompoundId>,
+    ) -> Result<BodyId, SceneError> {
         let id = self.bodies.next_ids().next().ok_or(SceneError::Full)?;
         let importance = checks::body(id, &body)?;
         let frame = self.next_frame();
         let (inverse, last) = (body.pose.inverse_unchecked(), body.pose);
-        let placed = Placed { body: Body { importance, ..body }, inverse, last, motion: None, compound };
+        let placed = Placed {
+            body: Body { importance, ..body },
+            inverse,
+            last,
+            motion: None,
+            compound,
+        };
         self.bodies_mut().insert(placed, frame);
         self.broad.reserve(self.bodies.room());
         self.broad.insert(id.index);
@@ -428,7 +453,10 @@ impl Scene {
     }
 
     /// Changes the bodies. If that is refused, which leaves them as they were, the last report holds as long as before.
-    fn edit<R>(&mut self, change: impl FnOnce(&mut Bodies) -> Result<R, SceneError>) -> Result<R, SceneError> {
+    fn edit<R>(
+        &mut self,
+        change: impl FnOnce(&mut Bodies) -> Result<R, SceneError>,
+    ) -> Result<R, SceneError> {
         let done = change(Arc::make_mut(&mut self.bodies))?;
         self.is_known = false;
         Ok(done)

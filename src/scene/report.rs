@@ -217,14 +217,42 @@ impl Report {
     #[inline(always)]
     pub(super) fn push_open(&mut self, [a, b]: [BodyId; 2], probability: f32, age: u64) {
         let (verdict, probability) = (Verdict::Undecided, f64::from(probability));
-        self.pairs.push(PairReport { a, b, verdict, found: 0, complete: false, probability, recall: 0.0, age });
+        self.pairs.push(PairReport {
+            a,
+            b,
+            verdict,
+            found: 0,
+            complete: false,
+            probability,
+            recall: 0.0,
+            age,
+        });
     }
 
     /// Adds a pair of which nothing is left to find, and that was decided so many frames before.
     #[inline(always)]
-    pub(super) fn push_complete(&mut self, [a, b]: [BodyId; 2], verdict: Verdict, found: u64, age: u64) {
-        let probability = if verdict == Verdict::Undecided { 0.5 } else { f64::from(u8::from(verdict.meets())) };
-        self.pairs.push(PairReport { a, b, verdict, found, complete: true, probability, recall: 1.0, age });
+    pub(super) fn push_complete(
+        &mut self,
+        [a, b]: [BodyId; 2],
+        verdict: Verdict,
+        found: u64,
+        age: u64,
+    ) {
+        let probability = if verdict == Verdict::Undecided {
+            0.5
+        } else {
+            f64::from(u8::from(verdict.meets()))
+        };
+        self.pairs.push(PairReport {
+            a,
+            b,
+            verdict,
+            found,
+            complete: true,
+            probability,
+            recall: 1.0,
+            age,
+        });
         self.count(verdict);
         self.complete += 1;
     }
@@ -246,7 +274,12 @@ impl Report {
     /// Takes note of what became of a pair, and of the work and BV tests for it.
     pub(super) fn note(&mut self, place: usize, standing: Standing, spent: Spent) {
         self.spend(spent);
-        let Standing { verdict, found, complete, recall } = standing;
+        let Standing {
+            verdict,
+            found,
+            complete,
+            recall,
+        } = standing;
         let pair = &mut self.pairs[place];
         let is_news = verdict != Verdict::Undecided && pair.verdict == Verdict::Undecided;
         if verdict != Verdict::Undecided {
@@ -282,9 +315,14 @@ impl Report {
 
     /// Whether it would be the same in a frame in which nothing has changed.
     pub(super) fn is_final(&self) -> bool {
-        let asks_more = !(self.distances.is_empty() && self.group_distances.is_empty() && self.passages.is_empty());
+        let asks_more = !(self.distances.is_empty()
+            && self.group_distances.is_empty()
+            && self.passages.is_empty());
         let all = self.pairs.len();
-        self.is_whole() && !self.is_full && (self.decided, self.complete) == (all, all) && !asks_more
+        self.is_whole()
+            && !self.is_full
+            && (self.decided, self.complete) == (all, all)
+            && !asks_more
     }
 
     /// How many known pairs are not decided.
@@ -302,9 +340,19 @@ impl Report {
     /// another
     /// scene to which the same was done name the same here.
     pub fn pair(&self, x: BodyId, y: BodyId) -> Option<&PairReport> {
-        let (a, b) = if x.index() < y.index() { (x, y) } else { (y, x) };
-        let at = self.pairs.binary_search_by_key(&(a.index(), b.index()), |pair| (pair.a.index(), pair.b.index()));
-        self.pairs.get(at.ok()?).filter(|pair| pair.a == a && pair.b == b)
+        let (a, b) = if x.index() < y.index() {
+            (x, y)
+        } else {
+            (y, x)
+        };
+        let at = self
+            .pairs
+            .binary_search_by_key(&(a.index(), b.index()), |pair| {
+                (pair.a.index(), pair.b.index())
+            });
+        self.pairs
+            .get(at.ok()?)
+            .filter(|pair| pair.a == a && pair.b == b)
     }
 
     /// The pairs that are proven to meet, thickened by their margins: those that intersect, and those that come within.
@@ -314,6 +362,8 @@ impl Report {
 
     /// The pairs that are proven to intersect.
     pub fn intersecting_pairs(&self) -> impl Iterator<Item = &PairReport> {
-        self.pairs.iter().filter(|pair| matches!(pair.verdict, Verdict::Intersecting { .. }))
+        self.pairs
+            .iter()
+            .filter(|pair| matches!(pair.verdict, Verdict::Intersecting { .. }))
     }
 }

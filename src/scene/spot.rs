@@ -21,5 +21,10 @@ const _: () = assert!(size_of::<Spot>() == 64);
 
 impl Spot {
     /// Of a body that is not placed yet.
-    pub const NOWHERE: Self = Self { bounds: Aabb::EMPTY, gone: 0.0, remade: 0, generation: 0 };
+    pub const NOWHERE: Self = Self {
+        bounds: Aabb::EMPTY,
+        gone: 0.0,
+        remade: 0,
+        generation: 0,
+    };
 }

@@ -25,7 +25,12 @@ impl Waiting {
     }
 
     pub fn push(&mut self, body: u32, importance: f32) {
-        if importance > 0.0 { &mut self.important } else { &mut self.others }.push_back(body);
+        if importance > 0.0 {
+            &mut self.important
+        } else {
+            &mut self.others
+        }
+        .push_back(body);
     }
 
     /// Those that wait, in no order that means anything.

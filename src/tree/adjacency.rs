@@ -29,12 +29,19 @@ pub(crate) struct Across {
 }
 
 impl Across {
-    const NOTHING: Self = Self { code: NONE, vertex: 0 };
+    const NOTHING: Self = Self {
+        code: NONE,
+        vertex: 0,
+    };
 
     /// Nothing where the number is too large, in a huge tree.
     fn new(triangle: u32, edge: u32, same_direction: bool, vertex: u32) -> Self {
         let code = triangle << 3 | u32::from(same_direction) << 2 | edge;
-        if triangle < NONE >> 3 { Self { code, vertex } } else { Self::NOTHING }
+        if triangle < NONE >> 3 {
+            Self { code, vertex }
+        } else {
+            Self::NOTHING
+        }
     }
 
     /// Whether there is none.
@@ -71,11 +78,22 @@ struct Edge {
 ///
 /// Edges leave their list when they are met again, and their place is used anew: in the order of the tree few are open at a
 /// time, so that all of it stays in the cache.
-pub(super) fn neighbors(corners: &[[u32; 3]], vertices: usize, ids: &[u32], nodes: &[Node]) -> Box<[Neighbors]> {
-    let alone = |&id: &u32| Neighbors { across: [Across::NOTHING; 3], first: 0, id };
+pub(super) fn neighbors(
+    corners: &[[u32; 3]],
+    vertices: usize,
+    ids: &[u32],
+    nodes: &[Node],
+) -> Box<[Neighbors]> {
+    let alone = |&id: &u32| Neighbors {
+        across: [Across::NOTHING; 3],
+        first: 0,
+        id,
+    };
     let mut all: Box<[Neighbors]> = ids.iter().map(alone).collect();
     for node in nodes.iter().filter(|node| node.is_cluster) {
-        all[node.triangle_range()].iter_mut().for_each(|neighbors| neighbors.first = node.first_triangle);
+        all[node.triangle_range()]
+            .iter_mut()
+            .for_each(|neighbors| neighbors.first = node.first_triangle);
     }
     let mut lists = alloc::vec![NONE; vertices];
     let (mut open, mut free): (Vec<Edge>, _) = (Vec::new(), NONE);
@@ -87,7 +105,12 @@ pub(super) fn neighbors(corners: &[[u32; 3]], vertices: usize, ids: &[u32], node
                 (before, at) = (at, open[at as usize].next);
             }
             if at == NONE {
-                let new = Edge { high, next: *list, triangle, edge };
+                let new = Edge {
+                    high,
+                    next: *list,
+                    triangle,
+                    edge,
+                };
                 if free == NONE {
                     *list = open.len() as u32;
                     open.push(new);
@@ -97,7 +120,12 @@ pub(super) fn neighbors(corners: &[[u32; 3]], vertices: usize, ids: &[u32], node
                 }
                 continue;
             }
-            let Edge { next, triangle: other, edge: of_other, .. } = open[at as usize];
+            let Edge {
+                next,
+                triangle: other,
+                edge: of_other,
+                ..
+            } = open[at as usize];
             if before == NONE {
                 *list = next;
             } else {
@@ -107,8 +135,10 @@ pub(super) fn neighbors(corners: &[[u32; 3]], vertices: usize, ids: &[u32], node
             let there = corners[other as usize];
             let same_direction = there[of_other as usize] == from;
             let there = there[(of_other as usize + 2) % 3];
-            all[triangle as usize].across[edge as usize] = Across::new(other, of_other, same_direction, there);
-            all[other as usize].across[of_other as usize] = Across::new(triangle, edge, same_direction, apex);
+            all[triangle as usize].across[edge as usize] =
+                Across::new(other, of_other, same_direction, there);
+            all[other as usize].across[of_other as usize] =
+                Across::new(triangle, edge, same_direction, apex);
         }
     }
     all
@@ -130,13 +160,22 @@ mod tests {
 
     /// The other triangles that have an edge, by brute force.
     fn expected(tree: &Tree, triangle: usize, edge: usize) -> Vec<u32> {
-        let ends = [corners(tree, triangle)[edge], corners(tree, triangle)[(edge + 1) % 3]];
+        let ends = [
+            corners(tree, triangle)[edge],
+            corners(tree, triangle)[(edge + 1) % 3],
+        ];
         let same = |[x, y]: [u32; 2]| [x, y] == ends || [y, x] == ends;
         let has = |&other: &usize| {
             let corners = corners(tree, other);
-            [[0, 1], [1, 2], [2, 0]].iter().any(|e| same(e.map(|i| corners[i])))
+            [[0, 1], [1, 2], [2, 0]]
+                .iter()
+                .any(|e| same(e.map(|i| corners[i])))
         };
-        (0..tree.mesh().len()).filter(|&other| other != triangle).filter(has).map(|other| other as u32).collect()
+        (0..tree.mesh().len())
+            .filter(|&other| other != triangle)
+            .filter(has)
+            .map(|other| other as u32)
+            .collect()
     }
 
     fn check(tree: &Tree) -> usize {
@@ -155,10 +194,17 @@ mod tests {
                 let (other, there) = (across.triangle(), across.entry() & 3);
                 assert!(expected.contains(&other) || other as usize == triangle);
                 let back = tree.neighbors()[other as usize].across[there];
-                assert_eq!((back.triangle() as usize, back.entry() & 3), (triangle, edge));
+                assert_eq!(
+                    (back.triangle() as usize, back.entry() & 3),
+                    (triangle, edge)
+                );
                 let (here, there_all) = (corners(tree, triangle), corners(tree, other as usize));
                 assert_eq!(across.vertex, there_all[(there + 2) % 3]);
-                let first = if across.entry() >= 4 { here[edge] } else { here[(edge + 1) % 3] };
+                let first = if across.entry() >= 4 {
+                    here[edge]
+                } else {
+                    here[(edge + 1) % 3]
+                };
                 assert_eq!(there_all[there], first);
                 count += 1;
             }
@@ -176,7 +222,9 @@ mod tests {
     fn edges_of_one_or_many_triangles_lead_to_others_that_have_them_or_nowhere() {
         // A fan around the edge 01, and the same triangle twice; enough of them for several clusters.
         let vertices = (0..40).map(|i| [i as f32, (i * i % 11) as f32, (i * i % 7) as f32]);
-        let triangles = (2..38).flat_map(|i| [[0, 1, i], [i, i + 1, i + 2]]).chain([[5, 6, 7], [3, 3, 9]]);
+        let triangles = (2..38)
+            .flat_map(|i| [[0, 1, i], [i, i + 1, i + 2]])
+            .chain([[5, 6, 7], [3, 3, 9]]);
         let tree = tree(Mesh::new(vertices, triangles).unwrap());
         assert!(tree.nodes().len() > 5);
         check(&tree);
@@ -184,10 +232,22 @@ mod tests {
 
     #[test]
     fn triangles_turned_differently_are_neighbors_too() {
-        let vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.5], [2.0, 0.0, 0.0]];
+        let vertices = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [1.0, 1.0, 0.5],
+            [2.0, 0.0, 0.0],
+        ];
         let tree = tree(Mesh::new(vertices, [[0, 1, 2], [1, 2, 3], [1, 3, 4]]).unwrap());
         assert_eq!(check(&tree), 4);
-        let flipped = |i| tree.neighbors()[i as usize].across.iter().filter(|across| across.entry() >= 4).count();
+        let flipped = |i| {
+            tree.neighbors()[i as usize]
+                .across
+                .iter()
+                .filter(|across| across.entry() >= 4)
+                .count()
+        };
         assert!((0..3).map(flipped).sum::<usize>() > 0);
     }
 }

@@ -23,7 +23,9 @@ pub(super) fn align(unit: &Unit, mesh: &Mesh) -> Orientation {
     }
     let step = mesh.len().div_ceil(SAMPLES);
     let ids: Vec<u32> = (0..mesh.len() as u32).step_by(step).collect();
-    Instructions::detect().run(Align { samples: &Placed::of(mesh, *unit, &ids, Pieces::ONE).triangles })
+    Instructions::detect().run(Align {
+        samples: &Placed::of(mesh, *unit, &ids, Pieces::ONE).triangles,
+    })
 }
 
 struct Align<'t> {
@@ -40,7 +42,11 @@ impl Kernel for Align<'_> {
         let mut parts = self.samples.len().div_ceil(WIDTH);
         let mut merged = alloc::vec![Moments::default(); parts.div_ceil(WIDTH)];
         for (i, chunk) in self.samples.chunks(WIDTH).enumerate() {
-            merged[i / WIDTH].set(lanes, i % WIDTH, &Surfaces::of_triangles(lanes, chunk, i * WIDTH));
+            merged[i / WIDTH].set(
+                lanes,
+                i % WIDTH,
+                &Surfaces::of_triangles(lanes, chunk, i * WIDTH),
+            );
         }
         while parts > 1 {
             parts = merged.len();
@@ -60,6 +66,10 @@ impl Kernel for Align<'_> {
             }
         }
         sum[0] *= MARGIN;
-        candidates.best(0, &sum).map_or(Orientation::IDENTITY, |axes| Orientation::of(&axes, MESH_ORIENTATION))
+        candidates
+            .best(0, &sum)
+            .map_or(Orientation::IDENTITY, |axes| {
+                Orientation::of(&axes, MESH_ORIENTATION)
+            })
     }
 }

@@ -31,7 +31,16 @@ fn log2(x: f32x4) -> f32x4 {
     // ln m = 2 artanh t
     let t = (m - f32x4::ONE) / (m + f32x4::ONE);
     let tt = t * t;
-    e.round_float() + t * polynomial(tt, [2.0 / LN_2, 2.0 / 3.0 / LN_2, 2.0 / 5.0 / LN_2, 2.0 / 7.0 / LN_2])
+    e.round_float()
+        + t * polynomial(
+            tt,
+            [
+                2.0 / LN_2,
+                2.0 / 3.0 / LN_2,
+                2.0 / 5.0 / LN_2,
+                2.0 / 7.0 / LN_2,
+            ],
+        )
 }
 
 /// 2^x for x within -126..=0, off by less than 10^-6 of it.
@@ -39,7 +48,18 @@ fn log2(x: f32x4) -> f32x4 {
 fn exp2(x: f32x4) -> f32x4 {
     let whole = (x - f32x4::HALF).fast_trunc_int();
     let y = (x - whole.round_float()) * f32x4::splat(LN_2);
-    let power = polynomial(y, [1.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0]);
+    let power = polynomial(
+        y,
+        [
+            1.0,
+            1.0,
+            0.5,
+            1.0 / 6.0,
+            1.0 / 24.0,
+            1.0 / 120.0,
+            1.0 / 720.0,
+        ],
+    );
     let exponent: i32x4 = (whole + i32x4::splat(127)) << 23_i32;
     power * cast::<i32x4, f32x4>(exponent)
 }
@@ -64,7 +84,10 @@ mod tests {
         for i in 1..=20_000 {
             let x = i as f32 / 20_000.0;
             for x in [x, 1.0 / x, x * 1e-30, 1.0 - x * 1e-6] {
-                assert!((one(log2, x) - libm::log2f(x)).abs() < 1e-6 * libm::log2f(x).abs().max(1.0), "{x}");
+                assert!(
+                    (one(log2, x) - libm::log2f(x)).abs() < 1e-6 * libm::log2f(x).abs().max(1.0),
+                    "{x}"
+                );
             }
             let x = -126.0 * (i - 1) as f32 / 20_000.0;
             for x in [x, x / 100.0] {
@@ -77,6 +100,9 @@ mod tests {
     fn nothing_to_shrink_is_alpha_one_and_points_in_a_box_are_zero() {
         assert_eq!(alpha(Vec3::ONE, Vec3::ONE, 1), Vec3::ONE);
         let alpha = alpha(Vec3::new(0.0, 0.25, 0.0), Vec3::new(0.0, 1.0, 1.0), 4);
-        assert!((alpha - Vec3::new(1.0, 0.5, 0.0)).abs().max_element() < 1e-6, "{alpha}");
+        assert!(
+            (alpha - Vec3::new(1.0, 0.5, 0.0)).abs().max_element() < 1e-6,
+            "{alpha}"
+        );
     }
 }

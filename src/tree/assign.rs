@@ -26,7 +26,13 @@ pub(super) fn choose_orientations(
     let mut families = alloc::vec![Moments::default(); plan.inner.len()];
 
     let gather = |numbers: &[Range<usize>], families: &mut [Moments], first: usize| {
-        instructions.run(Gather { plan, triangles, numbers, families, first });
+        instructions.run(Gather {
+            plan,
+            triangles,
+            numbers,
+            families,
+            first,
+        });
     };
     let of_parts = split(&mut families, parts.iter().map(|part| part.inner.clone()));
     pieces.each(parts.iter().zip(of_parts).collect(), |(part, families)| {
@@ -36,7 +42,15 @@ pub(super) fn choose_orientations(
 
     let Plan { nodes, inner } = plan;
     let choose = |numbers: &[Range<usize>], nodes: &mut [Node], first: usize| {
-        instructions.run(Choose { inner, families: &families, triangles, effort, numbers, nodes, first });
+        instructions.run(Choose {
+            inner,
+            families: &families,
+            triangles,
+            effort,
+            numbers,
+            nodes,
+            first,
+        });
     };
     choose(&above, nodes, 0);
     let of_parts = split(nodes, parts.iter().map(|part| part.nodes.clone()));
@@ -48,7 +62,9 @@ pub(super) fn choose_orientations(
 /// The numbers of the inner nodes that are in none of the parts.
 fn above(parts: &[Part], count: usize) -> Vec<Range<usize>> {
     let starts = parts.iter().map(|part| part.inner.start).chain([count]);
-    let ends = [0].into_iter().chain(parts.iter().map(|part| part.inner.end));
+    let ends = [0]
+        .into_iter()
+        .chain(parts.iter().map(|part| part.inner.end));
     ends.zip(starts).map(|(end, start)| end..start).collect()
 }
 
@@ -68,16 +84,29 @@ impl Kernel for Gather<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self { plan: Plan { nodes, inner }, triangles, numbers, families, first } = self;
+        let Self {
+            plan: Plan { nodes, inner },
+            triangles,
+            numbers,
+            families,
+            first,
+        } = self;
         for numbers in numbers.iter().rev() {
             for number in numbers.clone().rev() {
                 let mut family = Moments::default();
                 let mut next = number + 1;
-                for (lane, child) in nodes[nodes[inner[number].node as usize].child_range()].iter().enumerate() {
+                for (lane, child) in nodes[nodes[inner[number].node as usize].child_range()]
+                    .iter()
+                    .enumerate()
+                {
                     if child.is_cluster {
                         let range = child.triangle_range();
                         let start = range.start;
-                        family.set(lanes, lane, &Surfaces::of_triangles(lanes, &triangles[range], start));
+                        family.set(
+                            lanes,
+                            lane,
+                            &Surfaces::of_triangles(lanes, &triangles[range], start),
+                        );
                     } else {
                         family.set(lanes, lane, &Surfaces::load(lanes, &families[next - first]));
                         next += inner[next].count as usize;
@@ -131,7 +160,13 @@ impl Choose<'_> {
         };
         let mut alone = Moments::default();
         alone.set(lanes, 0, &whole);
-        self.siblings(lanes, &Surfaces::load(lanes, &alone), Orientation::IDENTITY, 0..1, 0);
+        self.siblings(
+            lanes,
+            &Surfaces::load(lanes, &alone),
+            Orientation::IDENTITY,
+            0..1,
+            0,
+        );
     }
 
     /// Chooses the orientations of the nodes in `range`, whose moments are `family`; `next` is the number of the first
@@ -151,7 +186,12 @@ impl Choose<'_> {
         for (lane, index) in range.enumerate() {
             let node = &mut self.nodes[index - self.first];
             let costs = if node.is_cluster {
-                candidates.costs(lanes, lane, &own, &Cluster::of(lanes, &self.triangles[node.triangle_range()]))
+                candidates.costs(
+                    lanes,
+                    lane,
+                    &own,
+                    &Cluster::of(lanes, &self.triangles[node.triangle_range()]),
+                )
             } else {
                 let family = Surfaces::load(lanes, &self.families[next]);
                 next += self.inner[next].count as usize;

@@ -26,7 +26,12 @@ impl Candidates {
     /// largest triangle with its edge of middle length. [`Effort::Best`] adds that normal with the longest edge, and the
     /// axes of the mesh.
     #[inline(always)]
-    pub fn of<L: Lanes>(lanes: L, surfaces: &Surfaces<L>, triangles: &[Triangle], effort: Effort) -> Self {
+    pub fn of<L: Lanes>(
+        lanes: L,
+        surfaces: &Surfaces<L>,
+        triangles: &[Triangle],
+        effort: Effort,
+    ) -> Self {
         let (facing, normal) = eigenvectors(lanes, surfaces.normals);
         let longest = dominant(lanes, surfaces.covariance);
         let largest = Sides::of(&Eight::of_numbers(lanes, triangles, surfaces.largest));
@@ -43,12 +48,19 @@ impl Candidates {
 
     #[inline(always)]
     fn push<L: Lanes>(&mut self, axes: &Axes<L>) {
-        self.0.push(per_axis!(i => per_axis!(j => axes[i][j].store())));
+        self.0
+            .push(per_axis!(i => per_axis!(j => axes[i][j].store())));
     }
 
     /// What the axes `own` and the candidates of a lane cost for a subtree, in this order; infinite beyond.
     #[inline(always)]
-    pub fn costs<L: Lanes>(&self, lanes: L, lane: usize, own: &Axes<L>, subtree: &impl Cost<L>) -> [f32; MOST + 1] {
+    pub fn costs<L: Lanes>(
+        &self,
+        lanes: L,
+        lane: usize,
+        own: &Axes<L>,
+        subtree: &impl Cost<L>,
+    ) -> [f32; MOST + 1] {
         let mut areas = [subtree.areas(lanes, own); MOST + 1];
         for (areas, axes) in areas[1..].iter_mut().zip(&self.0) {
             let axes = per_axis!(i => per_axis!(j => F8::splat(lanes, axes[i][j][lane])));
@@ -73,7 +85,8 @@ impl Candidates {
             }
         }
         let axes = &self.0[best.checked_sub(1)?];
-        let [x, y, z] = per_axis!(i => Vec3A::new(axes[i][0][lane], axes[i][1][lane], axes[i][2][lane]));
+        let [x, y, z] =
+            per_axis!(i => Vec3A::new(axes[i][0][lane], axes[i][1][lane], axes[i][2][lane]));
         Some(Mat3A::from_cols(x, y, z))
     }
 }
@@ -109,7 +122,10 @@ pub(super) struct Cluster<L: Lanes> {
 impl<L: Lanes> Cluster<L> {
     #[inline(always)]
     pub fn of(lanes: L, triangles: &[Triangle]) -> Self {
-        Self { triangles: Eight::of_few(lanes, triangles), present: present(lanes, triangles.len()) }
+        Self {
+            triangles: Eight::of_few(lanes, triangles),
+            present: present(lanes, triangles.len()),
+        }
     }
 }
 
@@ -138,16 +154,27 @@ impl<L: Lanes> Sides<L> {
     #[inline(always)]
     fn of(triangles: &Eight<L>) -> Self {
         let [a, b, c] = triangles.corners();
-        let (e, f, g) = (per_axis!(k => b[k] - a[k]), per_axis!(k => c[k] - a[k]), per_axis!(k => c[k] - b[k]));
+        let (e, f, g) = (
+            per_axis!(k => b[k] - a[k]),
+            per_axis!(k => c[k] - a[k]),
+            per_axis!(k => c[k] - b[k]),
+        );
         let (ee, ff, gg) = (dot(e, e), dot(f, f), dot(g, g));
         let (not_e, g_over_f) = (ee.less(ff.max(gg)), ff.less(gg));
         let longest = per_axis!(k => not_e.select(g_over_f.select(g[k], f[k]), e[k]));
         // The other two.
-        let (p, pp) = (per_axis!(k => not_e.select(e[k], f[k])), not_e.select(ee, ff));
+        let (p, pp) = (
+            per_axis!(k => not_e.select(e[k], f[k])),
+            not_e.select(ee, ff),
+        );
         let to_f = not_e.and(g_over_f);
         let (q, qq) = (per_axis!(k => to_f.select(f[k], g[k])), to_f.select(ff, gg));
         let q_over_p = pp.less(qq);
-        Self { normal: cross(e, f), middle: per_axis!(k => q_over_p.select(q[k], p[k])), longest }
+        Self {
+            normal: cross(e, f),
+            middle: per_axis!(k => q_over_p.select(q[k], p[k])),
+            longest,
+        }
     }
 
     /// The normal and `side`; the axes of the mesh where one of them has no direction.
@@ -163,7 +190,10 @@ impl<L: Lanes> Sides<L> {
 #[inline(always)]
 fn unit<L: Lanes>(lanes: L, v: V8<L>) -> (V8<L>, F8<L>) {
     let scale = F8::splat(lanes, 1.0) / dot(v, v).sqrt();
-    (scaled(v, scale), scale.less(F8::splat(lanes, f32::INFINITY)))
+    (
+        scaled(v, scale),
+        scale.less(F8::splat(lanes, f32::INFINITY)),
+    )
 }
 
 #[inline(always)]
@@ -174,7 +204,12 @@ pub(super) fn identity<L: Lanes>(lanes: L) -> Axes<L> {
 
 /// The dominant normal, and across it the longest axis of the surface; if that is none, another of the axes `facing`.
 #[inline(always)]
-fn facing_and_longest<L: Lanes>(lanes: L, facing: &Axes<L>, normal: V8<L>, longest: V8<L>) -> Axes<L> {
+fn facing_and_longest<L: Lanes>(
+    lanes: L,
+    facing: &Axes<L>,
+    normal: V8<L>,
+    longest: V8<L>,
+) -> Axes<L> {
     let (one, least) = (F8::splat(lanes, 1.0), F8::splat(lanes, 1e-3));
     let along = dot(longest, normal);
     let across = per_axis!(k => longest[k] - normal[k] * along);
@@ -218,7 +253,11 @@ fn of_largest<L: Lanes>([x, y, z]: V8<L>, vectors: &[V8<L>; 3]) -> V8<L> {
 /// Eigenvectors of symmetric matrices, in no order, and of each the one with the largest eigenvalue (Jacobi rotations).
 #[inline(always)]
 fn eigenvectors<L: Lanes>(lanes: L, m: Symmetric<L>) -> (Axes<L>, V8<L>) {
-    let (zero, one, tiny) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0), F8::splat(lanes, TINY));
+    let (zero, one, tiny) = (
+        F8::splat(lanes, 0.0),
+        F8::splat(lanes, 1.0),
+        F8::splat(lanes, TINY),
+    );
     let scale = one / (m[0] + m[1] + m[2] + tiny);
     let [xx, yy, zz, xy, xz, yz] = per_entry!(k => m[k] * scale);
     let mut diagonal = [xx, yy, zz];
@@ -231,7 +270,9 @@ fn eigenvectors<L: Lanes>(lanes: L, m: Symmetric<L>) -> (Axes<L>, V8<L>) {
             let (difference, twice) = (diagonal[q] - diagonal[p], other[r] + other[r]);
             let root = (difference * difference + twice * twice).sqrt();
             // Towards the smaller angle. A product changes the sign of a zero too.
-            let twice = difference.less(zero).select(twice * F8::splat(lanes, -1.0), twice);
+            let twice = difference
+                .less(zero)
+                .select(twice * F8::splat(lanes, -1.0), twice);
             let t = twice / (difference.abs() + root + tiny);
             let c = one / (t * t + one).sqrt();
             let s = t * c;
@@ -257,7 +298,11 @@ mod tests {
     fn matrices() -> [DMat3; WIDTH] {
         core::array::from_fn(|i| {
             let i = i as f64;
-            let r = DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(0.3 * i, -1.1, 0.7 - 0.2 * i)));
+            let r = DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(
+                0.3 * i,
+                -1.1,
+                0.7 - 0.2 * i,
+            )));
             r * DMat3::from_diagonal(DVec3::new(1.0, 5.0, i) * 1e-6) * r.transpose()
         })
     }
@@ -295,28 +340,54 @@ mod tests {
     fn eigenvectors_of_nothing_are_the_axes_of_the_mesh() {
         let (axes, _) = eigenvectors(Portable {}, columns(&[DMat3::ZERO; WIDTH]));
         for i in [0, 3, 7] {
-            assert_eq!(axes.map(|axis| lane(axis, i)), [DVec3::X, DVec3::Y, DVec3::Z]);
+            assert_eq!(
+                axes.map(|axis| lane(axis, i)),
+                [DVec3::X, DVec3::Y, DVec3::Z]
+            );
         }
     }
 
     /// Half of a rectangle of 3 x 4 with the corners in any order, then a point and a segment.
     #[test]
     fn the_axes_of_a_triangle_are_its_normal_and_the_edge_of_middle_length() {
-        let (o, p, q) = (Vec3::ZERO, Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.0, 4.0, 0.0));
-        let corners = [[o, p, q], [p, o, q], [q, o, p], [o, q, p], [p, q, o], [q, p, o], [p, p, p], [o, p, p]];
+        let (o, p, q) = (
+            Vec3::ZERO,
+            Vec3::new(3.0, 0.0, 0.0),
+            Vec3::new(0.0, 4.0, 0.0),
+        );
+        let corners = [
+            [o, p, q],
+            [p, o, q],
+            [q, o, p],
+            [o, q, p],
+            [p, q, o],
+            [q, p, o],
+            [p, p, p],
+            [o, p, p],
+        ];
         let triangles = corners.map(|[a, b, c]| {
             let (e, f) = (b - a, c - a);
-            Triangle([[a.x, a.y, a.z, e.x], [e.y, e.z, f.x, f.y], [f.z, 0.0, 0.0, 0.0]])
+            Triangle([
+                [a.x, a.y, a.z, e.x],
+                [e.y, e.z, f.x, f.y],
+                [f.z, 0.0, 0.0, 0.0],
+            ])
         });
         let sides = Sides::of(&Eight::of_few(Portable {}, &triangles));
-        let (middle, longest) = (sides.axes(Portable {}, sides.middle), sides.axes(Portable {}, sides.longest));
+        let (middle, longest) = (
+            sides.axes(Portable {}, sides.middle),
+            sides.axes(Portable {}, sides.longest),
+        );
         for i in 0..6 {
             let [x, y, z] = middle.map(|axis| lane(axis, i));
             assert_eq!((x.abs(), y.abs(), z.abs()), (DVec3::Z, DVec3::Y, DVec3::X));
             assert!((lane(longest[1], i).abs() - DVec3::new(0.6, 0.8, 0.0)).length() < 1e-6);
         }
         for i in 6..WIDTH {
-            assert_eq!(middle.map(|axis| lane(axis, i)), [DVec3::X, DVec3::Y, DVec3::Z]);
+            assert_eq!(
+                middle.map(|axis| lane(axis, i)),
+                [DVec3::X, DVec3::Y, DVec3::Z]
+            );
         }
     }
 }

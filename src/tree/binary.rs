@@ -52,14 +52,23 @@ impl BinaryTree {
 }
 
 /// Builds over the triangles' boxes along the axes of `orientation`.
-pub(super) fn build(mesh: &Mesh, unit: &Unit, orientation: &Orientation, effort: Effort, pieces: Pieces) -> BinaryTree {
+pub(super) fn build(
+    mesh: &Mesh,
+    unit: &Unit,
+    orientation: &Orientation,
+    effort: Effort,
+    pieces: Pieces,
+) -> BinaryTree {
     let mut items = unit.bounds(mesh, orientation.rotation, pieces);
     let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
     if !items.is_empty() {
         let depth_left = most_depth(items.len());
         split(effort, &mut items, 0, depth_left, &mut nodes, pieces);
     }
-    BinaryTree { nodes, order: items.iter().map(Bounds::id).collect() }
+    BinaryTree {
+        nodes,
+        order: items.iter().map(Bounds::id).collect(),
+    }
 }
 
 /// Splits `items`, which begin at `first` in tree order, and appends their nodes.
@@ -74,9 +83,17 @@ fn split(
     // A tree may lean for a while, but not so long that a balanced rest would no longer fit the depth.
     let balanced = usize::BITS - items.len().saturating_sub(1).leading_zeros();
     let may_part = items.len() > CLUSTER && depth_left > balanced;
-    let (area, middle) = Instructions::detect().run(Part { items, effort: may_part.then_some(effort) });
+    let (area, middle) = Instructions::detect().run(Part {
+        items,
+        effort: may_part.then_some(effort),
+    });
     let index = nodes.len();
-    nodes.push(BinaryNode { first, count: items.len() as u32, area, right: 0 });
+    nodes.push(BinaryNode {
+        first,
+        count: items.len() as u32,
+        area,
+        right: 0,
+    });
     if items.len() <= CLUSTER {
         return;
     }
@@ -105,6 +122,8 @@ fn halve(items: &mut [Bounds]) -> usize {
     let axis = (max - min).truncate().max_position();
     let key = |item: &Bounds| item.center()[axis];
     let middle = items.len() / 2;
-    items.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.id().cmp(&b.id())));
+    items.select_nth_unstable_by(middle, |a, b| {
+        key(a).total_cmp(&key(b)).then(a.id().cmp(&b.id()))
+    });
     middle
 }

@@ -43,12 +43,18 @@ pub(super) struct Centers {
 }
 
 impl Centers {
-    pub const NONE: Self = Self { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
+    pub const NONE: Self = Self {
+        min: Vec4::INFINITY,
+        max: Vec4::NEG_INFINITY,
+    };
 
     #[inline(always)]
     pub fn and(self, item: &Bounds) -> Self {
         let center = item.center();
-        Self { min: self.min.min(center), max: self.max.max(center) }
+        Self {
+            min: self.min.min(center),
+            max: self.max.max(center),
+        }
     }
 }
 
@@ -75,8 +81,12 @@ impl Kernel for Part<'_> {
         let [x, y, z, _] = extent(bounds).to_array();
         let middle = match (effort, items.len() > FEW) {
             (Some(Effort::Best), true) => part::<L, 64>(lanes, items, centers),
-            (Some(Effort::Best), false) | (Some(Effort::Normal), true) => part::<L, 16>(lanes, items, centers),
-            (Some(Effort::Normal), false) | (Some(Effort::Fast), _) => part::<L, 8>(lanes, items, centers),
+            (Some(Effort::Best), false) | (Some(Effort::Normal), true) => {
+                part::<L, 16>(lanes, items, centers)
+            }
+            (Some(Effort::Normal), false) | (Some(Effort::Fast), _) => {
+                part::<L, 8>(lanes, items, centers)
+            }
             (None, _) => None,
         };
         (x * y + y * z + z * x, middle)
@@ -85,7 +95,11 @@ impl Kernel for Part<'_> {
 
 /// Parts `items` at a border of `N` bins an axis.
 #[inline(always)]
-fn part<L: Lanes, const N: usize>(lanes: L, items: &mut [Bounds], centers: Centers) -> Option<usize> {
+fn part<L: Lanes, const N: usize>(
+    lanes: L,
+    items: &mut [Bounds],
+    centers: Centers,
+) -> Option<usize> {
     let binning = Binning::<N>::of(centers);
     let mut bins = [[Bounds::EMPTY; N]; 3];
     // Exact up to 2^24 triangles a bin; with more the border is only chosen less well.
@@ -120,7 +134,11 @@ fn part<L: Lanes, const N: usize>(lanes: L, items: &mut [Bounds], centers: Cente
     }
     let mut borders = [0.0; 4];
     borders[axis] = costs[axis].iter().position(|&cost| cost == lowest[axis])? as f32;
-    Some(move_to_front(items, &binning, Vec4::from_array(borders) + Vec4::splat(SHIFT)))
+    Some(move_to_front(
+        items,
+        &binning,
+        Vec4::from_array(borders) + Vec4::splat(SHIFT),
+    ))
 }
 
 /// Where the centres fall: bin = (center - origin) * scale, on each axis.
@@ -142,7 +160,11 @@ impl<const N: usize> Binning<N> {
         let extent = (max - min).with_w(0.0);
         let axes = extent.cmpge(Vec4::splat((SHORT * extent.max_element()).max(1e-30)));
         let scale = Vec4::select(axes, N as f32 * 0.9999 / extent, Vec4::ZERO);
-        Self { origin: min, scale, axes: [axes.test(0), axes.test(1), axes.test(2)] }
+        Self {
+            origin: min,
+            scale,
+            axes: [axes.test(0), axes.test(1), axes.test(2)],
+        }
     }
 
     /// The bins, and [`SHIFT`] added.
@@ -154,7 +176,11 @@ impl<const N: usize> Binning<N> {
     #[inline(always)]
     fn bins(&self, item: &Bounds) -> [usize; 3] {
         let [x, y, z, _] = self.shifted(item).to_array();
-        [x.to_bits() as usize % N, y.to_bits() as usize % N, z.to_bits() as usize % N]
+        [
+            x.to_bits() as usize % N,
+            y.to_bits() as usize % N,
+            z.to_bits() as usize % N,
+        ]
     }
 }
 
@@ -177,7 +203,10 @@ fn border_costs<L: Lanes, const N: usize>(
 ) -> F8<L> {
     let (mut bounds, mut count) = (F8::load(lanes, &Bounds::EMPTY.0), 0.0);
     for i in 1..N {
-        (bounds, count) = (bounds.max(F8::load(lanes, &bins[i - 1].0)), count + counts[i - 1]);
+        (bounds, count) = (
+            bounds.max(F8::load(lanes, &bins[i - 1].0)),
+            count + counts[i - 1],
+        );
         left[i] = side(bounds, count);
     }
     (bounds, count) = (F8::load(lanes, &Bounds::EMPTY.0), 0.0);
@@ -207,13 +236,19 @@ fn side<L: Lanes>(bounds: F8<L>, count: f32) -> [f32; 4] {
 fn side_costs<L: Lanes>(lanes: L, sides: &[[f32; 4]; WIDTH]) -> F8<L> {
     let [x, y, z, count] = F8::columns(lanes, per_lane!(i => &sides[i]));
     let cost = (x * y + y * z + z * x) * count;
-    F8::splat(lanes, 0.0).less(count).select(cost, F8::splat(lanes, f32::INFINITY))
+    F8::splat(lanes, 0.0)
+        .less(count)
+        .select(cost, F8::splat(lanes, f32::INFINITY))
 }
 
 /// Reorders `items` so that those left of `borders` come first; returns their number. Without branches: which side an item goes
 /// to is a coin toss.
 #[inline(always)]
-fn move_to_front<const N: usize>(items: &mut [Bounds], binning: &Binning<N>, borders: Vec4) -> usize {
+fn move_to_front<const N: usize>(
+    items: &mut [Bounds],
+    binning: &Binning<N>,
+    borders: Vec4,
+) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
         let (item, first_right) = (items[i], items[count]);
@@ -248,8 +283,18 @@ mod tests {
         for effort in [Effort::Fast, Effort::Normal, Effort::Best] {
             for count in [9, 64, 65, 1000] {
                 let (mut one, mut other) = (items(count), items(count));
-                let parted = Instructions::detect().run(Part { items: &mut one, effort: Some(effort) });
-                assert_eq!(parted, Part { items: &mut other, effort: Some(effort) }.run(Portable {}));
+                let parted = Instructions::detect().run(Part {
+                    items: &mut one,
+                    effort: Some(effort),
+                });
+                assert_eq!(
+                    parted,
+                    Part {
+                        items: &mut other,
+                        effort: Some(effort)
+                    }
+                    .run(Portable {})
+                );
                 let ids = |items: &[Bounds]| items.iter().map(Bounds::id).collect::<Vec<_>>();
                 assert_eq!(ids(&one), ids(&other));
                 let mut all = ids(&one);
@@ -257,7 +302,14 @@ mod tests {
                 assert!(all.into_iter().eq(0..count));
                 let (area, middle) = parted;
                 let middle = middle.unwrap();
-                let of = |items: &mut [Bounds]| Part { items, effort: None }.run(Portable {}).0 * items.len() as f32;
+                let of = |items: &mut [Bounds]| {
+                    Part {
+                        items,
+                        effort: None,
+                    }
+                    .run(Portable {})
+                    .0 * items.len() as f32
+                };
                 let (left, right) = one.split_at_mut(middle);
                 assert!(0 < middle && of(left) + of(right) < 0.9 * area * count as f32);
             }
@@ -266,8 +318,14 @@ mod tests {
 
     #[test]
     fn boxes_in_one_place_are_not_parted() {
-        let mut items: Vec<_> = (0..20).map(|id| Bounds::new(id, [0.5; 3], [0.75; 3])).collect();
-        let (area, middle) = Part { items: &mut items, effort: Some(Effort::Normal) }.run(Portable {});
+        let mut items: Vec<_> = (0..20)
+            .map(|id| Bounds::new(id, [0.5; 3], [0.75; 3]))
+            .collect();
+        let (area, middle) = Part {
+            items: &mut items,
+            effort: Some(Effort::Normal),
+        }
+        .run(Portable {});
         assert_eq!((area, middle), (3.0 * 0.25 * 0.25, None));
     }
 }

@@ -52,20 +52,41 @@ impl Plan {
             seeds.push(Seed::of(binary, 0, 0));
             open(binary, 0, &mut seeds, &mut inner);
         }
-        Self { nodes: seeds.iter().map(|seed| seed.node(binary, orientation)).collect(), inner }
+        Self {
+            nodes: seeds
+                .iter()
+                .map(|seed| seed.node(binary, orientation))
+                .collect(),
+            inner,
+        }
     }
 
     /// The largest subtrees that are no more than one of `pieces`, without their roots; none if there is one piece only.
     pub fn parts(&self, pieces: Pieces) -> Vec<Part> {
         let mut parts = Vec::new();
-        let triangles = self.nodes.first().map_or(0, |root| pieces.size(root.triangles as usize));
-        let mut number = if pieces.count() > 1 { 0 } else { self.inner.len() };
+        let triangles = self
+            .nodes
+            .first()
+            .map_or(0, |root| pieces.size(root.triangles as usize));
+        let mut number = if pieces.count() > 1 {
+            0
+        } else {
+            self.inner.len()
+        };
         while let Some(inner) = self.inner.get(number) {
             let node = &self.nodes[inner.node as usize];
-            let end = number + if node.triangles as usize <= triangles { inner.count as usize } else { 1 };
+            let end = number
+                + if node.triangles as usize <= triangles {
+                    inner.count as usize
+                } else {
+                    1
+                };
             if end > number + 1 {
                 let first = node.first_child as usize;
-                parts.push(Part { nodes: first..first + inner.below as usize, inner: number + 1..end });
+                parts.push(Part {
+                    nodes: first..first + inner.below as usize,
+                    inner: number + 1..end,
+                });
             }
             number = end;
         }
@@ -76,8 +97,17 @@ impl Plan {
 impl Seed {
     fn of(binary: &BinaryTree, root: usize, depth: u8) -> Self {
         let subtree = &binary.nodes[root];
-        let children = if subtree.is_cluster() { subtree.count as u8 } else { 0 };
-        Self { root: root as u32, first_child: subtree.first, children, depth }
+        let children = if subtree.is_cluster() {
+            subtree.count as u8
+        } else {
+            0
+        };
+        Self {
+            root: root as u32,
+            first_child: subtree.first,
+            children,
+            depth,
+        }
     }
 
     fn node(&self, binary: &BinaryTree, orientation: &Orientation) -> Node {
@@ -103,15 +133,27 @@ fn open(binary: &BinaryTree, index: usize, seeds: &mut Vec<Seed>, inner: &mut Ve
         return;
     }
     let children = widest(binary, root as usize);
-    seeds.extend(children.iter().map(|&child| Seed::of(binary, child, depth + 1)));
+    seeds.extend(
+        children
+            .iter()
+            .map(|&child| Seed::of(binary, child, depth + 1)),
+    );
     (seeds[index].first_child, seeds[index].children) = (first as u32, children.len() as u8);
     let number = inner.len();
-    inner.push(Inner { node: index as u32, below: 0, count: 0 });
+    inner.push(Inner {
+        node: index as u32,
+        below: 0,
+        count: 0,
+    });
     for child in first..first + children.len() {
         open(binary, child, seeds, inner);
     }
     let (below, count) = (seeds.len() - first, inner.len() - number);
-    inner[number] = Inner { node: index as u32, below: below as u32, count: count as u32 };
+    inner[number] = Inner {
+        node: index as u32,
+        below: below as u32,
+        count: count as u32,
+    };
 }
 
 /// Up to eight descendants of `root`: the one with the largest box is opened until there are eight, or only clusters.
@@ -122,7 +164,9 @@ fn widest(binary: &BinaryTree, root: usize) -> ArrayVec<usize, WIDTH> {
     while below.len() < WIDTH {
         let openable = (0..below.len()).filter(|&i| !nodes[below[i]].is_cluster());
         let area = |i: usize| nodes[below[i]].area;
-        let Some(widest) = openable.max_by(|&i, &j| area(i).total_cmp(&area(j))) else { break };
+        let Some(widest) = openable.max_by(|&i, &j| area(i).total_cmp(&area(j))) else {
+            break;
+        };
         let [left, right] = binary.children(below[widest]);
         below[widest] = left;
         // Beside its sibling, so that the triangles of a wide node stay in one piece and in order.

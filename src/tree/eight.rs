@@ -19,7 +19,10 @@ impl<L: Lanes> Eight<L> {
         let [px, py, pz, ex] = F8::columns(lanes, per_lane!(i => &triangles[i].0[0]));
         let [ey, ez, fx, fy] = F8::columns(lanes, per_lane!(i => &triangles[i].0[1]));
         let [fz, ..] = F8::columns(lanes, per_lane!(i => &triangles[i].0[2]));
-        Self { first: [px, py, pz], edges: [[ex, ey, ez], [fx, fy, fz]] }
+        Self {
+            first: [px, py, pz],
+            edges: [[ex, ey, ez], [fx, fy, fz]],
+        }
     }
 
     /// Of up to eight triangles, at least one; the last again in the lanes that are left over.
@@ -43,7 +46,10 @@ impl<L: Lanes> Eight<L> {
     /// The corners, off by at most 2^-22.
     #[inline(always)]
     pub fn corners(&self) -> [V8<L>; 3] {
-        let Self { first: p, edges: [e, f] } = *self;
+        let Self {
+            first: p,
+            edges: [e, f],
+        } = *self;
         [p, per_axis!(k => p[k] + e[k]), per_axis!(k => p[k] + f[k])]
     }
 }
@@ -52,5 +58,7 @@ impl<L: Lanes> Eight<L> {
 #[inline(always)]
 pub(super) fn present<L: Lanes>(lanes: L, count: usize) -> F8<L> {
     const NUMBERS: [f32; WIDTH] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-    F8::load(lanes, &NUMBERS).less(F8::splat(lanes, count as f32)).and(F8::splat(lanes, 1.0))
+    F8::load(lanes, &NUMBERS)
+        .less(F8::splat(lanes, count as f32))
+        .and(F8::splat(lanes, 1.0))
 }

@@ -35,9 +35,16 @@ impl Extremes {
     /// Of the vertices of triangles; none if there are so many in a cell that a look-up would take long. `O(n)`.
     pub fn of(mesh: &Mesh, unit: &Unit, corners: &[[u32; 3]]) -> Self {
         let mut is_used = alloc::vec![false; mesh.vertex_count()];
-        corners.iter().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
+        corners
+            .iter()
+            .flatten()
+            .for_each(|&vertex| is_used[vertex as usize] = true);
         let used = is_used.iter().zip(0..).filter(|(is_used, _)| **is_used);
-        Self::new(&used.map(|(_, vertex)| unit.point(mesh.vertex(vertex)).as_vec3().to_array()).collect::<Vec<_>>())
+        Self::new(
+            &used
+                .map(|(_, vertex)| unit.point(mesh.vertex(vertex)).as_vec3().to_array())
+                .collect::<Vec<_>>(),
+        )
     }
 
     fn new(points: &[Point]) -> Self {
@@ -45,7 +52,14 @@ impl Extremes {
             return Self::default();
         }
         let mut cells = [const { Vec::new() }; CELLS];
-        (0..6).for_each(|face| Part { face, low: [0; 2], side: SIDE }.fill(points, &mut cells));
+        (0..6).for_each(|face| {
+            Part {
+                face,
+                low: [0; 2],
+                side: SIDE,
+            }
+            .fill(points, &mut cells)
+        });
         if cells.iter().any(|cell| cell.len() > MANY) {
             return Self::default();
         }
@@ -57,7 +71,10 @@ impl Extremes {
             }));
         }
         first.push(blocks.len() as u32);
-        Self { first: first.into(), blocks: blocks.into() }
+        Self {
+            first: first.into(),
+            blocks: blocks.into(),
+        }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -78,12 +95,17 @@ impl Extremes {
         let mut which = F8::splat(lanes, 0.0);
         for (number, block) in blocks.iter().enumerate() {
             let reach = dot(along, per_axis!(k => F8::load(lanes, &block[k])));
-            which = best.less(reach).select(F8::splat(lanes, number as f32), which);
+            which = best
+                .less(reach)
+                .select(F8::splat(lanes, number as f32), which);
             best = best.max(reach);
         }
         let [reach, ..] = greatest([best; 3]);
         let lane = best.less(F8::splat(lanes, reach)).mask().trailing_ones() as usize % 8;
-        (reach, blocks[which.store()[lane] as usize].map(|component| component[lane]))
+        (
+            reach,
+            blocks[which.store()[lane] as usize].map(|component| component[lane]),
+        )
     }
 }
 
@@ -100,7 +122,8 @@ fn cell(direction: [f32; 3]) -> usize {
     };
     let face = 2 * axis + usize::from(direction[axis] < 0.0);
     let per = 1.0 / direction[axis].abs();
-    let at = |k: usize| (((direction[k % 3] * per + 1.0) * (SIDE as f32 / 2.0)) as usize).min(SIDE - 1);
+    let at =
+        |k: usize| (((direction[k % 3] * per + 1.0) * (SIDE as f32 / 2.0)) as usize).min(SIDE - 1);
     (face * SIDE + at(axis + 1)) * SIDE + at(axis + 2)
 }
 
@@ -115,7 +138,11 @@ struct Part {
 impl Part {
     /// Sorts these points into the cells.
     fn fill(self, points: &[Point], cells: &mut [Vec<Point>; CELLS]) {
-        let Self { face, low: [u, v], side } = self;
+        let Self {
+            face,
+            low: [u, v],
+            side,
+        } = self;
         let kept = self.maximal(points);
         let half = side / 2;
         if half == 0 {
@@ -123,7 +150,12 @@ impl Part {
             return;
         }
         for low in [[u, v], [u, v + half], [u + half, v], [u + half, v + half]] {
-            Self { low, side: half, ..self }.fill(&kept, cells);
+            Self {
+                low,
+                side: half,
+                ..self
+            }
+            .fill(&kept, cells);
         }
     }
 
@@ -133,7 +165,11 @@ impl Part {
         let at = |low: usize, i: usize| (2 * low + i * self.side) as f32 / SIDE as f32 - 1.0;
         core::array::from_fn(|i| {
             core::array::from_fn(|j| {
-                let mut direction = [if self.face.is_multiple_of(2) { 1.0 } else { -1.0 }; 3];
+                let mut direction = [if self.face.is_multiple_of(2) {
+                    1.0
+                } else {
+                    -1.0
+                }; 3];
                 direction[(axis + 1) % 3] = at(self.low[0], i);
                 direction[(axis + 2) % 3] = at(self.low[1], j);
                 direction
@@ -184,11 +220,18 @@ const MANY: usize = 1024;
 
 /// The points that few others reach as far as along all four directions.
 fn thinned(points: Vec<Point>, directions: &[f32x4; 3]) -> Vec<Point> {
-    let mut all: Vec<_> = points.into_iter().map(|point| (reach(directions, &point), point)).collect();
+    let mut all: Vec<_> = points
+        .into_iter()
+        .map(|point| (reach(directions, &point), point))
+        .collect();
     all.sort_by(|(x, _), (y, _)| y.reduce_add().total_cmp(&x.reduce_add()));
     let mut kept: Vec<(f32x4, Point)> = Vec::new();
     for (along, point) in all {
-        if !kept.iter().take(MANY).any(|(farther, _)| farther.simd_ge(along).all()) {
+        if !kept
+            .iter()
+            .take(MANY)
+            .any(|(farther, _)| farther.simd_ge(along).all())
+        {
             kept.push((along, point));
         }
     }
@@ -218,17 +261,21 @@ mod tests {
 
     /// Directions anywhere, and along the grid and next to it; largest component 1.
     fn directions(random: &mut Random) -> Vec<[f32; 3]> {
-        let mut all: Vec<[f32; 3]> =
-            (0..2000).map(|_| core::array::from_fn(|_| random.between(-1.0, 1.0) as f32)).collect();
+        let mut all: Vec<[f32; 3]> = (0..2000)
+            .map(|_| core::array::from_fn(|_| random.between(-1.0, 1.0) as f32))
+            .collect();
         for i in 0..9 * 9 * 9 {
             let on_grid = [i % 9, i / 9 % 9, i / 81].map(|k| k as f32 / 4.0 - 1.0);
             all.extend(
-                [1.0, 1.0 + f32::EPSILON, 1.0 - f32::EPSILON].map(|by| [on_grid[0], on_grid[1] * by, on_grid[2]]),
+                [1.0, 1.0 + f32::EPSILON, 1.0 - f32::EPSILON]
+                    .map(|by| [on_grid[0], on_grid[1] * by, on_grid[2]]),
             );
         }
         all.retain(|direction| *direction != [0.0; 3]);
         all.iter()
-            .map(|&direction| (Vec3::from(direction) / Vec3::from(direction).abs().max_element()).to_array())
+            .map(|&direction| {
+                (Vec3::from(direction) / Vec3::from(direction).abs().max_element()).to_array()
+            })
             .collect()
     }
 
@@ -248,22 +295,41 @@ mod tests {
         let cloud: Vec<[f32; 3]> = (0..3000).map(|_| points()).collect();
         let soup = |triangles: u32| {
             let vertices = cloud.iter().copied().take(3 * triangles as usize);
-            Mesh::new(vertices, (0..triangles).map(|i| [3 * i, 3 * i + 1, 3 * i + 2])).unwrap()
+            Mesh::new(
+                vertices,
+                (0..triangles).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]),
+            )
+            .unwrap()
         };
         let point = Mesh::new([[3.0f32, 2.0, 1.0]], [[0; 3]]).unwrap();
-        let shapes = [shapes::icosphere(4), shapes::torus_knot(2, 3, 0.2, 48), shapes::cuboid([1.0, 0.2, 0.5], 3)];
-        let meshes = shapes.into_iter().chain([soup(1000), soup(1), disk(1000), point]);
+        let shapes = [
+            shapes::icosphere(4),
+            shapes::torus_knot(2, 3, 0.2, 48),
+            shapes::cuboid([1.0, 0.2, 0.5], 3),
+        ];
+        let meshes = shapes
+            .into_iter()
+            .chain([soup(1000), soup(1), disk(1000), point]);
         let mut directions = directions(&mut Random::new(8));
         for mesh in meshes {
             let tree = Tree::with_options(mesh, &BuildOptions::default().extremes(true));
             let (mesh, extremes) = (tree.mesh(), tree.extremes());
-            let points: Vec<_> = (0..mesh.vertex_count()).map(|i| tree.unit().point(mesh.vertex(i))).collect();
+            let points: Vec<_> = (0..mesh.vertex_count())
+                .map(|i| tree.unit().point(mesh.vertex(i)))
+                .collect();
             for &direction in &directions {
                 let along = |point: glam::DVec3| Vec3::from(direction).as_dvec3().dot(point);
-                let truth = points.iter().map(|&point| along(point)).fold(f64::NEG_INFINITY, f64::max);
+                let truth = points
+                    .iter()
+                    .map(|&point| along(point))
+                    .fold(f64::NEG_INFINITY, f64::max);
                 let (reach, corner) = extremes.farthest(Portable {}, direction);
-                let off = [f64::from(reach), along(Vec3::from(corner).as_dvec3())].map(|found| (found - truth).abs());
-                assert!(off.iter().all(|&off| off <= f64::from(96.0 * ROUNDING)), "{direction:?} {off:?}");
+                let off = [f64::from(reach), along(Vec3::from(corner).as_dvec3())]
+                    .map(|found| (found - truth).abs());
+                assert!(
+                    off.iter().all(|&off| off <= f64::from(96.0 * ROUNDING)),
+                    "{direction:?} {off:?}"
+                );
             }
             let kept = extremes.blocks.len() * 8;
             assert!(kept <= 96 * (mesh.vertex_count() + 7) && extremes.first.len() == 97);
@@ -275,10 +341,17 @@ mod tests {
     #[test]
     fn few_corners_are_kept() {
         for (subdivisions, most) in [(1, 96), (3, 300), (5, 2000)] {
-            let tree = Tree::with_options(shapes::icosphere(subdivisions), &BuildOptions::default().extremes(true));
+            let tree = Tree::with_options(
+                shapes::icosphere(subdivisions),
+                &BuildOptions::default().extremes(true),
+            );
             let blocks = tree.extremes().blocks.len();
             assert!((96..=most).contains(&blocks), "{blocks}");
         }
-        assert!(Tree::with_options(disk(10_000), &BuildOptions::default().extremes(true)).extremes().is_empty());
+        assert!(
+            Tree::with_options(disk(10_000), &BuildOptions::default().extremes(true))
+                .extremes()
+                .is_empty()
+        );
     }
 }

@@ -101,15 +101,27 @@ pub enum TreeFileError {
 impl fmt::Display for TreeFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotATree => f.write_str("these bytes are not a tree: they do not begin with PUNCTREE"),
+            Self::NotATree => {
+                f.write_str("these bytes are not a tree: they do not begin with PUNCTREE")
+            }
             Self::Version { found, supported } => {
-                write!(f, "the tree has format version {found}, this library reads {supported}: build it again")
+                write!(
+                    f,
+                    "the tree has format version {found}, this library reads {supported}: build it again"
+                )
             }
-            Self::Length { expected, found } => write!(f, "the tree should have {expected} bytes, but has {found}"),
+            Self::Length { expected, found } => {
+                write!(f, "the tree should have {expected} bytes, but has {found}")
+            }
             Self::Checksum { stored, computed } => {
-                write!(f, "the tree is damaged: its bytes have the checksum {computed:08x}, not {stored:08x}")
+                write!(
+                    f,
+                    "the tree is damaged: its bytes have the checksum {computed:08x}, not {stored:08x}"
+                )
             }
-            Self::CoordinateSize(bytes) => write!(f, "header: a coordinate of {bytes} bytes, not 4 or 8"),
+            Self::CoordinateSize(bytes) => {
+                write!(f, "header: a coordinate of {bytes} bytes, not 4 or 8")
+            }
             Self::Cost(cost) => write!(f, "header: the SAH cost {cost} is negative or not finite"),
             Self::Orientations { stored, needed } => {
                 write!(f, "{stored} orientations for {needed} nodes that need one")
@@ -160,7 +172,9 @@ impl Header {
         bytes.extend_from_slice(&VERSION.to_le_bytes());
         let neighbors = if self.has_neighbors { HAS_NEIGHBORS } else { 0 };
         let extremes = if self.has_extremes { HAS_EXTREMES } else { 0 };
-        bytes.extend_from_slice(&(neighbors | extremes | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
+        bytes.extend_from_slice(
+            &(neighbors | extremes | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes(),
+        );
         for count in [self.vertices, self.triangles, self.nodes, self.orientations] {
             bytes.extend_from_slice(&count.to_le_bytes());
         }
@@ -172,17 +186,29 @@ impl Header {
             return Err(TreeFileError::NotATree);
         }
         let Some(header) = bytes.first_chunk::<HEADER>() else {
-            return Err(TreeFileError::Length { expected: HEADER as u128, found: bytes.len() });
+            return Err(TreeFileError::Length {
+                expected: HEADER as u128,
+                found: bytes.len(),
+            });
         };
-        let mut words = header[MAGIC.len()..].as_chunks::<4>().0.iter().map(|&word| u32::from_le_bytes(word));
+        let mut words = header[MAGIC.len()..]
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|&word| u32::from_le_bytes(word));
         let mut word = || words.next().unwrap_or_default();
         let version = word();
         if version != VERSION {
-            return Err(TreeFileError::Version { found: version, supported: VERSION });
+            return Err(TreeFileError::Version {
+                found: version,
+                supported: VERSION,
+            });
         }
         let kind = word();
-        let (size, [has_neighbors, has_extremes]) =
-            (kind & !(HAS_NEIGHBORS | HAS_EXTREMES), [HAS_NEIGHBORS, HAS_EXTREMES].map(|bit| kind & bit != 0));
+        let (size, [has_neighbors, has_extremes]) = (
+            kind & !(HAS_NEIGHBORS | HAS_EXTREMES),
+            [HAS_NEIGHBORS, HAS_EXTREMES].map(|bit| kind & bit != 0),
+        );
         let mut count = || u64::from(word()) | u64::from(word()) << 32;
         let [vertices, triangles, nodes, orientations] = [count(), count(), count(), count()];
         let cost = f32::from_bits(word());
@@ -239,9 +265,15 @@ impl Tree {
         let mut bytes = Vec::with_capacity(header.length() as usize);
         header.write(&mut bytes);
         self.mesh.write(&mut bytes);
-        self.ids.iter().for_each(|id| bytes.extend_from_slice(&id.to_le_bytes()));
+        self.ids
+            .iter()
+            .for_each(|id| bytes.extend_from_slice(&id.to_le_bytes()));
         bytes.extend_from_slice(&shapes);
-        let own = self.nodes.iter().zip(&shapes).filter(|(_, shape)| *shape & OWN_ORIENTATION != 0);
+        let own = self
+            .nodes
+            .iter()
+            .zip(&shapes)
+            .filter(|(_, shape)| *shape & OWN_ORIENTATION != 0);
         for entry in own.flat_map(|(node, _)| node.rotation().to_cols_array()) {
             bytes.extend_from_slice(&entry.to_le_bytes());
         }
@@ -282,9 +314,14 @@ impl Tree {
         let parts = header.parts();
         let expected = header.length();
         if expected != bytes.len() as u128 {
-            return Err(TreeFileError::Length { expected, found: bytes.len() });
+            return Err(TreeFileError::Length {
+                expected,
+                found: bytes.len(),
+            });
         }
-        let (content, checksum) = bytes.split_last_chunk::<CHECKSUM>().unwrap_or((bytes, &[0; CHECKSUM]));
+        let (content, checksum) = bytes
+            .split_last_chunk::<CHECKSUM>()
+            .unwrap_or((bytes, &[0; CHECKSUM]));
         let (stored, computed) = (u32::from_le_bytes(*checksum), crc32fast::hash(content));
         if stored != computed {
             return Err(TreeFileError::Checksum { stored, computed });
@@ -296,7 +333,12 @@ impl Tree {
             part
         });
         let mesh = Mesh::read(vertices, header.is_f64, triangles)?;
-        let ids: Box<[u32]> = order.as_chunks().0.iter().map(|&id| u32::from_le_bytes(id)).collect();
+        let ids: Box<[u32]> = order
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&id| u32::from_le_bytes(id))
+            .collect();
         each_once(&ids, mesh.len())?;
         let mut nodes = nodes(shapes, mesh.len(), orientations)?;
         if !(header.cost >= 0.0 && header.cost.is_finite()) {
@@ -305,10 +347,26 @@ impl Tree {
         let unit = Unit::of(&mesh);
         let placed = Placed::of(&mesh, unit, &ids, Pieces::ONE);
         let mut profiles = Profiles::room(&mut nodes);
-        update(&mut nodes, &placed.triangles, &mut profiles, &[], Pieces::ONE);
-        let tree =
-            Self::of_nodes(mesh, unit, nodes, profiles, placed, ids, [header.has_neighbors, header.has_extremes]);
-        Ok(Self { built_cost: header.cost, ..tree })
+        update(
+            &mut nodes,
+            &placed.triangles,
+            &mut profiles,
+            &[],
+            Pieces::ONE,
+        );
+        let tree = Self::of_nodes(
+            mesh,
+            unit,
+            nodes,
+            profiles,
+            placed,
+            ids,
+            [header.has_neighbors, header.has_extremes],
+        );
+        Ok(Self {
+            built_cost: header.cost,
+            ..tree
+        })
     }
 }
 
@@ -322,27 +380,46 @@ fn shapes(nodes: &[Node]) -> Vec<u8> {
 
 /// The nodes that have an orientation of their own, parent by parent.
 fn with_own_orientation(nodes: &[Node]) -> impl Iterator<Item = usize> {
-    let root = nodes.first().filter(|root| root.orientation != Orientation::IDENTITY.id).map(|_| 0);
+    let root = nodes
+        .first()
+        .filter(|root| root.orientation != Orientation::IDENTITY.id)
+        .map(|_| 0);
     let parents = nodes.iter().filter(|node| !node.is_cluster);
     let below = move |parent: &Node| {
         let orientation = parent.orientation;
-        parent.child_range().filter(move |&child| nodes[child].orientation != orientation)
+        parent
+            .child_range()
+            .filter(move |&child| nodes[child].orientation != orientation)
     };
     root.into_iter().chain(parents.flat_map(below))
 }
 
 /// The nodes of a tree of so many triangles, boxes and profiles still to come.
-fn nodes(shapes: &[u8], triangles: usize, orientations: &[u8]) -> Result<Box<[Node]>, TreeFileError> {
+fn nodes(
+    shapes: &[u8],
+    triangles: usize,
+    orientations: &[u8],
+) -> Result<Box<[Node]>, TreeFileError> {
     check_counts(shapes, triangles)?;
-    let needed = shapes.iter().filter(|&shape| shape & OWN_ORIENTATION != 0).count();
+    let needed = shapes
+        .iter()
+        .filter(|&shape| shape & OWN_ORIENTATION != 0)
+        .count();
     let orientations = orientations.as_chunks::<ORIENTATION>().0;
     if orientations.len() != needed {
-        return Err(TreeFileError::Orientations { stored: orientations.len(), needed });
+        return Err(TreeFileError::Orientations {
+            stored: orientations.len(),
+            needed,
+        });
     }
     let mut nodes: Box<[Node]> = shapes.iter().map(|&shape| node(shape)).collect();
     let mut orientations = orientations.iter();
     let mut orientation = |index: usize, parent: Orientation| {
-        if shapes[index] & OWN_ORIENTATION == 0 { Ok(parent) } else { own_orientation(index, orientations.next()) }
+        if shapes[index] & OWN_ORIENTATION == 0 {
+            Ok(parent)
+        } else {
+            own_orientation(index, orientations.next())
+        }
     };
     // Nodes to be opened, the next on top.
     let mut waiting = Vec::new();
@@ -377,7 +454,10 @@ fn nodes(shapes: &[u8], triangles: usize, orientations: &[u8]) -> Result<Box<[No
     }
     for index in (0..nodes.len()).rev() {
         if !nodes[index].is_cluster {
-            nodes[index].triangles = nodes[nodes[index].child_range()].iter().map(|child| child.triangles).sum();
+            nodes[index].triangles = nodes[nodes[index].child_range()]
+                .iter()
+                .map(|child| child.triangles)
+                .sum();
         }
     }
     dense(&nodes)?;
@@ -395,10 +475,15 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
         if children > WIDTH || children < if is_cluster { 1 } else { 2 } {
             return Err(TreeFault::Children(index));
         }
-        *(if is_cluster { &mut triangles_below } else { &mut nodes_below }) += children;
+        *(if is_cluster {
+            &mut triangles_below
+        } else {
+            &mut nodes_below
+        }) += children;
         inner += usize::from(!is_cluster);
     }
-    if nodes_below + usize::from(!shapes.is_empty()) != shapes.len() || triangles_below != triangles {
+    if nodes_below + usize::from(!shapes.is_empty()) != shapes.len() || triangles_below != triangles
+    {
         return Err(TreeFault::Children(0));
     }
     // The levels of all profiles are numbered in 32 bits.
@@ -416,15 +501,32 @@ fn most_levels(clusters: usize, inner: usize, triangles: usize) -> usize {
 }
 
 fn node(shape: u8) -> Node {
-    Node { children: shape & !(IS_CLUSTER | OWN_ORIENTATION), is_cluster: shape & IS_CLUSTER != 0, ..Node::default() }
+    Node {
+        children: shape & !(IS_CLUSTER | OWN_ORIENTATION),
+        is_cluster: shape & IS_CLUSTER != 0,
+        ..Node::default()
+    }
 }
 
-fn own_orientation(index: usize, bytes: Option<&[u8; ORIENTATION]>) -> Result<Orientation, TreeFault> {
+fn own_orientation(
+    index: usize,
+    bytes: Option<&[u8; ORIENTATION]>,
+) -> Result<Orientation, TreeFault> {
     let mut columns = [0.0; 9];
-    for (entry, bytes) in columns.iter_mut().zip(bytes.map_or(&[][..], |bytes| bytes.as_chunks().0)) {
+    for (entry, bytes) in columns
+        .iter_mut()
+        .zip(bytes.map_or(&[][..], |bytes| bytes.as_chunks().0))
+    {
         *entry = f32::from_le_bytes(*bytes);
     }
     let rotation = Mat3A::from(Mat3::from_cols_array(&columns));
-    let orientation = Orientation { rotation, id: MESH_ORIENTATION + 1 + index as u32 };
-    if orientation.is_orthonormal() { Ok(orientation) } else { Err(TreeFault::Orientation(index)) }
+    let orientation = Orientation {
+        rotation,
+        id: MESH_ORIENTATION + 1 + index as u32,
+    };
+    if orientation.is_orthonormal() {
+        Ok(orientation)
+    } else {
+        Err(TreeFault::Orientation(index))
+    }
 }

@@ -26,7 +26,10 @@ const MARGIN: f32 = 1e-5;
 const SMALL: u32 = 128;
 
 impl Extent {
-    pub const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
+    pub const EMPTY: Self = Self {
+        min: Vec3A::INFINITY,
+        max: Vec3A::NEG_INFINITY,
+    };
 
     #[inline(always)]
     pub fn center(&self) -> Vec3A {
@@ -40,7 +43,10 @@ impl Extent {
 
     #[inline(always)]
     pub fn union(self, other: Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 
     /// Keeps the ends of the box of `node` in the place of its centre and half extent.
@@ -52,7 +58,10 @@ impl Extent {
 
     #[inline(always)]
     pub fn kept_in(node: &Node) -> Self {
-        Self { min: Vec3A::from(xyz(node.own_center)), max: Vec3A::from(xyz(node.own_half)) }
+        Self {
+            min: Vec3A::from(xyz(node.own_center)),
+            max: Vec3A::from(xyz(node.own_half)),
+        }
     }
 
     /// The box of all triangles below `subtree` along the axes of `node`; `later` are the nodes from number `first` on.
@@ -72,7 +81,12 @@ impl Extent {
         // Some triangles from everywhere, so that most of the rest can be passed over.
         let step = all.len() / WIDTH;
         let [a, b, c, d] = [&all[0], &all[step], &all[2 * step], &all[3 * step]];
-        let [e, f, g, h] = [&all[4 * step], &all[5 * step], &all[6 * step], &all[7 * step]];
+        let [e, f, g, h] = [
+            &all[4 * step],
+            &all[5 * step],
+            &all[6 * step],
+            &all[7 * step],
+        ];
         let mut extent = span(lanes, &Eight::of(lanes, [a, b, c, d, e, f, g, h]), node).extent();
 
         // The nodes whose children are still to be looked at.
@@ -85,10 +99,13 @@ impl Extent {
                 if children == 0 {
                     break;
                 }
-                let child = &later[inner.first_child as usize + children.trailing_zeros() as usize - first];
+                let child =
+                    &later[inner.first_child as usize + children.trailing_zeros() as usize - first];
                 children &= children - 1;
                 if child.triangles <= SMALL || open.is_full() {
-                    extent = extent.union(Span::of_all(lanes, &triangles[child.triangle_range()], node).extent());
+                    extent = extent.union(
+                        Span::of_all(lanes, &triangles[child.triangle_range()], node).extent(),
+                    );
                 } else {
                     open.push(child);
                 }
@@ -123,7 +140,10 @@ pub(super) fn span<L: Lanes>(lanes: L, triangles: &Eight<L>, node: &Node) -> Spa
         let (x, y, z) = (dot(axis, a), dot(axis, b), dot(axis, c));
         (x.min(y).min(z), x.max(y).max(z))
     });
-    Span { min: per_axis!(k => ends[k].0), max: per_axis!(k => ends[k].1) }
+    Span {
+        min: per_axis!(k => ends[k].0),
+        max: per_axis!(k => ends[k].1),
+    }
 }
 
 /// Eight boxes by their ends.
@@ -153,12 +173,18 @@ impl<L: Lanes> Span<L> {
 
     #[inline(always)]
     fn union(self, other: Self) -> Self {
-        Self { min: per_axis!(k => self.min[k].min(other.min[k])), max: per_axis!(k => self.max[k].max(other.max[k])) }
+        Self {
+            min: per_axis!(k => self.min[k].min(other.min[k])),
+            max: per_axis!(k => self.max[k].max(other.max[k])),
+        }
     }
 
     /// The box around all eight.
     #[inline(always)]
     pub fn extent(self) -> Extent {
-        Extent { min: Vec3A::from(least(self.min)), max: Vec3A::from(greatest(self.max)) }
+        Extent {
+            min: Vec3A::from(least(self.min)),
+            max: Vec3A::from(greatest(self.max)),
+        }
     }
 }

@@ -20,11 +20,20 @@ impl Pieces {
         if threads < 2 || !cfg!(feature = "parallel") {
             return Self::ONE;
         }
-        Self { threads, count: threads.saturating_mul(4).min(triangles / LEAST_TRIANGLES).max(1) }
+        Self {
+            threads,
+            count: threads
+                .saturating_mul(4)
+                .min(triangles / LEAST_TRIANGLES)
+                .max(1),
+        }
     }
 
     /// A computation as a whole.
-    pub const ONE: Self = Self { threads: 1, count: 1 };
+    pub const ONE: Self = Self {
+        threads: 1,
+        count: 1,
+    };
 
     /// Into what sizes to cut a slice of the given length, at least 1.
     pub fn size(self, length: usize) -> usize {
@@ -41,26 +50,40 @@ impl Pieces {
             a(self);
             return b(self);
         }
-        let share = (self.count as u128 * sizes[0] as u128 / (sizes[0] as u128 + sizes[1] as u128).max(1)) as usize;
+        let share = (self.count as u128 * sizes[0] as u128
+            / (sizes[0] as u128 + sizes[1] as u128).max(1)) as usize;
         let share = share.clamp(1, self.count - 1);
         let of = |count| Self { count, ..self };
-        let both: [Box<dyn FnOnce() + Send>; 2] = [Box::new(|| a(of(share))), Box::new(|| b(of(self.count - share)))];
+        let both: [Box<dyn FnOnce() + Send>; 2] = [
+            Box::new(|| a(of(share))),
+            Box::new(|| b(of(self.count - share))),
+        ];
         self.each(both.into(), |one| one());
     }
 
     /// Does all jobs; each thread takes the next when it is done with one.
     pub fn each<J: Send>(self, jobs: Vec<J>, work: impl Fn(J) + Sync) {
         let threads = self.threads.min(jobs.len());
-        if threads < 2 { jobs.into_iter().for_each(work) } else { share(threads, jobs, &work) }
+        if threads < 2 {
+            jobs.into_iter().for_each(work)
+        } else {
+            share(threads, jobs, &work)
+        }
     }
 }
 
 /// Disjoint pieces of a slice, in its order.
-pub(super) fn split<T>(mut slice: &mut [T], ranges: impl Iterator<Item = Range<usize>>) -> Vec<&mut [T]> {
+pub(super) fn split<T>(
+    mut slice: &mut [T],
+    ranges: impl Iterator<Item = Range<usize>>,
+) -> Vec<&mut [T]> {
     let mut begin = 0;
     let mut pieces = Vec::new();
     for range in ranges {
-        let (piece, rest) = slice.split_at_mut(range.start - begin).1.split_at_mut(range.len());
+        let (piece, rest) = slice
+            .split_at_mut(range.start - begin)
+            .1
+            .split_at_mut(range.len());
         (slice, begin) = (rest, range.end);
         pieces.push(piece);
     }

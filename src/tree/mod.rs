@@ -108,9 +108,21 @@ pub struct TreeStats {
 impl TreeStats {
     /// All bytes together.
     pub fn bytes(&self) -> usize {
-        let Self { bytes_nodes, bytes_triangles, bytes_mesh, bytes_profiles, bytes_neighbors, bytes_extremes, .. } =
-            self;
-        bytes_nodes + bytes_triangles + bytes_mesh + bytes_profiles + bytes_neighbors + bytes_extremes
+        let Self {
+            bytes_nodes,
+            bytes_triangles,
+            bytes_mesh,
+            bytes_profiles,
+            bytes_neighbors,
+            bytes_extremes,
+            ..
+        } = self;
+        bytes_nodes
+            + bytes_triangles
+            + bytes_mesh
+            + bytes_profiles
+            + bytes_neighbors
+            + bytes_extremes
     }
 }
 
@@ -130,7 +142,11 @@ impl Tree {
     pub fn with_options(mesh: Mesh, options: &BuildOptions) -> Self {
         let pieces = Pieces::new(options.threads, mesh.len());
         let unit = Unit::of(&mesh);
-        let whole = if options.orientations { align::align(&unit, &mesh) } else { Orientation::IDENTITY };
+        let whole = if options.orientations {
+            align::align(&unit, &mesh)
+        } else {
+            Orientation::IDENTITY
+        };
         let binary = binary::build(&mesh, &unit, &whole, options.effort, pieces);
         let (mut plan, mut placed) = (Plan::default(), Placed::default());
         pieces.join(
@@ -140,12 +156,26 @@ impl Tree {
         );
         let parts = plan.parts(pieces);
         if options.orientations && options.effort != Effort::Fast {
-            assign::choose_orientations(&mut plan, &placed.triangles, options.effort, &parts, pieces);
+            assign::choose_orientations(
+                &mut plan,
+                &placed.triangles,
+                options.effort,
+                &parts,
+                pieces,
+            );
         }
         let mut nodes = plan.nodes;
         let mut profiles = Profiles::room(&mut nodes);
         update::update(&mut nodes, &placed.triangles, &mut profiles, &parts, pieces);
-        Self::of_nodes(mesh, unit, nodes, profiles, placed, binary.order.into(), [options.neighbors, options.extremes])
+        Self::of_nodes(
+            mesh,
+            unit,
+            nodes,
+            profiles,
+            placed,
+            binary.order.into(),
+            [options.neighbors, options.extremes],
+        )
     }
 
     /// The tree of finished nodes.
@@ -198,17 +228,27 @@ impl Tree {
 
     /// The same, but 0 of a mesh that is a single point.
     pub(crate) fn size(&self) -> f64 {
-        if self.unit.is_point { 0.0 } else { self.unit.length() }
+        if self.unit.is_point {
+            0.0
+        } else {
+            self.unit.length()
+        }
     }
 
     /// The whole tree as a subtree; `None` for an empty mesh.
     pub fn root(&self) -> Option<Subtree<'_>> {
-        self.nodes.first().map(|_| Subtree { tree: self, index: 0 })
+        self.nodes.first().map(|_| Subtree {
+            tree: self,
+            index: 0,
+        })
     }
 
     /// Statistics, `O(nodes)`.
     pub fn stats(&self) -> TreeStats {
-        let depth = self.nodes.first().map_or(0, |root| usize::from(root.height));
+        let depth = self
+            .nodes
+            .first()
+            .map_or(0, |root| usize::from(root.height));
         let mut nodes_per_level = alloc::vec![0; depth];
         let mut alpha_per_level = alloc::vec![Vec3::ZERO; depth];
         for node in &self.nodes {
@@ -226,7 +266,9 @@ impl Tree {
             nodes_per_level,
             alpha_per_level,
             bytes_nodes: size_of_val(&*self.nodes),
-            bytes_triangles: size_of_val(&*self.triangles) + size_of_val(&*self.corners) + size_of_val(&*self.ids),
+            bytes_triangles: size_of_val(&*self.triangles)
+                + size_of_val(&*self.corners)
+                + size_of_val(&*self.ids),
             bytes_mesh: self.mesh.bytes(),
             bytes_profiles: size_of_val(&*self.profiles.levels),
             bytes_neighbors: size_of_val(&*self.neighbors),
@@ -259,7 +301,11 @@ impl Tree {
     pub(crate) fn corners(&self, triangle: u32) -> [DVec3; 3] {
         // Not by `map`, which is a call.
         let ([a, b, c], vertices) = (self.corners[triangle as usize], self.mesh.vertices());
-        [vertices.get(a as usize), vertices.get(b as usize), vertices.get(c as usize)]
+        [
+            vertices.get(a as usize),
+            vertices.get(b as usize),
+            vertices.get(c as usize),
+        ]
     }
 
     /// The parent of the cluster that has a triangle (in tree order), and the cluster.
@@ -267,8 +313,14 @@ impl Tree {
         let (mut parent, mut at) = (0, 0);
         while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_cluster) {
             let mut children = node.first_child..node.first_child + u32::from(node.children);
-            let has = |child: &u32| self.nodes[*child as usize].triangle_range().contains(&(triangle as usize));
-            let Some(child) = children.find(has) else { break };
+            let has = |child: &u32| {
+                self.nodes[*child as usize]
+                    .triangle_range()
+                    .contains(&(triangle as usize))
+            };
+            let Some(child) = children.find(has) else {
+                break;
+            };
             (parent, at) = (at, child);
         }
         [parent, at]
@@ -374,8 +426,15 @@ impl<'t> Subtree<'t> {
     /// The nodes below it; none for a cluster.
     pub fn children(&self) -> impl Iterator<Item = Subtree<'t>> + use<'t> {
         let (tree, node) = (self.tree, self.node());
-        let count = if node.is_cluster { 0 } else { usize::from(node.children) };
-        (0..count).map(move |i| Subtree { tree, index: node.first_child as usize + i })
+        let count = if node.is_cluster {
+            0
+        } else {
+            usize::from(node.children)
+        };
+        (0..count).map(move |i| Subtree {
+            tree,
+            index: node.first_child as usize + i,
+        })
     }
 
     /// Ids of its triangles in the input mesh.

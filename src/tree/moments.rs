@@ -49,13 +49,20 @@ impl<L: Lanes> Surfaces<L> {
     /// Of up to eight single triangles, the first of which is number `first`.
     #[inline(always)]
     pub fn of_triangles(lanes: L, triangles: &[Triangle], first: usize) -> Self {
-        let Eight { first: corner, edges: [e, f] } = Eight::of_few(lanes, triangles);
+        let Eight {
+            first: corner,
+            edges: [e, f],
+        } = Eight::of_few(lanes, triangles);
         let present = present(lanes, triangles.len());
         let normal = cross(e, f);
         // A triangle without area still has a place.
         let area = dot(normal, normal).sqrt() + F8::splat(lanes, TINY);
         let (ee, ff, gg) = (square(e), square(f), square(per_axis!(k => e[k] + f[k])));
-        let (third, part, three) = (F8::splat(lanes, 1.0 / 3.0), F8::splat(lanes, 1.0 / 36.0), F8::splat(lanes, 3.0));
+        let (third, part, three) = (
+            F8::splat(lanes, 1.0 / 3.0),
+            F8::splat(lanes, 1.0 / 36.0),
+            F8::splat(lanes, 3.0),
+        );
         let normals = square(normal);
         let first = first as u32;
         Self {

@@ -39,7 +39,13 @@ pub enum Effort {
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { effort: Effort::Normal, orientations: true, neighbors: false, extremes: false, threads: 1 }
+        Self {
+            effort: Effort::Normal,
+            orientations: true,
+            neighbors: false,
+            extremes: false,
+            threads: 1,
+        }
     }
 }
 
@@ -47,13 +53,19 @@ impl BuildOptions {
     /// The fastest build: for meshes that change, or that only a few queries will use.
     #[must_use]
     pub fn fast_build() -> Self {
-        Self { effort: Effort::Fast, ..Self::default() }
+        Self {
+            effort: Effort::Fast,
+            ..Self::default()
+        }
     }
 
     /// The fastest queries: for trees that are built once and used often.
     #[must_use]
     pub fn best() -> Self {
-        Self { effort: Effort::Best, ..Self::default() }
+        Self {
+            effort: Effort::Best,
+            ..Self::default()
+        }
     }
 
     /// Sets whether neighbors are kept.

@@ -15,12 +15,18 @@ pub(super) struct Orientation {
 }
 
 impl Orientation {
-    pub const IDENTITY: Self = Self { rotation: Mat3A::IDENTITY, id: 0 };
+    pub const IDENTITY: Self = Self {
+        rotation: Mat3A::IDENTITY,
+        id: 0,
+    };
 
     /// Of axes that are orthogonal up to some roundings.
     #[inline(always)]
     pub fn of(axes: &Mat3A, id: u32) -> Self {
-        Self { rotation: orthonormal(axes), id }
+        Self {
+            rotation: orthonormal(axes),
+            id,
+        }
     }
 
     /// Whether it is a rotation as nearly as the margins of a query need it: `|Q Q^T - I|` and `|Q^T Q - I|` at most 4

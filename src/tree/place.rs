@@ -24,9 +24,15 @@ impl Placed {
         let mut corners = alloc::vec![[0; 3]; ids.len()].into_boxed_slice();
         let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); ids.len()].into_boxed_slice();
         let size = pieces.size(ids.len());
-        let jobs = ids.chunks(size).zip(corners.chunks_mut(size)).zip(triangles.chunks_mut(size)).collect();
+        let jobs = ids
+            .chunks(size)
+            .zip(corners.chunks_mut(size))
+            .zip(triangles.chunks_mut(size))
+            .collect();
         pieces.each(jobs, |((ids, corners), triangles)| {
-            ids.iter().zip(&mut *corners).for_each(|(&id, corners)| *corners = mesh.triangles()[id as usize]);
+            ids.iter()
+                .zip(&mut *corners)
+                .for_each(|(&id, corners)| *corners = mesh.triangles()[id as usize]);
             unit.place(mesh, corners, triangles);
         });
         Self { corners, triangles }
@@ -38,8 +44,18 @@ impl Unit {
     pub(super) fn place(self, mesh: &Mesh, corners: &[[u32; 3]], triangles: &mut [Triangle]) {
         let (unit, instructions) = (self, Instructions::detect());
         match mesh.vertices() {
-            Vertices::F32(vertices) => instructions.run(Place { unit, vertices, corners, triangles }),
-            Vertices::F64(vertices) => instructions.run(Place { unit, vertices, corners, triangles }),
+            Vertices::F32(vertices) => instructions.run(Place {
+                unit,
+                vertices,
+                corners,
+                triangles,
+            }),
+            Vertices::F64(vertices) => instructions.run(Place {
+                unit,
+                vertices,
+                corners,
+                triangles,
+            }),
         }
     }
 
@@ -48,10 +64,29 @@ impl Unit {
         let mut bounds = alloc::vec![Bounds::EMPTY; mesh.len()];
         let (unit, to_axes, instructions) = (self, axes.transpose(), Instructions::detect());
         let size = pieces.size(mesh.len());
-        let jobs = mesh.triangles().chunks(size).zip(bounds.chunks_mut(size)).zip((0..).step_by(size)).collect();
+        let jobs = mesh
+            .triangles()
+            .chunks(size)
+            .zip(bounds.chunks_mut(size))
+            .zip((0..).step_by(size))
+            .collect();
         pieces.each(jobs, |((corners, bounds), first)| match mesh.vertices() {
-            Vertices::F32(vertices) => instructions.run(Enclose { unit, vertices, corners, to_axes, first, bounds }),
-            Vertices::F64(vertices) => instructions.run(Enclose { unit, vertices, corners, to_axes, first, bounds }),
+            Vertices::F32(vertices) => instructions.run(Enclose {
+                unit,
+                vertices,
+                corners,
+                to_axes,
+                first,
+                bounds,
+            }),
+            Vertices::F64(vertices) => instructions.run(Enclose {
+                unit,
+                vertices,
+                corners,
+                to_axes,
+                first,
+                bounds,
+            }),
         });
         bounds
     }
@@ -69,7 +104,12 @@ impl<V: Vertex> Kernel for Place<'_, V> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self { unit, vertices, corners, triangles } = self;
+        let Self {
+            unit,
+            vertices,
+            corners,
+            triangles,
+        } = self;
         let (twos, rest) = triangles.as_chunks_mut();
         let (corners, corners_rest) = corners.as_chunks();
         for (two, [one, other]) in twos.iter_mut().zip(corners) {
@@ -96,7 +136,19 @@ impl<V: Vertex> Kernel for Enclose<'_, V> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self { unit, vertices, corners, to_axes: Mat3A { x_axis, y_axis, z_axis }, first, bounds } = self;
+        let Self {
+            unit,
+            vertices,
+            corners,
+            to_axes:
+                Mat3A {
+                    x_axis,
+                    y_axis,
+                    z_axis,
+                },
+            first,
+            bounds,
+        } = self;
         let axes = [x_axis, y_axis, z_axis];
         let to_axes = per_axis!(k => F8::twice(lanes, f32x4::new(axes[k].extend(0.0).to_array())));
         let (twos, rest) = bounds.as_chunks_mut();
@@ -114,7 +166,12 @@ impl<V: Vertex> Kernel for Enclose<'_, V> {
 
 /// The corners of two triangles, unit coordinates: a point is three lanes of four.
 #[inline(always)]
-fn points<L: Lanes, V: Vertex>(lanes: L, unit: &Unit, vertices: &[V], [one, other]: [&[u32; 3]; 2]) -> [D8<L>; 3] {
+fn points<L: Lanes, V: Vertex>(
+    lanes: L,
+    unit: &Unit,
+    vertices: &[V],
+    [one, other]: [&[u32; 3]; 2],
+) -> [D8<L>; 3] {
     let [x, y, z] = unit.origin.to_array();
     let origin = D8::load(lanes, &[x, y, z, 0.0, x, y, z, 0.0]);
     let scale = D8::splat(lanes, unit.scale());
@@ -124,7 +181,12 @@ fn points<L: Lanes, V: Vertex>(lanes: L, unit: &Unit, vertices: &[V], [one, othe
 #[inline(always)]
 fn place_two<L: Lanes>([a, b, c]: [D8<L>; 3]) -> [Triangle; 2] {
     let first = a.narrow();
-    let rows = F8::packed([first, (b - a).narrow(), (c - a).narrow(), (a - first.widen()).narrow()]);
+    let rows = F8::packed([
+        first,
+        (b - a).narrow(),
+        (c - a).narrow(),
+        (a - first.widen()).narrow(),
+    ]);
     let rows = per_axis!(k => rows[k].halves());
     unrolled!(i in [0, 1] => Triangle(per_axis!(k => rows[k][i].to_array())))
 }
@@ -178,25 +240,44 @@ mod tests {
         );
         for mesh in [narrow, wide.unwrap()] {
             let unit = Unit::of(&mesh);
-            for (instructions, count) in
-                [Instructions::detect(), Instructions::PORTABLE].into_iter().flat_map(|set| [7, 8].map(|n| (set, n)))
+            for (instructions, count) in [Instructions::detect(), Instructions::PORTABLE]
+                .into_iter()
+                .flat_map(|set| [7, 8].map(|n| (set, n)))
             {
                 let corners = &mesh.triangles()[..count];
                 let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); count];
                 let placed = &mut triangles[..];
                 match mesh.vertices() {
                     Vertices::F32(vertices) => {
-                        instructions.run(Place { unit, vertices, corners, triangles: placed });
+                        instructions.run(Place {
+                            unit,
+                            vertices,
+                            corners,
+                            triangles: placed,
+                        });
                     }
                     Vertices::F64(vertices) => {
-                        instructions.run(Place { unit, vertices, corners, triangles: placed });
+                        instructions.run(Place {
+                            unit,
+                            vertices,
+                            corners,
+                            triangles: placed,
+                        });
                     }
                 }
                 for (i, triangle) in triangles.iter().enumerate() {
                     let [a, b, c] = mesh.triangle(i).map(|corner| unit.point(corner));
                     let first = a.as_vec3();
-                    let parts = [first, (b - a).as_vec3(), (c - a).as_vec3(), (a - first.as_dvec3()).as_vec3()];
-                    assert_eq!(triangle.0.as_flattened(), parts.map(|part| part.to_array()).as_flattened());
+                    let parts = [
+                        first,
+                        (b - a).as_vec3(),
+                        (c - a).as_vec3(),
+                        (a - first.as_dvec3()).as_vec3(),
+                    ];
+                    assert_eq!(
+                        triangle.0.as_flattened(),
+                        parts.map(|part| part.to_array()).as_flattened()
+                    );
                 }
             }
         }

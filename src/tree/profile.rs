@@ -27,11 +27,22 @@ pub struct LevelProfile {
 }
 
 impl LevelProfile {
-    const NONE: Self = Self { nodes: 0.0, half_extent: Vec3::ZERO, center: Vec3::ZERO, variance: Vec3::ZERO };
+    const NONE: Self = Self {
+        nodes: 0.0,
+        half_extent: Vec3::ZERO,
+        center: Vec3::ZERO,
+        variance: Vec3::ZERO,
+    };
 
     /// The children of `node`, whose boxes are `center` and `half`, and their summed surface area.
     #[inline(always)]
-    fn of_children<L: Lanes>(lanes: L, node: &Node, center: &V8<L>, half: &V8<L>, about: [f32; 3]) -> (Self, f32) {
+    fn of_children<L: Lanes>(
+        lanes: L,
+        node: &Node,
+        center: &V8<L>,
+        half: &V8<L>,
+        about: [f32; 3],
+    ) -> (Self, f32) {
         let present = present(lanes, node.children.into());
         // Boxes that are not there have no extent.
         let [x, y, z] = *half;
@@ -39,19 +50,36 @@ impl LevelProfile {
         let [hx, hy, hz, area] = sums([x, y, z, x * y + y * z + z * x]);
         let [cx, cy, cz, uu] = sums([u, v, w, u * u]);
         let [vv, ww, ..] = sums([v * v, w * w, u, u]);
-        (Self::of_sums(node.children.into(), [hx, hy, hz], [cx, cy, cz], [uu, vv, ww], about), 8.0 * area)
+        (
+            Self::of_sums(
+                node.children.into(),
+                [hx, hy, hz],
+                [cx, cy, cz],
+                [uu, vv, ww],
+                about,
+            ),
+            8.0 * area,
+        )
     }
 
     /// Of sums over `nodes` boxes: half extents, centres as seen from `about`, and the squares of these.
     #[inline(always)]
-    fn of_sums(nodes: f32, half: [f32; 3], center: [f32; 3], squares: [f32; 3], about: [f32; 3]) -> Self {
+    fn of_sums(
+        nodes: f32,
+        half: [f32; 3],
+        center: [f32; 3],
+        squares: [f32; 3],
+        about: [f32; 3],
+    ) -> Self {
         let scale = 1.0 / nodes;
         let mean = Vec3A::from(center) * scale;
         Self {
             nodes,
             half_extent: (Vec3A::from(half) * scale).into(),
             center: (Vec3A::from(about) + mean).into(),
-            variance: (Vec3A::from(squares) * scale - mean * mean).max(Vec3A::ZERO).into(),
+            variance: (Vec3A::from(squares) * scale - mean * mean)
+                .max(Vec3A::ZERO)
+                .into(),
         }
     }
 }
@@ -69,19 +97,30 @@ impl Profiles {
     pub fn room(nodes: &mut [Node]) -> Self {
         let mut levels = 0;
         for index in (0..nodes.len()).rev() {
-            let (node, later) = nodes[index..].split_first_mut().expect("index is within the nodes");
-            let below = if node.is_cluster { 0..0 } else { node.child_range() };
+            let (node, later) = nodes[index..]
+                .split_first_mut()
+                .expect("index is within the nodes");
+            let below = if node.is_cluster {
+                0..0
+            } else {
+                node.child_range()
+            };
             let below = &later[below.start.saturating_sub(index + 1)..][..below.len()];
             node.height = 1 + below.iter().map(|child| child.height).max().unwrap_or(0);
             node.profile = levels as u32;
             levels += usize::from(node.height);
         }
-        Self { levels: alloc::vec![LevelProfile::NONE; levels].into(), cost: 0.0 }
+        Self {
+            levels: alloc::vec![LevelProfile::NONE; levels].into(),
+            cost: 0.0,
+        }
     }
 
     /// Where the levels of `nodes` are, which lie side by side.
     pub fn range(nodes: &[Node]) -> Range<usize> {
-        let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else { return 0..0 };
+        let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
+            return 0..0;
+        };
         last.profile as usize..first.profile as usize + usize::from(first.height)
     }
 }
@@ -95,8 +134,15 @@ pub(super) struct Levels<'l> {
 impl Levels<'_> {
     /// Measures a cluster, the boxes of whose triangles are `center` and `half`. Returns their summed surface area.
     #[inline(always)]
-    pub fn measure_cluster<L: Lanes>(&mut self, lanes: L, node: &mut Node, center: &V8<L>, half: &V8<L>) -> f32 {
-        let (level, area) = LevelProfile::of_children(lanes, node, center, half, xyz(node.own_center));
+    pub fn measure_cluster<L: Lanes>(
+        &mut self,
+        lanes: L,
+        node: &mut Node,
+        center: &V8<L>,
+        half: &V8<L>,
+    ) -> f32 {
+        let (level, area) =
+            LevelProfile::of_children(lanes, node, center, half, xyz(node.own_center));
         self.levels[node.profile as usize - self.first] = level;
         node.leaf = level.half_extent.into();
         node.self_cost = level.nodes * level.nodes;
@@ -156,13 +202,24 @@ impl<'n, L: Lanes> Siblings<'n, L> {
             per_axis!(j => turned.select(dot(axis, per_axis!(k => rows[k][j])), identity[i][j]))
         });
         let absolute = per_axis!(i => per_axis!(j => rotation[i][j].abs()));
-        Self { children, rotation, absolute }
+        Self {
+            children,
+            rotation,
+            absolute,
+        }
     }
 
     /// One level of all children together, `depth` below theirs; `all` holds their levels, from number `first` on, and `about` is
     /// a point near them.
     #[inline(always)]
-    fn level(&self, lanes: L, depth: usize, all: &[LevelProfile], first: usize, about: [f32; 3]) -> LevelProfile {
+    fn level(
+        &self,
+        lanes: L,
+        depth: usize,
+        all: &[LevelProfile],
+        first: usize,
+        about: [f32; 3],
+    ) -> LevelProfile {
         let of_child = per_lane!(i => match self.children.get(i) {
             Some(child) if depth < usize::from(child.height) => &all[child.profile as usize + depth - first],
             _ => &LevelProfile::NONE,
@@ -175,7 +232,8 @@ impl<'n, L: Lanes> Siblings<'n, L> {
         let [cx, cy, cz, vx] = F8::columns(lanes, per_lane!(i => &rows[i][1]));
         let [_, _, vy, vz] = F8::columns(lanes, per_lane!(i => &rows[i][2]));
         let half = per_axis!(k => dot(self.absolute[k], [hx, hy, hz]) * n);
-        let center = per_axis!(k => dot(self.rotation[k], [cx, cy, cz]) - F8::splat(lanes, about[k]));
+        let center =
+            per_axis!(k => dot(self.rotation[k], [cx, cy, cz]) - F8::splat(lanes, about[k]));
         let squares = per_axis!(k => {
             let [x, y, z] = self.rotation[k];
             (dot([x * x, y * y, z * z], [vx, vy, vz]) + center[k] * center[k]) * n

@@ -49,13 +49,24 @@ impl Tree {
     /// The SAH cost is the summed surface area of all boxes over that of the root, what a random query expects to visit. 1
     /// after a build and after rigid motions along the axes and scalings. In `O(1)`.
     pub fn degradation(&self) -> f32 {
-        if self.built_cost > 0.0 { self.profiles.cost / self.built_cost } else { 1.0 }
+        if self.built_cost > 0.0 {
+            self.profiles.cost / self.built_cost
+        } else {
+            1.0
+        }
     }
 
     fn follow_mesh(&mut self) {
         self.unit = Unit::of(&self.mesh);
-        self.unit.place(&self.mesh, &self.corners, &mut self.triangles);
-        update(&mut self.nodes, &self.triangles, &mut self.profiles, &[], Pieces::ONE);
+        self.unit
+            .place(&self.mesh, &self.corners, &mut self.triangles);
+        update(
+            &mut self.nodes,
+            &self.triangles,
+            &mut self.profiles,
+            &[],
+            Pieces::ONE,
+        );
         self.extremes = Extremes::default();
         // A stopped query of the old boxes may not go on among the new ones.
         self.identity = next_identity();

@@ -31,15 +31,27 @@ const _: () = assert!(size_of::<Triangle>() == 48);
 impl Unit {
     pub fn of(mesh: &Mesh) -> Self {
         if mesh.is_empty() {
-            return Self { origin: DVec3::ZERO, exponent: 0, is_point: true };
+            return Self {
+                origin: DVec3::ZERO,
+                exponent: 0,
+                is_point: true,
+            };
         }
         let bounds = mesh.aabb();
         // Halves first: the sum of two finite corners may overflow.
         let origin = bounds.min * 0.5 + bounds.max * 0.5;
         let reach = (bounds.max - origin).max(origin - bounds.min).max_element();
         // A point has no extent of its own; its distance from the origin is the scale that rounding knows.
-        let scale = if reach > 0.0 { reach } else { origin.abs().max_element() };
-        Self { origin, exponent: exponent_above(scale).clamp(-1000, 1010), is_point: reach == 0.0 }
+        let scale = if reach > 0.0 {
+            reach
+        } else {
+            origin.abs().max_element()
+        };
+        Self {
+            origin,
+            exponent: exponent_above(scale).clamp(-1000, 1010),
+            is_point: reach == 0.0,
+        }
     }
 
     /// The exponents of two units, of which that of a point is the other's: products of lengths keep within `f32` then.

@@ -23,25 +23,54 @@ pub(super) fn update(
 ) {
     let instructions = Instructions::detect();
     // Levels lie the other way round.
-    let ranges: Vec<_> = parts.iter().rev().map(|part| Profiles::range(&nodes[part.nodes.clone()])).collect();
+    let ranges: Vec<_> = parts
+        .iter()
+        .rev()
+        .map(|part| Profiles::range(&nodes[part.nodes.clone()]))
+        .collect();
     let levels = split(&mut profiles.levels, ranges.iter().cloned());
-    let levels = ranges.iter().zip(levels).map(|(range, levels)| Levels { first: range.start, levels });
-    let of_parts = parts.iter().zip(split(nodes, parts.iter().map(|part| part.nodes.clone())));
-    pieces.each(of_parts.rev().zip(levels).collect(), |((part, nodes), levels)| {
-        let (first, numbers) = (part.nodes.start, part.nodes.clone());
-        instructions.run(Update { nodes, first, numbers, triangles, levels });
+    let levels = ranges.iter().zip(levels).map(|(range, levels)| Levels {
+        first: range.start,
+        levels,
     });
+    let of_parts = parts
+        .iter()
+        .zip(split(nodes, parts.iter().map(|part| part.nodes.clone())));
+    pieces.each(
+        of_parts.rev().zip(levels).collect(),
+        |((part, nodes), levels)| {
+            let (first, numbers) = (part.nodes.start, part.nodes.clone());
+            instructions.run(Update {
+                nodes,
+                first,
+                numbers,
+                triangles,
+                levels,
+            });
+        },
+    );
     let mut end = nodes.len();
     let mut above = |numbers| {
-        let levels = Levels { first: 0, levels: &mut profiles.levels };
-        instructions.run(Update { nodes, first: 0, numbers, triangles, levels });
+        let levels = Levels {
+            first: 0,
+            levels: &mut profiles.levels,
+        };
+        instructions.run(Update {
+            nodes,
+            first: 0,
+            numbers,
+            triangles,
+            levels,
+        });
     };
     for part in parts.iter().rev() {
         above(part.nodes.end..end);
         end = part.nodes.start;
     }
     above(0..end);
-    let Some(root) = nodes.first_mut() else { return };
+    let Some(root) = nodes.first_mut() else {
+        return;
+    };
     let area = root.size;
     set_own(root, &Extent::kept_in(root));
     let whole = root.size * root.size;
@@ -80,7 +109,9 @@ impl Update<'_> {
     /// An inner node, whose inner children are done, and the clusters among its children.
     #[inline(always)]
     fn inner<L: Lanes>(&mut self, lanes: L, number: usize) {
-        let Some((node, later)) = self.nodes[number - self.first..].split_first_mut() else { return };
+        let Some((node, later)) = self.nodes[number - self.first..].split_first_mut() else {
+            return;
+        };
         let (first, mut own, mut area) = (number + 1, Extent::EMPTY, 0.0);
         // Backwards, as from node to node: so memory is read in one direction.
         for lane in (0..usize::from(node.children)).rev() {
@@ -91,7 +122,11 @@ impl Update<'_> {
                 let eight = Eight::of_few(lanes, &self.triangles[child.triangle_range()]);
                 let (extent, below) = cluster(lanes, child, &eight, &mut self.levels);
                 area += below;
-                if same { extent } else { span(lanes, &eight, node).extent() }
+                if same {
+                    extent
+                } else {
+                    span(lanes, &eight, node).extent()
+                }
             } else {
                 let ends = Extent::kept_in(child);
                 area += child.size;
@@ -99,7 +134,14 @@ impl Update<'_> {
                 if same {
                     ends
                 } else {
-                    Extent::of_subtree(lanes, &later[number - first], node, later, first, self.triangles)
+                    Extent::of_subtree(
+                        lanes,
+                        &later[number - first],
+                        node,
+                        later,
+                        first,
+                        self.triangles,
+                    )
                 }
             };
             let (center, half) = (extent.center(), extent.half());
@@ -110,7 +152,13 @@ impl Update<'_> {
             own = own.union(extent);
         }
         let children = &later[node.first_child as usize - first..][..usize::from(node.children)];
-        area += self.levels.measure(lanes, node, own.center().to_array(), own.half().to_array(), children);
+        area += self.levels.measure(
+            lanes,
+            node,
+            own.center().to_array(),
+            own.half().to_array(),
+            children,
+        );
         keep(node, &own, area);
     }
 }
@@ -125,7 +173,12 @@ fn keep(node: &mut Node, own: &Extent, area: f32) {
 
 /// Fits a cluster to its triangles. Returns its own box and the summed surface area of theirs.
 #[inline(always)]
-fn cluster<L: Lanes>(lanes: L, node: &mut Node, triangles: &Eight<L>, levels: &mut Levels) -> (Extent, f32) {
+fn cluster<L: Lanes>(
+    lanes: L,
+    node: &mut Node,
+    triangles: &Eight<L>,
+    levels: &mut Levels,
+) -> (Extent, f32) {
     let span = span(lanes, triangles, node);
     let part = present(lanes, node.children.into()) * F8::splat(lanes, 0.5);
     let center = per_axis!(k => (span.min[k] + span.max[k]) * part);

@@ -33,9 +33,14 @@ impl fmt::Display for TreeFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Triangle(id) => write!(f, "triangle {id} is not in exactly one cluster"),
-            Self::Children(node) => write!(f, "the children of node {node} do not make up its triangles"),
+            Self::Children(node) => write!(
+                f,
+                "the children of node {node} do not make up its triangles"
+            ),
             Self::Outside(node) => write!(f, "a triangle leaves a box of node {node}"),
-            Self::Orientation(node) => write!(f, "the orientation of node {node} is not a rotation"),
+            Self::Orientation(node) => {
+                write!(f, "the orientation of node {node} is not a rotation")
+            }
             Self::Depth(node) => write!(f, "node {node} lies too deep"),
             Self::Sparse(node) => write!(f, "node {node} has too few children or triangles"),
             Self::Profile(node) => write!(f, "the profile of node {node} is out of range"),
@@ -65,7 +70,10 @@ pub(super) fn each_once(ids: &[u32], triangles: usize) -> Result<(), TreeFault> 
             _ => return Err(TreeFault::Triangle(id)),
         }
     }
-    missing.iter().position(|&missing| missing).map_or(Ok(()), |id| Err(TreeFault::Triangle(id as u32)))
+    missing
+        .iter()
+        .position(|&missing| missing)
+        .map_or(Ok(()), |id| Err(TreeFault::Triangle(id as u32)))
 }
 
 /// Whether there are no more nodes than a build makes of as many triangles: at most 8 for 7 triangles, 1 of 7 an inner one.
@@ -77,11 +85,18 @@ pub(super) fn each_once(ids: &[u32], triangles: usize) -> Result<(), TreeFault> 
 /// and `7 (a + b + c) < 8 t`.
 pub(super) fn dense(nodes: &[Node]) -> Result<(), TreeFault> {
     let mut clusters = alloc::vec![1; nodes.len()];
-    for (index, node) in nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_cluster) {
+    for (index, node) in nodes
+        .iter()
+        .enumerate()
+        .rev()
+        .filter(|(_, node)| !node.is_cluster)
+    {
         let children = node.child_range();
         let only_clusters = nodes[children.clone()].iter().all(|child| child.is_cluster);
         clusters[index] = clusters[children.clone()].iter().sum::<usize>();
-        if (children.len() < WIDTH && !only_clusters) || clusters[index] + CLUSTER > node.triangles as usize + 1 {
+        if (children.len() < WIDTH && !only_clusters)
+            || clusters[index] + CLUSTER > node.triangles as usize + 1
+        {
             return Err(TreeFault::Sparse(index));
         }
     }
@@ -91,7 +106,11 @@ pub(super) fn dense(nodes: &[Node]) -> Result<(), TreeFault> {
 /// The triangles, in tree order, of child `i` of `node`.
 fn child_range(tree: &Tree, node: &Node, i: usize) -> Range<usize> {
     let child = node.first_child as usize + i;
-    if node.is_cluster { child..child + 1 } else { tree.nodes[child].triangle_range() }
+    if node.is_cluster {
+        child..child + 1
+    } else {
+        tree.nodes[child].triangle_range()
+    }
 }
 
 fn children(tree: &Tree, index: usize) -> Result<(), TreeFault> {
@@ -104,7 +123,11 @@ fn children(tree: &Tree, index: usize) -> Result<(), TreeFault> {
         }
         next = range.end;
     }
-    if next != node.triangle_range().end || node.children == 0 { Err(TreeFault::Children(index)) } else { Ok(()) }
+    if next != node.triangle_range().end || node.children == 0 {
+        Err(TreeFault::Children(index))
+    } else {
+        Ok(())
+    }
 }
 
 fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
@@ -117,12 +140,17 @@ fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     }
     let to_axes = node.rotation().transpose().as_dmat3();
     for i in 0..usize::from(node.children) {
-        let of_child = |all: &[[f32x4; 2]; 3]| Vec3::from_array([0, 1, 2].map(|k| lane(&all[k], i))).as_dvec3();
+        let of_child = |all: &[[f32x4; 2]; 3]| {
+            Vec3::from_array([0, 1, 2].map(|k| lane(&all[k], i))).as_dvec3()
+        };
         for triangle in child_range(tree, node, i) {
             for x in tree.mesh.triangle(tree.ids[triangle] as usize) {
                 let x = to_axes * ((x - tree.unit.origin) / tree.unit.length());
                 let inside = |center: DVec3, half: DVec3| {
-                    (x - center).abs().cmple(half + DVec3::splat(f64::from(BOX_ROUNDING))).all()
+                    (x - center)
+                        .abs()
+                        .cmple(half + DVec3::splat(f64::from(BOX_ROUNDING)))
+                        .all()
                 };
                 let center = Vec3::from(super::xyz(node.own_center)).as_dvec3();
                 let own = inside(center, node.extent().as_dvec3());
@@ -139,10 +167,16 @@ fn profile(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     let subtree = super::Subtree { tree, index };
     let levels = subtree.profile();
     let sane = |level: &super::LevelProfile| {
-        level.nodes >= 1.0 && level.half_extent.cmpge(Vec3::ZERO).all() && level.variance.cmpge(Vec3::ZERO).all()
+        level.nodes >= 1.0
+            && level.half_extent.cmpge(Vec3::ZERO).all()
+            && level.variance.cmpge(Vec3::ZERO).all()
     };
     let alpha = subtree.alpha();
     let in_range = alpha.cmpge(Vec3::ZERO).all() && alpha.cmple(Vec3::ONE).all();
     let counted = levels[0].nodes == f32::from(subtree.node().children);
-    if in_range && counted && levels.iter().all(sane) { Ok(()) } else { Err(TreeFault::Profile(index)) }
+    if in_range && counted && levels.iter().all(sane) {
+        Ok(())
+    } else {
+        Err(TreeFault::Profile(index))
+    }
 }

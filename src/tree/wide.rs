@@ -113,11 +113,18 @@ impl Node {
     }
 
     pub(super) fn orientation(&self) -> Orientation {
-        Orientation { rotation: self.axes(), id: self.orientation }
+        Orientation {
+            rotation: self.axes(),
+            id: self.orientation,
+        }
     }
 
     pub(super) fn set_orientation(&mut self, orientation: &Orientation) {
-        let Mat3A { x_axis, y_axis, z_axis } = orientation.rotation.transpose();
+        let Mat3A {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = orientation.rotation.transpose();
         self.rows = [x_axis, y_axis, z_axis].map(|axis| f32x4::new(axis.extend(0.0).to_array()));
         self.orientation = orientation.id;
     }

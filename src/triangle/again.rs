@@ -44,7 +44,9 @@ impl Columns {
     }
 
     pub fn get(&self, lane: usize) -> [DVec3; 3] {
-        self.0.each_ref().map(|[x, y, z]| DVec3::new(x[lane], y[lane], z[lane]))
+        self.0
+            .each_ref()
+            .map(|[x, y, z]| DVec3::new(x[lane], y[lane], z[lane]))
     }
 }
 
@@ -64,11 +66,20 @@ impl Kernel for Again<'_> {
     /// Four at a time: a register holds no more.
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Verdicts {
-        let Self { a, b, count, mut crossings } = self;
+        let Self {
+            a,
+            b,
+            count,
+            mut crossings,
+        } = self;
         let mut verdicts = Verdicts { hit: 0, doubt: 0 };
         for at in (0..count.min(8)).step_by(4) {
             let mut crossing = Crossings::default();
-            let wanted = if crossings.is_some() { Some(&mut crossing) } else { None };
+            let wanted = if crossings.is_some() {
+                Some(&mut crossing)
+            } else {
+                None
+            };
             let Verdicts { hit, doubt } = four(a.four(lanes, at), b.four(lanes, at), wanted);
             verdicts.hit |= hit << at;
             verdicts.doubt |= doubt << at;
@@ -81,7 +92,11 @@ impl Kernel for Again<'_> {
 }
 
 #[inline(always)]
-fn four<L: Lanes>(a: [[D4<L>; 3]; 3], b: [[D4<L>; 3]; 3], crossings: Option<&mut Crossings>) -> Verdicts {
+fn four<L: Lanes>(
+    a: [[D4<L>; 3]; 3],
+    b: [[D4<L>; 3]; 3],
+    crossings: Option<&mut Crossings>,
+) -> Verdicts {
     let lanes = a[0][0].lanes();
     let [x, y, z] = per_axis!(k => {
         let (of_a, of_b) = (Range::of([a[0][k], a[1][k], a[2][k]]), Range::of([b[0][k], b[1][k], b[2][k]]));
@@ -94,17 +109,35 @@ fn four<L: Lanes>(a: [[D4<L>; 3]; 3], b: [[D4<L>; 3]; 3], crossings: Option<&mut
     });
     let share = !x.and(y).and(z).mask() & 0xf;
     if apart | share == 0xf && crossings.is_none() {
-        return Verdicts { hit: share, doubt: 0 };
+        return Verdicts {
+            hit: share,
+            doubt: 0,
+        };
     }
 
-    let (p, f, q) = ([sub(a[1], a[0]), sub(a[2], a[0])], [sub(b[1], b[0]), sub(b[2], b[0])], sub(b[0], a[0]));
-    let sizes = [largest(p[0]).max(largest(p[1])), largest(f[0]).max(largest(f[1])), largest(q)];
+    let (p, f, q) = (
+        [sub(a[1], a[0]), sub(a[2], a[0])],
+        [sub(b[1], b[0]), sub(b[2], b[0])],
+        sub(b[0], a[0]),
+    );
+    let sizes = [
+        largest(p[0]).max(largest(p[1])),
+        largest(f[0]).max(largest(f[1])),
+        largest(q),
+    ];
     let fits = Range::of(sizes).high.less(D4::splat(lanes, LARGEST)).mask();
     let padding = D4::splat(lanes, PADDING);
-    let bounds = Bounds::new(per_axis!(i => sizes[i] + padding), ROUNDING, D4::splat(lanes, 0.0));
+    let bounds = Bounds::new(
+        per_axis!(i => sizes[i] + padding),
+        ROUNDING,
+        D4::splat(lanes, 0.0),
+    );
     let Verdicts { hit, doubt } = certain(p, f, q, &bounds, crossings);
     let hit = hit & fits | share;
-    Verdicts { hit, doubt: (doubt | !fits) & !(apart | hit) & 0xf }
+    Verdicts {
+        hit,
+        doubt: (doubt | !fits) & !(apart | hit) & 0xf,
+    }
 }
 
 /// Relative rounding of one `f64` operation: 2^-53.
@@ -126,9 +159,12 @@ mod tests {
     /// Corners on a grid, moved by less than `f32` can tell or not at all, so that pairs share corners and planes, touch, and
     /// nearly do.
     fn pairs(random: &mut Random, size: f64) -> [[[DVec3; 3]; 8]; 2] {
-        let mut number = || (random.bits() % 5) as f64 + [0.0, 0.0, 1e-9, -1e-13][random.bits() as usize % 4];
+        let mut number =
+            || (random.bits() % 5) as f64 + [0.0, 0.0, 1e-9, -1e-13][random.bits() as usize % 4];
         core::array::from_fn(|_| {
-            core::array::from_fn(|_| core::array::from_fn(|_| DVec3::new(number(), number(), number()) * size))
+            core::array::from_fn(|_| {
+                core::array::from_fn(|_| DVec3::new(number(), number(), number()) * size)
+            })
         })
     }
 
@@ -136,7 +172,14 @@ mod tests {
     fn what_is_certain_is_true_and_the_same_on_all_machines() {
         let mut random = Random::new(1);
         let (mut certain, mut all) = ([0; 2], 0);
-        let scales = [1.0, 1e-3, LARGEST / 4.0, LARGEST, LARGEST * LARGEST, f64::MIN_POSITIVE];
+        let scales = [
+            1.0,
+            1e-3,
+            LARGEST / 4.0,
+            LARGEST,
+            LARGEST * LARGEST,
+            f64::MIN_POSITIVE,
+        ];
         for round in 0..20_000 {
             let [of_a, of_b] = pairs(&mut random, scales[round % scales.len()]);
             let (mut a, mut b) = (Columns::ZERO, Columns::ZERO);
@@ -146,19 +189,44 @@ mod tests {
             }
             let mut crossings = [Crossings::default(); 2];
             let [first, second] = &mut crossings;
-            let verdicts = Instructions::detect().run(Again { a: &a, b: &b, count: 8, crossings: Some(first) });
-            assert_eq!(verdicts, Portable {}.run(Again { a: &a, b: &b, count: 8, crossings: Some(second) }));
+            let verdicts = Instructions::detect().run(Again {
+                a: &a,
+                b: &b,
+                count: 8,
+                crossings: Some(first),
+            });
+            assert_eq!(
+                verdicts,
+                Portable {}.run(Again {
+                    a: &a,
+                    b: &b,
+                    count: 8,
+                    crossings: Some(second)
+                })
+            );
             for lane in 0..8 {
-                let (hit, doubt) = (verdicts.hit >> lane & 1 != 0, verdicts.doubt >> lane & 1 != 0);
+                let (hit, doubt) = (
+                    verdicts.hit >> lane & 1 != 0,
+                    verdicts.doubt >> lane & 1 != 0,
+                );
                 assert!(!(hit && doubt));
                 assert_eq!(crossings[0].of(lane), crossings[1].of(lane));
                 if !doubt {
-                    assert_eq!(hit, triangles_intersect(&of_a[lane], &of_b[lane]), "{:?} {:?}", of_a[lane], of_b[lane]);
+                    assert_eq!(
+                        hit,
+                        triangles_intersect(&of_a[lane], &of_b[lane]),
+                        "{:?} {:?}",
+                        of_a[lane],
+                        of_b[lane]
+                    );
                     certain[usize::from(hit)] += 1;
                 }
                 all += 1;
             }
         }
-        assert!(certain.iter().all(|&count| count > all / 100), "{certain:?} of {all}");
+        assert!(
+            certain.iter().all(|&count| count > all / 100),
+            "{certain:?} of {all}"
+        );
     }
 }

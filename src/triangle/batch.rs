@@ -40,7 +40,10 @@ pub(crate) struct Verdicts {
 
 impl Verdicts {
     /// Of no lane.
-    pub const NONE: Self = Self { hit: 0, doubt: 0xff };
+    pub const NONE: Self = Self {
+        hit: 0,
+        doubt: 0xff,
+    };
 
     /// Those of other lanes, or of another test of the same.
     #[inline(always)]
@@ -108,7 +111,10 @@ fn test_part<L: Lanes>(
     let b = Transposed::new(lanes, b);
     let b = L::settled(&b);
     let q = first_corner(lanes, a, b, placement);
-    let (f1, f2) = (rotate(lanes, &placement.rotation, b.edge1), rotate(lanes, &placement.rotation, b.edge2));
+    let (f1, f2) = (
+        rotate(lanes, &placement.rotation, b.edge1),
+        rotate(lanes, &placement.rotation, b.edge2),
+    );
 
     // Absolute errors, of corners and edges, count as if the component were as much larger as it takes to explain them by one
     // rounding.
@@ -118,7 +124,13 @@ fn test_part<L: Lanes>(
         largest(q) + F8::splat(lanes, placement.slop * (1.0 / ROUNDING)),
     ];
     let bounds = Bounds::new(sizes, ROUNDING, F8::splat(lanes, UNDERFLOW));
-    certain([a.edge1, a.edge2], [f1, f2], q, L::settled(&bounds), crossings)
+    certain(
+        [a.edge1, a.edge2],
+        [f1, f2],
+        q,
+        L::settled(&bounds),
+        crossings,
+    )
 }
 
 /// What is certain of eight pairs, with edges `p` of A and `f` of B, first corner `q` of B, relative to that of A.
@@ -143,23 +155,41 @@ pub(super) fn certain<N: Column>(
     let (u11, u12, u21, u22) = (dot(p1, x1), dot(p1, x2), dot(p2, x1), dot(p2, x2));
     let (v1, v2) = (u12 - u11 + w1, u22 - u21 + w2);
     let middle = (v2 - v1 + (g2 - g1)).times(MIDDLE);
-    let rows = [[u11, v1, -u12], [u21 - u11 + g1, middle, u12 - u22 - g2], [-u21, -v2, u22]];
+    let rows = [
+        [u11, v1, -u12],
+        [u21 - u11 + g1, middle, u12 - u22 - g2],
+        [-u21, -v2, u22],
+    ];
 
     let [x, y, z] = per_axis!(j => {
         edge([of_b[j], of_b[(j + 1) % 3]], bounds.plane_a, [rows[0][j], rows[1][j], rows[2][j]], bounds.line)
     });
-    let [u, v, w] = per_axis!(i => edge([of_a[i], of_a[(i + 1) % 3]], bounds.plane_b, rows[i], bounds.line));
-    let miss = x.miss.and(y.miss).and(z.miss).and(u.miss).and(v.miss).and(w.miss);
+    let [u, v, w] =
+        per_axis!(i => edge([of_a[i], of_a[(i + 1) % 3]], bounds.plane_b, rows[i], bounds.line));
+    let miss = x
+        .miss
+        .and(y.miss)
+        .and(z.miss)
+        .and(u.miss)
+        .and(v.miss)
+        .and(w.miss);
     let hit = x.hit.or(y.hit).or(z.hit).or(u.hit).or(v.hit).or(w.hit);
     if let Some(crossings) = crossings {
-        for (bits, hit) in crossings.0.iter_mut().zip([u.hit, v.hit, w.hit, x.hit, y.hit, z.hit]) {
+        for (bits, hit) in crossings
+            .0
+            .iter_mut()
+            .zip([u.hit, v.hit, w.hit, x.hit, y.hit, z.hit])
+        {
             *bits |= hit.mask();
         }
     }
     // Two edges have all three corners.
     let one_side = x.same.and(y.same).or(u.same.and(v.same));
     let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
-    Verdicts { hit, doubt: !(hit | miss) & 0xff }
+    Verdicts {
+        hit,
+        doubt: !(hit | miss) & 0xff,
+    }
 }
 
 /// Eight triangles by component.
@@ -174,9 +204,13 @@ impl<L: Lanes> Transposed<L> {
     #[inline(always)]
     pub fn new(lanes: L, rows: [&Rows; 8]) -> Self {
         let [a, b, c, d, e, f, g, h] = rows;
-        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, rx, ry, rz]] =
-            per_axis!(i => F8::columns(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
-        Self { first: [x, y, z], edge1: [ex, ey, ez], edge2: [fx, fy, fz], rest: [rx, ry, rz] }
+        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, rx, ry, rz]] = per_axis!(i => F8::columns(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
+        Self {
+            first: [x, y, z],
+            edge1: [ex, ey, ez],
+            edge2: [fx, fy, fz],
+            rest: [rx, ry, rz],
+        }
     }
 
     #[inline(always)]
@@ -187,7 +221,12 @@ impl<L: Lanes> Transposed<L> {
 
 /// First corner of B's triangle relative to that of A's, A's units, computed in `f64`.
 #[inline(always)]
-pub(super) fn first_corner<L: Lanes>(lanes: L, a: &Transposed<L>, b: &Transposed<L>, placement: &Placement) -> V8<L> {
+pub(super) fn first_corner<L: Lanes>(
+    lanes: L,
+    a: &Transposed<L>,
+    b: &Transposed<L>,
+    placement: &Placement,
+) -> V8<L> {
     let (a, b) = (a.corner(), b.corner());
     per_axis!(k => {
         let [x, y, z] = placement.linear[k];
@@ -250,7 +289,10 @@ pub(super) struct Range<N> {
 impl<N: Column> Range<N> {
     #[inline(always)]
     pub fn of([x, y, z]: [N; 3]) -> Self {
-        Self { low: x.min(y).min(z), high: x.max(y).max(z) }
+        Self {
+            low: x.min(y).min(z),
+            high: x.max(y).max(z),
+        }
     }
 
     /// How far all are on one side of 0; less than 0 where they are on both, by the shorter way to one of them.
@@ -283,7 +325,14 @@ struct Edge<N> {
 /// An edge whose ends have the given distances from the plane and whose line passes the three edges at the given sides.
 #[inline(always)]
 fn edge<N: Column>([start, end]: [N; 2], plane: N, sides: [N; 3], line: N) -> Edge<N> {
-    let ends = Range { low: start.min(end), high: start.max(end) };
+    let ends = Range {
+        low: start.min(end),
+        high: start.max(end),
+    };
     let (sides, same) = (Range::of(sides), ends.same(plane));
-    Edge { hit: ends.mixed(plane).and(sides.same(line)), miss: same.or(sides.mixed(line)), same }
+    Edge {
+        hit: ends.mixed(plane).and(sides.same(line)),
+        miss: same.or(sides.mixed(line)),
+        same,
+    }
 }

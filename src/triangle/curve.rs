@@ -34,7 +34,11 @@ struct Side {
 }
 
 impl Side {
-    const ORIGIN: Self = Self { corners: [Row([0.0; 4]); 3], normal: [Row([0.0; 4]); 3], turn: 1.0 };
+    const ORIGIN: Self = Self {
+        corners: [Row([0.0; 4]); 3],
+        normal: [Row([0.0; 4]); 3],
+        turn: 1.0,
+    };
 }
 
 #[inline(always)]
@@ -84,7 +88,12 @@ impl Edge {
 /// The lane of a corner.
 const CORNER: [Row; 4] = {
     const ALL: f64 = f64::from_bits(u64::MAX);
-    [Row([ALL, 0.0, 0.0, 0.0]), Row([0.0, ALL, 0.0, 0.0]), Row([0.0, 0.0, ALL, 0.0]), Row([0.0; 4])]
+    [
+        Row([ALL, 0.0, 0.0, 0.0]),
+        Row([0.0, ALL, 0.0, 0.0]),
+        Row([0.0, 0.0, ALL, 0.0]),
+        Row([0.0; 4]),
+    ]
 };
 
 /// The other edge that crosses the plane, by the one that does and by whether the apex is above it.
@@ -94,7 +103,8 @@ const OTHER: [[Edge; 2]; 128] = {
     while i < 6 {
         let (above, below) = (i / 2, (i / 2 + 1 + i % 2) % 3);
         let apex = 3 - above - below;
-        other[Edge::new(above, below).0 as usize] = [Edge::new(above, apex), Edge::new(apex, below)];
+        other[Edge::new(above, below).0 as usize] =
+            [Edge::new(above, apex), Edge::new(apex, below)];
         i += 1;
     }
     other
@@ -111,7 +121,11 @@ const LEAVING: [[[Edge; 8]; 8]; 2] = {
         // Of two edges the first, and the corner between them.
         let first = [0, 0, 1, 0, 2, 2, 1, 0][outside];
         let between = (first + 1) % 3;
-        let edge = if outside.count_ones() == 2 && below >> between & 1 == 0 { between } else { first };
+        let edge = if outside.count_ones() == 2 && below >> between & 1 == 0 {
+            between
+        } else {
+            first
+        };
         // Seen along the curve, the edge that it came through points down; so that tells which way the corners go around.
         let ends = [edge, (edge + 1) % 3];
         leaving[is_even][outside][below] = Edge::new(ends[1 - is_even], ends[is_even]);
@@ -130,13 +144,22 @@ const BETWEEN: [u32; 8] = [0, 0, 0, 0b010, 0, 0b001, 0b100, 0];
 const ROUNDING: f64 = f64::EPSILON / 2.0;
 
 impl Curve {
-    pub const NOWHERE: Self = Self { sides: [Side::ORIGIN; 2], error: 0.0, side: 0, edge: Edge(0) };
+    pub const NOWHERE: Self = Self {
+        sides: [Side::ORIGIN; 2],
+        error: 0.0,
+        side: 0,
+        edge: Edge(0),
+    };
 
     /// Places both triangles. No two points of the two surfaces, where they meet, are farther apart along an axis than `size`.
     #[inline(always)]
     pub fn place<L: Lanes>(&mut self, corners: [[D4<L>; 3]; 2], size: f64) {
         let size = size + PADDING;
-        self.error = if size < LARGEST { 80.0 * ROUNDING * size * size * size } else { f64::INFINITY };
+        self.error = if size < LARGEST {
+            80.0 * ROUNDING * size * size * size
+        } else {
+            f64::INFINITY
+        };
         for (to, corners) in self.sides.iter_mut().zip(&corners) {
             let [p, q, r] = per_axis!(i => DVec3::from_slice(&corners[i].store()));
             let normal = (q - p).cross(r - p).to_array();
@@ -159,8 +182,17 @@ impl Curve {
         });
         let is_down = heights[1].mask() & 1 != 0;
         self.side = side;
-        self.edge = if is_down { Edge::new(ends[0], ends[1]) } else { Edge::new(ends[1], ends[0]) };
-        self.certain(heights[0]).and(self.certain(heights[1])).mask() & (heights[0].mask() ^ heights[1].mask()) & 7 == 7
+        self.edge = if is_down {
+            Edge::new(ends[0], ends[1])
+        } else {
+            Edge::new(ends[1], ends[0])
+        };
+        self.certain(heights[0])
+            .and(self.certain(heights[1]))
+            .mask()
+            & (heights[0].mask() ^ heights[1].mask())
+            & 7
+            == 7
     }
 
     /// Where the sign of a number is certain.
@@ -178,7 +210,12 @@ impl Curve {
     /// Goes on into the neighbor behind the edge, which has this corner in place of the apex. False if it is not certain where
     /// the curve leaves it.
     #[inline(always)]
-    pub fn advance<L: Lanes>(&mut self, lanes: L, (at, edge): (usize, Edge), corner: D4<L>) -> bool {
+    pub fn advance<L: Lanes>(
+        &mut self,
+        lanes: L,
+        (at, edge): (usize, Edge),
+        corner: D4<L>,
+    ) -> bool {
         let corner = per_axis!(k => corner.spread(k));
         let [side, face] = [&self.sides[at & 1], &self.sides[(at & 1) ^ 1]];
         let (of_side, of_face) = (load(lanes, &side.corners), load(lanes, &face.corners));
@@ -199,8 +236,8 @@ impl Curve {
         side.normal = per_axis!(k => Row(normal[k].store()));
         side.turn = TURN[edge.is_even() & 1];
         let outside = volumes.mask() as usize & 7;
-        let is_certain =
-            self.certain(volumes).and(self.certain(height)).mask() & (self.certain(heights).mask() | !BETWEEN[outside]);
+        let is_certain = self.certain(volumes).and(self.certain(height)).mask()
+            & (self.certain(heights).mask() | !BETWEEN[outside]);
         let turned = LEAVING[edge.is_even() & 1][outside][heights.mask() as usize & 7];
         let other = OTHER[usize::from(edge.0 & 127)][is_up.mask() as usize & 1];
         self.edge = select_unpredictable(outside == 0, other, turned);

@@ -22,7 +22,9 @@ type Triangle = [DVec3; 3];
 
 /// Whether the closed triangles `a` and `b` share a point. All coordinates must be finite.
 pub(crate) fn intersects(a: &Triangle, b: &Triangle) -> bool {
-    let Some(pair) = Pair::with_boxes_that_meet(a, b) else { return false };
+    let Some(pair) = Pair::with_boxes_that_meet(a, b) else {
+        return false;
+    };
     if a.iter().any(|p| b.contains(p)) {
         return true;
     }
@@ -41,7 +43,11 @@ enum Position<'a> {
     /// In different planes, neither strictly on one side of the other.
     Crossing { a_sides: [i8; 3], b_sides: [i8; 3] },
     /// A segment, with the sides of its points, neither in the plane of the face nor strictly on one side.
-    Piercing { segment: &'a Triangle, sides: [i8; 3], face: &'a Triangle },
+    Piercing {
+        segment: &'a Triangle,
+        sides: [i8; 3],
+        face: &'a Triangle,
+    },
     /// Six points in one plane, or two segments.
     Coplanar,
 }
@@ -61,20 +67,34 @@ impl<'a> Pair<'a> {
         let (b_min, b_max) = (b[0].min(b[1]).min(b[2]), b[0].max(b[1]).max(b[2]));
         let meet = (a_min.cmple(b_max) & b_min.cmple(a_max)).all();
         let extent = a_max.max(b_max) - a_min.min(b_min);
-        meet.then(|| Self { a, b, extent, signs: Signs::within(extent) })
+        meet.then(|| Self {
+            a,
+            b,
+            extent,
+            signs: Signs::within(extent),
+        })
     }
 
     fn meet(&self, position: &Position) -> bool {
         match *position {
             Position::Apart => false,
             Position::Crossing { a_sides, b_sides } => self.crossing_meet(a_sides, b_sides),
-            Position::Piercing { segment, sides, face } => self.segment_meets(segment, sides, face),
+            Position::Piercing {
+                segment,
+                sides,
+                face,
+            } => self.segment_meets(segment, sides, face),
             Position::Coplanar => self.coplanar_meet(),
         }
     }
 
     fn position(&self) -> Position<'a> {
-        let Self { a, b, extent, ref signs } = *self;
+        let Self {
+            a,
+            b,
+            extent,
+            ref signs,
+        } = *self;
         if extent.min_element() == 0.0 {
             return Position::Coplanar;
         }
@@ -90,8 +110,16 @@ impl<'a> Pair<'a> {
             (false, false) => Position::Crossing { a_sides, b_sides },
             // `b` spans a plane, as `a` has sides of it. If `a` spanned one too, `b` would lie in it, the planes would be
             // the same and `a` would have no sides. So `a` is a segment, and not in the plane of `b`.
-            (false, true) => Position::Piercing { segment: a, sides: a_sides, face: b },
-            (true, false) => Position::Piercing { segment: b, sides: b_sides, face: a },
+            (false, true) => Position::Piercing {
+                segment: a,
+                sides: a_sides,
+                face: b,
+            },
+            (true, false) => Position::Piercing {
+                segment: b,
+                sides: b_sides,
+                face: a,
+            },
             (true, true) => Position::Coplanar,
         }
     }
@@ -130,16 +158,25 @@ impl<'a> Pair<'a> {
     /// area along any axis, both are segments or points: apart if skew, else in one plane, which at least one axis
     /// projects so; as a projection never parts what meets, they meet if and only if they do along all axes.
     fn coplanar_meet(&self) -> bool {
-        let Pair { a, b, extent, signs } = self;
-        let thin = (0..3).find(|&axis| extent[axis] == extent.min_element()).unwrap_or(0);
+        let Pair {
+            a,
+            b,
+            extent,
+            signs,
+        } = self;
+        let thin = (0..3)
+            .find(|&axis| extent[axis] == extent.min_element())
+            .unwrap_or(0);
         for axis in [thin, (thin + 1) % 3, (thin + 2) % 3] {
             let (a_turn, b_turn) = (signs.turn(axis, a), signs.turn(axis, b));
             if a_turn != 0 || b_turn != 0 {
                 return !self.separates(axis, a, a_turn, b) && !self.separates(axis, b, b_turn, a);
             }
         }
-        let skew = |i: usize| signs.side([a[i / 3], a[(i / 3 + 1) % 3], b[i % 3]], b[(i + 1) % 3]) != 0;
-        !(0..9).any(skew) && (0..3).all(|axis| !self.separates(axis, a, 0, b) && !self.separates(axis, b, 0, a))
+        let skew =
+            |i: usize| signs.side([a[i / 3], a[(i / 3 + 1) % 3], b[i % 3]], b[(i + 1) % 3]) != 0;
+        !(0..9).any(skew)
+            && (0..3).all(|axis| !self.separates(axis, a, 0, b) && !self.separates(axis, b, 0, a))
     }
 
     /// Whether all of `t` is strictly on the outer side of an edge of `s`, projected along `axis`; `turn` is of `s`.
@@ -173,7 +210,11 @@ fn lone_corner(sides: [i8; 3]) -> (usize, i8) {
 /// The triangle from its corner `first` on, against its order if `direction` is negative.
 fn turned(t: &Triangle, first: usize, direction: i8) -> Triangle {
     let [q, r] = [t[(first + 1) % 3], t[(first + 2) % 3]];
-    if direction < 0 { [t[first], r, q] } else { [t[first], q, r] }
+    if direction < 0 {
+        [t[first], r, q]
+    } else {
+        [t[first], q, r]
+    }
 }
 
 #[cfg(test)]

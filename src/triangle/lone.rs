@@ -1,6 +1,8 @@
 //! One triangle against eight others at a time, in the coordinates of the others.
 
-use super::batch::{Bounds, Crossings, EDGE_SLOP, Range, Rows, Transposed, UNDERFLOW, Verdicts, certain, largest};
+use super::batch::{
+    Bounds, Crossings, EDGE_SLOP, Range, Rows, Transposed, UNDERFLOW, Verdicts, certain, largest,
+};
 use crate::math::lanes::{Column, D8, F8, Lanes, dot, per_axis, per_part};
 use crate::math::tolerance::ROUNDING;
 
@@ -19,7 +21,12 @@ impl Placed {
     /// Tests it against the eight triangles.
     #[inline(always)]
     #[allow(clippy::needless_option_as_deref)]
-    pub fn test<L: Lanes>(&self, lanes: L, others: [&Rows; 8], mut crossings: Option<&mut Crossings>) -> Verdicts {
+    pub fn test<L: Lanes>(
+        &self,
+        lanes: L,
+        others: [&Rows; 8],
+        mut crossings: Option<&mut Crossings>,
+    ) -> Verdicts {
         let mut verdicts = Verdicts::NONE;
         per_part!(lanes: L, part => {
             verdicts.add(self.test_part(part, others, crossings.as_deref_mut()));
@@ -28,12 +35,19 @@ impl Placed {
     }
 
     #[inline(always)]
-    fn test_part<L: Lanes>(&self, lanes: L, others: [&Rows; 8], crossings: Option<&mut Crossings>) -> Verdicts {
+    fn test_part<L: Lanes>(
+        &self,
+        lanes: L,
+        others: [&Rows; 8],
+        crossings: Option<&mut Crossings>,
+    ) -> Verdicts {
         let others = Transposed::new(lanes, others);
         let corner = others.corner();
         let q = per_axis!(k => (D8::splat(lanes, self.first[k]) - corner[k]).narrow());
         let (p1, p2) = (others.edge1, others.edge2);
-        let [f1, f2] = self.edges.map(|edge| per_axis!(k => F8::splat(lanes, edge[k])));
+        let [f1, f2] = self
+            .edges
+            .map(|edge| per_axis!(k => F8::splat(lanes, edge[k])));
         let sizes = [
             largest(p1).max(largest(p2)) + F8::splat(lanes, EDGE_SLOP),
             largest(f1).max(largest(f2)) + F8::splat(lanes, self.edge_slop),
@@ -66,8 +80,14 @@ pub(crate) struct Prism {
 pub(crate) const NORMAL: usize = 3;
 
 impl Prism {
-    pub const NONE: Self =
-        Self { directions: [[0.0; 4]; 3], middle: 0.0, reach: [0.0; 4], slack: 0.0, has_sides: false, is_whole: false };
+    pub const NONE: Self = Self {
+        directions: [[0.0; 4]; 3],
+        middle: 0.0,
+        reach: [0.0; 4],
+        slack: 0.0,
+        has_sides: false,
+        is_whole: false,
+    };
 
     /// Triangles that certainly pass through the triangle because they are in its room and on both sides of its plane, and those
     /// that are certainly beyond its plane or one of its sides.

@@ -53,9 +53,19 @@ impl<'q> Aim<'q> {
         let direction = ray.direction();
         let exponent = (largest(direction.abs()).to_bits() >> 52) as i32 - 1023;
         let is_plain = exponent.abs() <= EXPONENTS;
-        let unit = if is_plain { f64::from_bits(((1023 - exponent) as u64) << 52) } else { 1.0 };
+        let unit = if is_plain {
+            f64::from_bits(((1023 - exponent) as u64) << 52)
+        } else {
+            1.0
+        };
         let bound = if is_plain { BOUND } else { f64::INFINITY };
-        Self { ray, direction: direction * unit, exponent, unit, bound }
+        Self {
+            ray,
+            direction: direction * unit,
+            exponent,
+            unit,
+            bound,
+        }
     }
 
     /// Whether its numbers are within the range in which `f64` does.
@@ -68,23 +78,47 @@ impl<'q> Aim<'q> {
     /// and whether that took exact arithmetic. `faces`: the side on which the line passes all three edges, if that is known.
     #[inline(always)]
     pub fn hit(&self, corners: &[DVec3; 3], faces: Option<i8>) -> (Option<(f64, Side)>, bool) {
-        let mut exact = Exact { ray: self.ray, corners, line: None };
+        let mut exact = Exact {
+            ray: self.ray,
+            corners,
+            line: None,
+        };
         let found = self.first(corners, faces, &mut exact);
         let [t_min, t_max] = self.ray.limits();
-        (found.filter(|&(t, _)| t_min <= t && t <= t_max), exact.line.is_some())
+        (
+            found.filter(|&(t, _)| t_min <= t && t <= t_max),
+            exact.line.is_some(),
+        )
     }
 
     #[inline(always)]
-    fn first(&self, corners: &[DVec3; 3], faces: Option<i8>, exact: &mut Exact) -> Option<(f64, Side)> {
+    fn first(
+        &self,
+        corners: &[DVec3; 3],
+        faces: Option<i8>,
+        exact: &mut Exact,
+    ) -> Option<(f64, Side)> {
         let d = self.direction;
         let origin = self.ray.origin();
-        let [a, b, c] = [corners[0] - origin, corners[1] - origin, corners[2] - origin];
-        let [e, f, g] = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
+        let [a, b, c] = [
+            corners[0] - origin,
+            corners[1] - origin,
+            corners[2] - origin,
+        ];
+        let [e, f, g] = [
+            corners[1] - corners[0],
+            corners[2] - corners[1],
+            corners[0] - corners[2],
+        ];
         let reach = sizes(a, b, c) + DVec3::splat(PADDING);
         let extent = sizes(e, f, g) + DVec3::splat(PADDING);
         let size = d.abs() + DVec3::splat(PADDING);
         let farthest = largest(reach);
-        let bound = if farthest <= LARGEST { self.bound } else { f64::INFINITY };
+        let bound = if farthest <= LARGEST {
+            self.bound
+        } else {
+            f64::INFINITY
+        };
 
         let faces = match faces {
             Some(faces) => faces,
@@ -114,11 +148,19 @@ impl<'q> Aim<'q> {
         }
         let t = above / along;
         // Where `f64` does not do, the errors are infinite, and so may be what they are compared with.
-        let is_close = above_error + t.abs() * along_error < 0.4 * TOLERANCE * along.abs() * farthest;
-        let t = if is_close { t * self.unit } else { exact.line().t() };
+        let is_close =
+            above_error + t.abs() * along_error < 0.4 * TOLERANCE * along.abs() * farthest;
+        let t = if is_close {
+            t * self.unit
+        } else {
+            exact.line().t()
+        };
         let t = if self.ray.is_segment() { t.min(1.0) } else { t };
         // Minus zero would be another answer for the same point.
-        Some((t.max(0.0) + 0.0, if faces < 0 { Side::Front } else { Side::Back }))
+        Some((
+            t.max(0.0) + 0.0,
+            if faces < 0 { Side::Front } else { Side::Back },
+        ))
     }
 }
 
@@ -148,7 +190,8 @@ fn sides(passes: [f64; 3], error: f64, exact: &mut Exact) -> Option<i8> {
         (true, false) if least > error => Some(1),
         (false, true) if most < -error => Some(-1),
         _ => {
-            let sides: [i8; 3] = from_fn(|i| sign(passes[i], error).unwrap_or_else(|| exact.line().side(i)));
+            let sides: [i8; 3] =
+                from_fn(|i| sign(passes[i], error).unwrap_or_else(|| exact.line().side(i)));
             match (sides.contains(&1), sides.contains(&-1)) {
                 (true, true) => None,
                 (one, other) => Some(i8::from(one) - i8::from(other)),
@@ -173,11 +216,19 @@ fn sign(value: f64, error: f64) -> Option<i8> {
 #[inline(always)]
 fn sizes(u: DVec3, v: DVec3, w: DVec3) -> DVec3 {
     let most = |x: f64, y: f64, z: f64| larger(larger(x.abs(), y.abs()), z.abs());
-    DVec3::new(most(u.x, v.x, w.x), most(u.y, v.y, w.y), most(u.z, v.z, w.z))
+    DVec3::new(
+        most(u.x, v.x, w.x),
+        most(u.y, v.y, w.y),
+        most(u.z, v.z, w.z),
+    )
 }
 
 /// Sizes of the products in the components of a cross product of vectors of these sizes.
 #[inline(always)]
 fn products(u: DVec3, v: DVec3) -> DVec3 {
-    DVec3::new(u.y * v.z + u.z * v.y, u.z * v.x + u.x * v.z, u.x * v.y + u.y * v.x)
+    DVec3::new(
+        u.y * v.z + u.z * v.y,
+        u.z * v.x + u.x * v.z,
+        u.x * v.y + u.y * v.x,
+    )
 }

@@ -1,5 +1,8 @@
 //! An allocator that counts its calls and the bytes in use, thread by thread. For test files that are about nothing else.
-#![allow(dead_code, reason = "each test file is a crate of its own and uses a part")]
+#![allow(
+    dead_code,
+    reason = "each test file is a crate of its own and uses a part"
+)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -1,6 +1,9 @@
 //! What must be true of every outcome, wherever the query stopped.
 
-use punctual::{Budget, Certificate, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Verdict, Workspace};
+use punctual::{
+    Budget, Certificate, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Verdict,
+    Workspace,
+};
 
 /// A budget that no query uses up. Unlike with [`Budget::unlimited`] the query cannot know that, so it goes about its
 /// visits as with any other budget, and a run that was stopped ends in the same bits.
@@ -12,17 +15,28 @@ pub fn run(query: &Query, workspace: &mut Workspace, budget: Budget) -> Outcome 
 }
 
 /// One run with a memory, without the system clock.
-pub fn run_with_memory(query: &Query, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Outcome {
+pub fn run_with_memory(
+    query: &Query,
+    workspace: &mut Workspace,
+    memory: &mut PairMemory,
+    budget: Budget,
+) -> Outcome {
     query.run_with(workspace, Some(memory), budget, &ManualClock::new())
 }
 
 /// One resumption without the system clock.
 pub fn resume(query: &Query, workspace: &mut Workspace, budget: Budget) -> Outcome {
-    query.resume_with(workspace, None, budget, &ManualClock::new()).expect("the workspace holds a stopped run")
+    query
+        .resume_with(workspace, None, budget, &ManualClock::new())
+        .expect("the workspace holds a stopped run")
 }
 
 /// Runs to the end, emptying the pair buffer as often as it fills: the last outcome and all pairs.
-pub fn run_to_end(query: &Query, workspace: &mut Workspace, budget: Budget) -> (Outcome, Vec<[u32; 2]>) {
+pub fn run_to_end(
+    query: &Query,
+    workspace: &mut Workspace,
+    budget: Budget,
+) -> (Outcome, Vec<[u32; 2]>) {
     let mut outcome = run(query, workspace, budget);
     let mut pairs = Vec::new();
     while outcome.stop == StopReason::PairsFull {
@@ -50,7 +64,10 @@ pub fn assert_sound(outcome: &Outcome, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
         panic!("{false_pair:?} do not intersect");
     }
     let ascending = sorted(pairs);
-    assert!(ascending.windows(2).all(|two| two[0] != two[1]), "a pair was reported twice");
+    assert!(
+        ascending.windows(2).all(|two| two[0] != two[1]),
+        "a pair was reported twice"
+    );
     assert_eq!(outcome.found, pairs.len() as u64, "count of found pairs");
     match outcome.verdict {
         Verdict::Intersecting { witness } => assert!(known(&witness), "false witness {witness:?}"),
@@ -90,8 +107,15 @@ pub fn assert_certificate(certificate: &Certificate, outcome: &Outcome, truth: u
     let bound = certificate.upper_bound();
     assert!(bound >= truth as u64, "bound {bound} below truth {truth}");
     assert!(bound >= outcome.found);
-    let largest = certificate.boxes().map(|open| open.extents().max_element()).fold(0.0, f64::max);
-    assert!(largest <= certificate.largest_extent(), "a box of {largest}, said {}", certificate.largest_extent());
+    let largest = certificate
+        .boxes()
+        .map(|open| open.extents().max_element())
+        .fold(0.0, f64::max);
+    assert!(
+        largest <= certificate.largest_extent(),
+        "a box of {largest}, said {}",
+        certificate.largest_extent()
+    );
     if outcome.stop == StopReason::Finished {
         assert_eq!(bound, outcome.found, "finished, so nothing is open");
         assert_eq!(certificate.open_pairs(), 0);

@@ -1,6 +1,9 @@
 //! An independent judge of distances: the square as a fraction of whole numbers of any size, by cases over the features.
 //! The unit tests of the library use it too, so it takes corners as anything that is three numbers.
-#![allow(dead_code, reason = "each test file is a crate of its own and uses a part")]
+#![allow(
+    dead_code,
+    reason = "each test file is a crate of its own and uses a part"
+)]
 
 use std::array::from_fn;
 use std::cmp::Ordering;
@@ -26,7 +29,11 @@ impl Distance {
         for coordinate in a.iter_mut().chain(&mut b).flatten() {
             *coordinate >>= shift;
         }
-        let mut least = Self { numerator: square(&minus(&a[0], &b[0])), denominator: BigInt::from(1), shift };
+        let mut least = Self {
+            numerator: square(&minus(&a[0], &b[0])),
+            denominator: BigInt::from(1),
+            shift,
+        };
         least.or_faces(&a, &b);
         least.or_faces(&b, &a);
         for i in 0..3 {
@@ -55,7 +62,8 @@ impl Distance {
 
     /// Whether it is less than another one.
     pub fn is_less(&self, other: &Self) -> bool {
-        let square = |of: &Self, times: &Self| (&of.numerator * &times.denominator) << (2 * of.shift);
+        let square =
+            |of: &Self, times: &Self| (&of.numerator * &times.denominator) << (2 * of.shift);
         square(self, other) < square(other, self)
     }
 
@@ -95,7 +103,10 @@ impl Distance {
         let heights: [BigInt; 3] = from_fn(|i| dot(&normal, &minus(&other[i], &face[0])));
         for (corner, height) in other.iter().zip(&heights) {
             let from = minus(corner, &face[0]);
-            let (s, t) = (dot(&cross(&y, &normal), &from), dot(&cross(&normal, &x), &from));
+            let (s, t) = (
+                dot(&cross(&y, &normal), &from),
+                dot(&cross(&normal, &x), &from),
+            );
             if s >= BigInt::ZERO && t >= BigInt::ZERO && s + t <= area {
                 self.or(height * height, area.clone());
             }

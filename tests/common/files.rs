@@ -8,7 +8,9 @@ use punctual::{Mesh, MeshError, Pose, PoseError};
 
 /// A folder beside the repository with more data; tests that want it pass without it.
 pub fn shared(name: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../shared")
+        .join(name);
     if folder.is_dir() {
         return Some(folder);
     }
@@ -22,15 +24,19 @@ pub fn text(path: &Path) -> String {
         return text;
     }
     let packed = PathBuf::from(format!("{}.gz", path.display()));
-    let file = fs::File::open(&packed).unwrap_or_else(|error| panic!("{} or .gz: {error}", path.display()));
+    let file = fs::File::open(&packed)
+        .unwrap_or_else(|error| panic!("{} or .gz: {error}", path.display()));
     let mut text = String::new();
-    flate2::read::GzDecoder::new(file).read_to_string(&mut text).unwrap();
+    flate2::read::GzDecoder::new(file)
+        .read_to_string(&mut text)
+        .unwrap();
     text
 }
 
 /// The value of `key=value` in a case file.
 pub fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
-    text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('='))
+    text.lines()
+        .find_map(|line| line.strip_prefix(key)?.strip_prefix('='))
 }
 
 /// The numbers of an OBJ file, before a mesh has judged them.
@@ -42,7 +48,10 @@ pub struct Soup {
 impl Soup {
     pub fn read(path: &Path) -> Self {
         let text = text(path);
-        let mut soup = Self { vertices: Vec::new(), triangles: Vec::new() };
+        let mut soup = Self {
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+        };
         for line in text.lines() {
             let mut words = line.split_whitespace();
             match words.next() {
@@ -56,7 +65,10 @@ impl Soup {
 
     /// The mesh with every bit of the file.
     pub fn mesh(&self) -> Result<Mesh, MeshError> {
-        Mesh::from_f64(self.vertices.iter().copied(), self.triangles.iter().copied())
+        Mesh::from_f64(
+            self.vertices.iter().copied(),
+            self.triangles.iter().copied(),
+        )
     }
 
     /// The mesh with its vertices rounded to f32.

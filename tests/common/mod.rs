@@ -1,6 +1,9 @@
 //! What the contract tests share: random input, input from files, the reference answer, and the checks
 //! that every outcome must pass.
-#![allow(dead_code, reason = "each test file is a crate of its own and uses a part")]
+#![allow(
+    dead_code,
+    reason = "each test file is a crate of its own and uses a part"
+)]
 
 pub mod check;
 pub mod files;

@@ -34,7 +34,11 @@ impl Tableau {
         for (weight, corner) in corners.iter().enumerate() {
             let is_b = weight >= 3;
             for (axis, coordinate) in corner.iter().enumerate() {
-                rows[axis][weight] = if is_b { -coordinate } else { coordinate.clone() };
+                rows[axis][weight] = if is_b {
+                    -coordinate
+                } else {
+                    coordinate.clone()
+                };
             }
             rows[3 + usize::from(is_b)][weight] = BigInt::from(1);
         }
@@ -45,13 +49,19 @@ impl Tableau {
         for column in (0..WEIGHTS).chain([COLUMNS - 1]) {
             rows[EQUATIONS][column] = (0..EQUATIONS).map(|equation| &rows[equation][column]).sum();
         }
-        Self { rows, denominator: BigInt::from(1), basis: std::array::from_fn(|equation| WEIGHTS + equation) }
+        Self {
+            rows,
+            denominator: BigInt::from(1),
+            basis: std::array::from_fn(|equation| WEIGHTS + equation),
+        }
     }
 
     /// Whether the slacks can all become zero.
     fn solve(mut self) -> bool {
         // The first column that helps, and ties by the first column that leaves (Bland): no cycles.
-        while let Some(column) = (0..WEIGHTS).find(|&column| is_positive(&self.rows[EQUATIONS][column])) {
+        while let Some(column) =
+            (0..WEIGHTS).find(|&column| is_positive(&self.rows[EQUATIONS][column]))
+        {
             let Some(row) = self.leaving_row(column) else {
                 unreachable!("weights are bounded");
             };
@@ -67,14 +77,21 @@ impl Tableau {
             let [one_row, other_row] = [one, other].map(|row| &self.rows[row]);
             let one_ratio = &one_row[COLUMNS - 1] * &other_row[column];
             let other_ratio = &other_row[COLUMNS - 1] * &one_row[column];
-            one_ratio.cmp(&other_ratio).then(self.basis[one].cmp(&self.basis[other]))
+            one_ratio
+                .cmp(&other_ratio)
+                .then(self.basis[one].cmp(&self.basis[other]))
         })
     }
 
     fn pivot(&mut self, pivot_row: usize, column: usize) {
         let pivots = self.rows[pivot_row].clone();
         let pivot = &pivots[column];
-        for (_, row) in self.rows.iter_mut().enumerate().filter(|&(index, _)| index != pivot_row) {
+        for (_, row) in self
+            .rows
+            .iter_mut()
+            .enumerate()
+            .filter(|&(index, _)| index != pivot_row)
+        {
             let factor = row[column].clone();
             for (entry, other) in row.iter_mut().zip(&pivots) {
                 *entry = (&*entry * pivot - &factor * other) / &self.denominator;
@@ -92,8 +109,21 @@ fn is_positive(number: &BigInt) -> bool {
 /// All coordinates in units of the coarsest power of two that makes them whole.
 fn whole_numbers(a: &[DVec3; 3], b: &[DVec3; 3]) -> Vec<[BigInt; 3]> {
     let least = BigRational::from_integer(BigInt::from(1) << 1074_u32);
-    let whole = |value: f64| (BigRational::from_float(value).expect("finite") * &least).to_integer();
-    let corners: Vec<[BigInt; 3]> = a.iter().chain(b).map(|corner| corner.to_array().map(whole)).collect();
-    let shift = corners.iter().flatten().filter_map(BigInt::trailing_zeros).min().unwrap_or(0);
-    corners.into_iter().map(|corner| corner.map(|coordinate| coordinate >> shift)).collect()
+    let whole =
+        |value: f64| (BigRational::from_float(value).expect("finite") * &least).to_integer();
+    let corners: Vec<[BigInt; 3]> = a
+        .iter()
+        .chain(b)
+        .map(|corner| corner.to_array().map(whole))
+        .collect();
+    let shift = corners
+        .iter()
+        .flatten()
+        .filter_map(BigInt::trailing_zeros)
+        .min()
+        .unwrap_or(0);
+    corners
+        .into_iter()
+        .map(|corner| corner.map(|coordinate| coordinate >> shift))
+        .collect()
 }

@@ -1,6 +1,9 @@
 //! Pairs of triangles with exact truth: the fixture, and all of them if they lie beside the repository. The unit tests of the
 //! library use it too, so corners are arrays.
-#![allow(dead_code, reason = "each test file is a crate of its own and uses a part")]
+#![allow(
+    dead_code,
+    reason = "each test file is a crate of its own and uses a part"
+)]
 
 use std::array::from_fn;
 use std::fs::File;
@@ -34,14 +37,29 @@ pub fn all() -> Option<Vec<HardPair>> {
 fn read(path: &str) -> Option<Vec<HardPair>> {
     let file = File::open(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).ok()?;
     let mut text = String::new();
-    flate2::read::GzDecoder::new(file).read_to_string(&mut text).unwrap();
-    Some(text.lines().filter(|line| !line.starts_with('#')).map(parse).collect())
+    flate2::read::GzDecoder::new(file)
+        .read_to_string(&mut text)
+        .unwrap();
+    Some(
+        text.lines()
+            .filter(|line| !line.starts_with('#'))
+            .map(parse)
+            .collect(),
+    )
 }
 
 fn parse(line: &str) -> HardPair {
     let fields: Vec<&str> = line.split(' ').collect();
-    let numbers: Vec<f64> = fields[3..].iter().map(|field| field.parse().expect("a number")).collect();
+    let numbers: Vec<f64> = fields[3..]
+        .iter()
+        .map(|field| field.parse().expect("a number"))
+        .collect();
     assert_eq!(numbers.len(), 19, "{line}");
     let triangles = from_fn(|t| from_fn(|corner| from_fn(|k| numbers[1 + 9 * t + 3 * corner + k])));
-    HardPair { meet: fields[0] == "1", family: fields[2].into(), margin: numbers[0], triangles }
+    HardPair {
+        meet: fields[0] == "1",
+        family: fields[2].into(),
+        margin: numbers[0],
+        triangles,
+    }
 }

@@ -44,7 +44,10 @@ impl Random {
 }
 
 /// A test for each family of soups: it calls the function that is named.
-#[allow(unused_macros, reason = "each test file is a crate of its own and uses a part")]
+#[allow(
+    unused_macros,
+    reason = "each test file is a crate of its own and uses a part"
+)]
 macro_rules! soups {
     ($assert:ident) => {
         soups! { $assert
@@ -73,7 +76,10 @@ macro_rules! soups {
         }
     };
 }
-#[allow(unused_imports, reason = "each test file is a crate of its own and uses a part")]
+#[allow(
+    unused_imports,
+    reason = "each test file is a crate of its own and uses a part"
+)]
 pub(crate) use soups;
 
 /// What makes a soup nasty.
@@ -146,7 +152,8 @@ impl Family {
 
     fn corners(self, random: &mut Random) -> [DVec3; 3] {
         let center = random.vector();
-        let around = |size: f64, random: &mut Random| [(); 3].map(|()| center + size * random.vector());
+        let around =
+            |size: f64, random: &mut Random| [(); 3].map(|()| center + size * random.vector());
         match self {
             Self::Sliver => {
                 let [start, end, _] = around(0.5, random);
@@ -188,7 +195,9 @@ pub fn soup(family: Family, triangles: usize, random: &mut Random) -> Mesh {
             corners.push(family.corners(random).map(place));
         }
     }
-    let indices = (0u32..).take(triangles).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    let indices = (0u32..)
+        .take(triangles)
+        .map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
     if family == Family::Uniform {
         let vertices = corners.iter().flatten().map(|corner| corner.as_vec3());
         return Mesh::new(vertices, indices).unwrap();
@@ -228,7 +237,11 @@ pub fn poses(family: Family, count: usize, random: &mut Random) -> Vec<Pose> {
     let reach = 0.7 * family.scale();
     let shift = DVec3::new(family.scale() / 2.0, 0.0, 0.0);
     let mut poses = vec![Pose::IDENTITY, Pose::new(DMat3::IDENTITY, shift).unwrap()];
-    for drift in [Drift::None, Drift::Scale, Drift::Shear].into_iter().cycle().take(count) {
+    for drift in [Drift::None, Drift::Scale, Drift::Shear]
+        .into_iter()
+        .cycle()
+        .take(count)
+    {
         poses.push(pose_about(family.center(), reach, drift, random));
     }
     poses

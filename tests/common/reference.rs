@@ -5,7 +5,10 @@ use punctual::{Aabb, Mesh, Pose, triangles_intersect};
 
 /// The triangles of a mesh after a pose, in index order.
 pub fn posed_triangles(mesh: &Mesh, pose: &Pose) -> Vec<[DVec3; 3]> {
-    let posed = |index| mesh.triangle(index).map(|corner| pose.transform_point(corner));
+    let posed = |index| {
+        mesh.triangle(index)
+            .map(|corner| pose.transform_point(corner))
+    };
     (0..mesh.len()).map(posed).collect()
 }
 
@@ -49,9 +52,13 @@ pub struct Place {
 /// The place of an intersecting pair, in A's frame.
 pub fn place(a: &Mesh, b: &Mesh, b_in_a: &Pose, [i, j]: [u32; 2]) -> Place {
     let first = a.triangle(i as usize);
-    let second = b.triangle(j as usize).map(|corner| b_in_a.transform_point(corner));
+    let second = b
+        .triangle(j as usize)
+        .map(|corner| b_in_a.transform_point(corner));
     let (box_a, box_b) = (Aabb::from_points(first), Aabb::from_points(second));
-    let mut points: Vec<DVec3> = edges(&first).filter_map(|edge| crossing(edge, &second)).collect();
+    let mut points: Vec<DVec3> = edges(&first)
+        .filter_map(|edge| crossing(edge, &second))
+        .collect();
     points.extend(edges(&second).filter_map(|edge| crossing(edge, &first)));
     let overlap = box_a.intersection(&box_b);
     Place { overlap, points }
@@ -61,7 +68,9 @@ impl Place {
     /// Whether one box holds all of it; the points with room for their own rounding.
     pub fn is_in(&self, open: &Aabb) -> bool {
         let room = 1e-12 * (open.min.abs().max(open.max.abs()).max_element());
-        let holds = |point: &DVec3| point.cmpge(open.min - room).all() && point.cmple(open.max + room).all();
+        let holds = |point: &DVec3| {
+            point.cmpge(open.min - room).all() && point.cmple(open.max + room).all()
+        };
         !apart(&self.overlap, open) && self.points.iter().all(holds)
     }
 }
@@ -73,11 +82,15 @@ fn edges(triangle: &[DVec3; 3]) -> impl Iterator<Item = [DVec3; 2]> {
 /// Only crossings well inside the triangle: those are accurate.
 fn crossing([start, end]: [DVec3; 2], triangle: &[DVec3; 3]) -> Option<DVec3> {
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-    let (from, to) = (normal.dot(start - triangle[0]), normal.dot(end - triangle[0]));
+    let (from, to) = (
+        normal.dot(start - triangle[0]),
+        normal.dot(end - triangle[0]),
+    );
     if from * to >= 0.0 || (from - to).abs() < 1e-3 * normal.length() * (end - start).length() {
         return None;
     }
     let point = start + from / (from - to) * (end - start);
-    let inside = edges(triangle).all(|[p, q]| (q - p).cross(point - p).dot(normal) > 1e-3 * normal.length_squared());
+    let inside = edges(triangle)
+        .all(|[p, q]| (q - p).cross(point - p).dot(normal) > 1e-3 * normal.length_squared());
     inside.then_some(point)
 }

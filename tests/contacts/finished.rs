@@ -12,11 +12,21 @@ pub fn moved(x: f64, y: f64, z: f64) -> Pose {
 
 /// With several margins, each a share of the extent of both; how many contacts there are.
 #[track_caller]
-fn assert_true(a: &Tree, b: &Tree, pose: Pose, shares: &[f64], workspace: &mut Workspace) -> Vec<usize> {
+fn assert_true(
+    a: &Tree,
+    b: &Tree,
+    pose: Pose,
+    shares: &[f64],
+    workspace: &mut Workspace,
+) -> Vec<usize> {
     let mut truth = Truth::new(a, b, &pose);
     let counts = shares.iter().map(|share| {
         let margin = share * truth.size;
-        let said = run(&ContactQuery::new(a, b, pose).margin(margin), workspace, ENOUGH);
+        let said = run(
+            &ContactQuery::new(a, b, pose).margin(margin),
+            workspace,
+            ENOUGH,
+        );
         truth.assert_finished(margin, &said, workspace);
         workspace.contacts().len()
     });
@@ -34,7 +44,10 @@ fn assert_soups_true(family: Family) {
         let near = poses(family, 3, &mut random).into_iter();
         for pose in near.chain([Pose::new(DMat3::IDENTITY, away).unwrap()]) {
             let found = assert_true(&a, &b, pose, &[0.0, 1e-9, 0.03, 0.2], &mut workspace);
-            counts.iter_mut().zip(found).for_each(|(sum, count)| *sum += count);
+            counts
+                .iter_mut()
+                .zip(found)
+                .for_each(|(sum, count)| *sum += count);
         }
     }
     println!("{counts:?}");
@@ -69,7 +82,13 @@ fn shapes_against_shapes() {
 fn boxes_that_touch() {
     let cube = Tree::new(shapes::cuboid(Vec3::ONE, 2));
     let mut workspace = Workspace::new();
-    for (x, y, z) in [(2.0, 0.0, 0.0), (2.0, 2.0, 0.0), (2.0, 2.0, 2.0), (2.0, 0.3, 0.1), (0.0, 0.0, 0.0)] {
+    for (x, y, z) in [
+        (2.0, 0.0, 0.0),
+        (2.0, 2.0, 0.0),
+        (2.0, 2.0, 2.0),
+        (2.0, 0.3, 0.1),
+        (0.0, 0.0, 0.0),
+    ] {
         for gap in [0.0, 1e-6] {
             let pose = moved(x + gap * x, y, z);
             let counts = assert_true(&cube, &cube, pose, &[0.0, 1e-12, 1e-5], &mut workspace);
@@ -78,8 +97,15 @@ fn boxes_that_touch() {
         }
     }
     // Face to face: B is moved along x, so A parts from it along -x. Its upper face looks at A's.
-    let _ = run(&ContactQuery::new(&cube, &cube, moved(2.0, 0.0, 0.0)), &mut workspace, ENOUGH);
-    let normals = workspace.contacts().filter(|contact| contact.normal == DVec3::NEG_X).count();
+    let _ = run(
+        &ContactQuery::new(&cube, &cube, moved(2.0, 0.0, 0.0)),
+        &mut workspace,
+        ENOUGH,
+    );
+    let normals = workspace
+        .contacts()
+        .filter(|contact| contact.normal == DVec3::NEG_X)
+        .count();
     assert!(normals >= 8, "{normals}");
 }
 
@@ -90,18 +116,38 @@ fn sizes_and_places_of_all_kinds() {
     let mut workspace = Workspace::new();
     let sphere = shapes::icosphere(0);
     let scaled = |factor: f64, offset: DVec3| {
-        let vertices = (0..sphere.vertex_count()).map(|index| factor * sphere.vertex(index) + offset);
+        let vertices =
+            (0..sphere.vertex_count()).map(|index| factor * sphere.vertex(index) + offset);
         Tree::new(Mesh::from_f64(vertices, sphere.triangles().iter().copied()).unwrap())
     };
-    for (size, ratio) in [(1e-300, 1e300), (1e-12, 1e9), (1.0, 1e-30), (1.0, 1e12), (1e300, 1e-12), (1e300, 1.0)] {
+    for (size, ratio) in [
+        (1e-300, 1e300),
+        (1e-12, 1e9),
+        (1.0, 1e-30),
+        (1.0, 1e12),
+        (1e300, 1e-12),
+        (1e300, 1.0),
+    ] {
         let (a, b) = (scaled(size, DVec3::ZERO), scaled(size * ratio, DVec3::ZERO));
         let way = size.max(size * ratio) * DVec3::new(0.9, 0.3, 0.2);
-        assert_true(&a, &b, Pose::new(random.rotation(), way).unwrap(), &[0.0, 0.01, 1.0], &mut workspace);
+        assert_true(
+            &a,
+            &b,
+            Pose::new(random.rotation(), way).unwrap(),
+            &[0.0, 0.01, 1.0],
+            &mut workspace,
+        );
     }
     for far in [1e3, 1e9, 1e13] {
         let away = far * random.vector();
         let tree = scaled(1.0, away);
-        assert_true(&tree, &tree, pose_about(away, 1.0, Drift::Scale, &mut random), &[0.0, 0.02], &mut workspace);
+        assert_true(
+            &tree,
+            &tree,
+            pose_about(away, 1.0, Drift::Scale, &mut random),
+            &[0.0, 0.02],
+            &mut workspace,
+        );
         let near = scaled(1.0, DVec3::ZERO);
         let pose = Pose::new(random.rotation(), away).unwrap();
         assert_true(&near, &near, pose, &[0.0, 0.5], &mut workspace);
@@ -120,7 +166,11 @@ fn points_and_segments() {
     let (mut workspace, mut met) = (Workspace::new(), 0);
     for a in &trees {
         for b in &trees {
-            for pose in [Pose::IDENTITY, moved(0.0, 0.0, 0.01), moved(0.0, 5e-324, 0.0)] {
+            for pose in [
+                Pose::IDENTITY,
+                moved(0.0, 0.0, 0.01),
+                moved(0.0, 5e-324, 0.0),
+            ] {
                 met += assert_true(a, b, pose, &[0.0, 0.1, 1.0], &mut workspace)[0];
             }
         }
@@ -130,7 +180,10 @@ fn points_and_segments() {
 
 #[test]
 fn margins_of_all_kinds() {
-    let (a, b) = (Tree::new(shapes::icosphere(1)), Tree::new(shapes::torus(1.0, 0.2, 6)));
+    let (a, b) = (
+        Tree::new(shapes::icosphere(1)),
+        Tree::new(shapes::torus(1.0, 0.2, 6)),
+    );
     let mut workspace = Workspace::new();
     workspace.reserve_contacts(a.mesh().len() * b.mesh().len());
     let query = ContactQuery::new(&a, &b, moved(0.4, 0.1, 0.7));
@@ -157,11 +210,18 @@ fn nothing_has_no_contacts() {
     let nothing = Tree::new(Mesh::new([[0.0f32; 3]], []).unwrap());
     let sphere = Tree::new(shapes::icosphere(1));
     let mut workspace = Workspace::new();
-    for (a, b) in [(&nothing, &sphere), (&sphere, &nothing), (&nothing, &nothing)] {
+    for (a, b) in [
+        (&nothing, &sphere),
+        (&sphere, &nothing),
+        (&nothing, &nothing),
+    ] {
         for margin in [0.0, 1.0, f64::INFINITY] {
             let query = ContactQuery::new(a, b, Pose::IDENTITY).margin(margin);
             let said = run(&query, &mut workspace, ENOUGH);
-            assert_eq!((said.stop, said.low, said.found), (StopReason::Finished, f64::INFINITY, 0));
+            assert_eq!(
+                (said.stop, said.low, said.found),
+                (StopReason::Finished, f64::INFINITY, 0)
+            );
             assert_eq!(query.certificate(&workspace).unwrap().open_pairs(), 0);
         }
     }

@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, Contact, ContactQuery, Mesh, Patch, Patches, Pose, Tree, Workspace, shapes};
+use punctual::{
+    Budget, Contact, ContactQuery, Mesh, Patch, Patches, Pose, Tree, Workspace, shapes,
+};
 
 use crate::common::random::{Drift, Family, Random, pose_about, soup};
 use crate::finished::moved;
@@ -12,23 +14,39 @@ use crate::truth::{ENOUGH, listed, run};
 fn contacts(a: &Tree, b: &Tree, pose: Pose, margin: f64, budget: Budget) -> Vec<Contact> {
     let mut workspace = Workspace::new();
     workspace.reserve_contacts(60_000);
-    let _ = run(&ContactQuery::new(a, b, pose).margin(margin), &mut workspace, budget);
+    let _ = run(
+        &ContactQuery::new(a, b, pose).margin(margin),
+        &mut workspace,
+        budget,
+    );
     listed(&workspace)
 }
 
 /// Two triangles.
 fn floor() -> Tree {
-    let corners = [[-9.0f32, -9.0, 0.0], [9.0, -9.0, 0.0], [9.0, 9.0, 0.0], [-9.0, 9.0, 0.0]];
+    let corners = [
+        [-9.0f32, -9.0, 0.0],
+        [9.0, -9.0, 0.0],
+        [9.0, 9.0, 0.0],
+        [-9.0, 9.0, 0.0],
+    ];
     Tree::new(Mesh::new(corners, [[0, 1, 2], [0, 2, 3]]).unwrap())
 }
 
 /// Four legs, each a box of edge 1 on the plane z = 0; each cell of their surface is a square.
 fn table() -> Tree {
     let leg = shapes::cuboid(Vec3::splat(0.5), 3);
-    let places = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0], [4.0, 4.0]].map(|[x, y]| DVec3::new(x, y, 0.5));
-    let vertices = places.iter().flat_map(|place| (0..leg.vertex_count()).map(|i| leg.vertex(i) + *place));
+    let places =
+        [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0], [4.0, 4.0]].map(|[x, y]| DVec3::new(x, y, 0.5));
+    let vertices = places
+        .iter()
+        .flat_map(|place| (0..leg.vertex_count()).map(|i| leg.vertex(i) + *place));
     let count = leg.vertex_count() as u32;
-    let triangles = (0..4).flat_map(|i| leg.triangles().iter().map(move |t| t.map(|vertex| vertex + i * count)));
+    let triangles = (0..4).flat_map(|i| {
+        leg.triangles()
+            .iter()
+            .map(move |t| t.map(|vertex| vertex + i * count))
+    });
     Tree::new(Mesh::from_f64(vertices, triangles).unwrap())
 }
 
@@ -43,7 +61,9 @@ fn expected(a: &Tree, b: &Tree, contacts: &[Contact]) -> BTreeSet<BTreeSet<[u32;
     while let Some(first) = left.pop() {
         let (mut group, mut next) = (BTreeSet::from([first]), vec![first]);
         while let Some([i, j]) = next.pop() {
-            let (near, far) = left.into_iter().partition(|&[k, l]| touch(a, i, k) && touch(b, j, l));
+            let (near, far) = left
+                .into_iter()
+                .partition(|&[k, l]| touch(a, i, k) && touch(b, j, l));
             left = far;
             group.extend(&near);
             next.extend::<Vec<[u32; 2]>>(near);
@@ -56,27 +76,57 @@ fn expected(a: &Tree, b: &Tree, contacts: &[Contact]) -> BTreeSet<BTreeSet<[u32;
 /// Everything that is true of all patches.
 #[track_caller]
 fn assert_true(a: &Tree, b: &Tree, given: &[Contact], patches: &Patches) {
-    let pairs = |patch: &Patch| patches.contacts_of(patch).iter().map(|contact| contact.triangles).collect();
+    let pairs = |patch: &Patch| {
+        patches
+            .contacts_of(patch)
+            .iter()
+            .map(|contact| contact.triangles)
+            .collect()
+    };
     let groups: BTreeSet<BTreeSet<[u32; 2]>> = patches.as_slice().iter().map(pairs).collect();
     assert_eq!(groups, expected(a, b, given));
-    assert!(patches.as_slice().is_sorted_by(|x, y| x.distance <= y.distance));
+    assert!(
+        patches
+            .as_slice()
+            .is_sorted_by(|x, y| x.distance <= y.distance)
+    );
     let ids: BTreeSet<u64> = patches.as_slice().iter().map(|patch| patch.id).collect();
     assert_eq!(ids.len(), patches.as_slice().len(), "an id is there twice");
     for patch in patches.as_slice() {
         let of = patches.contacts_of(patch);
-        assert_eq!((patch.contact_count(), patch.distance), (of.len(), of[0].distance));
+        assert_eq!(
+            (patch.contact_count(), patch.distance),
+            (of.len(), of[0].distance)
+        );
         assert!((patch.normal.length() - 1.0).abs() < 1e-14);
         // In a unit of which no square is too large.
-        let unit = patch.bounds.min.abs().max(patch.bounds.max.abs()).max_element().max(f64::MIN_POSITIVE);
+        let unit = patch
+            .bounds
+            .min
+            .abs()
+            .max(patch.bounds.max.abs())
+            .max_element()
+            .max(f64::MIN_POSITIVE);
         let segments = of.iter().filter_map(|contact| contact.segment);
         let length: f64 = segments.map(|[p, q]| (p / unit).distance(q / unit)).sum();
         assert!((patch.length / unit - length).abs() <= 1e-12 * length.max(1.0));
         let slack = 1e-12 * unit;
-        let is_within =
-            |point: DVec3| (patch.bounds.min - slack).cmple(point).all() && point.cmple(patch.bounds.max + slack).all();
-        assert!(is_within(patch.centroid) && of.iter().all(|contact| contact.points.into_iter().all(is_within)));
+        let is_within = |point: DVec3| {
+            (patch.bounds.min - slack).cmple(point).all()
+                && point.cmple(patch.bounds.max + slack).all()
+        };
+        assert!(
+            is_within(patch.centroid)
+                && of
+                    .iter()
+                    .all(|contact| contact.points.into_iter().all(is_within))
+        );
         let points: Vec<&Contact> = patches.points_of(patch).collect();
-        assert!(points[0] == &of[0] && points.len() <= 4 && points.iter().all(|point| of.contains(point)));
+        assert!(
+            points[0] == &of[0]
+                && points.len() <= 4
+                && points.iter().all(|point| of.contains(point))
+        );
         let distinct: BTreeSet<_> = points.iter().map(|point| point.triangles).collect();
         assert_eq!(distinct.len(), points.len(), "a point is there twice");
     }
@@ -86,7 +136,12 @@ fn assert_true(a: &Tree, b: &Tree, given: &[Contact], patches: &Patches) {
 fn patches_are_what_hangs_together() {
     let mut random = Random::new(41);
     let mut patches = Patches::new();
-    let trees = [shapes::icosphere(2), shapes::torus(1.0, 0.2, 12), shapes::gear(7, 1), shapes::cuboid(Vec3::ONE, 3)];
+    let trees = [
+        shapes::icosphere(2),
+        shapes::torus(1.0, 0.2, 12),
+        shapes::gear(7, 1),
+        shapes::cuboid(Vec3::ONE, 3),
+    ];
     let trees = trees.map(Tree::new);
     let mut counts = Vec::new();
     for (i, a) in trees.iter().enumerate() {
@@ -102,7 +157,13 @@ fn patches_are_what_hangs_together() {
     }
     println!("{counts:?}");
     assert!(counts.iter().filter(|count| **count > 1).count() >= 5 && counts.contains(&1));
-    for family in [Family::Grid, Family::Duplicate, Family::Degenerate, Family::Denormal, Family::Enormous] {
+    for family in [
+        Family::Grid,
+        Family::Duplicate,
+        Family::Degenerate,
+        Family::Denormal,
+        Family::Enormous,
+    ] {
         let [a, b] = [(); 2].map(|()| Tree::new(soup(family, 25, &mut random)));
         let given = contacts(&a, &b, Pose::IDENTITY, 0.1 * family.scale(), ENOUGH);
         patches.update(&a, &b, &given);
@@ -120,22 +181,34 @@ fn a_table_stands_on_four_patches() {
     assert_true(&floor, &table, &given, &patches);
     assert_eq!(patches.as_slice().len(), 4);
     for patch in patches.as_slice() {
-        assert!((patch.normal - DVec3::NEG_Z).length() < 1e-9 && (patch.distance - 0.01).abs() < 1e-12, "{patch:?}");
+        assert!(
+            (patch.normal - DVec3::NEG_Z).length() < 1e-9 && (patch.distance - 0.01).abs() < 1e-12,
+            "{patch:?}"
+        );
         assert_eq!((patch.length, patch.is_closed), (0.0, false));
         let points: Vec<_> = patches.points_of(patch).collect();
         assert_eq!(points.len(), 4);
         let corners = points.iter().map(|point| point.points[1]);
-        let (low, high) =
-            corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
         let extent = high - low;
         assert!(extent.x > 0.6 && extent.y > 0.6, "the points span {extent}");
     }
     let mut few = Patches::new().point_limit(0);
     few.update(&floor, &table, &given);
-    assert!(few.as_slice().iter().all(|patch| few.points_of(patch).len() == 1));
+    assert!(
+        few.as_slice()
+            .iter()
+            .all(|patch| few.points_of(patch).len() == 1)
+    );
     let mut many = Patches::new().point_limit(100);
     many.update(&floor, &table, &given);
-    assert!(many.as_slice().iter().all(|patch| many.points_of(patch).len() > 4));
+    assert!(
+        many.as_slice()
+            .iter()
+            .all(|patch| many.points_of(patch).len() > 4)
+    );
 }
 
 /// The curves in which surfaces cross are closed; a part of one is not.
@@ -162,11 +235,23 @@ fn ids_last_while_triangles_are_shared() {
     let mut patches = Patches::new();
     let at = |x: f64, z: f64, tilt: f64, patches: &mut Patches| -> BTreeMap<[i64; 2], u64> {
         let turn = DMat3::from_rotation_y(tilt);
-        let given = contacts(&floor, &table, Pose::new(turn, DVec3::new(x, 0.0, z)).unwrap(), 0.02, ENOUGH);
+        let given = contacts(
+            &floor,
+            &table,
+            Pose::new(turn, DVec3::new(x, 0.0, z)).unwrap(),
+            0.02,
+            ENOUGH,
+        );
         patches.update(&floor, &table, &given);
         // By the foot.
-        let foot = |patch: &Patch| [(patch.centroid.x - x) / 2.0, patch.centroid.y / 2.0].map(|x| x.round() as i64);
-        patches.as_slice().iter().map(|patch| (foot(patch), patch.id)).collect()
+        let foot = |patch: &Patch| {
+            [(patch.centroid.x - x) / 2.0, patch.centroid.y / 2.0].map(|x| x.round() as i64)
+        };
+        patches
+            .as_slice()
+            .iter()
+            .map(|patch| (foot(patch), patch.id))
+            .collect()
     };
     let first = at(0.0, 0.01, 0.0, &mut patches);
     assert_eq!(first.len(), 4);
@@ -176,13 +261,24 @@ fn ids_last_while_triangles_are_shared() {
     // Two feet are lifted: the others are the same, and those that come back are not.
     let half = at(2.1, 0.01, -0.05, &mut patches);
     assert_eq!(half.len(), 2);
-    assert!(half.iter().all(|(foot, id)| first[foot] == *id), "{half:?} {first:?}");
+    assert!(
+        half.iter().all(|(foot, id)| first[foot] == *id),
+        "{half:?} {first:?}"
+    );
     let again = at(2.1, 0.01, 0.0, &mut patches);
-    let kept = again.iter().filter(|(foot, id)| first[*foot] == **id).count();
+    let kept = again
+        .iter()
+        .filter(|(foot, id)| first[*foot] == **id)
+        .count();
     assert_eq!((again.len(), kept), (4, 2));
     patches.forget();
     let others = at(2.1, 0.01, 0.0, &mut patches);
-    assert!(others.values().all(|id| !first.values().chain(again.values()).any(|known| known == id)));
+    assert!(others.values().all(|id| {
+        !first
+            .values()
+            .chain(again.values())
+            .any(|known| known == id)
+    }));
 }
 
 /// Parallel strips along y, each a row of `cells` squares of two triangles.
@@ -192,20 +288,43 @@ fn strips(count: u32, cells: u32, height: f32, turned: bool) -> Tree {
         let x = strip as f32;
         for row in 0..=cells {
             let y = (count as f32 + 3.0) * row as f32 / cells as f32 - 2.0;
-            vertices.extend([x, x + 0.5].map(|x| if turned { [y, x, height] } else { [x, y, height] }));
+            vertices.extend([x, x + 0.5].map(|x| {
+                if turned {
+                    [y, x, height]
+                } else {
+                    [x, y, height]
+                }
+            }));
         }
         let first = strip * 2 * (cells + 1);
-        triangles
-            .extend((0..cells).map(|row| first + 2 * row).flat_map(|i| [[i, i + 1, i + 2], [i + 2, i + 1, i + 3]]));
+        triangles.extend(
+            (0..cells)
+                .map(|row| first + 2 * row)
+                .flat_map(|i| [[i, i + 1, i + 2], [i + 2, i + 1, i + 3]]),
+        );
     }
     Tree::new(Mesh::new(vertices, triangles).unwrap())
 }
 
 /// The ids of patches by the crossing that each is at, of strips that were moved by `(x, y)`.
-fn crossings(trees: [&Tree; 2], [x, y]: [f64; 2], patches: &mut Patches) -> BTreeMap<[i64; 2], u64> {
-    patches.update(trees[0], trees[1], &contacts(trees[0], trees[1], moved(x, y, 0.0), 0.02, ENOUGH));
-    let place = |patch: &Patch| [patch.bounds.center().x, patch.bounds.center().y - y].map(|x| x.floor() as i64);
-    let ids: BTreeMap<_, _> = patches.as_slice().iter().map(|patch| (place(patch), patch.id)).collect();
+fn crossings(
+    trees: [&Tree; 2],
+    [x, y]: [f64; 2],
+    patches: &mut Patches,
+) -> BTreeMap<[i64; 2], u64> {
+    patches.update(
+        trees[0],
+        trees[1],
+        &contacts(trees[0], trees[1], moved(x, y, 0.0), 0.02, ENOUGH),
+    );
+    let place = |patch: &Patch| {
+        [patch.bounds.center().x, patch.bounds.center().y - y].map(|x| x.floor() as i64)
+    };
+    let ids: BTreeMap<_, _> = patches
+        .as_slice()
+        .iter()
+        .map(|patch| (place(patch), patch.id))
+        .collect();
     assert_eq!(ids.len(), patches.as_slice().len(), "two at one crossing");
     ids
 }
@@ -214,14 +333,21 @@ fn crossings(trees: [&Tree; 2], [x, y]: [f64; 2], patches: &mut Patches) -> BTre
 #[test]
 fn crossing_strips_keep_all_ids() {
     for (count, cells) in [(5, 1), (9, 3), (40, 2), (70, 1)] {
-        let trees = [&strips(count, cells, 0.0, false), &strips(count, cells, 0.01, true)];
+        let trees = [
+            &strips(count, cells, 0.0, false),
+            &strips(count, cells, 0.01, true),
+        ];
         let mut patches = Patches::new();
         let first = crossings(trees, [0.0, 0.0], &mut patches);
         assert_eq!(first.len() as u32, count * count);
         // Each step the contacts of some crossings are others.
         for step in 0..6 {
             let way = 0.13 * f64::from(step);
-            assert_eq!(crossings(trees, [way, 0.5 * way], &mut patches), first, "{count} strips, step {step}");
+            assert_eq!(
+                crossings(trees, [way, 0.5 * way], &mut patches),
+                first,
+                "{count} strips, step {step}"
+            );
         }
     }
 }
@@ -237,27 +363,54 @@ fn patches_with_one_triangle_in_common_share_out_the_ids() {
                 [0, 1, 2].map(|axis| corner[axis] + d[axis])
             })
         });
-        Mesh::new(vertices.collect::<Vec<_>>(), (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>())
+        Mesh::new(
+            vertices.collect::<Vec<_>>(),
+            (0..count)
+                .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+                .collect::<Vec<_>>(),
+        )
     };
-    let floor =
-        Tree::new(Mesh::new([[-99.0f32, -99.0, 0.0], [299.0, -99.0, 0.0], [-99.0, 299.0, 0.0]], [[0, 1, 2]]).unwrap());
+    let floor = Tree::new(
+        Mesh::new(
+            [
+                [-99.0f32, -99.0, 0.0],
+                [299.0, -99.0, 0.0],
+                [-99.0, 299.0, 0.0],
+            ],
+            [[0, 1, 2]],
+        )
+        .unwrap(),
+    );
     let feet = Tree::new(spikes(300, 0.0).unwrap());
     let given = contacts(&floor, &feet, Pose::IDENTITY, 0.02, ENOUGH);
     assert_eq!(given.len(), 300);
-    let ids = |patches: &Patches| patches.as_slice().iter().map(|patch| patch.id).collect::<BTreeSet<_>>();
+    let ids = |patches: &Patches| {
+        patches
+            .as_slice()
+            .iter()
+            .map(|patch| patch.id)
+            .collect::<BTreeSet<_>>()
+    };
     let mut patches = Patches::new();
     patches.update(&floor, &feet, &given[..200]);
     let first = ids(&patches);
     // Other feet take the place of all: the floor is all that is in common.
     patches.update(&floor, &feet, &given[200..]);
     let second = ids(&patches);
-    assert!(second.len() == 100 && second.is_subset(&first), "{second:?}");
+    assert!(
+        second.len() == 100 && second.is_subset(&first),
+        "{second:?}"
+    );
     patches.update(&floor, &feet, &given);
     assert!(ids(&patches).is_superset(&second) && patches.as_slice().len() == 300);
     // Of feet that stay, each keeps its own.
     let by_foot = |patches: &Patches| -> BTreeMap<u32, u64> {
         let foot = |patch: &Patch| patches.contacts_of(patch)[0].triangles[1];
-        patches.as_slice().iter().map(|patch| (foot(patch), patch.id)).collect()
+        patches
+            .as_slice()
+            .iter()
+            .map(|patch| (foot(patch), patch.id))
+            .collect()
     };
     let all = by_foot(&patches);
     patches.update(&floor, &feet, given.iter().step_by(2));
@@ -274,7 +427,11 @@ fn any_number_of_points_is_chosen() {
     let patch = &patches.as_slice()[0];
     let points: Vec<_> = patches.points_of(patch).collect();
     let distinct: BTreeSet<_> = points.iter().map(|point| point.triangles).collect();
-    assert!(points.len() > 100 && distinct.len() == points.len(), "{} points", points.len());
+    assert!(
+        points.len() > 100 && distinct.len() == points.len(),
+        "{} points",
+        points.len()
+    );
     for limit in [1, 2, 3, 4, 5, 17, points.len() + 1] {
         let mut few = Patches::new().point_limit(limit);
         few.update(&plate, &ball, &given);

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, Contact, ContactQuery, Contacts, DistanceQuery, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh, Mode, Pose,
-    Query, StopReason, Tree, Workspace, shapes,
+    Budget, Contact, ContactQuery, Contacts, DistanceQuery, MAX_DISTANCE_STEP_WORK, ManualClock,
+    Mesh, Mode, Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 
 use crate::common::random::{Drift, Family, Random, pose_about, soup};
@@ -34,23 +34,75 @@ fn cases() -> Vec<Case> {
     let turned = pose_about(DVec3::ZERO, 0.3, Drift::Shear, &mut random);
     let linked = Pose::new(DMat3::from_rotation_x(1.57), DVec3::new(1.0, 0.0, 0.0)).unwrap();
     let far_pose = pose_about(Family::FarOffset.center(), 0.5, Drift::None, &mut random);
-    let (ring, box_of) = (|| shapes::torus(1.0, 0.15, 12), |cells| shapes::cuboid(Vec3::ONE, cells));
+    let (ring, box_of) = (
+        || shapes::torus(1.0, 0.15, 12),
+        |cells| shapes::cuboid(Vec3::ONE, cells),
+    );
     let case = |name, a: Mesh, b: Mesh, pose: Pose, margin| {
         let (a, b) = (Tree::new(a), Tree::new(b));
         let truth = Truth::new(&a, &b, &pose);
-        Case { name, a, b, pose, margin, truth }
+        Case {
+            name,
+            a,
+            b,
+            pose,
+            margin,
+            truth,
+        }
     };
     let mut soup = |family, count| soup(family, count, &mut random);
     vec![
         case("linked rings", ring(), ring(), linked, 0.7),
         case("crossing rings", ring(), ring(), moved(0.4, 0.1, 0.05), 0.0),
-        case("rings close by", ring(), ring(), moved(0.0, 0.0, 0.33), 0.08),
-        case("spheres apart", shapes::icosphere(1), shapes::icosphere(2), moved(9.0, 1.0, 0.0), 1.0),
-        case("spheres near", shapes::icosphere(1), shapes::icosphere(2), moved(1.9, 0.6, 0.0), 0.2),
-        case("flush boxes", box_of(3), box_of(3), moved(2.0, 0.5, 0.25), 1e-3),
-        case("degenerate soups", soup(Family::Degenerate, 40), soup(Family::Degenerate, 40), turned, 0.02),
-        case("f64 soups far away", soup(Family::FarOffset, 30), soup(Family::FarOffset, 30), far_pose, 0.05),
-        case("denormal soups", soup(Family::Denormal, 12), soup(Family::Denormal, 12), Pose::IDENTITY, 1e-322),
+        case(
+            "rings close by",
+            ring(),
+            ring(),
+            moved(0.0, 0.0, 0.33),
+            0.08,
+        ),
+        case(
+            "spheres apart",
+            shapes::icosphere(1),
+            shapes::icosphere(2),
+            moved(9.0, 1.0, 0.0),
+            1.0,
+        ),
+        case(
+            "spheres near",
+            shapes::icosphere(1),
+            shapes::icosphere(2),
+            moved(1.9, 0.6, 0.0),
+            0.2,
+        ),
+        case(
+            "flush boxes",
+            box_of(3),
+            box_of(3),
+            moved(2.0, 0.5, 0.25),
+            1e-3,
+        ),
+        case(
+            "degenerate soups",
+            soup(Family::Degenerate, 40),
+            soup(Family::Degenerate, 40),
+            turned,
+            0.02,
+        ),
+        case(
+            "f64 soups far away",
+            soup(Family::FarOffset, 30),
+            soup(Family::FarOffset, 30),
+            far_pose,
+            0.05,
+        ),
+        case(
+            "denormal soups",
+            soup(Family::Denormal, 12),
+            soup(Family::Denormal, 12),
+            Pose::IDENTITY,
+            1e-322,
+        ),
     ]
 }
 
@@ -66,11 +118,19 @@ fn assert_named(case: &Case, workspace: &Workspace, set: &[Contact]) {
     let query = case.query();
     let certificate = query.certificate(workspace).unwrap();
     let found = listed(workspace);
-    assert!(set.len() as u64 <= certificate.upper_bound(), "{}", case.name);
+    assert!(
+        set.len() as u64 <= certificate.upper_bound(),
+        "{}",
+        case.name
+    );
     let boxes: Vec<_> = certificate.boxes().collect();
-    for missing in set.iter().filter(|contact| !found.contains(contact) && contact.distance <= case.margin) {
+    for missing in set
+        .iter()
+        .filter(|contact| !found.contains(contact) && contact.distance <= case.margin)
+    {
         let middle = 0.5 * (missing.points[0] + missing.points[1]);
-        let is_known = |open: &punctual::Aabb| open.min.cmple(middle).all() && middle.cmple(open.max).all();
+        let is_known =
+            |open: &punctual::Aabb| open.min.cmple(middle).all() && middle.cmple(open.max).all();
         assert!(boxes.iter().any(is_known), "{}: {missing:?}", case.name);
     }
 }
@@ -84,15 +144,24 @@ fn after_every_step_the_set_is_true_and_what_is_missing_is_far() {
         case.truth.assert_complete(case.margin, &set);
         contacts += set.len();
         let mut said = run(&case.query(), &mut workspace, Budget::work(0));
-        assert_eq!((said.stop, said.found, said.low), (StopReason::WorkLimit, 0, 0.0));
+        assert_eq!(
+            (said.stop, said.found, said.low),
+            (StopReason::WorkLimit, 0, 0.0)
+        );
         let (mut steps, mut bound) = (0, u64::MAX);
         while said.stop != StopReason::Finished {
             assert_eq!(said.stop, StopReason::WorkLimit);
             let part = listed(&workspace);
-            assert!(part.iter().all(|contact| set.contains(contact)) && said.found == part.len() as u64);
+            assert!(
+                part.iter().all(|contact| set.contains(contact)) && said.found == part.len() as u64
+            );
             case.truth.assert_missing(&set, &part, said.low);
             let now = case.query().certificate(&workspace).unwrap().upper_bound();
-            assert!(set.len() as u64 <= now && now <= bound, "{}: {bound}, then {now}", case.name);
+            assert!(
+                set.len() as u64 <= now && now <= bound,
+                "{}: {bound}, then {now}",
+                case.name
+            );
             bound = now;
             if steps % 16 == 0 {
                 assert_named(&case, &workspace, &set);
@@ -103,7 +172,10 @@ fn after_every_step_the_set_is_true_and_what_is_missing_is_far() {
             (said, steps) = (next, steps + 1);
         }
         assert_eq!((said, listed(&workspace)), (finished, set), "{}", case.name);
-        assert_eq!(case.query().certificate(&workspace).unwrap().open_pairs(), 0);
+        assert_eq!(
+            case.query().certificate(&workspace).unwrap().open_pairs(),
+            0
+        );
     }
     println!("{contacts} contacts, the largest step is {longest}");
     assert!(contacts > 500 && longest <= MAX_DISTANCE_STEP_WORK);
@@ -116,9 +188,16 @@ fn the_bound_rises_on_the_way() {
     let query = ContactQuery::new(&sphere, &sphere, moved(2.05, 0.0, 0.0)).margin(0.15);
     let (finished, set) = whole(&query);
     let mut workspace = Workspace::new();
-    let half = run(&query, &mut workspace, Budget::work(finished.stats.work / 2));
+    let half = run(
+        &query,
+        &mut workspace,
+        Budget::work(finished.stats.work / 2),
+    );
     assert!(half.low > 0.05, "{half:?}");
-    let near = set.iter().filter(|contact| contact.distance < half.low).count();
+    let near = set
+        .iter()
+        .filter(|contact| contact.distance < half.low)
+        .count();
     assert!(near > 0 && listed(&workspace)[..near] == set[..near]);
 }
 
@@ -133,13 +212,21 @@ fn a_full_list_is_drained_and_the_query_resumed() {
             let (mut said, mut all) = (run(&query, &mut workspace, ENOUGH), Vec::new());
             while said.stop == StopReason::PairsFull {
                 assert_eq!(workspace.contacts().len(), limit, "{}", case.name);
-                assert_eq!(resume(&query, &mut workspace, ENOUGH), said, "nothing happens before it is drained");
+                assert_eq!(
+                    resume(&query, &mut workspace, ENOUGH),
+                    said,
+                    "nothing happens before it is drained"
+                );
                 all.extend(workspace.drain_contacts());
                 assert_eq!(workspace.contacts().len(), 0);
                 said = resume(&query, &mut workspace, ENOUGH);
             }
             all.extend(workspace.drain_contacts());
-            all.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
+            all.sort_by(|x, y| {
+                x.distance
+                    .total_cmp(&y.distance)
+                    .then(x.triangles.cmp(&y.triangles))
+            });
             assert_eq!((said, all), (finished, set), "{}", case.name);
         }
     }
@@ -151,7 +238,13 @@ fn a_full_list_is_drained_and_the_query_resumed() {
     assert_eq!(said.stop, StopReason::PairsFull);
     workspace.reserve_contacts(2000);
     let (finished, set) = whole(&case.query());
-    assert_eq!((resume(&case.query(), &mut workspace, ENOUGH), listed(&workspace)), (finished, set));
+    assert_eq!(
+        (
+            resume(&case.query(), &mut workspace, ENOUGH),
+            listed(&workspace)
+        ),
+        (finished, set)
+    );
 }
 
 /// Cut anywhere, with any room in the queue, by any kernel; also where a copy of the workspace goes on.
@@ -175,11 +268,17 @@ fn pieces_of_any_size_end_in_the_same_set() {
                     let _ = resume(&case.query(), &mut clone, ENOUGH);
                     assert_eq!(listed(&clone), set, "{}", case.name);
                 }
-                case.truth.assert_missing(&set, &listed(&workspace), said.low);
+                case.truth
+                    .assert_missing(&set, &listed(&workspace), said.low);
                 let budget = Budget::work([1, 300, 5_000][random.below(3)]);
                 said = resume(&case.query(), &mut workspace, budget);
             }
-            assert_eq!((said.stop, listed(&workspace)), (StopReason::Finished, set), "{}", case.name);
+            assert_eq!(
+                (said.stop, listed(&workspace)),
+                (StopReason::Finished, set),
+                "{}",
+                case.name
+            );
             assert!(capacity < 4096 || said == finished, "{}", case.name);
         }
     }
@@ -196,9 +295,13 @@ fn budgets_of_time_are_sound_and_kept() {
         for ticks in (0u32..).map(|i| i * i) {
             let (clock, time) = (ManualClock::ticking(tick), tick * ticks);
             let said = query.run_with(&mut workspace, Budget::time(time).poll_interval(64), &clock);
-            case.truth.assert_missing(&set, &listed(&workspace), said.low);
+            case.truth
+                .assert_missing(&set, &listed(&workspace), said.low);
             let most_per_look = 64.max(time.as_nanos() as u64) + MAX_DISTANCE_STEP_WORK;
-            assert!(said.stats.work <= u64::from(ticks + 1) * most_per_look, "{said:?}");
+            assert!(
+                said.stats.work <= u64::from(ticks + 1) * most_per_look,
+                "{said:?}"
+            );
             if said.stop == StopReason::Finished {
                 break;
             }
@@ -220,17 +323,46 @@ fn contacts_distances_and_intersections_in_turn() {
         let alone = distance.run_with(&mut Workspace::new(), None, ENOUGH, &clock);
         let strangers = [query.margin(0.123), query.contact_limit(7)];
         let _ = run(&query, &mut workspace, Budget::work(0));
-        assert!(strangers.iter().all(|other| other.resume_with(&mut workspace, ENOUGH, &clock).is_err()));
-        assert!(strangers.iter().all(|other| other.certificate(&workspace).is_err()));
-        assert!(distance.resume_with(&mut workspace, None, ENOUGH, &clock).is_err());
-        assert!(meets.resume_with(&mut workspace, None, ENOUGH, &clock).is_err());
+        assert!(
+            strangers
+                .iter()
+                .all(|other| other.resume_with(&mut workspace, ENOUGH, &clock).is_err())
+        );
+        assert!(
+            strangers
+                .iter()
+                .all(|other| other.certificate(&workspace).is_err())
+        );
+        assert!(
+            distance
+                .resume_with(&mut workspace, None, ENOUGH, &clock)
+                .is_err()
+        );
+        assert!(
+            meets
+                .resume_with(&mut workspace, None, ENOUGH, &clock)
+                .is_err()
+        );
         assert_eq!(resume(&query, &mut workspace, ENOUGH), finished);
-        assert!(query.resume_with(&mut workspace, ENOUGH, &clock).is_err(), "it is complete");
-        assert_eq!(distance.run_with(&mut workspace, None, ENOUGH, &clock), alone, "{}", case.name);
+        assert!(
+            query.resume_with(&mut workspace, ENOUGH, &clock).is_err(),
+            "it is complete"
+        );
+        assert_eq!(
+            distance.run_with(&mut workspace, None, ENOUGH, &clock),
+            alone,
+            "{}",
+            case.name
+        );
         assert_eq!(workspace.contacts().len(), 0);
         let outcome = meets.run_with(&mut workspace, None, ENOUGH, &clock);
         let touching = set.iter().filter(|contact| contact.distance == 0.0).count();
         assert_eq!(outcome.found, touching as u64, "{}", case.name);
-        assert_eq!((run(&query, &mut workspace, ENOUGH), listed(&workspace)), (finished, set), "{}", case.name);
+        assert_eq!(
+            (run(&query, &mut workspace, ENOUGH), listed(&workspace)),
+            (finished, set),
+            "{}",
+            case.name
+        );
     }
 }

@@ -4,7 +4,9 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use punctual::glam::DVec3;
-use punctual::{Aabb, Budget, Contact, ContactQuery, Contacts, ManualClock, Pose, StopReason, Tree, Workspace};
+use punctual::{
+    Aabb, Budget, Contact, ContactQuery, Contacts, ManualClock, Pose, StopReason, Tree, Workspace,
+};
 
 use crate::distance::least_gap;
 use crate::exact_distance::Distance;
@@ -22,7 +24,9 @@ pub fn run(query: &ContactQuery, workspace: &mut Workspace, budget: Budget) -> C
 
 /// One resumption without the system clock.
 pub fn resume(query: &ContactQuery, workspace: &mut Workspace, budget: Budget) -> Contacts {
-    query.resume_with(workspace, budget, &ManualClock::new()).expect("the workspace holds a stopped run")
+    query
+        .resume_with(workspace, budget, &ManualClock::new())
+        .expect("the workspace holds a stopped run")
 }
 
 /// What the workspace holds, in its order.
@@ -47,16 +51,35 @@ pub struct Truth {
 
 impl Truth {
     pub fn new(a: &Tree, b: &Tree, pose: &Pose) -> Self {
-        let (a, b) = (posed_triangles(a.mesh(), &Pose::IDENTITY), posed_triangles(b.mesh(), pose));
-        let boxes = [&a, &b].map(|triangles| triangles.iter().map(|t| Aabb::from_points(*t)).collect::<Vec<_>>());
+        let (a, b) = (
+            posed_triangles(a.mesh(), &Pose::IDENTITY),
+            posed_triangles(b.mesh(), pose),
+        );
+        let boxes = [&a, &b].map(|triangles| {
+            triangles
+                .iter()
+                .map(|t| Aabb::from_points(*t))
+                .collect::<Vec<_>>()
+        });
         let pairs = (0..a.len()).flat_map(|i| (0..b.len()).map(move |j| [i, j]));
-        let gaps = pairs.map(|[i, j]| (least_gap(&boxes[0][i], &boxes[1][j]), [i as u32, j as u32])).collect();
+        let gaps = pairs
+            .map(|[i, j]| (least_gap(&boxes[0][i], &boxes[1][j]), [i as u32, j as u32]))
+            .collect();
         let all = Aabb::from_points(a.iter().chain(&b).flatten().copied());
         let size = all.extents().max_element();
         let reach = all.min.abs().max(all.max.abs()).max_element();
         let rounding = 1e-13 * size + f64::MIN_POSITIVE;
         let (point_rounding, off_slivers) = (rounding + 1e-12 * reach, 2.0 * rounding);
-        Self { a, b, gaps, known: BTreeMap::new(), rounding, point_rounding, off_slivers, size }
+        Self {
+            a,
+            b,
+            gaps,
+            known: BTreeMap::new(),
+            rounding,
+            point_rounding,
+            off_slivers,
+            size,
+        }
     }
 
     pub fn distance(&mut self, pair: [u32; 2]) -> &Distance {
@@ -94,42 +117,91 @@ impl Truth {
     /// Each contact is one, the nearest is the first, and none is there twice.
     #[track_caller]
     pub fn assert_true(&mut self, margin: f64, set: &[Contact]) {
-        let order = |x: &Contact, y: &Contact| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles));
-        assert!(set.windows(2).all(|two| order(&two[0], &two[1]) == Ordering::Less), "{set:?}");
+        let order = |x: &Contact, y: &Contact| {
+            x.distance
+                .total_cmp(&y.distance)
+                .then(x.triangles.cmp(&y.triangles))
+        };
+        assert!(
+            set.windows(2)
+                .all(|two| order(&two[0], &two[1]) == Ordering::Less),
+            "{set:?}"
+        );
         let found: BTreeSet<_> = set.iter().map(|contact| contact.triangles).collect();
         assert_eq!(found.len(), set.len(), "a pair is there twice");
-        set.iter().for_each(|contact| self.assert_is_contact(margin, contact));
+        set.iter()
+            .for_each(|contact| self.assert_is_contact(margin, contact));
     }
 
     #[track_caller]
     fn assert_is_contact(&mut self, margin: f64, contact: &Contact) {
-        let Contact { triangles, points, normal, distance, segment, .. } = *contact;
-        assert_ne!(self.is_within(triangles, margin), Some(false), "{contact:?} is not within {margin:e}");
+        let Contact {
+            triangles,
+            points,
+            normal,
+            distance,
+            segment,
+            ..
+        } = *contact;
+        assert_ne!(
+            self.is_within(triangles, margin),
+            Some(false),
+            "{contact:?} is not within {margin:e}"
+        );
         let (rounding, point_rounding) = (self.rounding, self.point_rounding);
         let exact = self.distance(triangles);
         assert_eq!(exact.is_zero(), distance == 0.0, "{contact:?}");
-        assert_ne!(exact.order_of(distance), Ordering::Less, "{contact:?} is not that close");
-        assert_ne!(exact.order_of((distance - rounding).max(0.0)), Ordering::Greater, "{contact:?} is closer");
+        assert_ne!(
+            exact.order_of(distance),
+            Ordering::Less,
+            "{contact:?} is not that close"
+        );
+        assert_ne!(
+            exact.order_of((distance - rounding).max(0.0)),
+            Ordering::Greater,
+            "{contact:?} is closer"
+        );
         let (a, b) = (self.a[triangles[0] as usize], self.b[triangles[1] as usize]);
         let on = |point: DVec3, triangle: &Triangle| {
             let off = Distance::of(&[point; 3], triangle);
-            assert_ne!(off.order_of(point_rounding), Ordering::Less, "{point} is not on {triangle:?}");
+            assert_ne!(
+                off.order_of(point_rounding),
+                Ordering::Less,
+                "{point} is not on {triangle:?}"
+            );
         };
-        points.into_iter().zip([&a, &b]).for_each(|(point, triangle)| on(point, triangle));
+        points
+            .into_iter()
+            .zip([&a, &b])
+            .for_each(|(point, triangle)| on(point, triangle));
         assert_eq!(segment.is_some(), distance == 0.0, "{contact:?}");
-        segment.into_iter().flatten().for_each(|end| [&a, &b].into_iter().for_each(|triangle| on(end, triangle)));
+        segment
+            .into_iter()
+            .flatten()
+            .for_each(|end| [&a, &b].into_iter().for_each(|triangle| on(end, triangle)));
         assert!((normal.length() - 1.0).abs() < 1e-14, "{contact:?}");
         if distance > 0.0 {
             let apart = Distance::of(&[points[0]; 3], &[points[1]; 3]);
-            assert_ne!(apart.order_of_sum(&[distance, point_rounding]), Ordering::Less, "{contact:?}: its points");
+            assert_ne!(
+                apart.order_of_sum(&[distance, point_rounding]),
+                Ordering::Less,
+                "{contact:?}: its points"
+            );
         }
         if distance > 10.0 * rounding {
             // All of A is ahead of all of B, relative to a corner, where nothing cancels.
             let ahead = |triangle: &Triangle| triangle.map(|corner| normal.dot(corner - a[0]));
             let of_a = ahead(&a).into_iter().fold(f64::INFINITY, f64::min);
             let of_b = ahead(&b).into_iter().fold(f64::NEG_INFINITY, f64::max);
-            let off = if is_thin(&a) || is_thin(&b) { self.off_slivers } else { 2.0 * rounding };
-            assert!(of_a - of_b >= distance - off, "{contact:?} does not part {a:?} and {b:?}");
+            let off = if is_thin(&a) || is_thin(&b) {
+                self.off_slivers
+            } else {
+                2.0 * rounding
+            };
+            assert!(
+                of_a - of_b >= distance - off,
+                "{contact:?} does not part {a:?} and {b:?}"
+            );
         }
     }
 
@@ -137,14 +209,23 @@ impl Truth {
     #[track_caller]
     pub fn assert_missing(&mut self, whole: &[Contact], part: &[Contact], low: f64) {
         let found: BTreeSet<_> = part.iter().map(|contact| contact.triangles).collect();
-        let mut missing = whole.iter().filter(|contact| !found.contains(&contact.triangles));
+        let mut missing = whole
+            .iter()
+            .filter(|contact| !found.contains(&contact.triangles));
         // Exactly for the nearest one only: that is the dear part.
         if let Some(nearest) = missing.next()
             && low > 0.0
         {
             let order = self.distance(nearest.triangles).order_of(low);
-            assert_ne!(order, Ordering::Greater, "{nearest:?} is closer than {low:e}");
-            assert!(missing.all(|contact| low <= contact.distance), "not all are beyond {low:e}");
+            assert_ne!(
+                order,
+                Ordering::Greater,
+                "{nearest:?} is closer than {low:e}"
+            );
+            assert!(
+                missing.all(|contact| low <= contact.distance),
+                "not all are beyond {low:e}"
+            );
         }
     }
 

@@ -99,10 +99,19 @@ struct Best {
 }
 
 impl Best {
-    fn or(&mut self, t: &[Triangle; 2], points: [Point; 2], direction: impl FnOnce(DVec3) -> DVec3) {
+    fn or(
+        &mut self,
+        t: &[Triangle; 2],
+        points: [Point; 2],
+        direction: impl FnOnce(DVec3) -> DVec3,
+    ) {
         let between = points[0].rounded(&t[0]) - points[1].rounded(&t[1]);
         if between.length_squared() < self.square {
-            *self = Self { square: between.length_squared(), points, direction: direction(between) };
+            *self = Self {
+                square: between.length_squared(),
+                points,
+                direction: direction(between),
+            };
         }
     }
 }
@@ -114,13 +123,24 @@ fn clamped(x: f64) -> f64 {
 /// `None` where numbers are too large or small for it.
 pub fn bracket(a: &Triangle, b: &Triangle) -> Option<Bracket> {
     let exact = [a, b].map(|t| t.map(|v| from_fn(|k| Double::difference(v[k], a[0][k]))));
-    let rounded: [Triangle; 2] = exact.map(|t| t.map(|v: Vector| DVec3::from_array(v.map(|x| x.0))));
-    let size = rounded.iter().flatten().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let rounded: [Triangle; 2] =
+        exact.map(|t| t.map(|v: Vector| DVec3::from_array(v.map(|x| x.0))));
+    let size = rounded
+        .iter()
+        .flatten()
+        .map(|v| v.abs().max_element())
+        .fold(0.0, f64::max);
     if !(1e-60..1e60).contains(&size) {
         return None;
     }
-    let mut best =
-        Best { square: f64::INFINITY, points: [Point { corner: 0, shares: [0.0; 2] }; 2], direction: DVec3::X };
+    let mut best = Best {
+        square: f64::INFINITY,
+        points: [Point {
+            corner: 0,
+            shares: [0.0; 2],
+        }; 2],
+        direction: DVec3::X,
+    };
     for i in 0..3 {
         for j in 0..3 {
             or_edges(&mut best, &rounded, [i, j]);
@@ -137,20 +157,39 @@ pub fn bracket(a: &Triangle, b: &Triangle) -> Option<Bracket> {
     let gap = (least(of_a) - most(of_b)).max(least(of_b) - most(of_a)) / n.length();
     let slop = 1e-28 * size;
     // No number is no gap.
-    let low = if gap > 0.0 { (gap * (1.0 - 1e-15) - slop).max(0.0) } else { 0.0 };
-    let meet = [0, 1].iter().any(|&side| is_pierced(&rounded[side], &rounded[1 - side], size));
-    Some(Bracket { low, high: between.length() * (1.0 + 1e-15) + slop, meet })
+    let low = if gap > 0.0 {
+        (gap * (1.0 - 1e-15) - slop).max(0.0)
+    } else {
+        0.0
+    };
+    let meet = [0, 1]
+        .iter()
+        .any(|&side| is_pierced(&rounded[side], &rounded[1 - side], size));
+    Some(Bracket {
+        low,
+        high: between.length() * (1.0 + 1e-15) + slop,
+        meet,
+    })
 }
 
 fn or_edges(best: &mut Best, t: &[Triangle; 2], [i, j]: [usize; 2]) {
-    let [(d0, d), (e0, e)] =
-        [(0, i), (1, j)].map(|(side, i): (usize, usize)| (t[side][i], t[side][(i + 1) % 3] - t[side][i]));
+    let [(d0, d), (e0, e)] = [(0, i), (1, j)]
+        .map(|(side, i): (usize, usize)| (t[side][i], t[side][(i + 1) % 3] - t[side][i]));
     let (from, across) = (e0 - d0, d.cross(e));
     let s = clamped(from.cross(e).dot(across) / across.length_squared());
     let u = clamped(e.dot(d * s - from) / e.length_squared());
     let s = clamped(d.dot(from + e * u) / d.length_squared());
     let is_inside = |x: f64| x > 0.0 && x < 1.0;
-    let points = [Point { corner: i, shares: [s, 0.0] }, Point { corner: j, shares: [u, 0.0] }];
+    let points = [
+        Point {
+            corner: i,
+            shares: [s, 0.0],
+        },
+        Point {
+            corner: j,
+            shares: [u, 0.0],
+        },
+    ];
     best.or(t, points, |between| match (is_inside(s), is_inside(u)) {
         (true, true) => across,
         // Across the edge, by cross products: the difference would lose what is small.
@@ -166,10 +205,27 @@ fn or_face(best: &mut Best, t: &[Triangle; 2], side: usize, corner: usize) {
     let (x, y, from) = (x - v, y - v, t[1 - side][corner] - v);
     let normal = x.cross(y);
     let area = normal.length_squared();
-    let shares = [y.cross(normal).dot(from) / area, normal.cross(x).dot(from) / area];
+    let shares = [
+        y.cross(normal).dot(from) / area,
+        normal.cross(x).dot(from) / area,
+    ];
     if shares[0] >= 0.0 && shares[1] >= 0.0 && shares[0] + shares[1] <= 1.0 - 1e-15 {
-        let (foot, corner) = (Point { corner: 0, shares }, Point { corner, shares: [0.0; 2] });
-        best.or(t, if side == 0 { [foot, corner] } else { [corner, foot] }, |_| normal);
+        let (foot, corner) = (
+            Point { corner: 0, shares },
+            Point {
+                corner,
+                shares: [0.0; 2],
+            },
+        );
+        best.or(
+            t,
+            if side == 0 {
+                [foot, corner]
+            } else {
+                [corner, foot]
+            },
+            |_| normal,
+        );
     }
 }
 
@@ -181,7 +237,9 @@ fn is_pierced(face: &Triangle, other: &Triangle, size: f64) -> bool {
         let (p, q) = (other[i], other[(i + 1) % 3]);
         let ends = [p, q].map(|end| volume(face[0], face[1], face[2], end));
         let sides: [f64; 3] = from_fn(|j| volume(p, q, face[j], face[(j + 1) % 3]));
-        let is_through = ends.iter().all(|end| end.abs() > error) && (ends[0] > 0.0) != (ends[1] > 0.0);
-        is_through && (sides.iter().all(|side| *side > error) || sides.iter().all(|side| *side < -error))
+        let is_through =
+            ends.iter().all(|end| end.abs() > error) && (ends[0] > 0.0) != (ends[1] > 0.0);
+        is_through
+            && (sides.iter().all(|side| *side > error) || sides.iter().all(|side| *side < -error))
     })
 }

@@ -2,8 +2,8 @@
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, DistanceEstimate, DistanceQuery, Mesh, PairMemory, Pose, Quantiles, ResumeError, StopReason, Tree,
-    Workspace, shapes,
+    Budget, DistanceEstimate, DistanceQuery, Mesh, PairMemory, Pose, Quantiles, ResumeError,
+    StopReason, Tree, Workspace, shapes,
 };
 
 use crate::distance::{ENOUGH, run, run_with_memory};
@@ -13,7 +13,10 @@ fn is_ordered(Quantiles { p10, p50, p90 }: Quantiles) -> bool {
 }
 
 fn trees() -> [Tree; 2] {
-    [Tree::new(shapes::torus_knot(2, 3, 0.2, 40)), Tree::new(shapes::gear(20, 2))]
+    [
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 40)),
+        Tree::new(shapes::gear(20, 2)),
+    ]
 }
 
 fn poses() -> impl Iterator<Item = Pose> {
@@ -30,16 +33,29 @@ fn estimates_lie_within_what_is_proven_and_end_with_it() {
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     for pose in poses() {
         for limit in [f64::INFINITY, 0.3, 0.0] {
-            let query = DistanceQuery::new(&a, &b, pose).margins([0.1, 0.0]).closer_than(limit);
+            let query = DistanceQuery::new(&a, &b, pose)
+                .margins([0.1, 0.0])
+                .closer_than(limit);
             let other = DistanceQuery::new(&b, &a, pose);
             let mut found = run(&query, &mut workspace, Budget::work(0));
             let mut budget = 100;
             loop {
                 let said = query.estimate(&workspace, Some(&memory)).unwrap();
-                let DistanceEstimate { remaining, distance, .. } = said;
+                let DistanceEstimate {
+                    remaining,
+                    distance,
+                    ..
+                } = said;
                 assert!(is_ordered(remaining) && is_ordered(distance), "{said:?}");
-                assert!(found.low <= distance.p10 && distance.p90 <= found.high, "{said:?} of {found:?}");
-                assert_eq!(query.estimate(&workspace, Some(&memory)), Ok(said), "the same each time");
+                assert!(
+                    found.low <= distance.p10 && distance.p90 <= found.high,
+                    "{said:?} of {found:?}"
+                );
+                assert_eq!(
+                    query.estimate(&workspace, Some(&memory)),
+                    Ok(said),
+                    "the same each time"
+                );
                 assert_eq!(other.estimate(&workspace, None), Err(ResumeError));
                 if found.stop == StopReason::Finished {
                     assert_eq!(remaining, Quantiles::default());
@@ -67,17 +83,28 @@ fn predicted_work_is_about_right() {
             let query = DistanceQuery::new(&a, &b, pose).closer_than(limit);
             let told = [None, Some(&memory)].map(|memory| query.predict(memory));
             let cold = run(&query, &mut workspace, ENOUGH).stats.work;
-            let warm = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH).stats.work;
+            let warm = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH)
+                .stats
+                .work;
             for (i, (told, work)) in told.into_iter().zip([cold, warm]).enumerate() {
                 assert!(is_ordered(told) && told.p10 >= 84.0, "{told:?}");
                 below[i] += usize::from(work as f64 <= 2.0 * told.p90);
-                within[i] += usize::from((0.5 * told.p10..=2.0 * told.p90).contains(&(work as f64)));
+                within[i] +=
+                    usize::from((0.5 * told.p10..=2.0 * told.p90).contains(&(work as f64)));
             }
         }
         println!("limit {limit}: {below:?} below, {within:?} within, of 60");
-        assert!(below.iter().all(|&below| below >= 36), "limit {limit}: {below:?} of 60");
-        assert!(limit.is_finite() || within.iter().all(|&within| within >= 36), "{within:?} of 60");
+        assert!(
+            below.iter().all(|&below| below >= 36),
+            "limit {limit}: {below:?} of 60"
+        );
+        assert!(
+            limit.is_finite() || within.iter().all(|&within| within >= 36),
+            "{within:?} of 60"
+        );
     }
     let nothing = Tree::new(Mesh::new([[0.0f32; 3]], []).unwrap());
-    assert!(is_ordered(DistanceQuery::new(&a, &nothing, Pose::IDENTITY).predict(None)));
+    assert!(is_ordered(
+        DistanceQuery::new(&a, &nothing, Pose::IDENTITY).predict(None)
+    ));
 }

@@ -21,22 +21,51 @@ fn distances(path: &Path) -> Vec<f64> {
         fields[1].parse().expect("a distance")
     };
     let mut lines = text.lines();
-    assert!(lines.next().expect("a header").starts_with("pose,distance,"));
+    assert!(
+        lines
+            .next()
+            .expect("a header")
+            .starts_with("pose,distance,")
+    );
     lines.enumerate().map(row).collect()
 }
 
 /// Bounds of a distance that is known up to its rounding.
 #[track_caller]
 fn assert_near(said: &punctual::Distance, distance: f64, rounding: f64) {
-    assert!(said.low <= distance + rounding && distance <= said.high + rounding, "{said:?}, is {distance:e}");
-    assert!(said.high > 0.0 || distance == 0.0, "{said:?}, is {distance:e}");
-    assert!(said.low == 0.0 || distance > 0.0, "{said:?}, is {distance:e}");
+    assert!(
+        said.low <= distance + rounding && distance <= said.high + rounding,
+        "{said:?}, is {distance:e}"
+    );
+    assert!(
+        said.high > 0.0 || distance == 0.0,
+        "{said:?}, is {distance:e}"
+    );
+    assert!(
+        said.low == 0.0 || distance > 0.0,
+        "{said:?}, is {distance:e}"
+    );
 }
 
-fn assert_pose(a: &Tree, b: &Tree, pose: Pose, distance: f64, memory: &mut PairMemory, workspace: &mut Workspace) {
-    let size = a.mesh().aabb().extents().max_element() + b.mesh().aabb().extents().max_element() + distance;
+fn assert_pose(
+    a: &Tree,
+    b: &Tree,
+    pose: Pose,
+    distance: f64,
+    memory: &mut PairMemory,
+    workspace: &mut Workspace,
+) {
+    let size = a.mesh().aabb().extents().max_element()
+        + b.mesh().aabb().extents().max_element()
+        + distance;
     let rounding = 1e-13 * size;
-    for asked in [Question::default(), Question { relative: 1e-2, ..Question::default() }] {
+    for asked in [
+        Question::default(),
+        Question {
+            relative: 1e-2,
+            ..Question::default()
+        },
+    ] {
         let query = asked.query(a, b, pose);
         let mut said = run(&query, workspace, Budget::work(2_000));
         while said.stop == StopReason::WorkLimit {
@@ -46,15 +75,29 @@ fn assert_pose(a: &Tree, b: &Tree, pose: Pose, distance: f64, memory: &mut PairM
         let with_memory = run_with_memory(&query, workspace, memory, ENOUGH);
         for said in [said, with_memory] {
             assert_near(&said, distance, rounding);
-            assert_eq!((said.stop, said.high == 0.0), (StopReason::Finished, distance == 0.0), "{said:?}");
+            assert_eq!(
+                (said.stop, said.high == 0.0),
+                (StopReason::Finished, distance == 0.0),
+                "{said:?}"
+            );
             let tolerance = (asked.relative * said.low).max(1e-6 * size) + rounding;
-            assert!(said.high - said.low <= tolerance, "{said:?}, is {distance:e}");
+            assert!(
+                said.high - said.low <= tolerance,
+                "{said:?}, is {distance:e}"
+            );
         }
     }
     for share in [0.5, 0.9, 1.1] {
-        let said = run(&Question::closer_than(share * distance).query(a, b, pose), workspace, ENOUGH);
+        let said = run(
+            &Question::closer_than(share * distance).query(a, b, pose),
+            workspace,
+            ENOUGH,
+        );
         assert_near(&said, distance, rounding);
-        assert!(said.closer == Some(share > 1.0 || distance == 0.0) || distance < 20.0 * rounding, "{share} {said:?}");
+        assert!(
+            said.closer == Some(share > 1.0 || distance == 0.0) || distance < 20.0 * rounding,
+            "{share} {said:?}"
+        );
     }
 }
 
@@ -62,9 +105,12 @@ fn assert_case(folder: &Path, stride: usize) {
     println!("{}", folder.display());
     let case = files::text(&folder.join("case.txt"));
     let mut trees = HashMap::new();
-    let names = [("a", "a.obj"), ("b", "b.obj")].map(|(key, file)| files::value(&case, key).unwrap_or(file));
+    let names = [("a", "a.obj"), ("b", "b.obj")]
+        .map(|(key, file)| files::value(&case, key).unwrap_or(file));
     for name in names {
-        trees.entry(name).or_insert_with(|| Tree::new(Soup::read(&folder.join(name)).mesh().unwrap()));
+        trees
+            .entry(name)
+            .or_insert_with(|| Tree::new(Soup::read(&folder.join(name)).mesh().unwrap()));
     }
     let [a, b] = names.map(|name| &trees[name]);
     let poses = files::poses(&folder.join("poses.txt"));
@@ -79,17 +125,37 @@ fn assert_case(folder: &Path, stride: usize) {
 #[test]
 fn cases_of_this_repository() {
     let parent = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/meshes");
-    for name in ["all_degenerate_both", "single_triangle", "single_vs_mesh", "touch_vertex"] {
+    for name in [
+        "all_degenerate_both",
+        "single_triangle",
+        "single_vs_mesh",
+        "touch_vertex",
+    ] {
         assert_case(&parent.join(name), 1);
     }
 }
 
 fn assert_kind(kind: &str) {
-    let Some(shared) = files::shared("meshes/cases") else { return };
-    let folders = std::fs::read_dir(shared).unwrap().map(|entry| entry.unwrap().path());
+    let Some(shared) = files::shared("meshes/cases") else {
+        return;
+    };
+    let folders = std::fs::read_dir(shared)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
     let mut cases: Vec<_> = folders
-        .filter(|folder| folder.file_name().unwrap().to_str().unwrap().starts_with(kind))
-        .filter(|folder| ["", ".gz"].iter().any(|end| folder.join(format!("truth_distance.csv{end}")).is_file()))
+        .filter(|folder| {
+            folder
+                .file_name()
+                .unwrap()
+                .to_str()
+                .unwrap()
+                .starts_with(kind)
+        })
+        .filter(|folder| {
+            ["", ".gz"]
+                .iter()
+                .any(|end| folder.join(format!("truth_distance.csv{end}")).is_file())
+        })
         .collect();
     cases.sort();
     assert!(!cases.is_empty(), "no case of kind {kind}");

@@ -1,7 +1,9 @@
 //! A query that nothing stopped, against brute force over all pairs: on soups made to be nasty and on surfaces.
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, DistanceQuery, Mesh, Mode, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
+use punctual::{
+    Budget, DistanceQuery, Mesh, Mode, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+};
 
 use crate::common::random::{Drift, Family, Random, pose_about, poses, soup, soups};
 use crate::distance::{ENOUGH, Question, Truth, run};
@@ -48,7 +50,16 @@ fn assert_soups_true(family: Family) {
         let b = Tree::new(soup(family, b_triangles, &mut random));
         let near = poses(family, 6, &mut random);
         // No farther than poses go.
-        let far = [1.5, 4.0, if family == Family::Enormous { 8.0 } else { 30.0 }].map(|reach| {
+        let far = [
+            1.5,
+            4.0,
+            if family == Family::Enormous {
+                8.0
+            } else {
+                30.0
+            },
+        ]
+        .map(|reach| {
             let turned = pose_about(family.center(), 0.0, Drift::Shear, &mut random);
             let way = random.vector().normalize() * reach * family.scale();
             Pose::new(*turned.rotation(), turned.translation() + way).unwrap()
@@ -82,7 +93,12 @@ fn shapes_against_shapes() {
     for a in &trees {
         for b in &trees {
             for (drift, reach) in [(Drift::None, 0.5), (Drift::Scale, 2.0), (Drift::Shear, 6.0)] {
-                assert_true(a, b, pose_about(DVec3::ZERO, reach, drift, &mut random), &mut workspace);
+                assert_true(
+                    a,
+                    b,
+                    pose_about(DVec3::ZERO, reach, drift, &mut random),
+                    &mut workspace,
+                );
             }
         }
     }
@@ -90,10 +106,16 @@ fn shapes_against_shapes() {
 
 /// A plate of squares in the plane z = 0, turned by 1 about an axis of its own.
 fn plate(squares: u32, turn: DMat3) -> Mesh {
-    let corner = |x: u32, y: u32| turn * DVec3::new(f64::from(x), f64::from(y), 0.0) / f64::from(squares);
+    let corner =
+        |x: u32, y: u32| turn * DVec3::new(f64::from(x), f64::from(y), 0.0) / f64::from(squares);
     triangles((0..squares * squares).flat_map(|i| {
         let (x, y) = (i / squares, i % squares);
-        let [p, q, r, s] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+        let [p, q, r, s] = [
+            corner(x, y),
+            corner(x + 1, y),
+            corner(x + 1, y + 1),
+            corner(x, y + 1),
+        ];
         [[p, q, r], [p, r, s]]
     }))
 }
@@ -102,14 +124,27 @@ fn plate(squares: u32, turn: DMat3) -> Mesh {
 #[test]
 fn parallel_plates() {
     let mut workspace = Workspace::new();
-    for turn in [DMat3::IDENTITY, DMat3::from_rotation_x(1.0) * DMat3::from_rotation_z(0.7)] {
+    for turn in [
+        DMat3::IDENTITY,
+        DMat3::from_rotation_x(1.0) * DMat3::from_rotation_z(0.7),
+    ] {
         let tree = Tree::new(plate(5, turn));
         for gap in [1.0, 1e-2, 1e-5, 1e-8, 1e-13, 1e-16, 0.0] {
             let along = turn * DVec3::new(0.013, 0.021, gap);
-            assert_true(&tree, &tree, moved(along.x, along.y, along.z), &mut workspace);
+            assert_true(
+                &tree,
+                &tree,
+                moved(along.x, along.y, along.z),
+                &mut workspace,
+            );
             // Not quite parallel.
             let tilted = turn * DMat3::from_rotation_x(1e-3 * gap) * turn.transpose();
-            assert_true(&tree, &tree, Pose::new(tilted, along).unwrap(), &mut workspace);
+            assert_true(
+                &tree,
+                &tree,
+                Pose::new(tilted, along).unwrap(),
+                &mut workspace,
+            );
         }
     }
 }
@@ -132,12 +167,25 @@ fn plates_that_nearly_touch_take_little_work() {
             for query in [query, query.absolute_tolerance(1e-4)] {
                 let said = query.run(&mut workspace, ENOUGH);
                 // Below the tolerance all that is asked is whether they meet.
-                assert!(said.low <= gap * (1.0 + 1e-9) && gap * (1.0 - 1e-9) <= said.high, "{said:?}");
-                assert!(said.stop == StopReason::Finished && said.stats.work < LITTLE, "{}", said.stats.work);
+                assert!(
+                    said.low <= gap * (1.0 + 1e-9) && gap * (1.0 - 1e-9) <= said.high,
+                    "{said:?}"
+                );
+                assert!(
+                    said.stop == StopReason::Finished && said.stats.work < LITTLE,
+                    "{}",
+                    said.stats.work
+                );
             }
             for mode in [Mode::Any, Mode::All] {
-                let said = Query::new(&a, &b, pose).mode(mode).run(&mut workspace, ENOUGH);
-                assert!(said.verdict == Verdict::Separated && said.stats.work < LITTLE, "{}", said.stats.work);
+                let said = Query::new(&a, &b, pose)
+                    .mode(mode)
+                    .run(&mut workspace, ENOUGH);
+                assert!(
+                    said.verdict == Verdict::Separated && said.stats.work < LITTLE,
+                    "{}",
+                    said.stats.work
+                );
             }
         }
     }
@@ -153,12 +201,22 @@ fn plates_within_the_tolerance_take_little_work_if_contact_is_left_open() {
     let (a, b) = (Tree::new(plate(100, tilted)), Tree::new(plate(91, tilted)));
     for gap in [0.0, 1e-16, 1e-12, 1e-8, 1e-7, 1e-6, 9e-5, 2e-4] {
         let along = tilted * DVec3::new(0.013, 0.021, gap);
-        let query = DistanceQuery::new(&a, &b, moved(along.x, along.y, along.z)).absolute_tolerance(TOLERANCE);
+        let query = DistanceQuery::new(&a, &b, moved(along.x, along.y, along.z))
+            .absolute_tolerance(TOLERANCE);
         let said = query.leave_contact_open(true).run(&mut workspace, ENOUGH);
-        assert!(said.stop == StopReason::Finished && said.stats.work < 50_000, "{gap:e}: {said:?}");
+        assert!(
+            said.stop == StopReason::Finished && said.stats.work < 50_000,
+            "{gap:e}: {said:?}"
+        );
         let rounding = 1e-15;
-        assert!(said.low <= gap + rounding && gap <= said.high + rounding, "{gap:e}: {said:?}");
-        assert!(said.high - said.low <= TOLERANCE && (gap < TOLERANCE || said.low > 0.0), "{gap:e}: {said:?}");
+        assert!(
+            said.low <= gap + rounding && gap <= said.high + rounding,
+            "{gap:e}: {said:?}"
+        );
+        assert!(
+            said.high - said.low <= TOLERANCE && (gap < TOLERANCE || said.low > 0.0),
+            "{gap:e}: {said:?}"
+        );
     }
 }
 
@@ -173,7 +231,12 @@ fn concentric_spheres_and_coincident_copies() {
         assert_true(&tree, &inner, Pose::IDENTITY, &mut workspace);
     }
     for shift in [1e-3, 1e-9, 1e-16, f64::MIN_POSITIVE, 5e-324] {
-        assert!(assert_true(&tree, &tree, moved(shift, 0.0, 0.0), &mut workspace));
+        assert!(assert_true(
+            &tree,
+            &tree,
+            moved(shift, 0.0, 0.0),
+            &mut workspace
+        ));
     }
 }
 
@@ -207,7 +270,14 @@ fn points_segments_and_triangles() {
     let triangle = triangles([[DVec3::ZERO, DVec3::X, DVec3::new(0.3, 0.8, 0.1)]]);
     let sphere = shapes::icosphere(1);
     let vertex = sphere.vertex(5);
-    let meshes = [point(DVec3::ZERO), point(vertex), segment, triangle, sphere, shapes::cuboid(Vec3::ONE, 1)];
+    let meshes = [
+        point(DVec3::ZERO),
+        point(vertex),
+        segment,
+        triangle,
+        sphere,
+        shapes::cuboid(Vec3::ONE, 1),
+    ];
     let trees = meshes.map(Tree::new);
     let mut random = Random::new(3);
     let mut workspace = Workspace::new();
@@ -217,7 +287,12 @@ fn points_segments_and_triangles() {
             let turned = pose_about(DVec3::ZERO, 2.0, Drift::None, &mut random);
             // A corner on a corner, exactly.
             let onto = a.mesh().vertex(0) - b.mesh().vertex(0);
-            for pose in [Pose::IDENTITY, moved(2.0, 0.0, 0.0), moved(onto.x, onto.y, onto.z), turned] {
+            for pose in [
+                Pose::IDENTITY,
+                moved(2.0, 0.0, 0.0),
+                moved(onto.x, onto.y, onto.z),
+                turned,
+            ] {
                 touching += usize::from(assert_true(a, b, pose, &mut workspace));
             }
         }
@@ -258,7 +333,12 @@ fn far_from_the_origin_and_from_each_other() {
         let away = far * random.vector();
         let tree = Tree::new(scaled(&sphere, 1.0, away));
         for drift in [Drift::None, Drift::Scale] {
-            assert_true(&tree, &tree, pose_about(away, 3.0, drift, &mut random), &mut workspace);
+            assert_true(
+                &tree,
+                &tree,
+                pose_about(away, 3.0, drift, &mut random),
+                &mut workspace,
+            );
         }
     }
     let tree = Tree::new(shapes::icosphere(0));
@@ -275,13 +355,30 @@ fn nothing_is_infinitely_far() {
     let nothing = Tree::new(Mesh::new([[0.0f32; 3]], []).unwrap());
     let sphere = Tree::new(shapes::icosphere(1));
     let mut workspace = Workspace::new();
-    for (a, b) in [(&nothing, &sphere), (&sphere, &nothing), (&nothing, &nothing)] {
+    for (a, b) in [
+        (&nothing, &sphere),
+        (&sphere, &nothing),
+        (&nothing, &nothing),
+    ] {
         for margins in [[0.0; 2], [1.0, 2.0], [f64::MAX, 1.0]] {
-            let thick = Question { margins, ..Question::default() };
-            for asked in [thick, Question { closer_than: Some(3.0), ..thick }] {
+            let thick = Question {
+                margins,
+                ..Question::default()
+            };
+            for asked in [
+                thick,
+                Question {
+                    closer_than: Some(3.0),
+                    ..thick
+                },
+            ] {
                 for budget in [Budget::work(0), ENOUGH] {
                     let said = run(&asked.query(a, b, Pose::IDENTITY), &mut workspace, budget);
-                    assert_eq!((said.low, said.high), (f64::INFINITY, f64::INFINITY), "{asked:?}");
+                    assert_eq!(
+                        (said.low, said.high),
+                        (f64::INFINITY, f64::INFINITY),
+                        "{asked:?}"
+                    );
                     assert_eq!((said.stop, said.nearest), (StopReason::Finished, None));
                     assert_eq!(said.closer, asked.closer_than.map(|_| false));
                 }
@@ -300,12 +397,21 @@ fn a_tolerance_that_is_asked_for_is_kept_however_far() {
         let mut truth = Truth::new(&sphere, &sphere, &pose);
         let query = DistanceQuery::new(&sphere, &sphere, pose);
         for absolute in [0.0, 1e-9] {
-            let asked = Question { absolute: Some(absolute), ..Question::default() };
-            truth.assert_complete(&asked, &run(&query.absolute_tolerance(absolute), &mut workspace, ENOUGH));
+            let asked = Question {
+                absolute: Some(absolute),
+                ..Question::default()
+            };
+            truth.assert_complete(
+                &asked,
+                &run(&query.absolute_tolerance(absolute), &mut workspace, ENOUGH),
+            );
         }
         let said = run(&query, &mut workspace, ENOUGH);
         truth.assert_sound(&Question::default(), &said);
-        assert!(said.high - said.low <= 1.000_000_1e-5 * said.low, "{said:?}");
+        assert!(
+            said.high - said.low <= 1.000_000_1e-5 * said.low,
+            "{said:?}"
+        );
     }
 }
 
@@ -317,8 +423,15 @@ fn a_relative_tolerance_is_kept_within_margins() {
     for margins in [[0.0, 0.0], [0.5, 0.25], [0.9, 1.0], [1.0, 3.0]] {
         for share in [0.0, 1e-9, 1e-3, 1.0, 1e6, 1e13, 1e15, 1e17, 1e200] {
             let asked = DistanceQuery::new(&sphere, &sphere, moved(4.2, 0.3, 0.2)).margins(margins);
-            let said = run(&asked.absolute_tolerance(0.0).relative_tolerance(share), &mut workspace, ENOUGH);
-            assert!(said.high <= (1.0 + share) * said.low + 1e-13, "{margins:?}, {share:e}: {said:?}");
+            let said = run(
+                &asked.absolute_tolerance(0.0).relative_tolerance(share),
+                &mut workspace,
+                ENOUGH,
+            );
+            assert!(
+                said.high <= (1.0 + share) * said.low + 1e-13,
+                "{margins:?}, {share:e}: {said:?}"
+            );
         }
     }
 }
@@ -329,9 +442,18 @@ fn nested(count: u32) -> Tree {
         let size = (i + 1) as f32 / count as f32;
         [size * angle.cos(), size * angle.sin(), 0.0]
     };
-    let corners = (0..count).flat_map(|i| [0.0, 2.094_395_2, 4.188_790_3].map(|angle| corner(i, angle)));
+    let corners =
+        (0..count).flat_map(|i| [0.0, 2.094_395_2, 4.188_790_3].map(|angle| corner(i, angle)));
     let corners: Vec<[f32; 3]> = corners.collect();
-    Tree::new(Mesh::new(corners, (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>()).unwrap())
+    Tree::new(
+        Mesh::new(
+            corners,
+            (0..count)
+                .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+                .collect::<Vec<_>>(),
+        )
+        .unwrap(),
+    )
 }
 
 /// All pairs of nested triangles are as good as equally far, for boxes; a plane tells.
@@ -342,16 +464,33 @@ fn nested_sheets_take_work_that_grows_with_the_triangles_only() {
         let mut work = |count: u32| {
             let sheet = nested(count);
             let pose = Pose::new(DMat3::IDENTITY, place).unwrap();
-            let said = run(&DistanceQuery::new(&sheet, &sheet, pose), &mut workspace, ENOUGH);
+            let said = run(
+                &DistanceQuery::new(&sheet, &sheet, pose),
+                &mut workspace,
+                ENOUGH,
+            );
             assert_eq!(said.stop, StopReason::Finished);
-            assert!(said.high - said.low <= 1.001e-6 * sheet.unit_length(), "{said:?}");
+            assert!(
+                said.high - said.low <= 1.001e-6 * sheet.unit_length(),
+                "{said:?}"
+            );
             let outer = nested(1);
-            let exact = run(&DistanceQuery::new(&outer, &outer, pose), &mut workspace, ENOUGH);
+            let exact = run(
+                &DistanceQuery::new(&outer, &outer, pose),
+                &mut workspace,
+                ENOUGH,
+            );
             let truth = exact.high.min(DVec3::from(place).length());
-            assert!(said.low <= truth && truth <= said.high + 1e-6, "{said:?} {exact:?}");
+            assert!(
+                said.low <= truth && truth <= said.high + 1e-6,
+                "{said:?} {exact:?}"
+            );
             said.stats.work
         };
         let (few, many) = (work(2_000), work(16_000));
-        assert!(many < 300 * 16_000 && many < 12 * few.max(100 * 2_000), "{few} and {many}");
+        assert!(
+            many < 300 * 16_000 && many < 12 * few.max(100 * 2_000),
+            "{few} and {many}"
+        );
     }
 }

@@ -13,7 +13,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    ContactQuery, Distance, DistanceQuery, ManualClock, Mesh, Motion, MotionQuery, Pose, StopReason, Tree, Workspace,
+    ContactQuery, Distance, DistanceQuery, ManualClock, Mesh, Motion, MotionQuery, Pose,
+    StopReason, Tree, Workspace,
 };
 
 use crate::bracket::{Bracket, bracket};
@@ -109,7 +110,13 @@ impl Kind {
             Self::FatDouble => near(a, b, [false; 2], turn(random), random),
             Self::Slivers => {
                 let [x, y] = from_fn(|_| width(random));
-                near(sliver(a, x, random), sliver(b, y, random), [false; 2], turn(random), random)
+                near(
+                    sliver(a, x, random),
+                    sliver(b, y, random),
+                    [false; 2],
+                    turn(random),
+                    random,
+                )
             }
             Self::ParallelSlivers => {
                 let x = sliver(a, width(random), random);
@@ -117,24 +124,44 @@ impl Kind {
                 let y = x.map(|corner| corner + way + width(random) * random.vector());
                 near(x, y, [false; 2], DMat3::IDENTITY, random)
             }
-            Self::SliverAndFat => near(a, sliver(b, width(random), random), [false; 2], turn(random), random),
+            Self::SliverAndFat => near(
+                a,
+                sliver(b, width(random), random),
+                [false; 2],
+                turn(random),
+                random,
+            ),
             Self::Needles => {
                 let needle = |t: Triangle, random: &mut Random| {
                     let mut t = [t[0], t[1], t[1] + width(random) * random.vector()];
                     t.rotate_left(random.below(3));
                     t
                 };
-                let other = if random.below(2) == 0 { b } else { needle(b, random) };
+                let other = if random.below(2) == 0 {
+                    b
+                } else {
+                    needle(b, random)
+                };
                 near(needle(a, random), other, [false; 2], turn(random), random)
             }
             Self::CollinearTurned => {
                 let [x, y] = from_fn(|_| collinear(random));
-                let (a, is_single) = if random.below(2) == 0 { (a, false) } else { (x, true) };
+                let (a, is_single) = if random.below(2) == 0 {
+                    (a, false)
+                } else {
+                    (x, true)
+                };
                 near(a, y, [is_single, true], turn(random), random)
             }
             Self::Collinear => {
-                let flat = |t: Triangle, random: &mut Random| [t[0], t[1], t[0].lerp(t[1], 1.5 * random.signed())];
-                let a = if random.below(2) == 0 { a } else { flat(a, random) };
+                let flat = |t: Triangle, random: &mut Random| {
+                    [t[0], t[1], t[0].lerp(t[1], 1.5 * random.signed())]
+                };
+                let a = if random.below(2) == 0 {
+                    a
+                } else {
+                    flat(a, random)
+                };
                 near(a, flat(b, random), [false; 2], turn(random), random)
             }
             Self::Points => {
@@ -144,7 +171,13 @@ impl Kind {
                     2 => [t[0], t[1], t[0]],
                     _ => t,
                 };
-                near(flat(a, random), flat(b, random), [false; 2], turn(random), random)
+                near(
+                    flat(a, random),
+                    flat(b, random),
+                    [false; 2],
+                    turn(random),
+                    random,
+                )
             }
             Self::CornerNear => {
                 let mut b = b;
@@ -160,10 +193,22 @@ impl Kind {
                 let flat = |t: Triangle| t.map(|corner| DVec3::new(corner.x, corner.y, 0.0));
                 let (a, b) = (flat(a), flat(b));
                 if random.below(2) == 0 {
-                    near(a, b, [false; 2], DMat3::from_rotation_z(random.signed()), random)
+                    near(
+                        a,
+                        b,
+                        [false; 2],
+                        DMat3::from_rotation_z(random.signed()),
+                        random,
+                    )
                 } else {
                     let rotation = random.rotation();
-                    near(a.map(|v| rotation * v), b.map(|v| rotation * v), [false; 2], DMat3::IDENTITY, random)
+                    near(
+                        a.map(|v| rotation * v),
+                        b.map(|v| rotation * v),
+                        [false; 2],
+                        DMat3::IDENTITY,
+                        random,
+                    )
                 }
             }
             Self::Parallel => {
@@ -173,17 +218,30 @@ impl Kind {
                 let b = b.map(|corner| DVec3::new(corner.x, corner.y, 0.0) + along);
                 let a = a.map(|corner| DVec3::new(corner.x, corner.y, 0.0));
                 let up = DVec3::Z * gap(random);
-                placed(a.map(|v| rotation * v), b.map(|v| rotation * (v + up)), DMat3::IDENTITY, random)
+                placed(
+                    a.map(|v| rotation * v),
+                    b.map(|v| rotation * (v + up)),
+                    DMat3::IDENTITY,
+                    random,
+                )
             }
             Self::Shared => {
                 let mut b = b;
                 (b[0], b[1]) = (a[1], if random.below(2) == 0 { a[0] } else { b[1] });
-                let nudge = if random.below(2) == 0 { DVec3::ZERO } else { offset(random) };
+                let nudge = if random.below(2) == 0 {
+                    DVec3::ZERO
+                } else {
+                    offset(random)
+                };
                 placed(a, b.map(|corner| corner + nudge), DMat3::IDENTITY, random)
             }
             Self::Whole => {
                 let whole = |t: Triangle| t.map(|corner| (2.0 * corner).round());
-                let rotation = if random.below(2) == 0 { DMat3::IDENTITY } else { random.rotation() };
+                let rotation = if random.below(2) == 0 {
+                    DMat3::IDENTITY
+                } else {
+                    random.rotation()
+                };
                 Given {
                     a: whole(a),
                     b: whole(b),
@@ -197,22 +255,56 @@ impl Kind {
             }
             Self::Huge => {
                 let scale = f64::exp2(990.0 * random.unit());
-                let [x, y] = from_fn(|_| if random.below(2) == 0 { 1.0 } else { width(random) });
-                near(sliver(a, x, random), sliver(b, y, random), [false; 2], DMat3::IDENTITY, random).scaled(scale)
+                let [x, y] = from_fn(|_| {
+                    if random.below(2) == 0 {
+                        1.0
+                    } else {
+                        width(random)
+                    }
+                });
+                near(
+                    sliver(a, x, random),
+                    sliver(b, y, random),
+                    [false; 2],
+                    DMat3::IDENTITY,
+                    random,
+                )
+                .scaled(scale)
             }
             Self::Far => {
                 let far = random.vector() * 10_f64.powf(3.0 + 9.0 * random.unit());
-                let [x, y] = from_fn(|_| if random.below(2) == 0 { 1.0 } else { width(random) });
-                near(sliver(a, x, random), sliver(b, y, random), [false; 2], turn(random), random).moved(far)
+                let [x, y] = from_fn(|_| {
+                    if random.below(2) == 0 {
+                        1.0
+                    } else {
+                        width(random)
+                    }
+                });
+                near(
+                    sliver(a, x, random),
+                    sliver(b, y, random),
+                    [false; 2],
+                    turn(random),
+                    random,
+                )
+                .moved(far)
             }
             Self::Unequal => {
                 let factor = width(random);
-                near(a, b.map(|corner| corner * factor), [false; 2], turn(random), random)
+                near(
+                    a,
+                    b.map(|corner| corner * factor),
+                    [false; 2],
+                    turn(random),
+                    random,
+                )
             }
             Self::Mixed => {
-                let number =
-                    |random: &mut Random| random.signed() * f64::exp2(-40.0 * random.unit() * random.unit() * 20.0);
-                let [a, b] = from_fn(|_| from_fn(|_| DVec3::from_array(from_fn(|_| number(random)))));
+                let number = |random: &mut Random| {
+                    random.signed() * f64::exp2(-40.0 * random.unit() * random.unit() * 20.0)
+                };
+                let [a, b] =
+                    from_fn(|_| from_fn(|_| DVec3::from_array(from_fn(|_| number(random)))));
                 placed(a, b, DMat3::IDENTITY, random)
             }
         }
@@ -228,7 +320,11 @@ fn single(t: Triangle) -> Triangle {
 }
 
 fn turn(random: &mut Random) -> DMat3 {
-    if random.below(4) == 0 { DMat3::IDENTITY } else { random.rotation() }
+    if random.below(4) == 0 {
+        DMat3::IDENTITY
+    } else {
+        random.rotation()
+    }
 }
 
 /// 1e-1 to 1e-20 mostly, at times down to 1e-300.
@@ -239,7 +335,11 @@ fn width(random: &mut Random) -> f64 {
 
 /// 0 or 1e-17 to 1.
 fn gap(random: &mut Random) -> f64 {
-    if random.below(8) == 0 { 0.0 } else { 10_f64.powf(-17.0 * random.unit()) }
+    if random.below(8) == 0 {
+        0.0
+    } else {
+        10_f64.powf(-17.0 * random.unit())
+    }
 }
 
 /// 0, or 1e-17 to 1e-6 long.
@@ -254,7 +354,11 @@ fn offset(random: &mut Random) -> DVec3 {
 
 fn sliver([start, end, third]: Triangle, width: f64, random: &mut Random) -> Triangle {
     // Anywhere along it, and at times a little beyond an end.
-    let mut t = [start, end, start.lerp(end, 1.3 * random.unit() - 0.15) + third * width];
+    let mut t = [
+        start,
+        end,
+        start.lerp(end, 1.3 * random.unit() - 0.15) + third * width,
+    ];
     t.rotate_left(random.below(3));
     t
 }
@@ -280,47 +384,95 @@ fn point_of(t: &Triangle, random: &mut Random) -> DVec3 {
 }
 
 /// B's triangle comes with a point near one of A's, or anywhere.
-fn near(a: Triangle, b: Triangle, is_single: [bool; 2], rotation: DMat3, random: &mut Random) -> Given {
+fn near(
+    a: Triangle,
+    b: Triangle,
+    is_single: [bool; 2],
+    rotation: DMat3,
+    random: &mut Random,
+) -> Given {
     let way = match random.below(4) {
         0 => 2.0 * random.vector(),
         1 => point_of(&a, random) - rotation * point_of(&b, random) + 0.3 * random.vector(),
         _ => point_of(&a, random) - rotation * point_of(&b, random) + offset(random),
     };
-    Given { a, b, is_single, pose: Pose::new(rotation, way).unwrap() }
+    Given {
+        a,
+        b,
+        is_single,
+        pose: Pose::new(rotation, way).unwrap(),
+    }
 }
 
 /// B's triangle is where it is, or turned there and back.
 fn placed(a: Triangle, b: Triangle, rotation: DMat3, random: &mut Random) -> Given {
     if random.below(2) == 0 {
-        return Given { a, b, is_single: [false; 2], pose: Pose::new(rotation, DVec3::ZERO).unwrap() };
+        return Given {
+            a,
+            b,
+            is_single: [false; 2],
+            pose: Pose::new(rotation, DVec3::ZERO).unwrap(),
+        };
     }
     let pose = pose_about(DVec3::ZERO, 1.0, Drift::None, random);
     let back = pose.inverse().unwrap();
-    Given { a, b: b.map(|corner| back.transform_point(corner)), is_single: [false; 2], pose }
+    Given {
+        a,
+        b: b.map(|corner| back.transform_point(corner)),
+        is_single: [false; 2],
+        pose,
+    }
 }
 
 impl Given {
     fn scaled(self, factor: f64) -> Self {
         let pose = Pose::new(*self.pose.rotation(), self.pose.translation() * factor).unwrap();
-        Self { a: self.a.map(|v| v * factor), b: self.b.map(|v| v * factor), pose, ..self }
+        Self {
+            a: self.a.map(|v| v * factor),
+            b: self.b.map(|v| v * factor),
+            pose,
+            ..self
+        }
     }
 
     fn moved(self, far: DVec3) -> Self {
         let pose = Pose::new(*self.pose.rotation(), self.pose.translation() + far).unwrap();
-        Self { a: self.a.map(|v| v + far), pose, ..self }
+        Self {
+            a: self.a.map(|v| v + far),
+            pose,
+            ..self
+        }
     }
 
     fn bits(&self) -> [Vec<u64>; 3] {
-        let of = |vectors: &[DVec3]| vectors.iter().flat_map(|v| v.to_array().map(f64::to_bits)).collect();
+        let of = |vectors: &[DVec3]| {
+            vectors
+                .iter()
+                .flat_map(|v| v.to_array().map(f64::to_bits))
+                .collect()
+        };
         let rotation = self.pose.rotation();
-        [of(&self.a), of(&self.b), of(&[rotation.x_axis, rotation.y_axis, rotation.z_axis, self.pose.translation()])]
+        [
+            of(&self.a),
+            of(&self.b),
+            of(&[
+                rotation.x_axis,
+                rotation.y_axis,
+                rotation.z_axis,
+                self.pose.translation(),
+            ]),
+        ]
     }
 }
 
 fn mesh(t: &Triangle, is_single: bool) -> Tree {
     let of_one = [[0, 1, 2]];
     let single = t.map(|corner| corner.as_vec3());
-    let mesh = if is_single { Mesh::new(single, of_one) } else { Mesh::from_f64(*t, of_one) };
+    let mesh = if is_single {
+        Mesh::new(single, of_one)
+    } else {
+        Mesh::from_f64(*t, of_one)
+    };
     Tree::new(mesh.unwrap())
 }
 
@@ -340,16 +492,28 @@ struct Truth {
 impl Truth {
     fn of(a: Triangle, b: Triangle) -> Self {
         let all = || a.iter().chain(&b);
-        let (low, high) = (all().copied().reduce(DVec3::min).unwrap(), all().copied().reduce(DVec3::max).unwrap());
+        let (low, high) = (
+            all().copied().reduce(DVec3::min).unwrap(),
+            all().copied().reduce(DVec3::max).unwrap(),
+        );
         let largest = all().map(|v| v.abs().max_element()).fold(0.0, f64::max);
-        let diagonal = 2.0 * largest * ((high - low) / (2.0 * largest.max(f64::MIN_POSITIVE))).length();
+        let diagonal =
+            2.0 * largest * ((high - low) / (2.0 * largest.max(f64::MIN_POSITIVE))).length();
         let bound = 3e-14 * diagonal + 2.0 * f64::MIN_POSITIVE;
         let rounding = 3e-15 * diagonal + 3e-16 * largest + 2.0 * f64::MIN_POSITIVE;
-        Self { a, b, bracket: bracket(&a, &b), exact: OnceCell::new(), bound, rounding }
+        Self {
+            a,
+            b,
+            bracket: bracket(&a, &b),
+            exact: OnceCell::new(),
+            bound,
+            rounding,
+        }
     }
 
     fn exact(&self) -> &exact_distance::Distance {
-        self.exact.get_or_init(|| exact_distance::Distance::of(&self.a, &self.b))
+        self.exact
+            .get_or_init(|| exact_distance::Distance::of(&self.a, &self.b))
     }
 
     fn meet(&self) -> bool {
@@ -370,44 +534,92 @@ impl Truth {
 
     #[track_caller]
     fn assert_bounds(&self, low: f64, high: f64) {
-        let is_told =
-            |Bracket { low: least, high: most, meet }| if meet { low == 0.0 } else { low <= least && most <= high };
+        let is_told = |Bracket {
+                           low: least,
+                           high: most,
+                           meet,
+                       }| {
+            if meet {
+                low == 0.0
+            } else {
+                low <= least && most <= high
+            }
+        };
         if self.bracket.is_some_and(is_told) {
             return;
         }
         let exact = self.exact();
-        assert!(exact.order_of(low) != Ordering::Greater, "{low:e} is not below {:e}", exact.rounded());
-        assert!(exact.order_of(high) != Ordering::Less, "{high:e} is not above {:e}", exact.rounded());
+        assert!(
+            exact.order_of(low) != Ordering::Greater,
+            "{low:e} is not below {:e}",
+            exact.rounded()
+        );
+        assert!(
+            exact.order_of(high) != Ordering::Less,
+            "{high:e} is not above {:e}",
+            exact.rounded()
+        );
     }
 
     /// The points are where they are said to be; those of triangles that meet are one.
     fn assert_points(&self, said: &Distance) {
         let points = said.nearest.unwrap().points;
-        let rounding = if said.high == 0.0 { self.largest() * 1e-12 + 2.0 * f64::MIN_POSITIVE } else { self.rounding };
+        let rounding = if said.high == 0.0 {
+            self.largest() * 1e-12 + 2.0 * f64::MIN_POSITIVE
+        } else {
+            self.rounding
+        };
         for (point, triangle) in points.iter().zip([&self.a, &self.b]) {
             let off = exact_distance::Distance::of(&[*point; 3], triangle);
-            assert_ne!(off.order_of(rounding), Ordering::Less, "{:e} > {rounding:e} off", off.rounded());
+            assert_ne!(
+                off.order_of(rounding),
+                Ordering::Less,
+                "{:e} > {rounding:e} off",
+                off.rounded()
+            );
         }
         if said.high == 0.0 {
             assert_eq!(points[0], points[1], "they are apart");
             let off = exact_distance::Distance::of(&[points[0]; 3], &self.b);
-            assert_ne!(off.order_of(rounding), Ordering::Less, "{:e} > {rounding:e} off", off.rounded());
+            assert_ne!(
+                off.order_of(rounding),
+                Ordering::Less,
+                "{:e} > {rounding:e} off",
+                off.rounded()
+            );
         } else {
             let apart = exact_distance::Distance::of(&[points[0]; 3], &[points[1]; 3]);
-            assert_ne!(apart.order_of_sum(&[said.high, 2.0 * self.rounding]), Ordering::Less, "{:e}", apart.rounded());
+            assert_ne!(
+                apart.order_of_sum(&[said.high, 2.0 * self.rounding]),
+                Ordering::Less,
+                "{:e}",
+                apart.rounded()
+            );
         }
     }
 
     fn largest(&self) -> f64 {
-        self.a.iter().chain(&self.b).map(|v| v.abs().max_element()).fold(0.0, f64::max)
+        self.a
+            .iter()
+            .chain(&self.b)
+            .map(|v| v.abs().max_element())
+            .fold(0.0, f64::max)
     }
 
     fn check(&self, [a, b]: [&Tree; 2], pose: Pose, workspace: &mut Workspace, round: u64) -> f64 {
         let query = DistanceQuery::new(a, b, pose);
         let exact = run(&query.absolute_tolerance(0.0), workspace, ENOUGH);
         self.assert_bounds(exact.low, exact.high);
-        assert_eq!((exact.stop, exact.high == 0.0), (StopReason::Finished, self.meet()), "{exact:?}");
-        assert!(exact.high - exact.low <= self.bound, "{exact:?} {:e}", self.distance());
+        assert_eq!(
+            (exact.stop, exact.high == 0.0),
+            (StopReason::Finished, self.meet()),
+            "{exact:?}"
+        );
+        assert!(
+            exact.high - exact.low <= self.bound,
+            "{exact:?} {:e}",
+            self.distance()
+        );
         let [p, q] = exact.nearest.unwrap().points;
         assert!(p == q || exact.high > 0.0, "{p} {q}");
         if round.is_multiple_of(POINTS) {
@@ -416,20 +628,41 @@ impl Truth {
         let said = run(&query, workspace, ENOUGH);
         self.assert_bounds(said.low, said.high);
         let tolerance = 1e-6 * a.unit_length().max(b.unit_length());
-        assert!(said.high - said.low <= tolerance.max(1.01e-5 * said.low) + self.bound, "{said:?}");
+        assert!(
+            said.high - said.low <= tolerance.max(1.01e-5 * said.low) + self.bound,
+            "{said:?}"
+        );
 
         let distance = self.distance();
         let [closer, farther] = [distance - 1.5 * self.bound, distance + 1.5 * self.bound];
-        for (limit, answer) in [(closer, false), (farther, true), (0.7 * distance, false), (1.4 * distance, true)] {
+        for (limit, answer) in [
+            (closer, false),
+            (farther, true),
+            (0.7 * distance, false),
+            (1.4 * distance, true),
+        ] {
             let is_told = limit <= closer && distance > 0.0 || limit >= farther;
             if limit >= 0.0 && is_told {
                 let said = run(&query.closer_than(limit), workspace, ENOUGH);
-                assert_eq!(said.closer, Some(answer), "{limit:e}: {said:?}, is {distance:e}");
+                assert_eq!(
+                    said.closer,
+                    Some(answer),
+                    "{limit:e}: {said:?}, is {distance:e}"
+                );
             }
             if limit > 0.0 && is_told {
-                let found =
-                    ContactQuery::new(a, b, pose).margin(limit).run_with(workspace, ENOUGH, &ManualClock::new());
-                let found = (found.stop, workspace.contacts().map(|contact| contact.distance).collect::<Vec<_>>());
+                let found = ContactQuery::new(a, b, pose).margin(limit).run_with(
+                    workspace,
+                    ENOUGH,
+                    &ManualClock::new(),
+                );
+                let found = (
+                    found.stop,
+                    workspace
+                        .contacts()
+                        .map(|contact| contact.distance)
+                        .collect::<Vec<_>>(),
+                );
                 assert_eq!(
                     (found.0, found.1.len()),
                     (StopReason::Finished, usize::from(answer)),
@@ -437,18 +670,31 @@ impl Truth {
                 );
                 if let [said] = found.1[..] {
                     self.assert_bounds(0.0, said);
-                    assert!(said <= distance + self.bound && (said == 0.0) == self.meet(), "{said:e}, is {distance:e}");
+                    assert!(
+                        said <= distance + self.bound && (said == 0.0) == self.meet(),
+                        "{said:e}, is {distance:e}"
+                    );
                 }
             }
         }
         for [share, rest] in [[0.2, 0.3], [0.0, 1.1]] {
             let margins = [share * distance + self.bound, rest * distance + self.bound];
-            let said = run(&query.margins(margins).absolute_tolerance(0.0), workspace, ENOUGH);
+            let said = run(
+                &query.margins(margins).absolute_tolerance(0.0),
+                workspace,
+                ENOUGH,
+            );
             let left = (distance - margins[0] - margins[1]).max(0.0);
             let [p, q] = said.nearest.unwrap().points;
             assert!(p == q || !self.meet(), "{margins:?} {p} {q}");
-            assert!(said.low <= left + self.bound && left <= said.high + self.bound, "{margins:?} {said:?} {left:e}");
-            assert!(said.high - said.low <= 2.0 * self.bound, "{margins:?} {said:?} {left:e}");
+            assert!(
+                said.low <= left + self.bound && left <= said.high + self.bound,
+                "{margins:?} {said:?} {left:e}"
+            );
+            assert!(
+                said.high - said.low <= 2.0 * self.bound,
+                "{margins:?} {said:?} {left:e}"
+            );
         }
         // At rest, with a margin that is just enough and one that is not.
         if round.is_multiple_of(8) && self.largest() < 1e150 && self.bound > 1e-150 {
@@ -467,16 +713,37 @@ fn check(kind: Kind, count: u64, seed: u64) {
     let (mut meet, mut worst) = (0, 0.0_f64);
     for round in 0..count {
         let given = kind.pair(&mut random);
-        let Given { a, b, is_single, pose } = given;
+        let Given {
+            a,
+            b,
+            is_single,
+            pose,
+        } = given;
         let checked = catch_unwind(AssertUnwindSafe(|| {
             let truth = Truth::of(a, b.map(|corner| pose.transform_point(corner)));
             let trees = [mesh(&a, is_single[0]), mesh(&b, is_single[1])];
             let first = truth.check([&trees[0], &trees[1]], pose, &mut workspace, round);
             // The other way round without a pose, whose inverse is rounded.
             let other = [mesh(&truth.b, false), mesh(&truth.a, is_single[0])];
-            let turned = Truth { a: truth.b, b: truth.a, ..truth };
-            let second = turned.check([&other[0], &other[1]], Pose::IDENTITY, &mut workspace, round);
-            (turned.meet(), if turned.meet() { 0.0 } else { first.max(second) })
+            let turned = Truth {
+                a: truth.b,
+                b: truth.a,
+                ..truth
+            };
+            let second = turned.check(
+                [&other[0], &other[1]],
+                Pose::IDENTITY,
+                &mut workspace,
+                round,
+            );
+            (
+                turned.meet(),
+                if turned.meet() {
+                    0.0
+                } else {
+                    first.max(second)
+                },
+            )
         }));
         match checked {
             Ok((is_meeting, slack)) => {
@@ -489,7 +756,10 @@ fn check(kind: Kind, count: u64, seed: u64) {
             }
         }
         if (round + 1) % 100_000 == 0 {
-            eprintln!("{kind:?}: {} pairs, {meet} meet, at most {worst:.3} of the bound", round + 1);
+            eprintln!(
+                "{kind:?}: {} pairs, {meet} meet, at most {worst:.3} of the bound",
+                round + 1
+            );
         }
     }
     println!("{kind:?}: {count} pairs, {meet} meet, at most {worst:.3} of the bound");
@@ -497,11 +767,22 @@ fn check(kind: Kind, count: u64, seed: u64) {
 
 #[test]
 fn pairs_of_every_kind() {
-    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse::<u64>().expect("a number"));
+    let number = |name: &str| {
+        std::env::var(name)
+            .ok()
+            .map(|text| text.parse::<u64>().expect("a number"))
+    };
     let only = std::env::var("PUNCTUAL_KIND").ok();
     for kind in Kind::ALL {
-        if only.as_ref().is_none_or(|only| *only == format!("{kind:?}")) {
-            check(kind, number("PUNCTUAL_PAIRS").unwrap_or(300), number("PUNCTUAL_SEED").unwrap_or(1));
+        if only
+            .as_ref()
+            .is_none_or(|only| *only == format!("{kind:?}"))
+        {
+            check(
+                kind,
+                number("PUNCTUAL_PAIRS").unwrap_or(300),
+                number("PUNCTUAL_SEED").unwrap_or(1),
+            );
         }
     }
 }
@@ -514,7 +795,11 @@ fn check_one(a: Triangle, is_single: [bool; 2], b: Triangle, pose: Pose) -> f64 
     let trees = [mesh(&a, is_single[0]), mesh(&b, is_single[1])];
     truth.check([&trees[0], &trees[1]], pose, &mut workspace, 0);
     let other = [mesh(&truth.b, false), mesh(&truth.a, is_single[0])];
-    let turned = Truth { a: truth.b, b: truth.a, ..truth };
+    let turned = Truth {
+        a: truth.b,
+        b: truth.a,
+        ..truth
+    };
     turned.check([&other[0], &other[1]], Pose::IDENTITY, &mut workspace, 0);
     turned.exact().rounded()
 }
@@ -522,24 +807,57 @@ fn check_one(a: Triangle, is_single: [bool; 2], b: Triangle, pose: Pose) -> f64 
 /// Corners exactly on a line in `f32`, the middle one of which a turn brings to a corner of the other triangle.
 #[test]
 fn a_turned_collinear_triangle_next_to_a_corner() {
-    let vector = |[x, y, z]: [u64; 3]| DVec3::new(f64::from_bits(x), f64::from_bits(y), f64::from_bits(z));
+    let vector =
+        |[x, y, z]: [u64; 3]| DVec3::new(f64::from_bits(x), f64::from_bits(y), f64::from_bits(z));
     let b = [
         DVec3::new(-0.58984375, -0.359375, 0.8623046875),
         DVec3::new(-0.593505859375, -0.81988525390625, 0.464508056640625),
         DVec3::new(-0.59765625, -1.341796875, 0.013671875),
     ];
     let a = [
-        [4586527871696334887, 4598610168858700229, 4606990545611702341],
-        [4599712912927814541, 13812939417191723324, 4607753847468568760],
-        [13827996455913578528, 13827020359778156764, 4609888845481577792],
+        [
+            4586527871696334887,
+            4598610168858700229,
+            4606990545611702341,
+        ],
+        [
+            4599712912927814541,
+            13812939417191723324,
+            4607753847468568760,
+        ],
+        [
+            13827996455913578528,
+            13827020359778156764,
+            4609888845481577792,
+        ],
     ];
     let rows = [
-        [4597183230406770024, 4603007260219906176, 13828879772800161290, 4606877888477614978],
-        [4602304054608695437, 13828639003132428820, 13824031370139941709, 13815004595589559520],
-        [13829194784214088486, 13822516553489103887, 13824830005629750052, 4599262607641406984],
+        [
+            4597183230406770024,
+            4603007260219906176,
+            13828879772800161290,
+            4606877888477614978,
+        ],
+        [
+            4602304054608695437,
+            13828639003132428820,
+            13824031370139941709,
+            13815004595589559520,
+        ],
+        [
+            13829194784214088486,
+            13822516553489103887,
+            13824830005629750052,
+            4599262607641406984,
+        ],
     ];
     let pose = Pose::from_row_major(
-        rows.as_flattened().iter().map(|bits| f64::from_bits(*bits)).collect::<Vec<_>>().try_into().unwrap(),
+        rows.as_flattened()
+            .iter()
+            .map(|bits| f64::from_bits(*bits))
+            .collect::<Vec<_>>()
+            .try_into()
+            .unwrap(),
     );
     let distance = check_one(a.map(vector), [false, true], b, pose.unwrap());
     assert!((1.7e-16..1.9e-16).contains(&distance), "{distance:e}");

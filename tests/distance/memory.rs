@@ -18,7 +18,10 @@ fn path() -> impl Iterator<Item = Pose> {
 /// Fresh, of the frame before, of another pair, starved of budget, and cut short.
 #[test]
 fn any_memory_ends_at_the_distance() {
-    let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 10)), Tree::new(shapes::gear(7, 1)));
+    let (a, b) = (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 10)),
+        Tree::new(shapes::gear(7, 1)),
+    );
     let stranger = Tree::new(soup(Family::Uniform, 300, &mut Random::new(1)));
     let mut workspace = Workspace::new();
     let mut memories = [(); 4].map(|()| PairMemory::new());
@@ -32,17 +35,29 @@ fn any_memory_ends_at_the_distance() {
             truth.assert_complete(&asked, &said);
             with += said.stats.work;
             without += run(&query, &mut workspace, ENOUGH).stats.work;
-            truth.assert_complete(&asked, &run_with_memory(&query, &mut workspace, foreign, ENOUGH));
+            truth.assert_complete(
+                &asked,
+                &run_with_memory(&query, &mut workspace, foreign, ENOUGH),
+            );
             let elsewhere = asked.query(&stranger, &b, pose);
             let _ = run_with_memory(&elsewhere, &mut workspace, foreign, Budget::work(2_000));
             for budget in [0, 1, 300, 3_000].map(Budget::work) {
-                truth.assert_sound(&asked, &run_with_memory(&query, &mut workspace, starved, budget));
+                truth.assert_sound(
+                    &asked,
+                    &run_with_memory(&query, &mut workspace, starved, budget),
+                );
             }
-            truth.assert_complete(&asked, &run_with_memory(&query, &mut workspace, starved, ENOUGH));
+            truth.assert_complete(
+                &asked,
+                &run_with_memory(&query, &mut workspace, starved, ENOUGH),
+            );
             // The same trees the other way round are another pair.
             let back = asked.query(&b, &a, pose.inverse().unwrap());
             let _ = run_with_memory(&back, &mut workspace, turned, Budget::work(5_000));
-            truth.assert_complete(&asked, &run_with_memory(&query, &mut workspace, turned, ENOUGH));
+            truth.assert_complete(
+                &asked,
+                &run_with_memory(&query, &mut workspace, turned, ENOUGH),
+            );
         }
     }
     println!("{with} with, {without} without");
@@ -67,13 +82,28 @@ fn what_was_closest_is_looked_at_first() {
     let query = Question::EXACT.query(&sphere, &sphere, pose);
     let said = run_with_memory(&query, &mut workspace, &mut memory.clone(), Budget::work(1));
     truth.assert_sound(&Question::EXACT, &said);
-    assert_eq!(said.nearest.unwrap().triangles, first.nearest.unwrap().triangles);
+    assert_eq!(
+        said.nearest.unwrap().triangles,
+        first.nearest.unwrap().triangles
+    );
     assert!(said.high > 3.0);
-    truth.assert_complete(&Question::EXACT, &run_with_memory(&query, &mut workspace, &mut memory, ENOUGH));
+    truth.assert_complete(
+        &Question::EXACT,
+        &run_with_memory(&query, &mut workspace, &mut memory, ENOUGH),
+    );
     // Closer than it asks: one step is enough.
     let near = Question::closer_than(1.1 * truth.distance());
-    let said = run_with_memory(&near.query(&sphere, &sphere, pose), &mut workspace, &mut memory, Budget::work(1));
-    assert_eq!((said.closer, said.stop), (Some(true), StopReason::Finished), "{said:?}");
+    let said = run_with_memory(
+        &near.query(&sphere, &sphere, pose),
+        &mut workspace,
+        &mut memory,
+        Budget::work(1),
+    );
+    assert_eq!(
+        (said.closer, said.stop),
+        (Some(true), StopReason::Finished),
+        "{said:?}"
+    );
 }
 
 /// A refitted tree keeps its memory; the triangle that was closest may lie anywhere by then.
@@ -82,18 +112,28 @@ fn refitted_trees() {
     let mut random = Random::new(8);
     let mut tree = Tree::new(shapes::torus(1.0, 0.3, 12));
     let other = Tree::new(shapes::icosphere(1));
-    let rest: Vec<DVec3> = (0..tree.mesh().vertex_count()).map(|i| tree.mesh().vertex(i)).collect();
+    let rest: Vec<DVec3> = (0..tree.mesh().vertex_count())
+        .map(|i| tree.mesh().vertex(i))
+        .collect();
     let mut workspace = Workspace::new();
     let mut memory = PairMemory::new();
     for frame in 0..30 {
         let pose = moved(2.0, 0.1 * f64::from(frame), 0.5);
         let mut truth = Truth::new(&tree, &other, &pose);
         for asked in [Question::EXACT, Question::default()] {
-            let said = run_with_memory(&asked.query(&tree, &other, pose), &mut workspace, &mut memory, ENOUGH);
+            let said = run_with_memory(
+                &asked.query(&tree, &other, pose),
+                &mut workspace,
+                &mut memory,
+                ENOUGH,
+            );
             truth.assert_complete(&asked, &said);
         }
         let wild = if frame % 10 == 9 { 5.0 } else { 0.05 };
-        let moved: Vec<DVec3> = rest.iter().map(|vertex| *vertex + wild * random.vector()).collect();
+        let moved: Vec<DVec3> = rest
+            .iter()
+            .map(|vertex| *vertex + wild * random.vector())
+            .collect();
         tree.refit_f64(&moved).unwrap();
     }
 }

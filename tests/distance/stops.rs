@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh, Mode, PairMemory, Pose, Query,
-    StopReason, Tree, Workspace, shapes,
+    Budget, Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh, Mode, PairMemory,
+    Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 
 use crate::common::check;
@@ -25,7 +25,13 @@ impl Case {
     fn new(name: &'static str, a: Mesh, b: Mesh, pose: Pose) -> Self {
         let (a, b) = (Tree::new(a), Tree::new(b));
         let truth = Truth::new(&a, &b, &pose);
-        Self { name, a, b, pose, truth }
+        Self {
+            name,
+            a,
+            b,
+            pose,
+            truth,
+        }
     }
 }
 
@@ -35,7 +41,10 @@ fn cases() -> Vec<Case> {
     let turned = pose_about(DVec3::ZERO, 0.3, Drift::Shear, &mut random);
     let linked = Pose::new(DMat3::from_rotation_x(1.57), DVec3::new(1.0, 0.0, 0.0)).unwrap();
     let away = Pose::new(*turned.rotation(), DVec3::new(2.5, -0.7, 1.0)).unwrap();
-    let (ring, box_of) = (|| shapes::torus(1.0, 0.15, 12), |cells| shapes::cuboid(Vec3::ONE, cells));
+    let (ring, box_of) = (
+        || shapes::torus(1.0, 0.15, 12),
+        |cells| shapes::cuboid(Vec3::ONE, cells),
+    );
     let far = Family::FarOffset;
     let far_pose = pose_about(far.center(), 3.0, Drift::None, &mut random);
     let mut soup = |family, count| soup(family, count, &mut random);
@@ -43,17 +52,62 @@ fn cases() -> Vec<Case> {
     vec![
         Case::new("linked rings", ring(), ring(), linked),
         Case::new("crossing rings", ring(), ring(), moved(0.4, 0.1, 0.05)),
-        Case::new("spheres apart", shapes::icosphere(1), shapes::icosphere(2), moved(9.0, 1.0, 0.0)),
-        Case::new("concentric spheres", shapes::icosphere(2), inner, Pose::IDENTITY),
-        Case::new("boxes face to face", box_of(3), box_of(3), moved(2.01, 0.5, 0.25)),
+        Case::new(
+            "spheres apart",
+            shapes::icosphere(1),
+            shapes::icosphere(2),
+            moved(9.0, 1.0, 0.0),
+        ),
+        Case::new(
+            "concentric spheres",
+            shapes::icosphere(2),
+            inner,
+            Pose::IDENTITY,
+        ),
+        Case::new(
+            "boxes face to face",
+            box_of(3),
+            box_of(3),
+            moved(2.01, 0.5, 0.25),
+        ),
         Case::new("flush boxes", box_of(3), box_of(3), moved(2.0, 0.5, 0.25)),
-        Case::new("knots", shapes::torus_knot(2, 3, 0.15, 10), shapes::torus_knot(3, 2, 0.15, 10), away),
-        Case::new("dust over a field", shapes::height_field(16, 3), soup(Family::Uniform, 1), moved(0.0, 0.0, 3.0)),
-        Case::new("degenerate soups", soup(Family::Degenerate, 70), soup(Family::Degenerate, 70), away),
-        Case::new("unequal soups", soup(Family::Unequal, 150), soup(Family::Unequal, 30), moved(12.0, 14.0, 9.0)),
+        Case::new(
+            "knots",
+            shapes::torus_knot(2, 3, 0.15, 10),
+            shapes::torus_knot(3, 2, 0.15, 10),
+            away,
+        ),
+        Case::new(
+            "dust over a field",
+            shapes::height_field(16, 3),
+            soup(Family::Uniform, 1),
+            moved(0.0, 0.0, 3.0),
+        ),
+        Case::new(
+            "degenerate soups",
+            soup(Family::Degenerate, 70),
+            soup(Family::Degenerate, 70),
+            away,
+        ),
+        Case::new(
+            "unequal soups",
+            soup(Family::Unequal, 150),
+            soup(Family::Unequal, 30),
+            moved(12.0, 14.0, 9.0),
+        ),
         Case::new("f64 soups far away", soup(far, 50), soup(far, 50), far_pose),
-        Case::new("denormal soups", soup(Family::Denormal, 20), soup(Family::Denormal, 20), Pose::IDENTITY),
-        Case::new("two points", triangles([[DVec3::ZERO; 3]]), triangles([[DVec3::ONE; 3]]), turned),
+        Case::new(
+            "denormal soups",
+            soup(Family::Denormal, 20),
+            soup(Family::Denormal, 20),
+            Pose::IDENTITY,
+        ),
+        Case::new(
+            "two points",
+            triangles([[DVec3::ZERO; 3]]),
+            triangles([[DVec3::ONE; 3]]),
+            turned,
+        ),
     ]
 }
 
@@ -75,7 +129,11 @@ fn steps(query: &DistanceQuery, workspace: &mut Workspace) -> Vec<Distance> {
 fn assert_same_bits(one: &Distance, other: &Distance, name: &str) {
     assert_eq!(one, other, "{name}");
     let bits = |said: &Distance| {
-        let points = said.nearest.map(|nearest| nearest.points.map(|point| point.to_array().map(f64::to_bits)));
+        let points = said.nearest.map(|nearest| {
+            nearest
+                .points
+                .map(|point| point.to_array().map(f64::to_bits))
+        });
         (said.low.to_bits(), said.high.to_bits(), points)
     };
     assert_eq!(bits(one), bits(other), "{name}");
@@ -95,19 +153,37 @@ fn after_every_step_the_bounds_hold_and_only_close_in() {
                 assert!(whole, "{}: {said:?}", case.name);
             }
             for two in steps.windows(2) {
-                assert!(two[0].low <= two[1].low && two[1].high <= two[0].high, "{}: {two:?}", case.name);
-                assert!(two[0].closer.is_none() || two[1].closer == two[0].closer, "{}: {two:?}", case.name);
+                assert!(
+                    two[0].low <= two[1].low && two[1].high <= two[0].high,
+                    "{}: {two:?}",
+                    case.name
+                );
+                assert!(
+                    two[0].closer.is_none() || two[1].closer == two[0].closer,
+                    "{}: {two:?}",
+                    case.name
+                );
                 longest = longest.max(two[1].stats.work - two[0].stats.work);
             }
             let last = steps.last().unwrap();
             case.truth.assert_complete(&asked, last);
             // A budget ends at the first step that uses it up, and says what is known there.
-            let stride = if all { 1 } else { (last.stats.work / 20).max(1) };
+            let stride = if all {
+                1
+            } else {
+                (last.stats.work / 20).max(1)
+            };
             for budget in (0..last.stats.work + stride).step_by(stride as usize) {
                 let said = run(&query, &mut workspace, Budget::work(budget));
                 case.truth.assert_sound(&asked, &said);
-                let at = steps.partition_point(|step| step.stats.work < budget).min(steps.len() - 1);
-                assert!(said.stats == steps[at].stats && said.high == steps[at].high, "{}: {said:?}", case.name);
+                let at = steps
+                    .partition_point(|step| step.stats.work < budget)
+                    .min(steps.len() - 1);
+                assert!(
+                    said.stats == steps[at].stats && said.high == steps[at].high,
+                    "{}: {said:?}",
+                    case.name
+                );
                 assert!(said.stats.work < budget + MAX_DISTANCE_STEP_WORK);
             }
             assert_same_bits(&run(&query, &mut workspace, ENOUGH), last, case.name);
@@ -138,7 +214,9 @@ fn pieces_of_any_size_end_in_the_same_bits() {
                         pieces = clone.clone();
                         assert_same_bits(&resume(&query, &mut clone, ENOUGH), &full, case.name);
                     }
-                    said = query.resume_with(&mut pieces, Some(&mut copy), piece(&mut random), &clock).unwrap();
+                    said = query
+                        .resume_with(&mut pieces, Some(&mut copy), piece(&mut random), &clock)
+                        .unwrap();
                 }
                 assert_same_bits(&said, &full, case.name);
                 assert_eq!(copy, memory, "{}", case.name);
@@ -157,9 +235,16 @@ fn with_any_tolerance_stops_after_every_step_end_in_the_same_bits() {
             let pose = Pose::new(random.rotation(), random.vector() * 6.0).unwrap();
             let query = DistanceQuery::new(&a, &b, pose);
             let size = run(&query, &mut workspace, ENOUGH).high;
-            for query in [query.absolute_tolerance(size * random.unit()), query.relative_tolerance(random.unit())] {
+            for query in [
+                query.absolute_tolerance(size * random.unit()),
+                query.relative_tolerance(random.unit()),
+            ] {
                 let full = run(&query, &mut workspace, ENOUGH);
-                assert_same_bits(steps(&query, &mut workspace).last().unwrap(), &full, "stopped after every step");
+                assert_same_bits(
+                    steps(&query, &mut workspace).last().unwrap(),
+                    &full,
+                    "stopped after every step",
+                );
             }
         }
     }
@@ -179,17 +264,27 @@ fn budgets_of_time_are_sound_and_kept() {
             let query = asked.query(&case.a, &case.b, case.pose);
             for ticks in (0u32..).map(|i| i * i / 4) {
                 let (clock, time) = (ManualClock::ticking(tick), tick * ticks);
-                let mut said = query.run_with(&mut workspace, None, Budget::time(time).poll_interval(64), &clock);
+                let mut said = query.run_with(
+                    &mut workspace,
+                    None,
+                    Budget::time(time).poll_interval(64),
+                    &clock,
+                );
                 case.truth.assert_sound(&asked, &said);
                 let most_per_look = 64.max(time.as_nanos() as u64) + MAX_DISTANCE_STEP_WORK;
-                assert!(said.stats.work <= u64::from(ticks + 1) * most_per_look, "{said:?}");
+                assert!(
+                    said.stats.work <= u64::from(ticks + 1) * most_per_look,
+                    "{said:?}"
+                );
                 if said.stop == StopReason::Finished {
                     case.truth.assert_complete(&asked, &said);
                     break;
                 }
                 assert!(said.stop == StopReason::Deadline && said.stats.elapsed.unwrap() >= time);
                 while ticks % 4 == 1 && said.stop == StopReason::Deadline {
-                    let more = query.resume_with(&mut workspace, None, Budget::time(3 * tick), &clock).unwrap();
+                    let more = query
+                        .resume_with(&mut workspace, None, Budget::time(3 * tick), &clock)
+                        .unwrap();
                     case.truth.assert_sound(&asked, &more);
                     assert!(said.low <= more.low && more.high <= said.high);
                     said = more;
@@ -220,7 +315,13 @@ fn a_full_queue_loses_nothing() {
     for capacity in [0, 1, 7] {
         let mut workspace = Workspace::with_capacity(capacity, 1);
         for mut case in cases() {
-            for asked in case.truth.questions().into_iter().skip(capacity % 3).step_by(3) {
+            for asked in case
+                .truth
+                .questions()
+                .into_iter()
+                .skip(capacity % 3)
+                .step_by(3)
+            {
                 let query = asked.query(&case.a, &case.b, case.pose);
                 let full = run(&query, &mut workspace, ENOUGH);
                 case.truth.assert_complete(&asked, &full);
@@ -247,8 +348,13 @@ fn portable_kernels_give_the_same_bits() {
         for asked in case.truth.questions() {
             let query = asked.query(&case.a, &case.b, case.pose);
             let full = run(&query, &mut workspace, ENOUGH);
-            for budget in [ENOUGH, Budget::work(full.stats.work / 3), Budget::work(full.stats.work * 9 / 10)] {
-                let [fast, slow] = [&mut workspace, &mut portable].map(|workspace| run(&query, workspace, budget));
+            for budget in [
+                ENOUGH,
+                Budget::work(full.stats.work / 3),
+                Budget::work(full.stats.work * 9 / 10),
+            ] {
+                let [fast, slow] =
+                    [&mut workspace, &mut portable].map(|workspace| run(&query, workspace, budget));
                 assert_same_bits(&fast, &slow, case.name);
             }
         }
@@ -271,27 +377,59 @@ fn distances_and_intersections_in_turn() {
             asked.query(&case.a, &case.b, moved(0.1, 0.2, 0.3)),
         ];
         let meets = Query::new(&case.a, &case.b, case.pose).mode(Mode::All);
-        let [full, all] = [run(&distance, &mut Workspace::new(), ENOUGH), run(&distance, &mut workspace, ENOUGH)];
+        let [full, all] = [
+            run(&distance, &mut Workspace::new(), ENOUGH),
+            run(&distance, &mut workspace, ENOUGH),
+        ];
         assert_same_bits(&full, &all, case.name);
-        assert!(distance.resume_with(&mut workspace, None, ENOUGH, &clock).is_err(), "it is complete");
+        assert!(
+            distance
+                .resume_with(&mut workspace, None, ENOUGH, &clock)
+                .is_err(),
+            "it is complete"
+        );
         let outcome = check::run(&meets, &mut Workspace::new(), check::ENOUGH);
         for _ in 0..2 {
             let stopped = run(&distance, &mut workspace, Budget::work(1));
             assert_eq!(stopped.stop, StopReason::WorkLimit);
-            assert!(meets.resume_with(&mut workspace, None, ENOUGH, &clock).is_err());
-            assert!(meets.certificate(&workspace).is_err() && meets.estimate(&workspace, None).is_err());
+            assert!(
+                meets
+                    .resume_with(&mut workspace, None, ENOUGH, &clock)
+                    .is_err()
+            );
+            assert!(
+                meets.certificate(&workspace).is_err() && meets.estimate(&workspace, None).is_err()
+            );
             for stranger in &strangers {
-                assert!(stranger.resume_with(&mut workspace, None, ENOUGH, &clock).is_err());
+                assert!(
+                    stranger
+                        .resume_with(&mut workspace, None, ENOUGH, &clock)
+                        .is_err()
+                );
             }
             assert_same_bits(&resume(&distance, &mut workspace, ENOUGH), &full, case.name);
             let stopped = check::run(&meets, &mut workspace, Budget::work(1));
             if stopped.stop == StopReason::WorkLimit {
-                assert!(distance.resume_with(&mut workspace, None, ENOUGH, &clock).is_err());
-                assert_eq!(check::resume(&meets, &mut workspace, check::ENOUGH), outcome, "{}", case.name);
+                assert!(
+                    distance
+                        .resume_with(&mut workspace, None, ENOUGH, &clock)
+                        .is_err()
+                );
+                assert_eq!(
+                    check::resume(&meets, &mut workspace, check::ENOUGH),
+                    outcome,
+                    "{}",
+                    case.name
+                );
             }
             assert_eq!(workspace.pairs().len() as u64, outcome.found);
             let _ = run(&distance, &mut workspace, Budget::work(500));
-            assert_eq!(check::run(&meets, &mut workspace, check::ENOUGH), outcome, "{}", case.name);
+            assert_eq!(
+                check::run(&meets, &mut workspace, check::ENOUGH),
+                outcome,
+                "{}",
+                case.name
+            );
         }
         case.truth.assert_complete(&asked, &full);
         assert_eq!(case.truth.meet(), outcome.found > 0);

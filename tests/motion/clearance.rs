@@ -2,7 +2,8 @@
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, DistanceQuery, ManualClock, Motion, MotionQuery, PairMemory, Pose, StopReason, Tree, Workspace,
+    Budget, DistanceQuery, ManualClock, Motion, MotionQuery, PairMemory, Pose, StopReason, Tree,
+    Workspace,
 };
 use punctual::{Quantiles, shapes};
 
@@ -13,37 +14,84 @@ use crate::judge::{ENOUGH, Truth, run, run_with_memory};
 /// With a memory that knows how far apart the surfaces are at a pose.
 fn known_at(a: &Tree, b: &Tree, pose: Pose, budget: Budget) -> (PairMemory, f64) {
     let mut memory = PairMemory::new();
-    let query = DistanceQuery::new(a, b, pose).absolute_tolerance(0.0).relative_tolerance(0.0);
-    let found = query.run_with(&mut Workspace::new(), Some(&mut memory), budget, &ManualClock::new());
+    let query = DistanceQuery::new(a, b, pose)
+        .absolute_tolerance(0.0)
+        .relative_tolerance(0.0);
+    let found = query.run_with(
+        &mut Workspace::new(),
+        Some(&mut memory),
+        budget,
+        &ManualClock::new(),
+    );
     (memory, found.low)
 }
 
 #[test]
 fn a_clearance_makes_motions_free_without_a_search() {
-    let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 32)), Tree::new(shapes::icosphere(3)));
+    let (a, b) = (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
+        Tree::new(shapes::icosphere(3)),
+    );
     let (memory, distance) = known_at(&a, &b, at(5.0, 0.0, 0.0), ENOUGH);
     let mut workspace = Workspace::new();
     let mut ask = |motion: Motion, margin: f64| {
         let query = MotionQuery::new(&a, &b, motion).margins([margin, 0.0]);
         let said = run_with_memory(&query, &mut workspace, &mut memory.clone(), Budget::work(0));
-        (said.free_until, said.touching_at, said.stop == StopReason::Finished)
+        (
+            said.free_until,
+            said.touching_at,
+            said.stop == StopReason::Finished,
+        )
     };
     let straight = |way: f64| Motion::straight(at(5.0, 0.0, 0.0), [-way, 0.0, 0.0]).unwrap();
     assert_eq!(ask(straight(0.98 * distance), 0.0), (1.0, None, true));
-    assert_eq!(ask(Motion::straight(at(5.0, 0.0, 0.0), [0.0; 3]).unwrap(), 0.0), (1.0, None, true), "it stands still");
-    let ways = [(2.0 * distance, 0.0), (0.98 * distance, 0.5 * distance), (distance, 0.5 * distance)];
+    assert_eq!(
+        ask(Motion::straight(at(5.0, 0.0, 0.0), [0.0; 3]).unwrap(), 0.0),
+        (1.0, None, true),
+        "it stands still"
+    );
+    let ways = [
+        (2.0 * distance, 0.0),
+        (0.98 * distance, 0.5 * distance),
+        (distance, 0.5 * distance),
+    ];
     for (way, margin) in ways {
         let (free_until, touching_at, is_finished) = ask(straight(way), margin);
         let most = (distance - margin) / way;
         assert!(!is_finished && touching_at.is_none(), "{way} {margin}");
-        assert!(0.98 * most < free_until && free_until < most, "{free_until} of {most}");
+        assert!(
+            0.98 * most < free_until && free_until < most,
+            "{free_until} of {most}"
+        );
     }
-    assert_eq!(ask(straight(0.1 * distance), 1.01 * distance).0, 0.0, "thickened surfaces may meet at the start");
-    let turning =
-        |angle: f64| Motion::turning(at(5.0, 0.0, 0.0), [0.0; 3], [0.0, angle, 0.0], [5.0, 0.0, 0.0]).unwrap();
-    assert_eq!(ask(turning(0.9 * distance / 1.75), 0.0), (1.0, None, true), "corners of its box go 1.73 a radian");
+    assert_eq!(
+        ask(straight(0.1 * distance), 1.01 * distance).0,
+        0.0,
+        "thickened surfaces may meet at the start"
+    );
+    let turning = |angle: f64| {
+        Motion::turning(
+            at(5.0, 0.0, 0.0),
+            [0.0; 3],
+            [0.0, angle, 0.0],
+            [5.0, 0.0, 0.0],
+        )
+        .unwrap()
+    };
+    assert_eq!(
+        ask(turning(0.9 * distance / 1.75), 0.0),
+        (1.0, None, true),
+        "corners of its box go 1.73 a radian"
+    );
     // Far from where it was known, nothing is.
-    assert_eq!(ask(Motion::straight(at(2.0, 0.0, 0.0), [-0.01, 0.0, 0.0]).unwrap(), 0.0).0, 0.0);
+    assert_eq!(
+        ask(
+            Motion::straight(at(2.0, 0.0, 0.0), [-0.01, 0.0, 0.0]).unwrap(),
+            0.0
+        )
+        .0,
+        0.0
+    );
 }
 
 #[test]
@@ -54,7 +102,9 @@ fn a_clearance_never_hides_a_contact_on_the_way() {
         let [a, b] = [(); 2].map(|()| Tree::new(soup(family, 8, &mut random)));
         for (i, motion) in motions(family, 12, &mut random).into_iter().enumerate() {
             // Every fourth is the beginning of one.
-            let begun = (i % 4 == 2).then(|| Motion::screw(motion.pose(0.0), motion.pose(0.01)).ok()).flatten();
+            let begun = (i % 4 == 2)
+                .then(|| Motion::screw(motion.pose(0.0), motion.pose(0.01)).ok())
+                .flatten();
             let motion = begun.unwrap_or(motion);
             // One body moves, or both do, which seen from A is another motion.
             let both = (i % 3 == 0).then(|| motions(family, 1, &mut random)[0]);
@@ -62,10 +112,15 @@ fn a_clearance_never_hides_a_contact_on_the_way() {
                 Some(of_a) => MotionQuery::of_both([&a, &b], [of_a, motion]),
                 None => MotionQuery::new(&a, &b, motion),
             };
-            let budget = if i % 2 == 0 { ENOUGH } else { Budget::work(600) };
+            let budget = if i % 2 == 0 {
+                ENOUGH
+            } else {
+                Budget::work(600)
+            };
             let (mut memory, _) = known_at(&a, &b, query.pose(0.0), budget);
             let mut truth = Truth::of(query, &a, &b);
-            let begun = run_with_memory(&query, &mut workspace, &mut memory.clone(), Budget::work(0));
+            let begun =
+                run_with_memory(&query, &mut workspace, &mut memory.clone(), Budget::work(0));
             truth.assert_sound(&begun);
             let said = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
             let cold = run(&query, &mut workspace, ENOUGH);
@@ -73,17 +128,27 @@ fn a_clearance_never_hides_a_contact_on_the_way() {
             met += u32::from(truth.assert_complete(&said, &mut random));
             known += u32::from(begun.free_until > 0.0);
             free += u32::from(begun.free_until == 1.0);
-            assert_eq!(said.touching_at.is_some(), cold.touching_at.is_some(), "{family:?} {i}: {said:?} {cold:?}");
+            assert_eq!(
+                said.touching_at.is_some(),
+                cold.touching_at.is_some(),
+                "{family:?} {i}: {said:?} {cold:?}"
+            );
         }
     }
     println!("{known} known, {free} to the end, {met} met");
-    assert!(known > 50 && free > 3 && met > 30, "{known} known, {free} to the end, {met} met");
+    assert!(
+        known > 50 && free > 3 && met > 30,
+        "{known} known, {free} to the end, {met} met"
+    );
 }
 
 /// What costs nothing is no sample of what a search costs.
 #[test]
 fn predictions_go_by_searches() {
-    let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 32)), Tree::new(shapes::icosphere(3)));
+    let (a, b) = (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
+        Tree::new(shapes::icosphere(3)),
+    );
     let (mut memory, distance) = known_at(&a, &b, at(5.0, 0.0, 0.0), ENOUGH);
     let motion = |way: f64| Motion::straight(at(5.0, 0.0, 0.0), [-way, 0.0, 0.0]).unwrap();
     let far = MotionQuery::new(&a, &b, motion(2.0 * distance));
@@ -97,7 +162,15 @@ fn predictions_go_by_searches() {
     let turned = Pose::new(DMat3::from_rotation_z(0.1), DVec3::new(5.0, 0.0, 0.0)).unwrap();
     let distance = DistanceQuery::new(&a, &b, turned).closer_than(0.1);
     let before = DistanceQuery::new(&a, &b, turned).predict(Some(&memory));
-    let said = distance.run_with(&mut Workspace::new(), Some(&mut memory), ENOUGH, &ManualClock::new());
+    let said = distance.run_with(
+        &mut Workspace::new(),
+        Some(&mut memory),
+        ENOUGH,
+        &ManualClock::new(),
+    );
     assert_eq!((said.closer, said.stats.work), (Some(false), 0));
-    assert_eq!(DistanceQuery::new(&a, &b, turned).predict(Some(&memory)), before);
+    assert_eq!(
+        DistanceQuery::new(&a, &b, turned).predict(Some(&memory)),
+        before
+    );
 }

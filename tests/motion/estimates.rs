@@ -2,7 +2,8 @@
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, Mesh, Motion, MotionQuery, PairMemory, Pose, Quantiles, ResumeError, StopReason, Tree, Workspace, shapes,
+    Budget, Mesh, Motion, MotionQuery, PairMemory, Pose, Quantiles, ResumeError, StopReason, Tree,
+    Workspace, shapes,
 };
 
 use crate::judge::{ENOUGH, resume, run, run_with_memory};
@@ -12,7 +13,10 @@ fn is_ordered(Quantiles { p10, p50, p90 }: Quantiles) -> bool {
 }
 
 fn trees() -> [Tree; 2] {
-    [Tree::new(shapes::torus_knot(2, 3, 0.2, 40)), Tree::new(shapes::gear(20, 2))]
+    [
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 40)),
+        Tree::new(shapes::gear(20, 2)),
+    ]
 }
 
 /// Straight past, into and away from A, every second one with a turn.
@@ -22,7 +26,13 @@ fn motions() -> impl Iterator<Item = Motion> {
         let start = DVec3::new(4.0 + 0.05 * f64::from(i), angle.cos(), angle.sin());
         let start = Pose::new(DMat3::from_rotation_y(angle), start).unwrap();
         let turn = if i % 2 == 0 { 0.0 } else { 0.6 };
-        Motion::turning(start, [-5.0, 0.5 * angle.sin(), 0.0], [0.0, 0.0, turn], start.translation()).unwrap()
+        Motion::turning(
+            start,
+            [-5.0, 0.5 * angle.sin(), 0.0],
+            [0.0, 0.0, turn],
+            start.translation(),
+        )
+        .unwrap()
     })
 }
 
@@ -37,12 +47,23 @@ fn estimates_are_in_order_and_end_with_the_query() {
         while found.stop != StopReason::Finished {
             let said = query.estimate(&workspace, Some(&memory)).unwrap();
             assert!(is_ordered(said), "{said:?} of {found:?}");
-            assert_eq!(query.estimate(&workspace, Some(&memory)), Ok(said), "the same each time");
-            assert_eq!(query.tolerance(0.1).estimate(&workspace, None), Err(ResumeError), "another query");
+            assert_eq!(
+                query.estimate(&workspace, Some(&memory)),
+                Ok(said),
+                "the same each time"
+            );
+            assert_eq!(
+                query.tolerance(0.1).estimate(&workspace, None),
+                Err(ResumeError),
+                "another query"
+            );
             found = resume(&query, &mut workspace, Budget::work(budget));
             budget *= 2;
         }
-        assert_eq!(query.estimate(&workspace, Some(&memory)), Ok(Quantiles::default()));
+        assert_eq!(
+            query.estimate(&workspace, Some(&memory)),
+            Ok(Quantiles::default())
+        );
         let _ = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
     }
 }
@@ -58,22 +79,36 @@ fn predicted_work_is_about_right() {
         let query = MotionQuery::new(&a, &b, motion);
         let told = [None, Some(&memory)].map(|memory| query.predict(memory));
         let cold = run(&query, &mut workspace, ENOUGH).stats.work;
-        let warm = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH).stats.work;
+        let warm = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH)
+            .stats
+            .work;
         for (i, (told, work)) in told.into_iter().zip([cold, warm]).enumerate() {
             assert!(is_ordered(told), "{told:?}");
             within[i] += usize::from((0.5 * told.p10..=2.0 * told.p90).contains(&(work as f64)));
         }
     }
     println!("{within:?} within, of 60");
-    assert!(within.iter().all(|&within| within >= 40), "{within:?} of 60");
+    assert!(
+        within.iter().all(|&within| within >= 40),
+        "{within:?} of 60"
+    );
 }
 
 #[test]
 fn something_is_told_of_every_motion() {
     let [a, nothing] = [shapes::icosphere(1), Mesh::new([[0.0f32; 3]], []).unwrap()].map(Tree::new);
     let point = Tree::new(Mesh::new([[0.0f32; 3]], [[0; 3]]).unwrap());
-    let large = Tree::new(Mesh::from_f64([[1e300; 3], [-1e300; 3], [1e300, 0.0, 0.0]], [[0, 1, 2]]).unwrap());
-    for [a, b] in [[&a, &nothing], [&nothing, &a], [&a, &point], [&point, &point], [&a, &large], [&large, &large]] {
+    let large = Tree::new(
+        Mesh::from_f64([[1e300; 3], [-1e300; 3], [1e300, 0.0, 0.0]], [[0, 1, 2]]).unwrap(),
+    );
+    for [a, b] in [
+        [&a, &nothing],
+        [&nothing, &a],
+        [&a, &point],
+        [&point, &point],
+        [&a, &large],
+        [&large, &large],
+    ] {
         for velocity in [[0.0; 3], [1e200, 0.0, 0.0]] {
             let motion = Motion::straight(Pose::IDENTITY, velocity).unwrap();
             let told = MotionQuery::new(a, b, motion).predict(None);

@@ -16,7 +16,12 @@ fn plate(half: f64, cells: u32) -> Mesh {
     let at = |i: u32| half * (2.0 * f64::from(i) / f64::from(cells) - 1.0);
     let corners = (0..=cells).flat_map(|i| (0..=cells).map(move |j| DVec3::new(at(i), at(j), 0.0)));
     let quads = (0..cells).flat_map(|i| (0..cells).map(move |j| i * (cells + 1) + j));
-    let triangles = quads.flat_map(|k| [[k, k + 1, k + cells + 1], [k + 1, k + cells + 2, k + cells + 1]]);
+    let triangles = quads.flat_map(|k| {
+        [
+            [k, k + 1, k + cells + 1],
+            [k + 1, k + cells + 2, k + cells + 1],
+        ]
+    });
     Mesh::from_f64(corners, triangles).unwrap()
 }
 
@@ -26,14 +31,24 @@ pub fn motions(family: Family, count: usize, random: &mut Random) -> Vec<Motion>
     let (scale, center) = (family.scale(), family.center());
     let mut motions = Vec::new();
     for i in 0..count {
-        let start = pose_about(center, 2.0 * scale, [Drift::None, Drift::Shear][i % 2], random);
+        let start = pose_about(
+            center,
+            2.0 * scale,
+            [Drift::None, Drift::Shear][i % 2],
+            random,
+        );
         let to_middle = center - start.transform_point(center);
         let velocity = to_middle * 2.0 + random.vector() * scale;
         let turn = random.vector() * [0.3, 3.0, 40.0][random.below(3)];
         let motion = match random.below(4) {
             0 => Motion::straight(start, velocity),
             1 => Motion::turning(start, velocity, turn, start.transform_point(center)),
-            2 => Motion::turning(start, velocity * 0.1, turn, center + random.vector() * scale * 3.0),
+            2 => Motion::turning(
+                start,
+                velocity * 0.1,
+                turn,
+                center + random.vector() * scale * 3.0,
+            ),
             _ => Motion::screw(start, pose_about(center, 2.0 * scale, Drift::None, random)),
         };
         motions.extend(motion);
@@ -78,16 +93,27 @@ fn both_bodies_may_move() {
         // A body that stands still is one that does not move.
         let still = Motion::straight(Pose::IDENTITY, DVec3::ZERO).unwrap();
         let of_one = run(&MotionQuery::new(&a, &b, of_b), &mut workspace, ENOUGH);
-        let of_two = run(&MotionQuery::of_both([&a, &b], [still, of_b]), &mut workspace, ENOUGH);
+        let of_two = run(
+            &MotionQuery::of_both([&a, &b], [still, of_b]),
+            &mut workspace,
+            ENOUGH,
+        );
         let close = |x: f64, y: f64| (x - y).abs() < 1e-5;
-        assert!(close(of_one.free_until, of_two.free_until), "{i}: {of_one:?} {of_two:?}");
+        assert!(
+            close(of_one.free_until, of_two.free_until),
+            "{i}: {of_one:?} {of_two:?}"
+        );
     }
     assert!(touching > 5);
 }
 
 fn half_ball() -> Mesh {
     let ball = shapes::icosphere(3);
-    Mesh::from_f64((0..ball.vertex_count()).map(|i| 0.5 * ball.vertex(i)), ball.triangles().iter().copied()).unwrap()
+    Mesh::from_f64(
+        (0..ball.vertex_count()).map(|i| 0.5 * ball.vertex(i)),
+        ball.triangles().iter().copied(),
+    )
+    .unwrap()
 }
 
 /// Two boxes face to face: the time is the gap over the speed.
@@ -95,17 +121,40 @@ fn half_ball() -> Mesh {
 fn the_time_of_contact_is_that_of_the_gap() {
     let cube = |cells| Tree::new(shapes::cuboid(Vec3::ONE, cells));
     let (a, b, mut workspace) = (cube(5), cube(3), Workspace::new());
-    for (gap, speed) in [(1.0, 4.0), (1e-6, 1.0), (100.0, 101.0), (1e-3, 1e-2), (0.5, 1e4), (3.0, 3.0)] {
+    for (gap, speed) in [
+        (1.0, 4.0),
+        (1e-6, 1.0),
+        (100.0, 101.0),
+        (1e-3, 1e-2),
+        (0.5, 1e4),
+        (3.0, 3.0),
+    ] {
         let motion = Motion::straight(at(2.0 + gap, 0.3, 0.2), [-speed, 0.0, 0.0]).unwrap();
         let said = run(&MotionQuery::new(&a, &b, motion), &mut workspace, ENOUGH);
         let time = gap / speed;
         let touching = said.touching_at.unwrap();
-        assert!(said.free_until <= time && time <= touching, "{gap} {speed}: {said:?}");
+        assert!(
+            said.free_until <= time && time <= touching,
+            "{gap} {speed}: {said:?}"
+        );
         let tolerance = 2e-6 * a.unit_length().min(b.unit_length());
-        assert!((touching - said.free_until) * speed <= tolerance, "{gap} {speed}: {said:?}");
-        let exact = run(&MotionQuery::new(&a, &b, motion).tolerance(0.0), &mut workspace, ENOUGH);
-        assert!((exact.touching_at.unwrap() - exact.free_until) * speed <= 1e-12 * (1.0 + speed), "{exact:?}");
-        assert!(exact.free_until <= time && time <= exact.touching_at.unwrap() + 1e-15, "{exact:?}");
+        assert!(
+            (touching - said.free_until) * speed <= tolerance,
+            "{gap} {speed}: {said:?}"
+        );
+        let exact = run(
+            &MotionQuery::new(&a, &b, motion).tolerance(0.0),
+            &mut workspace,
+            ENOUGH,
+        );
+        assert!(
+            (exact.touching_at.unwrap() - exact.free_until) * speed <= 1e-12 * (1.0 + speed),
+            "{exact:?}"
+        );
+        assert!(
+            exact.free_until <= time && time <= exact.touching_at.unwrap() + 1e-15,
+            "{exact:?}"
+        );
     }
     // Just not reached.
     let motion = Motion::straight(at(3.0, 0.3, 0.2), [-1.0 + 1e-9, 0.0, 0.0]).unwrap();
@@ -123,18 +172,44 @@ fn the_default_tolerance_is_that_of_the_smaller_mesh() {
         let slab = Tree::new(shapes::cuboid([half, half, 1.0], 16));
         for turn in [0.0, 0.02] {
             let start = at(0.3 * f64::from(half), 0.2 * f64::from(half), 4.0);
-            let motion = Motion::turning(start, [0.0, 0.0, -10.0], [0.0, 0.0, turn], start.translation()).unwrap();
-            let said = run(&MotionQuery::new(&slab, &ball, motion), &mut workspace, ENOUGH);
+            let motion = Motion::turning(
+                start,
+                [0.0, 0.0, -10.0],
+                [0.0, 0.0, turn],
+                start.translation(),
+            )
+            .unwrap();
+            let said = run(
+                &MotionQuery::new(&slab, &ball, motion),
+                &mut workspace,
+                ENOUGH,
+            );
             let late = said.touching_at.unwrap() - said.free_until;
-            assert!(late * 10.0 <= 2.1e-6 * ball.unit_length(), "{half} {turn}: {said:?}");
-            assert!((said.free_until - 0.25).abs() < 1e-6, "{half} {turn}: {said:?}");
+            assert!(
+                late * 10.0 <= 2.1e-6 * ball.unit_length(),
+                "{half} {turn}: {said:?}"
+            );
+            assert!(
+                (said.free_until - 0.25).abs() < 1e-6,
+                "{half} {turn}: {said:?}"
+            );
             // A point that is a ball by its margin, and one that is not.
             let thick = MotionQuery::new(&slab, &point, motion).margins([0.0, 0.5]);
             let said = run(&thick, &mut workspace, ENOUGH);
             let late = said.touching_at.unwrap() - said.free_until;
-            assert!(late * 10.0 <= 1.1e-6 && (said.free_until - 0.25).abs() < 1e-6, "{half} {turn}: {said:?}");
-            let said = run(&MotionQuery::new(&slab, &point, motion), &mut workspace, ENOUGH);
-            assert!((said.free_until - 0.3).abs() < 1e-9 && said.stats.work < 100_000, "{half} {turn}: {said:?}");
+            assert!(
+                late * 10.0 <= 1.1e-6 && (said.free_until - 0.25).abs() < 1e-6,
+                "{half} {turn}: {said:?}"
+            );
+            let said = run(
+                &MotionQuery::new(&slab, &point, motion),
+                &mut workspace,
+                ENOUGH,
+            );
+            assert!(
+                (said.free_until - 0.3).abs() < 1e-9 && said.stats.work < 100_000,
+                "{half} {turn}: {said:?}"
+            );
         }
     }
 }
@@ -149,20 +224,38 @@ fn a_turn_in_its_own_plane_takes_little_more_than_one_beside_it() {
         for angle in [0.05, 1.0, 6.2] {
             let mut work = |height: f64| {
                 let start = at(place, place, height);
-                let motion = Motion::turning(start, [0.0; 3], [0.0, 0.0, angle], start.translation()).unwrap();
-                run(&MotionQuery::new(&tree, &tree, motion), &mut workspace, ENOUGH).stats.work
+                let motion =
+                    Motion::turning(start, [0.0; 3], [0.0, 0.0, angle], start.translation())
+                        .unwrap();
+                run(
+                    &MotionQuery::new(&tree, &tree, motion),
+                    &mut workspace,
+                    ENOUGH,
+                )
+                .stats
+                .work
             };
             let [within, beside] = [0.0, 0.01].map(&mut work);
-            assert!(within <= 16 * beside, "{place} {angle}: {within} and {beside}");
+            assert!(
+                within <= 16 * beside,
+                "{place} {angle}: {within} and {beside}"
+            );
         }
     }
     // The time at which they meet is that of the angle.
     let start = at(0.9, 0.9, 0.0);
     let motion = Motion::turning(start, [0.0; 3], [0.0, 0.0, 6.2], start.translation()).unwrap();
-    let said = run(&MotionQuery::new(&tree, &tree, motion), &mut workspace, ENOUGH);
+    let said = run(
+        &MotionQuery::new(&tree, &tree, motion),
+        &mut workspace,
+        ENOUGH,
+    );
     // The edge along y comes to the corner (0, 1), which is at (-.9, .1) from the axis.
     let nearest = (0.1_f64.atan2(-0.9) - std::f64::consts::FRAC_PI_2) / 6.2;
-    assert!(said.free_until <= nearest && nearest <= said.touching_at.unwrap() + 1e-12, "{nearest} {said:?}");
+    assert!(
+        said.free_until <= nearest && nearest <= said.touching_at.unwrap() + 1e-12,
+        "{nearest} {said:?}"
+    );
 }
 
 /// A rod that turns about its middle meets a wall when its end does: the angle is known.
@@ -174,31 +267,62 @@ fn the_time_of_contact_is_that_of_the_angle() {
     for height in [0.9, 0.5, 0.1, 1e-3] {
         let start = at(0.0, 0.0, height);
         let motion = Motion::turning(start, DVec3::ZERO, [0.0, 1.6, 0.0], start.translation());
-        let said = run(&MotionQuery::new(&wall, &rod, motion.unwrap()), &mut workspace, ENOUGH);
+        let said = run(
+            &MotionQuery::new(&wall, &rod, motion.unwrap()),
+            &mut workspace,
+            ENOUGH,
+        );
         let time = height.asin() / 1.6;
-        assert!(said.free_until <= time && time <= said.touching_at.unwrap(), "{time}: {said:?}");
-        assert!(said.touching_at.unwrap() - said.free_until < 1e-5, "{time}: {said:?}");
+        assert!(
+            said.free_until <= time && time <= said.touching_at.unwrap(),
+            "{time}: {said:?}"
+        );
+        assert!(
+            said.touching_at.unwrap() - said.free_until < 1e-5,
+            "{time}: {said:?}"
+        );
     }
 }
 
 /// The same in the turn of a frame, which is one piece: the end of the rod comes near by the turn alone.
 #[test]
 fn the_time_of_contact_in_a_short_turn_is_that_of_the_angle() {
-    let rod = Tree::new(Mesh::from_f64([-DVec3::X, DVec3::X, DVec3::Y * 0.1], [[0, 1, 2]]).unwrap());
+    let rod =
+        Tree::new(Mesh::from_f64([-DVec3::X, DVec3::X, DVec3::Y * 0.1], [[0, 1, 2]]).unwrap());
     let wall = Tree::new(plate(5.0, 4));
     let mut workspace = Workspace::new();
     for angle in [0.06_f64, 0.03, 0.005] {
         for time in [0.02, 0.3, 0.7, 0.99, 1.01] {
             let start = at(0.0, 0.0, (time * angle).sin());
-            let motion = Motion::turning(start, DVec3::ZERO, [0.0, angle, 0.0], start.translation()).unwrap();
+            let motion =
+                Motion::turning(start, DVec3::ZERO, [0.0, angle, 0.0], start.translation())
+                    .unwrap();
             for query in [
                 MotionQuery::new(&wall, &rod, motion),
-                MotionQuery::of_both([&wall, &rod], [Motion::straight(Pose::IDENTITY, DVec3::ZERO).unwrap(), motion]),
+                MotionQuery::of_both(
+                    [&wall, &rod],
+                    [
+                        Motion::straight(Pose::IDENTITY, DVec3::ZERO).unwrap(),
+                        motion,
+                    ],
+                ),
             ] {
                 let said = run(&query, &mut workspace, ENOUGH);
-                assert_eq!(said.touching_at.is_some(), time < 1.0, "{angle} {time}: {said:?}");
-                assert!(said.free_until <= time && said.touching_at.is_none_or(|touching| time <= touching + 1e-15));
-                assert!(said.touching_at.is_none_or(|touching| (touching - said.free_until) * angle < 1e-5));
+                assert_eq!(
+                    said.touching_at.is_some(),
+                    time < 1.0,
+                    "{angle} {time}: {said:?}"
+                );
+                assert!(
+                    said.free_until <= time
+                        && said
+                            .touching_at
+                            .is_none_or(|touching| time <= touching + 1e-15)
+                );
+                assert!(
+                    said.touching_at
+                        .is_none_or(|touching| (touching - said.free_until) * angle < 1e-5)
+                );
             }
         }
     }
@@ -212,10 +336,20 @@ fn thin_plates_and_fast_bodies_are_not_passed_through() {
     for speed in [1e1, 1e4, 1e7, 1e9] {
         let start = at(0.21, -0.4, 0.37 * speed);
         let motion = Motion::straight(start, [0.0, 0.0, -speed]).unwrap();
-        let said = run(&MotionQuery::new(&plate, &bullet, motion), &mut workspace, ENOUGH);
+        let said = run(
+            &MotionQuery::new(&plate, &bullet, motion),
+            &mut workspace,
+            ENOUGH,
+        );
         let (free, touching) = (said.free_until, said.touching_at.unwrap());
-        assert!(free <= 0.37 && (touching - free) * speed <= 1e-5 * (1.0 + speed * 1e-9), "{speed}: {said:?}");
-        assert!((touching - (0.37 - 1.0 / speed)).abs() < 0.02 / speed + 1e-9, "{speed}: {said:?}");
+        assert!(
+            free <= 0.37 && (touching - free) * speed <= 1e-5 * (1.0 + speed * 1e-9),
+            "{speed}: {said:?}"
+        );
+        assert!(
+            (touching - (0.37 - 1.0 / speed)).abs() < 0.02 / speed + 1e-9,
+            "{speed}: {said:?}"
+        );
     }
 }
 
@@ -224,11 +358,16 @@ fn thin_plates_and_fast_bodies_are_not_passed_through() {
 #[test]
 fn a_motion_has_a_piece_even_if_meshes_are_too_large_for_lengths() {
     let far = f64::from_bits((1023 + 1000) << 52);
-    let mesh = || Mesh::from_f64([[0.0; 3], [far, 0.0, 0.0], [0.0, far, 0.0]], [[0, 1, 2]]).unwrap();
+    let mesh =
+        || Mesh::from_f64([[0.0; 3], [far, 0.0, 0.0], [0.0, far, 0.0]], [[0, 1, 2]]).unwrap();
     let (a, b) = (Tree::new(mesh()), Tree::new(mesh()));
     for velocity in [[0.0; 3], [0.0, 0.0, 1.0]] {
         let motion = Motion::straight(Pose::IDENTITY, velocity).unwrap();
-        let said = run(&MotionQuery::new(&a, &b, motion), &mut Workspace::new(), ENOUGH);
+        let said = run(
+            &MotionQuery::new(&a, &b, motion),
+            &mut Workspace::new(),
+            ENOUGH,
+        );
         assert!(said.free_until == 0.0, "{said:?}");
     }
 }
@@ -236,15 +375,38 @@ fn a_motion_has_a_piece_even_if_meshes_are_too_large_for_lengths() {
 /// Squares of lengths overflow, lengths do not.
 #[test]
 fn nothing_is_free_where_a_mesh_of_1e301_meets_one_of_size_1() {
-    let small = || Mesh::from_f64([[-3.0, -4.0, -4.0], [-4.0; 3], [1.0; 3]], [[0, 1, 2], [0, 1, 1]]).unwrap();
-    for size in [1e150, 1e155, 1e200, 1e300, f64::from_bits((1023 + 1000) << 52)] {
+    let small = || {
+        Mesh::from_f64(
+            [[-3.0, -4.0, -4.0], [-4.0; 3], [1.0; 3]],
+            [[0, 1, 2], [0, 1, 1]],
+        )
+        .unwrap()
+    };
+    for size in [
+        1e150,
+        1e155,
+        1e200,
+        1e300,
+        f64::from_bits((1023 + 1000) << 52),
+    ] {
         let corners = [[-size; 3], [1.0; 3], [-size, -size, 1.0]];
         let large = || Mesh::from_f64(corners, [[0, 1, 0], [2, 2, 1]]).unwrap();
         for meshes in [[small(), large()], [large(), small()]] {
             let [a, b] = meshes.map(Tree::new);
-            for (way, turn) in [(0.0, 0.0), (1.0, 0.0), (size.min(1e200), 0.0), (0.0, 0.2), (1.0, 3.0)] {
-                let motion = Motion::turning(Pose::IDENTITY, [0.0, way, 0.0], [0.0, 0.0, turn], [way; 3]).unwrap();
-                for query in [MotionQuery::new(&a, &b, motion), MotionQuery::of_both([&a, &b], [motion; 2])] {
+            for (way, turn) in [
+                (0.0, 0.0),
+                (1.0, 0.0),
+                (size.min(1e200), 0.0),
+                (0.0, 0.2),
+                (1.0, 3.0),
+            ] {
+                let motion =
+                    Motion::turning(Pose::IDENTITY, [0.0, way, 0.0], [0.0, 0.0, turn], [way; 3])
+                        .unwrap();
+                for query in [
+                    MotionQuery::new(&a, &b, motion),
+                    MotionQuery::of_both([&a, &b], [motion; 2]),
+                ] {
                     let said = run(&query, &mut Workspace::new(), ENOUGH);
                     assert!(said.free_until == 0.0, "{size:e} {way:e} {turn}: {said:?}");
                 }
@@ -255,7 +417,10 @@ fn nothing_is_free_where_a_mesh_of_1e301_meets_one_of_size_1() {
 
 #[test]
 fn standing_still_is_a_motion() {
-    let (a, b) = (Tree::new(shapes::icosphere(2)), Tree::new(shapes::torus(1.0, 0.3, 12)));
+    let (a, b) = (
+        Tree::new(shapes::icosphere(2)),
+        Tree::new(shapes::torus(1.0, 0.3, 12)),
+    );
     let mut workspace = Workspace::new();
     for (start, meets) in [(at(0.3, 0.0, 0.0), true), (at(9.0, 0.0, 0.0), false)] {
         let turned = Pose::new(DMat3::from_rotation_y(0.4), start.translation()).unwrap();
@@ -265,7 +430,11 @@ fn standing_still_is_a_motion() {
             Motion::screw(turned, turned),
             Motion::turning(start, DVec3::ZERO, DVec3::ZERO, [5.0, 0.0, 0.0]),
         ] {
-            let said = run(&MotionQuery::new(&a, &b, motion.unwrap()), &mut workspace, ENOUGH);
+            let said = run(
+                &MotionQuery::new(&a, &b, motion.unwrap()),
+                &mut workspace,
+                ENOUGH,
+            );
             assert_eq!(said.stop, StopReason::Finished);
             let expected = if meets { (0.0, Some(0.0)) } else { (1.0, None) };
             assert_eq!((said.free_until, said.touching_at), expected);
@@ -275,11 +444,21 @@ fn standing_still_is_a_motion() {
 
 #[test]
 fn empty_meshes_are_free() {
-    let (empty, b) = (Tree::new(Mesh::from_f64([DVec3::ZERO; 0], []).unwrap()), Tree::new(shapes::icosphere(1)));
+    let (empty, b) = (
+        Tree::new(Mesh::from_f64([DVec3::ZERO; 0], []).unwrap()),
+        Tree::new(shapes::icosphere(1)),
+    );
     let motion = Motion::straight(at(3.0, 0.0, 0.0), [-6.0, 0.0, 0.0]).unwrap();
     for (a, b) in [(&empty, &b), (&b, &empty), (&empty, &empty)] {
-        let said = run(&MotionQuery::new(a, b, motion), &mut Workspace::new(), ENOUGH);
-        assert_eq!((said.free_until, said.touching_at, said.stop), (1.0, None, StopReason::Finished));
+        let said = run(
+            &MotionQuery::new(a, b, motion),
+            &mut Workspace::new(),
+            ENOUGH,
+        );
+        assert_eq!(
+            (said.free_until, said.touching_at, said.stop),
+            (1.0, None, StopReason::Finished)
+        );
     }
 }
 
@@ -289,13 +468,24 @@ fn margins_make_contacts_earlier() {
     let point = Tree::new(Mesh::from_f64([DVec3::ZERO], [[0, 0, 0]]).unwrap());
     let (b, mut workspace) = (Tree::new(shapes::cuboid(Vec3::ONE, 3)), Workspace::new());
     let motion = Motion::straight(at(4.0, 0.1, 0.2), [-4.0, 0.0, 0.0]).unwrap();
-    for margins in [[0.0, 0.0], [0.5, 0.0], [0.25, 0.5], [2.0, 0.9], [3.0, 0.0], [7.0, 0.0], [f64::NAN, -1.0]] {
+    for margins in [
+        [0.0, 0.0],
+        [0.5, 0.0],
+        [0.25, 0.5],
+        [2.0, 0.9],
+        [3.0, 0.0],
+        [7.0, 0.0],
+        [f64::NAN, -1.0],
+    ] {
         let query = MotionQuery::new(&point, &b, motion).margins(margins);
         let said = run(&query, &mut workspace, ENOUGH);
         let margin: f64 = margins.iter().filter(|margin| **margin > 0.0).sum();
         let time = ((3.0 - margin) / 4.0).max(0.0);
         let touching = said.touching_at.unwrap();
-        assert!(said.free_until <= time && time <= touching + 1e-15, "{margin}: {said:?}");
+        assert!(
+            said.free_until <= time && time <= touching + 1e-15,
+            "{margin}: {said:?}"
+        );
         assert!(touching - said.free_until <= 2e-6, "{margin}: {said:?}");
     }
 }
@@ -308,28 +498,56 @@ fn parallel_plates_slide_and_land() {
     for gap in [1e-3, 1e-6, 1e-9] {
         let slide = Motion::straight(at(0.3, 0.4, 0.5 + gap), [0.5, -0.2, 0.0]).unwrap();
         let said = run(&MotionQuery::new(&a, &b, slide), &mut workspace, ENOUGH);
-        assert_eq!((said.free_until, said.touching_at), (1.0, None), "{gap}: {said:?}");
+        assert_eq!(
+            (said.free_until, said.touching_at),
+            (1.0, None),
+            "{gap}: {said:?}"
+        );
         let land = Motion::straight(at(0.3, 0.4, 0.5 + gap), [0.5, -0.2, -2.0 * gap]).unwrap();
         let said = run(&MotionQuery::new(&a, &b, land), &mut workspace, ENOUGH);
-        assert!(said.free_until <= 0.5 && said.touching_at.unwrap() >= 0.5 - 1e-7, "{gap}: {said:?}");
+        assert!(
+            said.free_until <= 0.5 && said.touching_at.unwrap() >= 0.5 - 1e-7,
+            "{gap}: {said:?}"
+        );
     }
 }
 
 #[test]
 fn tolerances_are_kept() {
-    let (a, b) = (Tree::new(shapes::torus(1.0, 0.3, 16)), Tree::new(shapes::icosphere(2)));
-    let motion = Motion::turning(at(4.0, 0.2, 0.1), [-4.0, 0.0, 0.0], [0.0, 0.5, 1.0], [4.0, 0.0, 0.0]).unwrap();
+    let (a, b) = (
+        Tree::new(shapes::torus(1.0, 0.3, 16)),
+        Tree::new(shapes::icosphere(2)),
+    );
+    let motion = Motion::turning(
+        at(4.0, 0.2, 0.1),
+        [-4.0, 0.0, 0.0],
+        [0.0, 0.5, 1.0],
+        [4.0, 0.0, 0.0],
+    )
+    .unwrap();
     let mut workspace = Workspace::new();
     let mut last = 0.0;
     for tolerance in [1e-1, 1e-3, 1e-6, 1e-9, 0.0, f64::NAN] {
-        let mut truth = Truth::of(MotionQuery::new(&a, &b, motion).tolerance(tolerance), &a, &b);
+        let mut truth = Truth::of(
+            MotionQuery::new(&a, &b, motion).tolerance(tolerance),
+            &a,
+            &b,
+        );
         let said = run(&truth.query, &mut workspace, ENOUGH);
         assert!(truth.assert_complete(&said, &mut Random::new(1)));
-        assert!(said.touching_at.unwrap() - said.free_until <= tolerance.max(1e-13), "{said:?}");
+        assert!(
+            said.touching_at.unwrap() - said.free_until <= tolerance.max(1e-13),
+            "{said:?}"
+        );
         last = f64::max(last, said.free_until);
-        let by_time = MotionQuery::new(&a, &b, motion).tolerance(0.0).time_tolerance(tolerance);
+        let by_time = MotionQuery::new(&a, &b, motion)
+            .tolerance(0.0)
+            .time_tolerance(tolerance);
         let said = run(&by_time, &mut workspace, ENOUGH);
-        assert!(said.touching_at.unwrap() - said.free_until <= tolerance.max(1e-13), "{said:?}");
+        assert!(
+            said.touching_at.unwrap() - said.free_until <= tolerance.max(1e-13),
+            "{said:?}"
+        );
         assert!(said.touching_at.unwrap() >= last, "{said:?}");
     }
 }
@@ -342,13 +560,19 @@ fn large_triangles_do_not_pass_through_fine_meshes() {
     let (mut touching, mut free) = (0, 0);
     for i in 0..24 {
         let corners: Vec<DVec3> = (0..27).map(|_| random.vector() * 1.5).collect();
-        let sails = Tree::new(Mesh::from_f64(corners, (0..9).map(|k| [3 * k, 3 * k + 1, 3 * k + 2])).unwrap());
+        let sails = Tree::new(
+            Mesh::from_f64(corners, (0..9).map(|k| [3 * k, 3 * k + 1, 3 * k + 2])).unwrap(),
+        );
         let start = pose_about(DVec3::ZERO, 1.0, Drift::None, &mut random);
         let start = Pose::new(*start.rotation(), random.vector().normalize() * 4.0).unwrap();
         let velocity = start.translation() * -1.2 + random.vector() * 2.5;
         let turn = random.vector() * f64::from(i % 3) * 0.5;
         let motion = Motion::turning(start, velocity, turn, start.translation()).unwrap();
-        let [a, b] = if i % 2 == 0 { [&ball, &sails] } else { [&sails, &ball] };
+        let [a, b] = if i % 2 == 0 {
+            [&ball, &sails]
+        } else {
+            [&sails, &ball]
+        };
         let mut truth = Truth::new(a, b, motion);
         let said = run(&truth.query, &mut workspace, ENOUGH);
         match truth.assert_complete(&said, &mut random) {
@@ -374,7 +598,11 @@ fn a_mesh_far_along_its_axis_is_no_dearer() {
             Pose::new(turn, DVec3::new(x, 0.2, 0.0) - turn * away).unwrap()
         };
         let motion = Motion::screw(pose(0.0, 5.2), pose(0.3, 2.2)).unwrap();
-        let said = run(&MotionQuery::new(&ball, &moved, motion), &mut workspace, ENOUGH);
+        let said = run(
+            &MotionQuery::new(&ball, &moved, motion),
+            &mut workspace,
+            ENOUGH,
+        );
         assert_eq!((said.free_until, said.touching_at), (1.0, None));
         work.push(said.stats.work);
     }
@@ -386,16 +614,29 @@ fn a_mesh_far_along_its_axis_is_no_dearer() {
 #[test]
 fn bodies_that_turn_together_are_little_dearer() {
     let (gear, mut workspace) = (Tree::new(shapes::gear(24, 8)), Workspace::new());
-    let beside = |turn: f64| Pose::new(DMat3::from_rotation_z(turn), DVec3::new(2.02, 0.0, 0.0)).unwrap();
+    let beside =
+        |turn: f64| Pose::new(DMat3::from_rotation_z(turn), DVec3::new(2.02, 0.0, 0.0)).unwrap();
     let mut work = Vec::new();
     for angle in [0.0, 0.1, 1.0] {
-        let carried =
-            Motion::turning(Pose::IDENTITY, [0.1, 0.0, 0.2], [angle, 0.0, -angle / 2.0], [1.0, 3.0, 0.0]).unwrap();
+        let carried = Motion::turning(
+            Pose::IDENTITY,
+            [0.1, 0.0, 0.2],
+            [angle, 0.0, -angle / 2.0],
+            [1.0, 3.0, 0.0],
+        )
+        .unwrap();
         let place = |time: f64, turn: f64| carried.pose(time).compose(&beside(turn)).unwrap();
         let rolling = Motion::screw(place(0.0, 0.13), place(1.0, 0.16)).unwrap();
-        let said = run(&MotionQuery::of_both([&gear, &gear], [carried, rolling]), &mut workspace, ENOUGH);
+        let said = run(
+            &MotionQuery::of_both([&gear, &gear], [carried, rolling]),
+            &mut workspace,
+            ENOUGH,
+        );
         assert_eq!((said.free_until, said.touching_at), (1.0, None));
         work.push(said.stats.work);
     }
-    assert!(work[1] <= 2 * work[0] && work[2] <= 20 * work[0], "{work:?}");
+    assert!(
+        work[1] <= 2 * work[0] && work[2] <= 20 * work[0],
+        "{work:?}"
+    );
 }

@@ -1,6 +1,8 @@
 //! What must be true of an answer, by exact tests of all pairs of triangles at many times.
 
-use punctual::{Budget, ManualClock, Motion, MotionQuery, PairMemory, Passage, StopReason, Tree, Workspace};
+use punctual::{
+    Budget, ManualClock, Motion, MotionQuery, PairMemory, Passage, StopReason, Tree, Workspace,
+};
 use punctual::{Pose, triangles_intersect};
 
 use crate::random::Random;
@@ -22,14 +24,25 @@ pub fn run_with_memory(
 }
 
 pub fn resume(query: &MotionQuery, workspace: &mut Workspace, budget: Budget) -> Passage {
-    query.resume_with(workspace, None, budget, &ManualClock::new()).unwrap()
+    query
+        .resume_with(workspace, None, budget, &ManualClock::new())
+        .unwrap()
 }
 
 /// Whether any two triangles meet.
 pub fn meet(a: &Tree, b: &Tree, pose: &Pose) -> bool {
-    let triangles = |tree: &Tree| (0..tree.mesh().len()).map(|i| tree.mesh().triangle(i)).collect::<Vec<_>>();
-    let of_b: Vec<_> = triangles(b).into_iter().map(|t| t.map(|v| pose.transform_point(v))).collect();
-    triangles(a).iter().any(|a| of_b.iter().any(|b| triangles_intersect(a, b)))
+    let triangles = |tree: &Tree| {
+        (0..tree.mesh().len())
+            .map(|i| tree.mesh().triangle(i))
+            .collect::<Vec<_>>()
+    };
+    let of_b: Vec<_> = triangles(b)
+        .into_iter()
+        .map(|t| t.map(|v| pose.transform_point(v)))
+        .collect();
+    triangles(a)
+        .iter()
+        .any(|a| of_b.iter().any(|b| triangles_intersect(a, b)))
 }
 
 /// A motion of two small meshes, and some of the times at which they meet.
@@ -49,8 +62,15 @@ impl<'t> Truth<'t> {
     /// Looks at evenly spaced times.
     pub fn of(query: MotionQuery<'t>, a: &'t Tree, b: &'t Tree) -> Self {
         let times = (0..=24).map(|i| f64::from(i) / 24.0);
-        let meets_at = times.filter(|&time| meet(a, b, &query.pose(time))).fold(f64::INFINITY, f64::min);
-        Self { a, b, query, meets_at }
+        let meets_at = times
+            .filter(|&time| meet(a, b, &query.pose(time)))
+            .fold(f64::INFINITY, f64::min);
+        Self {
+            a,
+            b,
+            query,
+            meets_at,
+        }
     }
 
     pub fn starts_in_contact(&self) -> bool {
@@ -61,13 +81,24 @@ impl<'t> Truth<'t> {
     #[track_caller]
     pub fn assert_sound(&self, said: &Passage) {
         assert!((0.0..=1.0).contains(&said.free_until), "{said:?}");
-        assert!(said.free_until <= self.meets_at, "they meet at {}: {said:?}", self.meets_at);
+        assert!(
+            said.free_until <= self.meets_at,
+            "they meet at {}: {said:?}",
+            self.meets_at
+        );
         assert_eq!(said.touching_at.is_some(), said.triangles.is_some());
         if let (Some(time), Some([a, b])) = (said.touching_at, said.triangles) {
             assert!(said.free_until <= time && time <= 1.0, "{said:?}");
             let pose = self.query.pose(time);
-            let of_b = self.b.mesh().triangle(b as usize).map(|v| pose.transform_point(v));
-            assert!(triangles_intersect(&self.a.mesh().triangle(a as usize), &of_b), "{said:?}");
+            let of_b = self
+                .b
+                .mesh()
+                .triangle(b as usize)
+                .map(|v| pose.transform_point(v));
+            assert!(
+                triangles_intersect(&self.a.mesh().triangle(a as usize), &of_b),
+                "{said:?}"
+            );
         }
     }
 
@@ -77,15 +108,24 @@ impl<'t> Truth<'t> {
         assert_eq!(said.stop, StopReason::Finished, "{said:?}");
         // Close to the end of what is free, and anywhere in it.
         let close = (1..6).map(|i| said.free_until * (1.0 - (-6.0 * f64::from(i)).exp()));
-        let times: Vec<f64> = close.chain((0..6).map(|_| random.unit() * said.free_until)).collect();
+        let times: Vec<f64> = close
+            .chain((0..6).map(|_| random.unit() * said.free_until))
+            .collect();
         for time in times {
             if time < said.free_until && meet(self.a, self.b, &self.query.pose(time)) {
                 self.meets_at = self.meets_at.min(time);
             }
         }
         self.assert_sound(said);
-        assert_eq!(said.touching_at == Some(0.0), self.starts_in_contact(), "{said:?}");
-        assert!(said.touching_at.is_some() || self.meets_at == f64::INFINITY || said.free_until < 1.0, "{said:?}");
+        assert_eq!(
+            said.touching_at == Some(0.0),
+            self.starts_in_contact(),
+            "{said:?}"
+        );
+        assert!(
+            said.touching_at.is_some() || self.meets_at == f64::INFINITY || said.free_until < 1.0,
+            "{said:?}"
+        );
         said.touching_at.is_some()
     }
 }

@@ -2,8 +2,8 @@
 
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, MAX_DISTANCE_STEP_WORK, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Tree, Workspace,
-    shapes, triangle_segment,
+    Budget, MAX_DISTANCE_STEP_WORK, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason,
+    Tree, Workspace, shapes, triangle_segment,
 };
 
 use crate::common::random::{Family, soup};
@@ -18,16 +18,42 @@ fn cases() -> Vec<([Tree; 2], Motion)> {
     let cube = || Tree::new(shapes::cuboid(Vec3::ONE, 3));
     let ball = || Tree::new(shapes::icosphere(2));
     let mut cases = vec![
-        ([ring(), ring()], Motion::turning(linked, [0.0; 3], [0.4, 0.1, 2.0], [1.0, 0.0, 0.0]).unwrap()),
-        ([ring(), ring()], Motion::straight(linked, [0.8, 0.1, 0.3]).unwrap()),
-        ([cube(), cube()], Motion::straight(at(2.01, 0.5, 0.25), [-0.1, 0.3, 0.1]).unwrap()),
-        ([cube(), cube()], Motion::straight(at(2.0, 0.5, 0.25), [0.0, 0.3, 0.1]).unwrap()),
-        ([cube(), ring()], Motion::screw(at(4.0, 0.0, 0.0), linked).unwrap()),
-        ([ball(), cube()], Motion::straight(at(2.2, 0.3, 0.1), [-0.6, 0.2, 0.1]).unwrap()),
+        (
+            [ring(), ring()],
+            Motion::turning(linked, [0.0; 3], [0.4, 0.1, 2.0], [1.0, 0.0, 0.0]).unwrap(),
+        ),
+        (
+            [ring(), ring()],
+            Motion::straight(linked, [0.8, 0.1, 0.3]).unwrap(),
+        ),
+        (
+            [cube(), cube()],
+            Motion::straight(at(2.01, 0.5, 0.25), [-0.1, 0.3, 0.1]).unwrap(),
+        ),
+        (
+            [cube(), cube()],
+            Motion::straight(at(2.0, 0.5, 0.25), [0.0, 0.3, 0.1]).unwrap(),
+        ),
+        (
+            [cube(), ring()],
+            Motion::screw(at(4.0, 0.0, 0.0), linked).unwrap(),
+        ),
+        (
+            [ball(), cube()],
+            Motion::straight(at(2.2, 0.3, 0.1), [-0.6, 0.2, 0.1]).unwrap(),
+        ),
     ];
-    for family in [Family::Double, Family::Degenerate, Family::Unequal, Family::FarOffset, Family::Grid] {
+    for family in [
+        Family::Double,
+        Family::Degenerate,
+        Family::Unequal,
+        Family::FarOffset,
+        Family::Grid,
+    ] {
         let trees = [18, 25].map(|count| Tree::new(soup(family, count, &mut random)));
-        let short = motions(family, 40, &mut random).into_iter().find(|motion| motion.turn().length() < 1.0);
+        let short = motions(family, 40, &mut random)
+            .into_iter()
+            .find(|motion| motion.turn().length() < 1.0);
         cases.push((trees, short.unwrap()));
     }
     cases
@@ -51,7 +77,10 @@ fn after_every_step_nothing_is_false() {
             assert!(time(&two[0]) >= time(&two[1]), "{two:?}");
             longest = longest.max(two[1].stats.work - two[0].stats.work);
         }
-        assert_eq!(&run(&truth.query, &mut workspace, ENOUGH), steps.last().unwrap());
+        assert_eq!(
+            &run(&truth.query, &mut workspace, ENOUGH),
+            steps.last().unwrap()
+        );
     }
     println!("the largest step is {longest}");
     assert!(longest <= MAX_DISTANCE_STEP_WORK, "a step of {longest}");
@@ -66,18 +95,33 @@ fn after_every_step_the_first_contact_is_in_the_boxes_of_the_certificate() {
         let query = MotionQuery::new(a, b, *motion);
         let known = run(&query, &mut finished, ENOUGH);
         assert_eq!(query.certificate(&finished).unwrap().open_pairs(), 0);
-        assert!(query.tolerance(0.5).certificate(&finished).is_err(), "another query");
-        let place = known.touching_at.and_then(|time| place(&query, [a, b], time, known.triangles?));
+        assert!(
+            query.tolerance(0.5).certificate(&finished).is_err(),
+            "another query"
+        );
+        let place = known
+            .touching_at
+            .and_then(|time| place(&query, [a, b], time, known.triangles?));
         let within = 2.0 * (known.touching_at.unwrap_or(1.0) - known.free_until) + 1e-9;
         let mut said = run(&query, &mut workspace, Budget::work(0));
         let mut bound = u64::MAX;
         while said.stop != StopReason::Finished {
             let certificate = query.certificate(&workspace).unwrap();
-            assert!(certificate.upper_bound() <= bound, "{bound}, then {}", certificate.upper_bound());
+            assert!(
+                certificate.upper_bound() <= bound,
+                "{bound}, then {}",
+                certificate.upper_bound()
+            );
             bound = certificate.upper_bound();
             let open = certificate.open_pairs();
-            assert!(certificate.boxes().count() <= open && (open > 0 || certificate.upper_bound() == 0));
-            assert!(certificate.boxes().all(|open| open.min.is_finite() && open.max.is_finite() && !open.is_empty()));
+            assert!(
+                certificate.boxes().count() <= open && (open > 0 || certificate.upper_bound() == 0)
+            );
+            assert!(
+                certificate
+                    .boxes()
+                    .all(|open| open.min.is_finite() && open.max.is_finite() && !open.is_empty())
+            );
             pieces = pieces.max(open);
             if let (Some(time), Some(place)) = (known.touching_at, place)
                 && said.touching_at.is_none_or(|found| found > time + within)
@@ -95,9 +139,18 @@ fn after_every_step_the_first_contact_is_in_the_boxes_of_the_certificate() {
 }
 
 /// The ends of what two triangles have in common at a time, in A's frame, if that is known.
-fn place(query: &MotionQuery, [a, b]: [&Tree; 2], time: f64, triangles: [u32; 2]) -> Option<[DVec3; 2]> {
-    let [of_a, of_b] = [(a, triangles[0]), (b, triangles[1])].map(|(tree, id)| tree.mesh().triangle(id as usize));
-    triangle_segment(&of_a, &of_b.map(|corner| query.pose(time).transform_point(corner)))
+fn place(
+    query: &MotionQuery,
+    [a, b]: [&Tree; 2],
+    time: f64,
+    triangles: [u32; 2],
+) -> Option<[DVec3; 2]> {
+    let [of_a, of_b] =
+        [(a, triangles[0]), (b, triangles[1])].map(|(tree, id)| tree.mesh().triangle(id as usize));
+    triangle_segment(
+        &of_a,
+        &of_b.map(|corner| query.pose(time).transform_point(corner)),
+    )
 }
 
 /// Without a memory and with one that knows; also where a copy of the workspace goes on, and where another query came between.
@@ -125,10 +178,20 @@ fn pieces_of_any_size_end_in_the_same_bits() {
             assert_eq!(said, full);
             copy = memory.clone();
         }
-        assert!(query.resume_with(&mut pieces, None, ENOUGH, &punctual::ManualClock::new()).is_err(), "it is complete");
+        assert!(
+            query
+                .resume_with(&mut pieces, None, ENOUGH, &punctual::ManualClock::new())
+                .is_err(),
+            "it is complete"
+        );
         let _ = run(&query, &mut pieces, Budget::work(0));
         let other = query.tolerance(0.5);
-        assert!(other.resume_with(&mut pieces, None, ENOUGH, &punctual::ManualClock::new()).is_err(), "another query");
+        assert!(
+            other
+                .resume_with(&mut pieces, None, ENOUGH, &punctual::ManualClock::new())
+                .is_err(),
+            "another query"
+        );
     }
 }
 
@@ -168,8 +231,15 @@ fn what_is_known_does_not_depend_on_kernels_or_room() {
         let _ = run_with_memory(&query, &mut fast, &mut memory, ENOUGH);
         let warm = run_with_memory(&query, &mut fast, &mut memory, ENOUGH);
         for other in [cramped, warm] {
-            assert_eq!(said.touching_at.is_some(), other.touching_at.is_some(), "{said:?} {other:?}");
-            assert!((said.free_until - other.free_until).abs() < 1e-5, "{said:?} {other:?}");
+            assert_eq!(
+                said.touching_at.is_some(),
+                other.touching_at.is_some(),
+                "{said:?} {other:?}"
+            );
+            assert!(
+                (said.free_until - other.free_until).abs() < 1e-5,
+                "{said:?} {other:?}"
+            );
         }
     }
 }
@@ -184,7 +254,10 @@ fn a_deadline_ends_it_with_what_is_proven() {
         let mut said = truth.query.run_with(&mut workspace, None, budget, &clock);
         while said.stop == StopReason::Deadline {
             truth.assert_sound(&said);
-            said = truth.query.resume_with(&mut workspace, None, budget, &clock).unwrap();
+            said = truth
+                .query
+                .resume_with(&mut workspace, None, budget, &clock)
+                .unwrap();
         }
         assert_eq!(said.stop, StopReason::Finished);
     }

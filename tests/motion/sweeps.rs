@@ -12,9 +12,14 @@ const GAP: f64 = 1e-9;
 
 #[test]
 fn no_contact_of_the_listed_motions_is_missed() {
-    let Some(folder) = shared("meshes/sweeps") else { return };
+    let Some(folder) = shared("meshes/sweeps") else {
+        return;
+    };
     let mut workspace = Workspace::new();
-    let mut cases: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut cases: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
     cases.sort();
     for case in cases {
         let listed = text(&case.join("case.txt"));
@@ -24,18 +29,28 @@ fn no_contact_of_the_listed_motions_is_missed() {
         let sweeps = text(&case.join("sweeps.txt"));
         let mut hits = 0;
         for (line, known) in sweeps.lines().zip(truth.lines().skip(1)) {
-            let numbers: Vec<f64> = line.split_whitespace().map(|word| word.parse().unwrap()).collect();
-            let [start @ .., x, y, z] = &numbers[..] else { panic!("{line}") };
+            let numbers: Vec<f64> = line
+                .split_whitespace()
+                .map(|word| word.parse().unwrap())
+                .collect();
+            let [start @ .., x, y, z] = &numbers[..] else {
+                panic!("{line}")
+            };
             let start = Pose::from_row_major(start.try_into().unwrap()).unwrap();
             let motion = Motion::straight(start, [*x, *y, *z]).unwrap();
             let said = run(&MotionQuery::new(&a, &b, motion), &mut workspace, ENOUGH);
             assert_eq!(said.stop, StopReason::Finished);
-            let [_, hit, time, _] = known.split(',').collect::<Vec<_>>()[..] else { panic!("{known}") };
+            let [_, hit, time, _] = known.split(',').collect::<Vec<_>>()[..] else {
+                panic!("{known}")
+            };
             assert_eq!(said.touching_at.is_some(), hit == "1", "{known}: {said:?}");
             if let Some(touching) = said.touching_at {
                 let time: f64 = time.parse().unwrap();
                 let close = 100.0 * GAP * a.unit_length() / motion.velocity().length();
-                assert!(said.free_until <= time + close && time <= touching, "{known}: {said:?}");
+                assert!(
+                    said.free_until <= time + close && time <= touching,
+                    "{known}: {said:?}"
+                );
                 assert!(
                     (touching - said.free_until) * motion.velocity().length()
                         < 3e-6 * (a.unit_length() + b.unit_length())

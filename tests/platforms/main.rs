@@ -26,7 +26,14 @@ fn answers_are_those_of_all_platforms() {
 }
 
 fn assert_same(answers: &str, expected: &str) {
-    let differ: Vec<_> = answers.lines().zip(expected.lines()).filter(|(ours, theirs)| ours != theirs).collect();
-    assert!(differ.is_empty(), "ours, and those of the file: {differ:#?}");
+    let differ: Vec<_> = answers
+        .lines()
+        .zip(expected.lines())
+        .filter(|(ours, theirs)| ours != theirs)
+        .collect();
+    assert!(
+        differ.is_empty(),
+        "ours, and those of the file: {differ:#?}"
+    );
     assert_eq!(answers.lines().count(), expected.lines().count());
 }

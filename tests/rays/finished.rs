@@ -4,13 +4,16 @@ use crate::common::random::{Family, Random, soup, soups};
 use crate::truth::Line;
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, ManualClock, Mesh, Ray, RayBatch, RayCast, RayHit, RayMode, RayQuery, Side, StopReason, Tree, Workspace,
+    Budget, ManualClock, Mesh, Ray, RayBatch, RayCast, RayHit, RayMode, RayQuery, Side, StopReason,
+    Tree, Workspace,
 };
 
 pub const ENOUGH: Budget = Budget::work(1 << 40);
 
 pub fn run(tree: &Tree, ray: Ray, mode: RayMode, workspace: &mut Workspace) -> RayCast {
-    RayQuery::new(tree, ray).mode(mode).run_with(workspace, ENOUGH, &ManualClock::new())
+    RayQuery::new(tree, ray)
+        .mode(mode)
+        .run_with(workspace, ENOUGH, &ManualClock::new())
 }
 
 /// Rays to and from corners, edges and middles of triangles, along axes, within planes, and anywhere.
@@ -63,21 +66,39 @@ pub fn assert_right(tree: &Tree, lines: &[Line], workspace: &mut Workspace) -> u
     let done = batch.run_with(workspace, &mut nearest, ENOUGH, &ManualClock::new());
     assert_eq!((done.done, done.stop), (rays.len(), StopReason::Finished));
     let mut again = vec![None; rays.len()];
-    assert_eq!(batch.run_with(&mut portable, &mut again, ENOUGH, &ManualClock::new()), done);
+    assert_eq!(
+        batch.run_with(&mut portable, &mut again, ENOUGH, &ManualClock::new()),
+        done
+    );
     assert_eq!(again, nearest);
-    let _ = batch.any().run_with(workspace, &mut any, ENOUGH, &ManualClock::new());
+    let _ = batch
+        .any()
+        .run_with(workspace, &mut any, ENOUGH, &ManualClock::new());
     for (i, line) in lines.iter().enumerate() {
         let truth = line.all(tree);
         let cast = run(tree, line.ray, RayMode::All, workspace);
         let mut hits: Vec<RayHit> = workspace.ray_hits().to_vec();
         hits.sort_by_key(|hit| hit.triangle);
         let ids = |hits: &[RayHit]| hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>();
-        assert_eq!(ids(&hits), truth.iter().map(|(id, _)| *id).collect::<Vec<_>>(), "{:?}", line.ray);
-        assert_eq!((cast.found, cast.free_until, cast.stop), (hits.len() as u64, f64::INFINITY, StopReason::Finished));
-        hits.iter().zip(&truth).for_each(|(hit, (_, t))| line.assert_close(tree, hit, t));
+        assert_eq!(
+            ids(&hits),
+            truth.iter().map(|(id, _)| *id).collect::<Vec<_>>(),
+            "{:?}",
+            line.ray
+        );
+        assert_eq!(
+            (cast.found, cast.free_until, cast.stop),
+            (hits.len() as u64, f64::INFINITY, StopReason::Finished)
+        );
+        hits.iter()
+            .zip(&truth)
+            .for_each(|(hit, (_, t))| line.assert_close(tree, hit, t));
         count += hits.len();
 
-        let first = hits.iter().copied().min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+        let first = hits
+            .iter()
+            .copied()
+            .min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         let cast = run(tree, line.ray, RayMode::Nearest, workspace);
         assert_eq!((cast.hit, nearest[i]), (first, first), "{:?}", line.ray);
         assert_eq!(cast.free_until, first.map_or(f64::INFINITY, |hit| hit.t));
@@ -86,7 +107,11 @@ pub fn assert_right(tree: &Tree, lines: &[Line], workspace: &mut Workspace) -> u
         assert_eq!(found.hit, any[i]);
         assert_eq!(found.hit.is_some(), !hits.is_empty());
         assert!(found.hit.is_none_or(|hit| hits.contains(&hit)));
-        let stop = if hits.is_empty() { StopReason::Finished } else { StopReason::FirstHit };
+        let stop = if hits.is_empty() {
+            StopReason::Finished
+        } else {
+            StopReason::FirstHit
+        };
         assert_eq!(found.stop, stop);
     }
     count
@@ -110,7 +135,12 @@ fn limits_leave_out_what_is_told_beyond_them() {
     let ray = Ray::new([-3.0, 0.3, 0.4], [2.0, 0.0, 0.0]).unwrap();
     let mut workspace = Workspace::new();
     let mut nearest = |t_min, t_max| {
-        let cast = run(&tree, ray.within(t_min, t_max), RayMode::Nearest, &mut workspace);
+        let cast = run(
+            &tree,
+            ray.within(t_min, t_max),
+            RayMode::Nearest,
+            &mut workspace,
+        );
         cast.hit.map(|hit| (hit.t, hit.side))
     };
     assert_eq!(nearest(0.0, 9.0), Some((1.0, Side::Front)));
@@ -129,13 +159,30 @@ fn an_empty_mesh_and_no_rays_are_answered() {
     let mut workspace = Workspace::new();
     for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
         let cast = run(&empty, ray, mode, &mut workspace);
-        assert_eq!((cast.hit, cast.free_until, cast.stop), (None, f64::INFINITY, StopReason::Finished));
+        assert_eq!(
+            (cast.hit, cast.free_until, cast.stop),
+            (None, f64::INFINITY, StopReason::Finished)
+        );
     }
-    let mut hits =
-        [Some(run(&Tree::new(punctual::shapes::icosphere(1)), ray, RayMode::Any, &mut workspace).hit.unwrap())];
-    let done = RayBatch::new(&empty, &[ray, ray]).run_with(&mut workspace, &mut hits, ENOUGH, &ManualClock::new());
+    let mut hits = [Some(
+        run(
+            &Tree::new(punctual::shapes::icosphere(1)),
+            ray,
+            RayMode::Any,
+            &mut workspace,
+        )
+        .hit
+        .unwrap(),
+    )];
+    let done = RayBatch::new(&empty, &[ray, ray]).run_with(
+        &mut workspace,
+        &mut hits,
+        ENOUGH,
+        &ManualClock::new(),
+    );
     assert_eq!((done.done, hits), (1, [None]));
-    let done = RayBatch::new(&empty, &[]).run_with(&mut workspace, &mut hits, ENOUGH, &ManualClock::new());
+    let done =
+        RayBatch::new(&empty, &[]).run_with(&mut workspace, &mut hits, ENOUGH, &ManualClock::new());
     assert_eq!((done.done, done.stop), (0, StopReason::Finished));
 }
 
@@ -144,13 +191,24 @@ fn an_empty_mesh_and_no_rays_are_answered() {
 /// `f64` computes and what only exact sums tell.
 #[test]
 fn meshes_of_any_size() {
-    let power = |exponent: i32| if exponent < -1022 { f64::from_bits(1) } else { 2f64.powi(exponent) };
+    let power = |exponent: i32| {
+        if exponent < -1022 {
+            f64::from_bits(1)
+        } else {
+            2f64.powi(exponent)
+        }
+    };
     let (mut random, mut workspace, mut count) = (Random::new(3), Workspace::new(), 0);
     let scales = [-1074, -700, -340, -301, 0, 298, 310, 345, 400, 512, 990];
-    for exponents in scales.iter().flat_map(|&e| [[e; 3], [e, e / 2, -e.max(-990)], [0, e, 0]]) {
+    for exponents in scales
+        .iter()
+        .flat_map(|&e| [[e; 3], [e, e / 2, -e.max(-990)], [0, e, 0]])
+    {
         let scale = DVec3::from_array(exponents.map(power));
         let corners: Vec<[f64; 3]> = (0..24)
-            .map(|_| (DVec3::from_array([0; 3].map(|_| random.below(9) as f64 - 4.0)) * scale).to_array())
+            .map(|_| {
+                (DVec3::from_array([0; 3].map(|_| random.below(9) as f64 - 4.0)) * scale).to_array()
+            })
             .collect();
         let mesh = Mesh::from_f64(corners, (0..8).map(|i| [3 * i, 3 * i + 1, 3 * i + 2])).unwrap();
         let tree = Tree::new(mesh);
@@ -158,7 +216,10 @@ fn meshes_of_any_size() {
         // From a middle of a triangle out and back, by directions of any length.
         for length in [1.0, 1e-300, 1e-90, 1e90, 1e300] {
             let [a, b, c] = tree.mesh().triangle(random.below(8));
-            let (middle, unit) = (a * 0.25 + b * 0.25 + c * 0.5, scale * (1.0 / scale.max_element()));
+            let (middle, unit) = (
+                a * 0.25 + b * 0.25 + c * 0.5,
+                scale * (1.0 / scale.max_element()),
+            );
             let way = random.vector() * unit * length;
             let origin = middle - way * (scale.max_element() / length);
             if way != DVec3::ZERO && origin.abs().max_element() < power(1000) {
@@ -174,18 +235,45 @@ fn meshes_of_any_size() {
 #[test]
 fn limits_far_away() {
     let far = 2f64.powi(1000);
-    let wall = Mesh::from_f64([[far, -far, -far], [far, far, -far], [far, 0.0, far]], [[0, 1, 2]]).unwrap();
+    let wall = Mesh::from_f64(
+        [[far, -far, -far], [far, far, -far], [far, 0.0, far]],
+        [[0, 1, 2]],
+    )
+    .unwrap();
     let tree = Tree::new(wall);
     let mut workspace = Workspace::new();
-    for (length, t) in [(1.0, far), (2f64.powi(-20), 2f64.powi(1020)), (2f64.powi(-30), f64::INFINITY), (far, 1.0)] {
+    for (length, t) in [
+        (1.0, far),
+        (2f64.powi(-20), 2f64.powi(1020)),
+        (2f64.powi(-30), f64::INFINITY),
+        (far, 1.0),
+    ] {
         let line = Line::half_line(DVec3::ZERO, DVec3::X * length);
-        assert_right(&tree, &[Line::half_line(DVec3::ZERO, DVec3::X * length)], &mut workspace);
-        let hit = |ray, workspace: &mut Workspace| run(&tree, ray, RayMode::Nearest, workspace).hit.map(|hit| hit.t);
+        assert_right(
+            &tree,
+            &[Line::half_line(DVec3::ZERO, DVec3::X * length)],
+            &mut workspace,
+        );
+        let hit = |ray, workspace: &mut Workspace| {
+            run(&tree, ray, RayMode::Nearest, workspace)
+                .hit
+                .map(|hit| hit.t)
+        };
         assert_eq!(hit(line.ray, &mut workspace), Some(t));
         assert_eq!(hit(line.ray.within(t, t), &mut workspace), Some(t));
-        assert_eq!(hit(line.ray.within(0.0, t.min(f64::MAX) * 0.5), &mut workspace), None);
-        let none = RayQuery::new(&tree, line.ray).run_with(&mut workspace, Budget::work(0), &ManualClock::new());
-        assert!(none.stop == StopReason::WorkLimit && none.free_until <= t, "{none:?}");
+        assert_eq!(
+            hit(line.ray.within(0.0, t.min(f64::MAX) * 0.5), &mut workspace),
+            None
+        );
+        let none = RayQuery::new(&tree, line.ray).run_with(
+            &mut workspace,
+            Budget::work(0),
+            &ManualClock::new(),
+        );
+        assert!(
+            none.stop == StopReason::WorkLimit && none.free_until <= t,
+            "{none:?}"
+        );
     }
 }
 
@@ -195,11 +283,20 @@ fn directions_and_origins_of_any_size() {
     let mut lines = Vec::new();
     for scale in [5e-324, 1e-200, 1.0, 1e90, 1e300] {
         for far in [1.5, 1e4, 1e11, 1e200] {
-            lines.push(Line::half_line(DVec3::new(0.1, far, 0.25), DVec3::new(0.0, -scale, 0.0)));
-            lines.push(Line::half_line(DVec3::new(0.1, far, 0.25), DVec3::new(0.0, scale, 1e-3 * scale)));
+            lines.push(Line::half_line(
+                DVec3::new(0.1, far, 0.25),
+                DVec3::new(0.0, -scale, 0.0),
+            ));
+            lines.push(Line::half_line(
+                DVec3::new(0.1, far, 0.25),
+                DVec3::new(0.0, scale, 1e-3 * scale),
+            ));
         }
         if scale > 1e-90 {
-            lines.push(Line::segment(DVec3::new(0.1, 2.0, 0.25), DVec3::new(0.2, -scale, 0.1)));
+            lines.push(Line::segment(
+                DVec3::new(0.1, 2.0, 0.25),
+                DVec3::new(0.2, -scale, 0.1),
+            ));
         }
     }
     let count = assert_right(&tree, &lines, &mut Workspace::new());

@@ -3,20 +3,40 @@
 use crate::common::random::{Family, Random, soup};
 use crate::finished::{ENOUGH, lines, run};
 use punctual::{
-    Budget, MAX_STEP_WORK, ManualClock, Ray, RayBatch, RayHit, RayMode, RayQuery, ResumeError, StopReason, Tree,
-    Workspace, shapes,
+    Budget, MAX_STEP_WORK, ManualClock, Ray, RayBatch, RayHit, RayMode, RayQuery, ResumeError,
+    StopReason, Tree, Workspace, shapes,
 };
 
 const MODES: [RayMode; 3] = [RayMode::Nearest, RayMode::Any, RayMode::All];
 
 fn cases() -> Vec<(Tree, Vec<Ray>)> {
     let mut random = Random::new(11);
-    let meshes = [shapes::icosphere(3), shapes::torus_knot(2, 3, 0.2, 40), shapes::cuboid([1.0; 3], 5)];
-    let soups = [Family::Uniform, Family::Degenerate, Family::Unequal, Family::Duplicate];
-    let meshes = meshes.into_iter().chain(soups.map(|family| soup(family, 50, &mut random)));
+    let meshes = [
+        shapes::icosphere(3),
+        shapes::torus_knot(2, 3, 0.2, 40),
+        shapes::cuboid([1.0; 3], 5),
+    ];
+    let soups = [
+        Family::Uniform,
+        Family::Degenerate,
+        Family::Unequal,
+        Family::Duplicate,
+    ];
+    let meshes = meshes
+        .into_iter()
+        .chain(soups.map(|family| soup(family, 50, &mut random)));
     let trees: Vec<Tree> = meshes.map(Tree::new).collect();
-    let rays = |tree: &Tree, random: &mut Random| lines(tree, 12, random).iter().map(|line| line.ray).collect();
-    trees.into_iter().map(|tree| (rays(&tree, &mut random), tree)).map(|(rays, tree)| (tree, rays)).collect()
+    let rays = |tree: &Tree, random: &mut Random| {
+        lines(tree, 12, random)
+            .iter()
+            .map(|line| line.ray)
+            .collect()
+    };
+    trees
+        .into_iter()
+        .map(|tree| (rays(&tree, &mut random), tree))
+        .map(|(rays, tree)| (tree, rays))
+        .collect()
 }
 
 #[test]
@@ -37,16 +57,27 @@ fn after_every_step_nothing_is_false() {
                 };
                 assert!(found.iter().all(|hit| truth.contains(hit)));
                 for hit in &truth {
-                    assert!(hit.t >= said.free_until || found.contains(hit), "{hit:?} {said:?}");
+                    assert!(
+                        hit.t >= said.free_until || found.contains(hit),
+                        "{hit:?} {said:?}"
+                    );
                 }
                 before = said;
-                said = query.resume_with(&mut workspace, Budget::work(1), &clock).unwrap();
+                said = query
+                    .resume_with(&mut workspace, Budget::work(1), &clock)
+                    .unwrap();
                 let is_any = mode == RayMode::Any && said.hit.is_some();
-                assert!(is_any || before.free_until <= said.free_until, "{before:?} {said:?}");
+                assert!(
+                    is_any || before.free_until <= said.free_until,
+                    "{before:?} {said:?}"
+                );
                 assert!(said.stats.work - before.stats.work <= MAX_STEP_WORK);
             }
             assert_eq!(said, whole, "{before:?}");
-            assert_eq!(query.resume_with(&mut workspace, ENOUGH, &clock), Err(ResumeError));
+            assert_eq!(
+                query.resume_with(&mut workspace, ENOUGH, &clock),
+                Err(ResumeError)
+            );
         }
     }
 }
@@ -66,7 +97,12 @@ fn batches_in_pieces_end_in_the_same_bits() {
                     workspace = workspace.clone();
                 }
                 said = batch
-                    .resume_with(&mut workspace, &mut pieces, Budget::work(random.below(900) as u64), &clock)
+                    .resume_with(
+                        &mut workspace,
+                        &mut pieces,
+                        Budget::work(random.below(900) as u64),
+                        &clock,
+                    )
                     .unwrap();
             }
             assert_eq!((said, &pieces), (full, &whole));
@@ -102,11 +138,32 @@ fn what_is_not_the_stopped_run_is_refused() {
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
     let query = RayQuery::new(&tree, ray);
     let _ = query.run_with(&mut workspace, Budget::work(0), &clock);
-    for wrong in [RayQuery::new(&tree, other), query.mode(RayMode::Any), RayQuery::new(&twin, ray)] {
-        assert_eq!(wrong.resume_with(&mut workspace.clone(), ENOUGH, &clock), Err(ResumeError));
+    for wrong in [
+        RayQuery::new(&tree, other),
+        query.mode(RayMode::Any),
+        RayQuery::new(&twin, ray),
+    ] {
+        assert_eq!(
+            wrong.resume_with(&mut workspace.clone(), ENOUGH, &clock),
+            Err(ResumeError)
+        );
     }
-    assert!(query.resume_with(&mut workspace, ENOUGH, &clock).unwrap().hit.is_some());
+    assert!(
+        query
+            .resume_with(&mut workspace, ENOUGH, &clock)
+            .unwrap()
+            .hit
+            .is_some()
+    );
     let rays = [ray, other];
-    let _ = RayBatch::new(&tree, &rays).run_with(&mut workspace, &mut [None; 2], Budget::work(0), &clock);
-    assert_eq!(query.resume_with(&mut workspace, ENOUGH, &clock), Err(ResumeError));
+    let _ = RayBatch::new(&tree, &rays).run_with(
+        &mut workspace,
+        &mut [None; 2],
+        Budget::work(0),
+        &clock,
+    );
+    assert_eq!(
+        query.resume_with(&mut workspace, ENOUGH, &clock),
+        Err(ResumeError)
+    );
 }

@@ -42,12 +42,20 @@ fn is_zero(a: &Vector) -> bool {
 impl Line {
     pub fn half_line(origin: DVec3, direction: DVec3) -> Self {
         let ray = Ray::new(origin, direction).unwrap();
-        Self { ray, origin: exact(origin), direction: exact(direction) }
+        Self {
+            ray,
+            origin: exact(origin),
+            direction: exact(direction),
+        }
     }
 
     pub fn segment(from: DVec3, to: DVec3) -> Self {
         let ray = Ray::segment(from, to).unwrap();
-        Self { ray, origin: exact(from), direction: sub(&exact(to), &exact(from)) }
+        Self {
+            ray,
+            origin: exact(from),
+            direction: sub(&exact(to), &exact(from)),
+        }
     }
 
     /// The least parameter of a point shared with the closed hull of three points.
@@ -55,7 +63,10 @@ impl Line {
         let corners = corners.map(exact);
         let [a, b, c] = &corners;
         let normal = cross(&sub(b, a), &sub(c, a));
-        let (along, above) = (dot(&normal, &self.direction), dot(&normal, &sub(a, &self.origin)));
+        let (along, above) = (
+            dot(&normal, &self.direction),
+            dot(&normal, &sub(a, &self.origin)),
+        );
         let span = if is_zero(&normal) {
             self.degenerate(&corners)?
         } else if along.is_zero() {
@@ -66,7 +77,9 @@ impl Line {
         } else {
             let t = above / along;
             let point: Vector = std::array::from_fn(|k| &self.origin[k] + &t * &self.direction[k]);
-            let inside = |p: &Vector, q: &Vector| !dot(&normal, &cross(&sub(q, p), &sub(&point, p))).is_negative();
+            let inside = |p: &Vector, q: &Vector| {
+                !dot(&normal, &cross(&sub(q, p), &sub(&point, p))).is_negative()
+            };
             if !(inside(a, b) && inside(b, c) && inside(c, a)) {
                 return None;
             }
@@ -74,7 +87,11 @@ impl Line {
         };
         let [first, last] = span;
         let is_late = self.ray.is_segment() && first > Number::from_integer(BigInt::from(1));
-        if last.is_negative() || is_late { None } else { Some(first.max(Number::zero())) }
+        if last.is_negative() || is_late {
+            None
+        } else {
+            Some(first.max(Number::zero()))
+        }
     }
 
     /// From where to where the line is inside the three edges.
@@ -103,14 +120,18 @@ impl Line {
     /// The same for three points on one line.
     fn degenerate(&self, corners: &[Vector; 3]) -> Option<[Number; 2]> {
         let order = |a: &&Vector, b: &&Vector| a.as_slice().cmp(b.as_slice());
-        let (p, q) = (corners.iter().min_by(order).unwrap(), corners.iter().max_by(order).unwrap());
+        let (p, q) = (
+            corners.iter().min_by(order).unwrap(),
+            corners.iter().max_by(order).unwrap(),
+        );
         let (edge, to_p) = (sub(q, p), sub(p, &self.origin));
         let square = dot(&self.direction, &self.direction);
         let across = cross(&self.direction, &edge);
         if is_zero(&across) {
             let t = |x: &Vector| dot(&sub(x, &self.origin), &self.direction) / &square;
             let (t, u) = (t(p), t(q));
-            return is_zero(&cross(&to_p, &self.direction)).then(|| if t < u { [t, u] } else { [u, t] });
+            return is_zero(&cross(&to_p, &self.direction))
+                .then(|| if t < u { [t, u] } else { [u, t] });
         }
         if !dot(&to_p, &across).is_zero() {
             return None;
@@ -125,7 +146,9 @@ impl Line {
     /// All triangles of a mesh that are hit, by id, with their exact parameters.
     pub fn all(&self, tree: &Tree) -> Vec<(u32, Number)> {
         let mesh = tree.mesh();
-        (0..mesh.len()).filter_map(|id| Some((id as u32, self.first(mesh.triangle(id))?))).collect()
+        (0..mesh.len())
+            .filter_map(|id| Some((id as u32, self.first(mesh.triangle(id))?)))
+            .collect()
     }
 
     /// That a parameter as it is told is as close to the exact one as is promised.
@@ -134,13 +157,26 @@ impl Line {
             assert!(t.to_f64().is_none_or(f64::is_infinite), "{hit:?}: {t}");
             return;
         }
-        let corners = tree.mesh().triangle(hit.triangle as usize).map(|corner| sub(&exact(corner), &self.origin));
-        let largest = |vectors: &[Vector]| vectors.as_flattened().iter().map(Signed::abs).max().unwrap();
+        let corners = tree
+            .mesh()
+            .triangle(hit.triangle as usize)
+            .map(|corner| sub(&exact(corner), &self.origin));
+        let largest = |vectors: &[Vector]| {
+            vectors
+                .as_flattened()
+                .iter()
+                .map(Signed::abs)
+                .max()
+                .unwrap()
+        };
         let bound = largest(&corners) / largest(std::slice::from_ref(&self.direction));
         let told = Number::from_float(hit.t).unwrap();
         let error = (&told - t).abs();
         let least = Number::from_float(f64::from_bits(2)).unwrap();
-        assert!(error <= bound * Number::from_float(1e-11).unwrap() + least, "{hit:?}: {t:?}");
+        assert!(
+            error <= bound * Number::from_float(1e-11).unwrap() + least,
+            "{hit:?}: {t:?}"
+        );
         assert!(!told.is_negative() && (!self.ray.is_segment() || hit.t <= 1.0));
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::common::random::Random;
 use punctual::glam::DVec3;
-use punctual::{Budget, ManualClock, Mesh, Ray, RayBatch, RayMode, RayQuery, Tree, Workspace, shapes};
+use punctual::{
+    Budget, ManualClock, Mesh, Ray, RayBatch, RayMode, RayQuery, Tree, Workspace, shapes,
+};
 
 /// Rays from points inside and outside to every corner and to the middle of every edge.
 fn assert_watertight(mesh: Mesh, inside: DVec3, outside: DVec3) {
@@ -14,15 +16,21 @@ fn assert_watertight(mesh: Mesh, inside: DVec3, outside: DVec3) {
         targets.extend([p, (p + q) * 0.5, (q + r) * 0.5, q * 0.3 + r * 0.7]);
     }
     // From inside, every ray hits. From outside, those do whose line comes by the point inside, and those to a corner.
-    let from_inside = targets.iter().map(|&x| Ray::new(inside, x - inside).unwrap());
+    let from_inside = targets
+        .iter()
+        .map(|&x| Ray::new(inside, x - inside).unwrap());
     let segments = (0..mesh.len()).map(|id| Ray::segment(outside, mesh.triangle(id)[0]).unwrap());
-    let through = targets.iter().map(|&x| Ray::segment(inside + (inside - x) * 4.0, x + (x - inside) * 4.0).unwrap());
+    let through = targets
+        .iter()
+        .map(|&x| Ray::segment(inside + (inside - x) * 4.0, x + (x - inside) * 4.0).unwrap());
     let rays: Vec<Ray> = from_inside.chain(segments).chain(through).collect();
     let (mut hits, mut any) = (vec![None; rays.len()], vec![None; rays.len()]);
     let mut workspace = Workspace::new();
     let (budget, clock) = (Budget::unlimited(), ManualClock::new());
     let _ = RayBatch::new(&tree, &rays).run_with(&mut workspace, &mut hits, budget, &clock);
-    let _ = RayBatch::new(&tree, &rays).any().run_with(&mut workspace, &mut any, budget, &clock);
+    let _ = RayBatch::new(&tree, &rays)
+        .any()
+        .run_with(&mut workspace, &mut any, budget, &clock);
     for (ray, (hit, any)) in rays.iter().zip(hits.iter().zip(&any)) {
         assert!(hit.is_some() && any.is_some(), "{ray:?}");
     }
@@ -30,10 +38,22 @@ fn assert_watertight(mesh: Mesh, inside: DVec3, outside: DVec3) {
 
 #[test]
 fn closed_surfaces_let_no_ray_out() {
-    assert_watertight(shapes::icosphere(4), DVec3::new(0.1, -0.2, 0.05), DVec3::new(3.0, 1.0, 2.0));
+    assert_watertight(
+        shapes::icosphere(4),
+        DVec3::new(0.1, -0.2, 0.05),
+        DVec3::new(3.0, 1.0, 2.0),
+    );
     assert_watertight(shapes::icosphere(3), DVec3::ZERO, DVec3::new(0.0, 0.0, 9.0));
-    assert_watertight(shapes::cuboid([1.0, 0.5, 0.25], 6), DVec3::ZERO, DVec3::new(5.0, 0.5, 0.25));
-    assert_watertight(shapes::torus(1.0, 0.3, 40), DVec3::new(1.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 3.0));
+    assert_watertight(
+        shapes::cuboid([1.0, 0.5, 0.25], 6),
+        DVec3::ZERO,
+        DVec3::new(5.0, 0.5, 0.25),
+    );
+    assert_watertight(
+        shapes::torus(1.0, 0.3, 40),
+        DVec3::new(1.0, 0.0, 0.0),
+        DVec3::new(0.0, 0.0, 3.0),
+    );
 }
 
 /// Along the axes through the corners of a cube, and within its faces.
@@ -45,7 +65,11 @@ fn rays_within_faces_and_along_edges_hit() {
     for axis in 0..3 {
         for step in 0..=8 {
             let place = [-1.0, -0.5, 0.0, 0.3, 1.0];
-            let mut origin = [place[random.below(5)], place[random.below(5)], place[random.below(5)]];
+            let mut origin = [
+                place[random.below(5)],
+                place[random.below(5)],
+                place[random.below(5)],
+            ];
             origin[(axis + 1) % 3] = f64::from(step) / 4.0 - 1.0;
             origin[axis] = -4.0;
             let mut direction = [0.0; 3];

@@ -6,7 +6,10 @@ use crate::common::check;
 use crate::common::random::Random;
 use crate::{Model, detect, pose, trees};
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Body, BodyId, Budget, BuildOptions, Mesh, Mode, Pose, Query, Scene, Tree, Verdict, Workspace, shapes};
+use punctual::{
+    Body, BodyId, Budget, BuildOptions, Mesh, Mode, Pose, Query, Scene, Tree, Verdict, Workspace,
+    shapes,
+};
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
@@ -15,19 +18,31 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
 /// A pose that differs from another by a small turn and step.
 fn trembling(from: &Pose, size: f64, random: &mut Random) -> Pose {
     let turn = DMat3::from_quat(DQuat::from_scaled_axis(size * random.vector()));
-    Pose::new(turn * *from.rotation(), from.translation() + size * random.vector()).unwrap()
+    Pose::new(
+        turn * *from.rotation(),
+        from.translation() + size * random.vector(),
+    )
+    .unwrap()
 }
 
 fn ball(extremes: bool) -> Arc<Tree> {
-    Arc::new(Tree::with_options(shapes::icosphere(3), &BuildOptions::default().extremes(extremes)))
+    Arc::new(Tree::with_options(
+        shapes::icosphere(3),
+        &BuildOptions::default().extremes(extremes),
+    ))
 }
 
 /// Bodies of all shapes close to each other.
 fn crowd(bodies: usize, random: &mut Random) -> (Scene, Model, Vec<Arc<Tree>>) {
     let (trees, mut scene, mut model) = (trees(), Scene::new(), Model::default());
     for _ in 0..bodies {
-        let body = Body::moving(Arc::clone(&trees[random.below(trees.len())]), pose(2.0, random));
-        model.bodies.push((scene.insert(body.clone()).unwrap(), body));
+        let body = Body::moving(
+            Arc::clone(&trees[random.below(trees.len())]),
+            pose(2.0, random),
+        );
+        model
+            .bodies
+            .push((scene.insert(body.clone()).unwrap(), body));
     }
     (scene, model, trees)
 }
@@ -56,49 +71,94 @@ fn bodies_that_tremble_are_decided_as_if_asked_anew() {
             body.pose = trembling(&body.pose, size, &mut random);
             scene.set_pose(*id, body.pose).unwrap();
         }
-        scene.set_mode(if frame % 24 < 16 { Mode::Any } else { Mode::All });
-        let budget = if frame % 5 == 4 { Budget::work(100_000) } else { Budget::unlimited() };
+        scene.set_mode(if frame % 24 < 16 {
+            Mode::Any
+        } else {
+            Mode::All
+        });
+        let budget = if frame % 5 == 4 {
+            Budget::work(100_000)
+        } else {
+            Budget::unlimited()
+        };
         let report = detect(&mut scene, budget);
         if frame % 40 > 2 && frame % 24 < 16 && budget == Budget::unlimited() {
             work[usize::from(size == 1e-2)] += report.work;
         }
         let truth = model.truth(&mut workspace);
         for pair in &report.pairs {
-            let met = truth.iter().any(|&(a, b, _)| (a, b) == (pair.a.index(), pair.b.index()));
+            let met = truth
+                .iter()
+                .any(|&(a, b, _)| (a, b) == (pair.a.index(), pair.b.index()));
             match pair.verdict {
                 Verdict::Undecided => assert_ne!(budget, Budget::unlimited()),
-                verdict => assert_eq!(met, verdict != Verdict::Separated, "frame {frame}: {pair:?}"),
+                verdict => assert_eq!(
+                    met,
+                    verdict != Verdict::Separated,
+                    "frame {frame}: {pair:?}"
+                ),
             }
             decided += usize::from(pair.verdict == Verdict::Separated);
         }
     }
-    assert!(decided > 1_000 && work[0] / 2 < work[1] / 2, "{decided} apart, {work:?} units: slow, fast");
+    assert!(
+        decided > 1_000 && work[0] / 2 < work[1] / 2,
+        "{decided} apart, {work:?} units: slow, fast"
+    );
 }
 
 /// Two balls draw near in ever smaller steps: the frame in which they meet is the one in which a query says so.
 #[test]
 fn what_draws_near_slowly_is_seen_to_meet() {
-    for (turn, extremes) in [(DMat3::IDENTITY, true), (DMat3::from_rotation_z(0.7) * (1.0 + 4e-5), false)] {
+    for (turn, extremes) in [
+        (DMat3::IDENTITY, true),
+        (DMat3::from_rotation_z(0.7) * (1.0 + 4e-5), false),
+    ] {
         let (ball, mut scene) = (ball(extremes), Scene::new());
         let far = DVec3::new(1e5, -2e5, 3e5);
-        scene.insert(Body::fixed(Arc::clone(&ball), Pose::new(turn, far).unwrap())).unwrap();
-        let id = scene.insert(Body::moving(Arc::clone(&ball), at(0.0, 0.0, 0.0))).unwrap();
+        scene
+            .insert(Body::fixed(
+                Arc::clone(&ball),
+                Pose::new(turn, far).unwrap(),
+            ))
+            .unwrap();
+        let id = scene
+            .insert(Body::moving(Arc::clone(&ball), at(0.0, 0.0, 0.0)))
+            .unwrap();
         let (mut gap, mut met, mut queries) = (0.05, 0, 0);
         for frame in 0..4_000 {
             gap -= 2e-5;
-            let place =
-                Pose::new(DMat3::from_rotation_y(1e-6 * f64::from(frame)), far + DVec3::X * (2.0 + gap)).unwrap();
+            let place = Pose::new(
+                DMat3::from_rotation_y(1e-6 * f64::from(frame)),
+                far + DVec3::X * (2.0 + gap),
+            )
+            .unwrap();
             scene.set_pose(id, place).unwrap();
             let report = detect(&mut scene, Budget::unlimited());
             queries += usize::from(report.work > 0);
             let bodies: Vec<(BodyId, &Body)> = scene.bodies().collect();
             let b_in_a = bodies[0].1.pose.inverse().unwrap().compose(&place).unwrap();
-            let truth = check::run(&Query::new(&ball, &ball, b_in_a), &mut Workspace::new(), Budget::unlimited());
-            let verdict = scene.report().pairs.first().map_or(Verdict::Separated, |pair| pair.verdict);
-            assert_eq!(verdict == Verdict::Separated, truth.verdict == Verdict::Separated, "gap {gap:e}");
+            let truth = check::run(
+                &Query::new(&ball, &ball, b_in_a),
+                &mut Workspace::new(),
+                Budget::unlimited(),
+            );
+            let verdict = scene
+                .report()
+                .pairs
+                .first()
+                .map_or(Verdict::Separated, |pair| pair.verdict);
+            assert_eq!(
+                verdict == Verdict::Separated,
+                truth.verdict == Verdict::Separated,
+                "gap {gap:e}"
+            );
             met += usize::from(truth.verdict != Verdict::Separated);
         }
-        assert!(met > 100 && queries - met < 1_000, "{met} frames meet, {queries} with a query");
+        assert!(
+            met > 100 && queries - met < 1_000,
+            "{met} frames meet, {queries} with a query"
+        );
     }
 }
 
@@ -109,17 +169,29 @@ fn what_trembles_close_by_needs_few_queries() {
     let ball = Arc::new(Tree::new(shapes::icosphere(3)));
     for steps in [12.0, 24.0, 48.0] {
         let (step, mut scene) = (2e-4, Scene::new());
-        scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
+        scene
+            .insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))
+            .unwrap();
         let [x, y] = [std::f64::consts::FRAC_1_SQRT_2; 2].map(|part| part * (2.0 + steps * step));
-        let id = scene.insert(Body::moving(Arc::clone(&ball), at(x, y, 0.0))).unwrap();
+        let id = scene
+            .insert(Body::moving(Arc::clone(&ball), at(x, y, 0.0)))
+            .unwrap();
         let mut free = 0;
         for frame in 0..96 {
-            scene.set_pose(id, at(x, y, step * f64::from(frame % 2))).unwrap();
+            scene
+                .set_pose(id, at(x, y, step * f64::from(frame % 2)))
+                .unwrap();
             let report = detect(&mut scene, Budget::unlimited());
-            assert_eq!((report.pairs.len(), report.decided, report.intersecting), (1, 1, 0));
+            assert_eq!(
+                (report.pairs.len(), report.decided, report.intersecting),
+                (1, 1, 0)
+            );
             free += usize::from(report.work == 0);
         }
-        assert!(free >= 72, "{steps} steps apart, {free} of 96 frames need no query");
+        assert!(
+            free >= 72,
+            "{steps} steps apart, {free} of 96 frames need no query"
+        );
     }
 }
 
@@ -128,47 +200,80 @@ fn what_trembles_close_by_needs_few_queries() {
 #[test]
 fn what_a_plane_parts_needs_no_search() {
     let mut refitted = Tree::clone(&ball(true));
-    let vertices: Vec<_> =
-        (0..refitted.mesh().vertex_count()).map(|i| refitted.mesh().vertex(i).as_vec3().to_array()).collect();
+    let vertices: Vec<_> = (0..refitted.mesh().vertex_count())
+        .map(|i| refitted.mesh().vertex(i).as_vec3().to_array())
+        .collect();
     refitted.refit(&vertices).unwrap();
     let rolling = |of: [Arc<Tree>; 2]| {
         let mut scene = Scene::new();
-        scene.insert(Body::fixed(Arc::clone(&of[0]), at(3.0, 2.0, 1.0))).unwrap();
-        let id = scene.insert(Body::moving(Arc::clone(&of[1]), at(0.0, 0.0, 0.0))).unwrap();
+        scene
+            .insert(Body::fixed(Arc::clone(&of[0]), at(3.0, 2.0, 1.0)))
+            .unwrap();
+        let id = scene
+            .insert(Body::moving(Arc::clone(&of[1]), at(0.0, 0.0, 0.0)))
+            .unwrap();
         let mut work = 0;
         for frame in 0..200 {
             let (angle, apart) = (0.05 * f64::from(frame), frame / 2 != 50);
             let away = DVec3::new(angle.cos(), angle.sin(), (2.0 * angle).sin()).normalize();
             let center = DVec3::new(3.0, 2.0, 1.0) + away * if apart { 2.001 } else { 1.9 };
-            scene.set_pose(id, Pose::new(DMat3::from_rotation_y(3.0 * angle), center).unwrap()).unwrap();
+            scene
+                .set_pose(
+                    id,
+                    Pose::new(DMat3::from_rotation_y(3.0 * angle), center).unwrap(),
+                )
+                .unwrap();
             let report = detect(&mut scene, Budget::unlimited());
-            assert_eq!((report.decided, report.intersecting), (report.pairs.len(), usize::from(!apart)), "{frame}");
+            assert_eq!(
+                (report.decided, report.intersecting),
+                (report.pairs.len(), usize::from(!apart)),
+                "{frame}"
+            );
             // Before the first plane there is a search, and after the balls have met there are some.
-            work += if frame == 0 || (100..110).contains(&frame) { 0 } else { report.work };
+            work += if frame == 0 || (100..110).contains(&frame) {
+                0
+            } else {
+                report.work
+            };
         }
         work
     };
     let [kept, of_one] = [[true, true], [true, false]].map(|extremes| rolling(extremes.map(ball)));
     let of_refitted = rolling([Arc::new(refitted), ball(true)]);
-    assert!(kept < of_one / 4 && kept < 190 * 3500, "{kept} units, or {of_one} where only one tree keeps them");
+    assert!(
+        kept < of_one / 4 && kept < 190 * 3500,
+        "{kept} units, or {of_one} where only one tree keeps them"
+    );
     assert_eq!(of_one, of_refitted);
 }
 
 /// What a body was before counts no more, not even nothing, which has no place to go from.
 #[test]
 fn a_body_that_had_no_mesh_stays_apart_like_others() {
-    let [ball, nothing] = [shapes::icosphere(2), Mesh::new([] as [[f32; 3]; 0], [] as [[u32; 3]; 0]).unwrap()]
-        .map(|mesh| Arc::new(Tree::new(mesh)));
+    let [ball, nothing] = [
+        shapes::icosphere(2),
+        Mesh::new([] as [[f32; 3]; 0], [] as [[u32; 3]; 0]).unwrap(),
+    ]
+    .map(|mesh| Arc::new(Tree::new(mesh)));
     let mut scene = Scene::new();
-    scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
-    let id = scene.insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
+    scene
+        .insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))
+        .unwrap();
+    let id = scene
+        .insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))
+        .unwrap();
     for tree in [&nothing, &ball] {
         scene.set_tree(id, Arc::clone(tree)).unwrap();
         let mut free = 0;
         for frame in 0..60 {
-            scene.set_pose(id, at(1.5, 1.5, 1e-5 * f64::from(frame))).unwrap();
+            scene
+                .set_pose(id, at(1.5, 1.5, 1e-5 * f64::from(frame)))
+                .unwrap();
             let report = detect(&mut scene, Budget::unlimited());
-            assert_eq!((report.pairs.len(), report.intersecting), (usize::from(!tree.mesh().is_empty()), 0));
+            assert_eq!(
+                (report.pairs.len(), report.intersecting),
+                (usize::from(!tree.mesh().is_empty()), 0)
+            );
             free += usize::from(report.work == 0);
         }
         assert!(free > 50, "{free}");
@@ -181,15 +286,23 @@ fn a_pair_that_was_known_to_be_apart_is_as_old_as_that() {
     let ball = Arc::new(Tree::new(shapes::icosphere(3)));
     for quiet in [1, 30] {
         let mut scene = Scene::new();
-        scene.insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
-        let id = scene.insert(Body::moving(Arc::clone(&ball), at(1.5, 1.5, 0.0))).unwrap();
+        scene
+            .insert(Body::fixed(Arc::clone(&ball), Pose::IDENTITY))
+            .unwrap();
+        let id = scene
+            .insert(Body::moving(Arc::clone(&ball), at(1.5, 1.5, 0.0)))
+            .unwrap();
         for frame in 0..10 + quiet {
-            scene.set_pose(id, at(1.5, 1.5, 1e-5 * f64::from(frame))).unwrap();
+            scene
+                .set_pose(id, at(1.5, 1.5, 1e-5 * f64::from(frame)))
+                .unwrap();
             let report = detect(&mut scene, Budget::unlimited());
             assert!(report.decided == 1 && (frame < 10 || report.work == 0));
         }
         for age in 1..4 {
-            scene.set_pose(id, at(1.45, 1.45, 0.01 * age as f64)).unwrap();
+            scene
+                .set_pose(id, at(1.45, 1.45, 0.01 * age as f64))
+                .unwrap();
             let pair = detect(&mut scene, Budget::work(0)).pairs[0];
             assert_eq!((pair.verdict, pair.age), (Verdict::Undecided, age));
         }
@@ -211,15 +324,28 @@ fn what_goes_on_meeting_and_comes_to_rest_is_told_with_triangles_that_meet_there
         if !rests {
             scene.set_pose(b, place).unwrap();
         }
-        scene.set_pose(far, at(9.0 + f64::from(step), 0.0, 0.0)).unwrap();
+        scene
+            .set_pose(far, at(9.0 + f64::from(step), 0.0, 0.0))
+            .unwrap();
         let report = detect(&mut scene, Budget::unlimited());
         let told = *report.pair(a, b).unwrap();
-        let Verdict::Intersecting { witness } = told.verdict else { panic!("{told:?}, step {step}") };
-        assert!(told.complete && told.age == 0 && (!rests || report.work == 0), "{told:?}");
+        let Verdict::Intersecting { witness } = told.verdict else {
+            panic!("{told:?}, step {step}")
+        };
+        assert!(
+            told.complete && told.age == 0 && (!rests || report.work == 0),
+            "{told:?}"
+        );
         searches += usize::from(report.bv_tests > 0);
         let query = Query::new(&tree, &tree, place).mode(Mode::All);
         let (_, meeting) = check::run_to_end(&query, &mut workspace, Budget::unlimited());
-        assert!(meeting.contains(&witness), "{witness:?} do not meet, step {step}");
+        assert!(
+            meeting.contains(&witness),
+            "{witness:?} do not meet, step {step}"
+        );
     }
-    assert!((1..100).contains(&searches), "{searches} searches: its witnesses last for some frames");
+    assert!(
+        (1..100).contains(&searches),
+        "{searches} searches: its witnesses last for some frames"
+    );
 }

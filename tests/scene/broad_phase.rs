@@ -8,8 +8,8 @@ use crate::anywhere;
 use crate::common::random::Random;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{
-    Body, BodyId, Budget, BuildOptions, Filter, ManualClock, PairReport, Pose, Reach, Report, Scene, Tree, Verdict,
-    shapes, triangles_intersect,
+    Body, BodyId, Budget, BuildOptions, Filter, ManualClock, PairReport, Pose, Reach, Report,
+    Scene, Tree, Verdict, shapes, triangles_intersect,
 };
 
 /// What the broad phase may spend beyond a budget of work.
@@ -31,9 +31,19 @@ fn ball() -> Arc<Tree> {
 fn crowd(scenes: &mut [&mut Scene], bodies: usize, half: f64, random: &mut Random) -> Vec<BodyId> {
     let ball = ball();
     let mut insert = |i: usize| {
-        let make = if i % 5 == 4 { Body::fixed } else { Body::moving };
+        let make = if i % 5 == 4 {
+            Body::fixed
+        } else {
+            Body::moving
+        };
         let body = make(Arc::clone(&ball), at(half * random.vector()));
-        anywhere(scenes.iter_mut().map(|scene| scene.insert(body.clone()).unwrap()).last().unwrap())
+        anywhere(
+            scenes
+                .iter_mut()
+                .map(|scene| scene.insert(body.clone()).unwrap())
+                .last()
+                .unwrap(),
+        )
     };
     (0..bodies).map(&mut insert).collect()
 }
@@ -47,23 +57,54 @@ fn meets(pair: &PairReport) -> bool {
 fn assert_honest(scene: &Scene, truth: &Report) {
     let report = scene.report();
     assert!(
-        report.pairs.windows(2).all(|two| (two[0].a.index(), two[0].b.index()) < (two[1].a.index(), two[1].b.index()))
+        report
+            .pairs
+            .windows(2)
+            .all(|two| (two[0].a.index(), two[0].b.index()) < (two[1].a.index(), two[1].b.index()))
     );
-    for pair in report.pairs.iter().filter(|pair| pair.verdict != Verdict::Undecided) {
-        assert_eq!(meets(pair), truth.pair(pair.a, pair.b).is_some_and(meets), "{pair:?}");
+    for pair in report
+        .pairs
+        .iter()
+        .filter(|pair| pair.verdict != Verdict::Undecided)
+    {
+        assert_eq!(
+            meets(pair),
+            truth.pair(pair.a, pair.b).is_some_and(meets),
+            "{pair:?}"
+        );
         assert_eq!(pair.age, 0);
     }
     let known = |id| scene.partners_known(anywhere(id)).unwrap();
-    for pair in truth.pairs.iter().filter(|pair| report.pair(pair.a, pair.b).is_none()) {
+    for pair in truth
+        .pairs
+        .iter()
+        .filter(|pair| report.pair(pair.a, pair.b).is_none())
+    {
         let claimed = known(pair.a) && known(pair.b) && report.unlisted == 0;
         assert!(!claimed && !report.is_whole(), "{pair:?} is lost");
-        assert!(scene.certificate(anywhere(pair.a), anywhere(pair.b)).unwrap().upper_bound >= pair.found);
+        assert!(
+            scene
+                .certificate(anywhere(pair.a), anywhere(pair.b))
+                .unwrap()
+                .upper_bound
+                >= pair.found
+        );
     }
     let open = scene.bodies().filter(|&(id, _)| !known(id)).count();
     assert!(open <= report.unplaced + report.unpaired, "{open} bodies");
-    assert_eq!(report.is_whole(), open == 0 && report.unlisted == 0 && (report.unplaced, report.unpaired) == (0, 0));
-    let decided = report.pairs.iter().filter(|pair| pair.verdict != Verdict::Undecided).count();
-    assert_eq!(report.undecided(), report.pairs.len() - decided + report.unlisted);
+    assert_eq!(
+        report.is_whole(),
+        open == 0 && report.unlisted == 0 && (report.unplaced, report.unpaired) == (0, 0)
+    );
+    let decided = report
+        .pairs
+        .iter()
+        .filter(|pair| pair.verdict != Verdict::Undecided)
+        .count();
+    assert_eq!(
+        report.undecided(),
+        report.pairs.len() - decided + report.unlisted
+    );
 }
 
 #[test]
@@ -82,8 +123,14 @@ fn nothing_runs_past_the_budget_with_2000_bodies_in_one_place() {
             let report = detect(&mut scene, Budget::work(budget));
             assert!(report.work <= budget, "{} of {budget}", report.work);
             let allowed = budget + BROAD_PHASE_WORK;
-            assert!(report.broad_phase_work <= allowed, "{} of {allowed}", report.broad_phase_work);
-            assert!(!report.is_whole() && report.undecided() + report.unpaired + report.unplaced > 0);
+            assert!(
+                report.broad_phase_work <= allowed,
+                "{} of {allowed}",
+                report.broad_phase_work
+            );
+            assert!(
+                !report.is_whole() && report.undecided() + report.unpaired + report.unplaced > 0
+            );
             assert!(report.pairs.len() + report.unlisted <= limit);
             decided += report.decided;
         }
@@ -99,9 +146,14 @@ fn bodies_not_looked_at_are_undecided() {
     let first = detect(&mut scene, budget).clone();
     let truth = detect(&mut free, Budget::unlimited()).clone();
     assert!(truth.is_whole() && truth.intersecting > 1_000);
-    assert!(first.unplaced > 500 && first.unpaired > 100 && first.pairs.is_empty() && !first.is_whole());
+    assert!(
+        first.unplaced > 500 && first.unpaired > 100 && first.pairs.is_empty() && !first.is_whole()
+    );
     assert_honest(&scene, &truth);
-    let known = ids.iter().filter(|&&id| scene.partners_known(id).unwrap()).count();
+    let known = ids
+        .iter()
+        .filter(|&&id| scene.partners_known(id).unwrap())
+        .count();
     assert_eq!(known, 0);
     let certificate = scene.certificate(ids[0], ids[1]).unwrap();
     assert!(certificate.upper_bound > 0, "nothing is proven of them");
@@ -126,14 +178,31 @@ fn a_cut_broad_phase_loses_nothing() {
             let decided = |pair: &&PairReport| pair.verdict != Verdict::Undecided;
             while !truth.pairs.iter().all(|pair| said.contains_key(&key(pair))) {
                 let report = detect(&mut scene, Budget::work(3_000 + 40_000 * round));
-                said.extend(report.pairs.iter().filter(decided).map(|pair| (key(pair), meets(pair))));
+                said.extend(
+                    report
+                        .pairs
+                        .iter()
+                        .filter(decided)
+                        .map(|pair| (key(pair), meets(pair))),
+                );
                 cut += usize::from(!report.is_whole());
                 frames += 1;
-                assert!(frames < 4_000, "{} {} {}", report.unplaced, report.unpaired, report.unlisted);
+                assert!(
+                    frames < 4_000,
+                    "{} {} {}",
+                    report.unplaced,
+                    report.unpaired,
+                    report.unlisted
+                );
                 assert_honest(&scene, &truth);
             }
             assert!(cut > 1, "the broad phase was not cut");
-            assert!(truth.pairs.iter().all(|pair| said[&key(pair)] == meets(pair)));
+            assert!(
+                truth
+                    .pairs
+                    .iter()
+                    .all(|pair| said[&key(pair)] == meets(pair))
+            );
             assert_eq!((scene.report().unplaced, scene.report().unpaired), (0, 0));
         }
     }
@@ -169,7 +238,11 @@ fn moving_bodies_with_a_cut_broad_phase_never_give_a_false_verdict() {
                     _ => {}
                 }
                 let jumps = random.below(100) == 0;
-                let pose = at(if jumps { 7.0 * random.vector() } else { place + 0.04 * random.vector() });
+                let pose = at(if jumps {
+                    7.0 * random.vector()
+                } else {
+                    place + 0.04 * random.vector()
+                });
                 if frame % 20 < 15 {
                     scene.set_pose(id, pose).unwrap();
                     free.set_pose(id, pose).unwrap();
@@ -181,7 +254,10 @@ fn moving_bodies_with_a_cut_broad_phase_never_give_a_false_verdict() {
             decided += report.decided;
             assert_honest(&scene, &truth);
         }
-        assert!(cut > 20 && decided > 1_000, "{cut} frames were cut, {decided} pairs decided");
+        assert!(
+            cut > 20 && decided > 1_000,
+            "{cut} frames were cut, {decided} pairs decided"
+        );
     }
 }
 
@@ -193,7 +269,11 @@ fn the_limit_of_pairs_is_told_and_room_is_used_again() {
     let ids = crowd(&mut [&mut scene, &mut free], 150, 0.1, &mut random);
     let truth = detect(&mut free, Budget::unlimited()).clone();
     assert!(truth.pairs.len() > 5 * LIMIT);
-    for budget in [Budget::unlimited(), Budget::work(50_000), Budget::unlimited()] {
+    for budget in [
+        Budget::unlimited(),
+        Budget::work(50_000),
+        Budget::unlimited(),
+    ] {
         let report = detect(&mut scene, budget);
         assert!(report.is_full && !report.is_whole() && report.unpaired > 0);
         assert!(report.pairs.len() <= LIMIT && report.pairs.len() + report.unlisted == LIMIT);
@@ -208,7 +288,13 @@ fn the_limit_of_pairs_is_told_and_room_is_used_again() {
     let truth = detect(&mut free, Budget::unlimited()).clone();
     let frames = (0..10).position(|_| detect(&mut scene, Budget::unlimited()).is_whole());
     assert!(frames.is_some_and(|frames| frames < 3) && !scene.report().is_full);
-    let all = |report: &Report| report.pairs.iter().map(|pair| (pair.a, pair.b, meets(pair))).collect::<Vec<_>>();
+    let all = |report: &Report| {
+        report
+            .pairs
+            .iter()
+            .map(|pair| (pair.a, pair.b, meets(pair)))
+            .collect::<Vec<_>>()
+    };
     assert_eq!(all(scene.report()), all(&truth));
     // or when more is allowed.
     for &id in &ids {
@@ -236,16 +322,27 @@ fn important_bodies_are_placed_first() {
     for _ in 0..30 {
         for &id in &ids {
             let place = scene.body(id).unwrap().pose.translation();
-            scene.set_pose(id, at(place + 0.05 * random.vector())).unwrap();
+            scene
+                .set_pose(id, at(place + 0.05 * random.vector()))
+                .unwrap();
         }
         let report = detect(&mut scene, Budget::work(10_000));
         assert!(report.unplaced > 1_000);
         for (known, bodies) in known.iter_mut().zip([&important, &ids]) {
-            *known += bodies.iter().filter(|&&id| scene.partners_known(id).unwrap()).count();
+            *known += bodies
+                .iter()
+                .filter(|&&id| scene.partners_known(id).unwrap())
+                .count();
         }
     }
-    let [first, all] = [known[0] as f64 / (30 * important.len()) as f64, known[1] as f64 / (30 * ids.len()) as f64];
-    assert!(first > 0.5 && all < 0.1, "partners known: {first} of the important ones, {all} of all");
+    let [first, all] = [
+        known[0] as f64 / (30 * important.len()) as f64,
+        known[1] as f64 / (30 * ids.len()) as f64,
+    ];
+    assert!(
+        first > 0.5 && all < 0.1,
+        "partners known: {first} of the important ones, {all} of all"
+    );
 }
 
 /// A pair that rests is decided, however many others keep the frames busy.
@@ -261,11 +358,16 @@ fn no_pair_starves_beside_more_than_a_frame_can_look_at() {
     for frame in 0..2_000 {
         for &id in &ids {
             let place = scene.body(id).unwrap().pose.translation();
-            scene.set_pose(id, at(place + 1e-3 * random.vector())).unwrap();
+            scene
+                .set_pose(id, at(place + 1e-3 * random.vector()))
+                .unwrap();
         }
         let report = detect(&mut scene, Budget::work(300_000));
         assert!(report.unlisted > 3_000);
-        if report.pair(a, b).is_some_and(|pair| pair.verdict != Verdict::Undecided) {
+        if report
+            .pair(a, b)
+            .is_some_and(|pair| pair.verdict != Verdict::Undecided)
+        {
             assert!(frame > 0);
             return;
         }
@@ -284,11 +386,18 @@ fn a_cut_broad_phase_is_the_same_on_any_number_of_threads() {
         for _ in 0..25 {
             for &id in &ids {
                 let place = scene.body(id).unwrap().pose.translation();
-                scene.set_pose(id, at(place + 0.1 * random.vector())).unwrap();
+                scene
+                    .set_pose(id, at(place + 0.1 * random.vector()))
+                    .unwrap();
             }
             let report = scene.detect(Budget::work(20_000)).clone();
             assert!(!report.is_whole());
-            reports.push((report.pairs, report.work, report.broad_phase_work, report.unlisted));
+            reports.push((
+                report.pairs,
+                report.work,
+                report.broad_phase_work,
+                report.unlisted,
+            ));
         }
         reports
     };
@@ -308,7 +417,11 @@ fn pairs_that_still_meet_are_told_however_little_of_the_frame_is_left() {
         // Now and then one is removed, or goes far away.
         for &id in &ids {
             let Ok(body) = scene.body(id) else { continue };
-            let way = if (id.index() + frame) % 97 == 0 { 2.0 } else { 1e-3 };
+            let way = if (id.index() + frame) % 97 == 0 {
+                2.0
+            } else {
+                1e-3
+            };
             let pose = at(body.pose.translation() + way * random.vector());
             scene.set_pose(id, pose).unwrap();
             free.set_pose(id, pose).unwrap();
@@ -319,7 +432,10 @@ fn pairs_that_still_meet_are_told_however_little_of_the_frame_is_left() {
         }
         let truth = detect(&mut free, Budget::unlimited()).clone();
         let budget = Duration::from_micros([40, 80, 160][frame % 3]);
-        let report = scene.detect_with(Budget::time(budget), &ManualClock::ticking(Duration::from_micros(1)));
+        let report = scene.detect_with(
+            Budget::time(budget),
+            &ManualClock::ticking(Duration::from_micros(1)),
+        );
         if report.unlisted > 0 {
             (told, meeting) = (told + report.intersecting, meeting + truth.intersecting);
         }
@@ -362,10 +478,18 @@ fn neighbors_spare_searches_where_surfaces_slide_on_one_another() {
         let pose = |body: usize, frame: usize| {
             let turn = DVec3::new(0.3, 0.1 * (body / 2) as f64, 1.0).normalize();
             let turn = DQuat::from_axis_angle(turn, angle * (frame * (body % 2)) as f64);
-            Pose::new(DMat3::from_quat(turn), [3.0 * (body / 2) as f64, 0.9 * (body % 2) as f64, 0.0]).unwrap()
+            Pose::new(
+                DMat3::from_quat(turn),
+                [3.0 * (body / 2) as f64, 0.9 * (body % 2) as f64, 0.0],
+            )
+            .unwrap()
         };
         let mut scene = Scene::new();
-        let insert = |body| scene.insert(Body::moving(Arc::clone(&tree), pose(body, 0))).unwrap();
+        let insert = |body| {
+            scene
+                .insert(Body::moving(Arc::clone(&tree), pose(body, 0)))
+                .unwrap()
+        };
         let ids: Vec<BodyId> = (0..24).map(insert).collect();
         let (mut work, mut met) = (0, 0);
         for frame in 0..100 {
@@ -375,11 +499,19 @@ fn neighbors_spare_searches_where_surfaces_slide_on_one_another() {
             let report = detect(&mut scene, Budget::unlimited());
             work += report.work;
             for pair in report.intersecting_pairs() {
-                let Verdict::Intersecting { witness: [x, y] } = pair.verdict else { unreachable!() };
+                let Verdict::Intersecting { witness: [x, y] } = pair.verdict else {
+                    unreachable!()
+                };
                 let [a, b] = [pair.a, pair.b].map(|id| pose(id.index(), frame));
                 let b_in_a = a.inverse().unwrap().compose(&b).unwrap();
-                let of_b = tree.mesh().triangle(y as usize).map(|corner| b_in_a.transform_point(corner));
-                assert!(triangles_intersect(&tree.mesh().triangle(x as usize), &of_b), "frame {frame}: {pair:?}");
+                let of_b = tree
+                    .mesh()
+                    .triangle(y as usize)
+                    .map(|corner| b_in_a.transform_point(corner));
+                assert!(
+                    triangles_intersect(&tree.mesh().triangle(x as usize), &of_b),
+                    "frame {frame}: {pair:?}"
+                );
                 met += 1;
             }
         }
@@ -388,7 +520,10 @@ fn neighbors_spare_searches_where_surfaces_slide_on_one_another() {
     };
     for (angle, percent) in [(0.03, 80), (0.6, 105)] {
         let (with, without) = (play(true, angle), play(false, angle));
-        assert!(100 * with < percent * without, "{angle}: {with} units of work, {without} without neighbors");
+        assert!(
+            100 * with < percent * without,
+            "{angle}: {with} units of work, {without} without neighbors"
+        );
     }
 }
 
@@ -412,7 +547,11 @@ fn a_body_that_comes_while_the_broad_phase_is_cut_is_paired_once() {
         for (_, body) in scene.bodies() {
             fresh.insert(body.clone()).unwrap();
         }
-        assert_eq!(detect(&mut fresh, Budget::unlimited()).pairs.len(), pairs.len(), "{nanos} ns");
+        assert_eq!(
+            detect(&mut fresh, Budget::unlimited()).pairs.len(),
+            pairs.len(),
+            "{nanos} ns"
+        );
     }
 }
 
@@ -422,7 +561,9 @@ fn a_crowd_is_asked_about_while_it_is_being_paired() {
     let ball = Arc::new(Tree::new(shapes::icosphere(1)));
     let mut scene = Scene::new();
     for _ in 0..400 {
-        scene.insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
+        scene
+            .insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))
+            .unwrap();
     }
     let (mut frames, mut idle) = (0, 0);
     while detect(&mut scene, Budget::work(20_000)).unpaired > 0 {
@@ -430,7 +571,10 @@ fn a_crowd_is_asked_about_while_it_is_being_paired() {
         assert!(frames < 1_000, "some are never paired");
         idle += usize::from(scene.report().decided == 0);
     }
-    assert!(frames > 300 && idle < 30, "{frames} frames, {idle} of them decide nothing");
+    assert!(
+        frames > 300 && idle < 30,
+        "{frames} frames, {idle} of them decide nothing"
+    );
 }
 
 #[test]
@@ -439,12 +583,23 @@ fn pairs_are_found_after_any_number_of_moves() {
     const BODIES: usize = 12_000;
     let (ball, mut scene) = (ball(), Scene::new());
     for place in 0..BODIES {
-        scene.insert(Body::fixed(Arc::clone(&ball), at(10.0 * DVec3::Y * place as f64))).unwrap();
+        scene
+            .insert(Body::fixed(
+                Arc::clone(&ball),
+                at(10.0 * DVec3::Y * place as f64),
+            ))
+            .unwrap();
     }
     let mover = scene.insert(Body::moving(ball, at(DVec3::ZERO))).unwrap();
     for frame in 0..(1 << 16) + 1_000 {
-        let (place, met) = if frame % 2 == 0 { (1.0, true) } else { (2.5, false) };
-        scene.set_pose(mover, at(DVec3::new(place, 50_000.0, 0.0))).unwrap();
+        let (place, met) = if frame % 2 == 0 {
+            (1.0, true)
+        } else {
+            (2.5, false)
+        };
+        scene
+            .set_pose(mover, at(DVec3::new(place, 50_000.0, 0.0)))
+            .unwrap();
         let report = detect(&mut scene, Budget::unlimited());
         assert_eq!(
             (report.is_whole(), report.pairs.len(), report.intersecting),

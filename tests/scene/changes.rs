@@ -8,7 +8,10 @@ use crate::distances::{ROUNDING, distance};
 use crate::world::{Group, TOLERANCE, World};
 use crate::{Model, assert_certificates, assert_sound, assert_witness, contacts, rays};
 use punctual::glam::DVec3;
-use punctual::{Body, BodyId, Budget, ManualClock, Mode, Motion, MotionQuery, Query, Report, SceneError, Verdict};
+use punctual::{
+    Body, BodyId, Budget, ManualClock, Mode, Motion, MotionQuery, Query, Report, SceneError,
+    Verdict,
+};
 
 impl World {
     /// A frame, and all that it says.
@@ -44,14 +47,24 @@ impl World {
         self.check_passages(&report, complete);
         self.check_contact_points(true);
         for id in self.born.keys().filter(|&&id| self.scene.body(id).is_err()) {
-            assert_eq!(self.scene.partners_known(*id), Err(SceneError::NoSuchBody { body: *id }));
+            assert_eq!(
+                self.scene.partners_known(*id),
+                Err(SceneError::NoSuchBody { body: *id })
+            );
         }
         complete
     }
 
     fn model(&self) -> Model {
-        let bodies = self.scene.bodies().map(|(id, body)| (id, body.clone())).collect();
-        Model { bodies, removed: Vec::new() }
+        let bodies = self
+            .scene
+            .bodies()
+            .map(|(id, body)| (id, body.clone()))
+            .collect();
+        Model {
+            bodies,
+            removed: Vec::new(),
+        }
     }
 
     /// What is said of the bodies where they are, before there is a frame of it.
@@ -59,16 +72,30 @@ impl World {
         self.check_contact_points(false);
         let truth = self.model().truth(&mut self.workspace);
         for pair @ [a, b] in self.pairs() {
-            let found = truth.iter().find(|&&(x, y, _)| (x, y) == (a.index(), b.index())).map_or(0, |found| found.2);
-            assert!(self.scene.certificate(a, b).unwrap().upper_bound >= found, "{pair:?} {found}");
+            let found = truth
+                .iter()
+                .find(|&&(x, y, _)| (x, y) == (a.index(), b.index()))
+                .map_or(0, |found| found.2);
+            assert!(
+                self.scene.certificate(a, b).unwrap().upper_bound >= found,
+                "{pair:?} {found}"
+            );
             let report = self.scene.report();
-            let is_known = pair.iter().all(|&id| self.scene.partners_known(id).unwrap()) && report.unlisted == 0;
+            let is_known = pair
+                .iter()
+                .all(|&id| self.scene.partners_known(id).unwrap())
+                && report.unlisted == 0;
             let is_passed_by = is_known && self.may_meet(pair) && report.pair(a, b).is_none();
             assert!(found == 0 || !is_passed_by, "{pair:?} is missing");
         }
         if self.random.below(4) == 0 {
             let model = self.model();
-            rays::check(&mut self.scene, &model, &mut self.random, &mut self.workspace);
+            rays::check(
+                &mut self.scene,
+                &model,
+                &mut self.random,
+                &mut self.workspace,
+            );
         }
     }
 
@@ -87,15 +114,24 @@ impl World {
             gaps.insert(pair, gap.max(0.0));
             let meets = !found.is_empty() || margins > 0.0 && gap <= 0.0;
             let told = report.pair(a, b);
-            assert!(told.is_none() || self.may_meet(pair), "{told:?} may not meet");
+            assert!(
+                told.is_none() || self.may_meet(pair),
+                "{told:?} may not meet"
+            );
             if meets && self.may_meet(pair) && (self.is_compared(pair) || told.is_some()) {
                 truth.push((a.index(), b.index(), found.len().max(1) as u64));
-                let is_known = pair.into_iter().all(|id| self.scene.partners_known(id).unwrap());
-                assert!(told.is_some() || !is_known || report.unlisted > 0, "{pair:?} is missing");
+                let is_known = pair
+                    .into_iter()
+                    .all(|id| self.scene.partners_known(id).unwrap());
+                assert!(
+                    told.is_some() || !is_known || report.unlisted > 0,
+                    "{pair:?} is missing"
+                );
             }
             let Some(told) = told else { continue };
-            let is_plain =
-                margins == 0.0 && !self.is_measured(pair) && !pair.iter().any(|id| self.motions.contains_key(id));
+            let is_plain = margins == 0.0
+                && !self.is_measured(pair)
+                && !pair.iter().any(|id| self.motions.contains_key(id));
             if self.mode == Mode::All && told.complete && is_plain {
                 assert_eq!(told.found, found.len() as u64, "{told:?}");
             }
@@ -110,14 +146,29 @@ impl World {
     }
 
     fn check_pairs(&self, report: &Report) {
-        assert!(report.pairs.is_sorted_by(|x, y| (x.a, x.b) < (y.a, y.b)), "a pair twice");
-        assert_eq!(report.complete, report.pairs.iter().filter(|pair| pair.complete).count());
+        assert!(
+            report.pairs.is_sorted_by(|x, y| (x.a, x.b) < (y.a, y.b)),
+            "a pair twice"
+        );
+        assert_eq!(
+            report.complete,
+            report.pairs.iter().filter(|pair| pair.complete).count()
+        );
         for pair in &report.pairs {
-            assert!(pair.a.index() < pair.b.index() && [pair.a, pair.b].iter().all(|&id| self.scene.body(id).is_ok()));
-            let certain = pair.verdict != Verdict::Undecided;
-            assert!((0.0..=1.0).contains(&pair.probability) && (0.0..=1.0).contains(&pair.recall), "{pair:?}");
             assert!(
-                !certain || pair.probability == f64::from(u8::from(pair.verdict != Verdict::Separated)),
+                pair.a.index() < pair.b.index()
+                    && [pair.a, pair.b]
+                        .iter()
+                        .all(|&id| self.scene.body(id).is_ok())
+            );
+            let certain = pair.verdict != Verdict::Undecided;
+            assert!(
+                (0.0..=1.0).contains(&pair.probability) && (0.0..=1.0).contains(&pair.recall),
+                "{pair:?}"
+            );
+            assert!(
+                !certain
+                    || pair.probability == f64::from(u8::from(pair.verdict != Verdict::Separated)),
                 "{pair:?}"
             );
             assert_eq!(
@@ -128,20 +179,41 @@ impl World {
             assert!(!pair.complete || certain && pair.recall == 1.0, "{pair:?}");
             // Never decided, it counts from the frame before its boxes met.
             let born = self.born[&pair.a].max(self.born[&pair.b]);
-            assert!(pair.age <= report.frame + 1 - born, "{pair:?} of frame {}, there since {born}", report.frame);
+            assert!(
+                pair.age <= report.frame + 1 - born,
+                "{pair:?} of frame {}, there since {born}",
+                report.frame
+            );
         }
     }
 
     fn check_distances(&self, report: &Report, is_unlimited: bool) {
-        assert!(report.distances.iter().map(|found| [found.a, found.b]).eq(self.measured.iter().copied()));
+        assert!(
+            report
+                .distances
+                .iter()
+                .map(|found| [found.a, found.b])
+                .eq(self.measured.iter().copied())
+        );
         for found in &report.distances {
             let pair = [found.a, found.b];
             match self.gaps[(report.frame - found.age) as usize].get(&pair) {
-                Some(&gap) => assert!(found.low <= gap + ROUNDING && gap <= found.high + ROUNDING, "{found:?} {gap}"),
-                None => assert!(found.low == 0.0 && found.high == f64::INFINITY, "{found:?} is of other bodies"),
+                Some(&gap) => assert!(
+                    found.low <= gap + ROUNDING && gap <= found.high + ROUNDING,
+                    "{found:?} {gap}"
+                ),
+                None => assert!(
+                    found.low == 0.0 && found.high == f64::INFINITY,
+                    "{found:?} is of other bodies"
+                ),
             }
-            let is_known = found.age == 0 && (found.high - found.low <= 1.001 * TOLERANCE || found.low == found.high);
-            assert!(!is_unlimited || is_known || !self.may_meet(pair), "{found:?} {:?}", report.pair(found.a, found.b));
+            let is_known = found.age == 0
+                && (found.high - found.low <= 1.001 * TOLERANCE || found.low == found.high);
+            assert!(
+                !is_unlimited || is_known || !self.may_meet(pair),
+                "{found:?} {:?}",
+                report.pair(found.a, found.b)
+            );
         }
     }
 
@@ -149,12 +221,28 @@ impl World {
         let gaps = &self.gaps[report.frame as usize];
         assert_eq!(report.group_distances.len(), self.groups.len());
         for Group { id, bodies: [x, y] } in &self.groups {
-            let found = report.group_distances.iter().find(|found| found.id == *id).unwrap();
-            let pairs = x.iter().flat_map(|&a| y.iter().map(move |&b| [a.min(b), a.max(b)]));
-            let least = pairs.filter(|pair| gaps.contains_key(pair) && self.may_meet(*pair)).map(|pair| gaps[&pair]);
+            let found = report
+                .group_distances
+                .iter()
+                .find(|found| found.id == *id)
+                .unwrap();
+            let pairs = x
+                .iter()
+                .flat_map(|&a| y.iter().map(move |&b| [a.min(b), a.max(b)]));
+            let least = pairs
+                .filter(|pair| gaps.contains_key(pair) && self.may_meet(*pair))
+                .map(|pair| gaps[&pair]);
             let least = least.fold(f64::INFINITY, f64::min);
-            assert!(found.low <= least + ROUNDING && least <= found.high + ROUNDING, "{found:?} {least}");
-            assert!(found.bodies.is_none_or(|pair| gaps[&pair] <= found.high + ROUNDING), "{found:?}");
+            assert!(
+                found.low <= least + ROUNDING && least <= found.high + ROUNDING,
+                "{found:?} {least}"
+            );
+            assert!(
+                found
+                    .bodies
+                    .is_none_or(|pair| gaps[&pair] <= found.high + ROUNDING),
+                "{found:?}"
+            );
             let is_known = found.low == found.high || found.high - found.low <= 1.001 * TOLERANCE;
             assert!(!complete || found.open == 0, "{found:?}");
             assert!(found.open > 0 || is_known, "{found:?}");
@@ -163,26 +251,54 @@ impl World {
 
     fn check_passages(&mut self, report: &Report, complete: bool) {
         for pair @ [a, b] in self.pairs() {
-            let moves = pair.iter().any(|id| self.motions.contains_key(id)) && !self.is_measured(pair);
-            let told = report.passages.iter().find(|found| [found.a, found.b] == pair);
-            assert_eq!(told.is_some(), moves && report.pair(a, b).is_some(), "{pair:?}");
+            let moves =
+                pair.iter().any(|id| self.motions.contains_key(id)) && !self.is_measured(pair);
+            let told = report
+                .passages
+                .iter()
+                .find(|found| [found.a, found.b] == pair);
+            assert_eq!(
+                told.is_some(),
+                moves && report.pair(a, b).is_some(),
+                "{pair:?}"
+            );
             if !moves || !self.may_meet(pair) || !self.is_compared(pair) {
                 continue;
             }
             let [x, y] = pair.map(|id| self.scene.body(id).unwrap());
             let motion = |id: BodyId, body: &Body| {
-                self.motions.get(&id).copied().unwrap_or_else(|| Motion::straight(body.pose, [0.0; 3]).unwrap())
+                self.motions
+                    .get(&id)
+                    .copied()
+                    .unwrap_or_else(|| Motion::straight(body.pose, [0.0; 3]).unwrap())
             };
             let query = MotionQuery::of_both([&x.tree, &y.tree], [motion(a, x), motion(b, y)]);
             let query = query.margins([x.margin, y.margin]);
-            let truth = query.run_with(&mut self.workspace, None, Budget::unlimited(), &ManualClock::new());
+            let truth = query.run_with(
+                &mut self.workspace,
+                None,
+                Budget::unlimited(),
+                &ManualClock::new(),
+            );
             let Some(told) = told else {
-                assert!(truth.touching_at.is_none() || !report.is_whole(), "{pair:?} is missing: {truth:?}");
+                assert!(
+                    truth.touching_at.is_none() || !report.is_whole(),
+                    "{pair:?} is missing: {truth:?}"
+                );
                 continue;
             };
-            assert!(told.free_until <= truth.touching_at.unwrap_or(1.0), "{told:?} {truth:?}");
-            assert!(told.touching_at.is_none_or(|time| time >= truth.free_until), "{told:?} {truth:?}");
-            assert!(!complete || told.touching_at.is_some() == truth.touching_at.is_some(), "{told:?} {truth:?}");
+            assert!(
+                told.free_until <= truth.touching_at.unwrap_or(1.0),
+                "{told:?} {truth:?}"
+            );
+            assert!(
+                told.touching_at.is_none_or(|time| time >= truth.free_until),
+                "{told:?} {truth:?}"
+            );
+            assert!(
+                !complete || told.touching_at.is_some() == truth.touching_at.is_some(),
+                "{told:?} {truth:?}"
+            );
         }
     }
 
@@ -193,7 +309,10 @@ impl World {
             let found = self.scene.contact_points(a, b).unwrap();
             let since = frame - found.age;
             let is_told = !found.points.is_empty() || found.low > 0.0;
-            assert!(!is_told || pair.iter().all(|id| self.born[id] <= since), "{pair:?} {found:?} is of other bodies");
+            assert!(
+                !is_told || pair.iter().all(|id| self.born[id] <= since),
+                "{pair:?} {found:?} is of other bodies"
+            );
             if is_told && found.age == 0 && now {
                 contacts::assert_told(&self.scene, pair, &mut self.workspace);
             }
@@ -203,9 +322,15 @@ impl World {
 
 #[test]
 fn what_is_said_holds_whatever_changes_while_frames_are_cut() {
-    for (seed, origin, threads) in
-        [(0, 0.0, 1), (1, 0.0, 1), (2, 0.0, 1), (3, 0.0, 1), (4, 1e5, 1), (5, 0.0, 2), (6, 0.0, 3)]
-    {
+    for (seed, origin, threads) in [
+        (0, 0.0, 1),
+        (1, 0.0, 1),
+        (2, 0.0, 1),
+        (3, 0.0, 1),
+        (4, 1e5, 1),
+        (5, 0.0, 2),
+        (6, 0.0, 3),
+    ] {
         let mut world = World::new(seed, DVec3::splat(origin));
         #[cfg(feature = "parallel")]
         world.scene.use_threads(threads).unwrap();
@@ -220,6 +345,10 @@ fn what_is_said_holds_whatever_changes_while_frames_are_cut() {
             }
             complete += usize::from(world.check());
         }
-        assert!(complete > 5 && world.ledger.told.iter().all(|&told| told > 10), "{complete}, {:?}", world.ledger.told);
+        assert!(
+            complete > 5 && world.ledger.told.iter().all(|&told| told > 10),
+            "{complete}, {:?}",
+            world.ledger.told
+        );
     }
 }

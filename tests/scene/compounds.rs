@@ -7,7 +7,8 @@ use crate::common::random::Random;
 use crate::{anywhere, detect, nudged, pose, trees};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, CompoundId, Filter, Motion, PairPassage, Pose, Report, Scene, SceneError, Tree, shapes,
+    Body, BodyId, Budget, CompoundId, Filter, Motion, PairPassage, Pose, Report, Scene, SceneError,
+    Tree, shapes,
 };
 
 /// Two scenes of the same bodies: in one they are parts of compounds, in the other alone, where a filter says that those of
@@ -25,20 +26,40 @@ impl Twins {
         let mut compounds = Vec::new();
         for group in 0..5 {
             let parts: Vec<_> = (0..1 + group)
-                .map(|_| Body::moving(Arc::clone(&trees[random.below(trees.len())]), pose(1.0, random)))
+                .map(|_| {
+                    Body::moving(
+                        Arc::clone(&trees[random.below(trees.len())]),
+                        pose(1.0, random),
+                    )
+                })
                 .collect();
             let filter = Filter::new(1 << group, !(1 << group));
-            let alone = |part: &Body| (anywhere(single.insert(part.clone().filter(filter)).unwrap()), part.pose);
+            let alone = |part: &Body| {
+                (
+                    anywhere(single.insert(part.clone().filter(filter)).unwrap()),
+                    part.pose,
+                )
+            };
             let bodies = parts.iter().map(alone).collect();
-            compounds.push((whole.insert_compound(Pose::IDENTITY, parts).unwrap(), bodies));
+            compounds.push((
+                whole.insert_compound(Pose::IDENTITY, parts).unwrap(),
+                bodies,
+            ));
         }
-        Self { whole, single, compounds }
+        Self {
+            whole,
+            single,
+            compounds,
+        }
     }
 }
 
 /// What a report says of pairs of bodies and of their motions, but how much it took.
 fn said(report: &Report) -> (Vec<(usize, usize, String)>, &[PairPassage]) {
-    let pairs = report.pairs.iter().map(|pair| (pair.a.index(), pair.b.index(), format!("{pair:?}")));
+    let pairs = report
+        .pairs
+        .iter()
+        .map(|pair| (pair.a.index(), pair.b.index(), format!("{pair:?}")));
     (pairs.collect(), &report.passages)
 }
 
@@ -46,32 +67,53 @@ fn said(report: &Report) -> (Vec<(usize, usize, String)>, &[PairPassage]) {
 fn compounds_are_their_parts_at_products_of_poses() {
     let mut random = Random::new(71);
     let mut twins = Twins::new(&mut random);
-    let mut poses: Vec<Pose> = twins.compounds.iter().map(|_| pose(2.0, &mut random)).collect();
+    let mut poses: Vec<Pose> = twins
+        .compounds
+        .iter()
+        .map(|_| pose(2.0, &mut random))
+        .collect();
     let (mut met, mut passed) = (0, 0);
     for frame in 0..60 {
         for ((compound, parts), at) in twins.compounds.iter().zip(&mut poses) {
             *at = nudged(at, &mut random);
             if random.below(4) == 0 {
-                let motion = Motion::turning(*at, random.vector(), 2.0 * random.vector(), random.vector()).unwrap();
+                let motion =
+                    Motion::turning(*at, random.vector(), 2.0 * random.vector(), random.vector())
+                        .unwrap();
                 twins.whole.set_compound_motion(*compound, motion).unwrap();
                 for (body, place) in parts {
-                    twins.single.set_motion(*body, motion.of_part(place).unwrap()).unwrap();
+                    twins
+                        .single
+                        .set_motion(*body, motion.of_part(place).unwrap())
+                        .unwrap();
                 }
             } else {
                 twins.whole.set_compound_pose(*compound, *at).unwrap();
                 for (body, place) in parts {
-                    twins.single.set_pose(*body, at.compose(place).unwrap()).unwrap();
+                    twins
+                        .single
+                        .set_pose(*body, at.compose(place).unwrap())
+                        .unwrap();
                 }
             }
         }
-        let budget = if frame % 2 == 0 { Budget::unlimited() } else { Budget::work(1 << (10 + random.below(8))) };
+        let budget = if frame % 2 == 0 {
+            Budget::unlimited()
+        } else {
+            Budget::work(1 << (10 + random.below(8)))
+        };
         detect(&mut twins.whole, budget);
         let whole = twins.whole.report();
         assert_eq!(said(whole), said(detect(&mut twins.single, budget)));
         met += whole.intersecting;
         passed += whole.passages.len();
         let compound_of = |id| twins.whole.compound_of(id).unwrap();
-        assert!(whole.pairs.iter().all(|pair| compound_of(pair.a) != compound_of(pair.b)));
+        assert!(
+            whole
+                .pairs
+                .iter()
+                .all(|pair| compound_of(pair.a) != compound_of(pair.b))
+        );
     }
     assert!(met > 100 && passed > 100, "{met} {passed}");
 }
@@ -84,20 +126,33 @@ fn a_compound_that_is_refused_changes_nothing() {
     let mut scene = Scene::new();
     let far = f64::from_bits((1023 + 990) << 52);
     let refused = scene.insert_compound(at(1.0), [part(0.0), part(2.0 * far)]);
-    assert!(matches!(refused, Err(SceneError::TooFar { body, axis: 0 }) if body.index() == 1), "{refused:?}");
+    assert!(
+        matches!(refused, Err(SceneError::TooFar { body, axis: 0 }) if body.index() == 1),
+        "{refused:?}"
+    );
     let refused = scene.insert_compound(at(1.0), [part(0.0), part(1.0).importance(f32::NAN)]);
     assert!(matches!(refused, Err(SceneError::ImportanceNotANumber { body }) if body.index() == 1));
     assert_eq!(scene.len(), 0);
-    let id = scene.insert_compound(at(1.0), [part(0.0), part(0.9 * far)]).unwrap();
+    let id = scene
+        .insert_compound(at(1.0), [part(0.0), part(0.9 * far)])
+        .unwrap();
     let ids: Vec<_> = scene.parts(id).unwrap().collect();
-    let places = |scene: &Scene| ids.iter().map(|&id| scene.body(id).unwrap().pose).collect::<Vec<_>>();
+    let places = |scene: &Scene| {
+        ids.iter()
+            .map(|&id| scene.body(id).unwrap().pose)
+            .collect::<Vec<_>>()
+    };
     let before = places(&scene);
     assert!(
         matches!(scene.set_compound_pose(id, at(0.9 * far)), Err(SceneError::TooFar { body, .. }) if body == ids[1])
     );
-    let around = Motion::turning(at(0.0), [0.0; 3], [0.0, 0.0, 0.1], [-0.9 * far, 0.0, 0.0]).unwrap();
+    let around =
+        Motion::turning(at(0.0), [0.0; 3], [0.0, 0.0, 0.1], [-0.9 * far, 0.0, 0.0]).unwrap();
     let refused = scene.set_compound_motion(id, around);
-    assert!(matches!(refused, Err(SceneError::TooFar { body, axis: 0 }) if body == ids[1]), "{refused:?}");
+    assert!(
+        matches!(refused, Err(SceneError::TooFar { body, axis: 0 }) if body == ids[1]),
+        "{refused:?}"
+    );
     assert_eq!(places(&scene), before);
 }
 
@@ -107,12 +162,24 @@ fn compounds_go_with_their_parts() {
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
     let part = |x: f64| Body::moving(Arc::clone(&ball), at(x));
     let mut scene = Scene::new();
-    let [one, other] = [0.0, 8.0].map(|x| scene.insert_compound(at(x), [part(0.0), part(1.0), part(2.0)]).unwrap());
+    let [one, other] = [0.0, 8.0].map(|x| {
+        scene
+            .insert_compound(at(x), [part(0.0), part(1.0), part(2.0)])
+            .unwrap()
+    });
     let ids: Vec<_> = scene.parts(one).unwrap().collect();
     scene.measure(ids[0], ids[2], 0.1).unwrap();
-    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs, [], "not even if their distance is asked for");
+    assert_eq!(
+        detect(&mut scene, Budget::unlimited()).pairs,
+        [],
+        "not even if their distance is asked for"
+    );
     scene.set_pose(ids[2], at(7.0)).unwrap();
-    assert_eq!(detect(&mut scene, Budget::unlimited()).intersecting, 2, "moved by itself");
+    assert_eq!(
+        detect(&mut scene, Budget::unlimited()).intersecting,
+        2,
+        "moved by itself"
+    );
     scene.set_compound_pose(one, at(0.0)).unwrap();
     assert_eq!(scene.body(ids[2]).unwrap().pose, at(2.0));
     scene.remove(ids[0]).unwrap();
@@ -120,7 +187,10 @@ fn compounds_go_with_their_parts() {
     scene.set_compound_pose(one, at(5.9)).unwrap();
     // The slot of a part is free for a body that meets the others.
     let new = scene.insert(part(7.5)).unwrap();
-    assert_eq!((new.index(), scene.compound_of(new).unwrap()), (ids[0].index(), None));
+    assert_eq!(
+        (new.index(), scene.compound_of(new).unwrap()),
+        (ids[0].index(), None)
+    );
     let count = |report: &Report| {
         let mut met = BTreeMap::new();
         for pair in report.intersecting_pairs() {
@@ -128,11 +198,27 @@ fn compounds_go_with_their_parts() {
         }
         met.into_iter().collect::<Vec<_>>()
     };
-    assert_eq!(count(detect(&mut scene, Budget::unlimited())), [(0, 4), (1, 1), (2, 2)]);
+    assert_eq!(
+        count(detect(&mut scene, Budget::unlimited())),
+        [(0, 4), (1, 1), (2, 2)]
+    );
     scene.remove_compound(other).unwrap();
-    assert_eq!(scene.remove_compound(other), Err(SceneError::NoSuchCompound { compound: other }));
+    assert_eq!(
+        scene.remove_compound(other),
+        Err(SceneError::NoSuchCompound { compound: other })
+    );
     assert!(scene.parts(other).is_err() && scene.set_compound_pose(other, at(0.0)).is_err());
-    assert_eq!((scene.len(), detect(&mut scene, Budget::unlimited()).intersecting), (3, 2));
+    assert_eq!(
+        (
+            scene.len(),
+            detect(&mut scene, Budget::unlimited()).intersecting
+        ),
+        (3, 2)
+    );
     let next = scene.insert_compound(at(100.0), []).unwrap();
-    assert!(next != other && CompoundId::from_bits(next.to_bits()) == next && scene.parts(next).unwrap().len() == 0);
+    assert!(
+        next != other
+            && CompoundId::from_bits(next.to_bits()) == next
+            && scene.parts(next).unwrap().len() == 0
+    );
 }

@@ -7,8 +7,8 @@ use crate::common::random::Random;
 use crate::{detect, nudged, pose, row, swing, trees};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Body, BodyId, Budget, Contact, ContactQuery, Filter, ManualClock, Mode, PairQuestion, Patches, Pose, Report, Scene,
-    SceneError, Tree, Verdict, Workspace, shapes,
+    Body, BodyId, Budget, Contact, ContactQuery, Filter, ManualClock, Mode, PairQuestion, Patches,
+    Pose, Report, Scene, SceneError, Tree, Verdict, Workspace, shapes,
 };
 
 /// The least work of a turn that asks for contacts.
@@ -43,26 +43,54 @@ fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[Contact]) -> bool {
     let (x, y) = (scene.body(a).unwrap(), scene.body(b).unwrap());
     let mut patches = Patches::new();
     patches.update(&x.tree, &y.tree, truth);
-    let of_triangles: BTreeMap<_, _> = truth.iter().map(|contact| (contact.triangles, contact)).collect();
+    let of_triangles: BTreeMap<_, _> = truth
+        .iter()
+        .map(|contact| (contact.triangles, contact))
+        .collect();
     for point in found.points {
         let contact = of_triangles[&point.triangles];
         assert_eq!(point.distance, contact.distance);
         let moved = contact.points.map(|point| x.pose.transform_point(point));
         assert!((point.normal - *x.pose.rotation() * contact.normal).length() < 1e-12);
-        assert!(moved.iter().zip(point.points).all(|(moved, point)| (*moved - point).length() < 1e-9));
+        assert!(
+            moved
+                .iter()
+                .zip(point.points)
+                .all(|(moved, point)| (*moved - point).length() < 1e-9)
+        );
     }
     for patch in patches.as_slice() {
         let contacts = patches.contacts_of(patch);
-        let is_told = |of: &Contact| found.points.iter().any(|point| point.triangles == of.triangles);
+        let is_told = |of: &Contact| {
+            found
+                .points
+                .iter()
+                .any(|point| point.triangles == of.triangles)
+        };
         if contacts[0].distance < found.low {
-            assert!(contacts.iter().any(is_told), "no point of a patch {} apart, low {}", patch.distance, found.low);
+            assert!(
+                contacts.iter().any(is_told),
+                "no point of a patch {} apart, low {}",
+                patch.distance,
+                found.low
+            );
         }
     }
     if found.is_complete() {
         assert!(truth.len() <= MOST_CONTACTS);
-        let all: Vec<_> = patches.as_slice().iter().flat_map(|patch| patches.points_of(patch)).collect();
+        let all: Vec<_> = patches
+            .as_slice()
+            .iter()
+            .flat_map(|patch| patches.points_of(patch))
+            .collect();
         let told = found.points.iter().map(|point| point.triangles);
-        assert!(all.iter().map(|contact| contact.triangles).take(MOST_POINTS).eq(told), "{found:?} {all:?}");
+        assert!(
+            all.iter()
+                .map(|contact| contact.triangles)
+                .take(MOST_POINTS)
+                .eq(told),
+            "{found:?} {all:?}"
+        );
     }
     found.is_complete()
 }
@@ -75,7 +103,9 @@ pub fn assert_told(scene: &Scene, pair: [BodyId; 2], workspace: &mut Workspace) 
 }
 
 fn pairs(ids: &[BodyId]) -> impl Iterator<Item = [BodyId; 2]> {
-    ids.iter().enumerate().flat_map(|(i, &a)| ids[i + 1..].iter().map(move |&b| [a, b]))
+    ids.iter()
+        .enumerate()
+        .flat_map(|(i, &a)| ids[i + 1..].iter().map(move |&b| [a, b]))
 }
 
 /// Bodies of all shapes, some with margins.
@@ -84,8 +114,14 @@ fn crowd(bodies: usize, random: &mut Random) -> (Scene, Vec<BodyId>) {
     let mut scene = Scene::new();
     let mut insert = |i: usize| {
         let tree = Arc::clone(&trees[random.below(trees.len())]);
-        let margin = if i.is_multiple_of(3) { 0.05 * random.signed().abs() } else { 0.0 };
-        scene.insert(Body::moving(tree, pose(2.0, random)).margin(margin)).unwrap()
+        let margin = if i.is_multiple_of(3) {
+            0.05 * random.signed().abs()
+        } else {
+            0.0
+        };
+        scene
+            .insert(Body::moving(tree, pose(2.0, random)).margin(margin))
+            .unwrap()
     };
     let ids = (0..bodies).map(&mut insert).collect();
     (scene, ids)
@@ -105,13 +141,26 @@ fn contacts_are_true_at_every_budget() {
                 scene.set_pose(id, next).unwrap();
             }
         }
-        scene.set_mode(if frame % 30 < 20 { Mode::Any } else { Mode::All });
+        scene.set_mode(if frame % 30 < 20 {
+            Mode::Any
+        } else {
+            Mode::All
+        });
         let unlimited = frame % 5 == 0;
-        let budget = if unlimited { Budget::unlimited() } else { Budget::work(LEAST_CONTACT_WORK << random.below(7)) };
+        let budget = if unlimited {
+            Budget::unlimited()
+        } else {
+            Budget::work(LEAST_CONTACT_WORK << random.below(7))
+        };
         let limit = LEAST_CONTACT_WORK << 6;
-        let Report { work, pairs: known, .. } = detect(&mut scene, budget);
+        let Report {
+            work, pairs: known, ..
+        } = detect(&mut scene, budget);
         assert!(unlimited || *work <= limit);
-        let known: BTreeMap<_, _> = known.iter().map(|pair| ([pair.a, pair.b], pair.verdict)).collect();
+        let known: BTreeMap<_, _> = known
+            .iter()
+            .map(|pair| ([pair.a, pair.b], pair.verdict))
+            .collect();
         for pair in pairs(&ids) {
             let contacts = truth(&scene, pair, &mut workspace);
             let is_all = assert_true(&scene, pair, &contacts);
@@ -120,9 +169,14 @@ fn contacts_are_true_at_every_budget() {
                 Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => {
                     touching += 1;
                     let few = contacts.len() <= MOST_CONTACTS && found.points.len() < MOST_POINTS;
-                    assert!(!unlimited || found.age == 0 && (is_all || !few), "{found:?}");
+                    assert!(
+                        !unlimited || found.age == 0 && (is_all || !few),
+                        "{found:?}"
+                    );
                 }
-                Some(Verdict::Separated) => assert!(contacts.is_empty() && found.points.is_empty() && is_all),
+                Some(Verdict::Separated) => {
+                    assert!(contacts.is_empty() && found.points.is_empty() && is_all)
+                }
                 _ => assert!(!unlimited || contacts.is_empty()),
             }
             complete += usize::from(is_all && !found.points.is_empty());
@@ -130,7 +184,10 @@ fn contacts_are_true_at_every_budget() {
             stale += usize::from(found.age > 0 && !found.points.is_empty());
         }
     }
-    assert!(complete > 100 && cut > 20 && stale > 20, "{complete} complete, {cut} cut, {stale} stale of {touching}");
+    assert!(
+        complete > 100 && cut > 20 && stale > 20,
+        "{complete} complete, {cut} cut, {stale} stale of {touching}"
+    );
 }
 
 /// K = 2 ⌈C/R⌉ + 1 frames hold for contacts too: of pairs that rest, and of those that move on and take no more than R.
@@ -140,7 +197,11 @@ fn no_contact_waits_longer_than_promised() {
     let ids = row(&mut free, 20);
     free.find_contacts();
     let touching = |scene: &Scene| -> Vec<[BodyId; 2]> {
-        scene.report().intersecting_pairs().map(|pair| [pair.a, pair.b]).collect()
+        scene
+            .report()
+            .intersecting_pairs()
+            .map(|pair| [pair.a, pair.b])
+            .collect()
     };
     let mut cost = 0;
     for frame in 0..60 {
@@ -154,11 +215,19 @@ fn no_contact_waits_longer_than_promised() {
         let ids = row(&mut scene, 20);
         scene.find_contacts();
         let frames = (2 * (2 * cost).div_ceil(budget / 8) + 1) as usize;
-        let is_told = |scene: &Scene, [a, b]: [BodyId; 2]| scene.contact_points(a, b).unwrap().age == 0;
+        let is_told =
+            |scene: &Scene, [a, b]: [BodyId; 2]| scene.contact_points(a, b).unwrap().age == 0;
         for used in 1.. {
             let report = detect(&mut scene, Budget::work(budget));
-            assert!(report.work <= budget && used <= frames, "{used} frames, promised are {frames}");
-            if report.undecided() == 0 && touching(&scene).into_iter().all(|pair| is_told(&scene, pair)) {
+            assert!(
+                report.work <= budget && used <= frames,
+                "{used} frames, promised are {frames}"
+            );
+            if report.undecided() == 0
+                && touching(&scene)
+                    .into_iter()
+                    .all(|pair| is_told(&scene, pair))
+            {
                 break;
             }
         }
@@ -175,9 +244,16 @@ fn no_contact_waits_longer_than_promised() {
                 let waits = waiting.entry(pair).or_insert(0);
                 // Those that are apart have nothing to tell.
                 let apart = scene.report().pair(pair[0], pair[1]).is_none();
-                *waits = if apart || found.age == 0 { 0 } else { *waits + 1 };
+                *waits = if apart || found.age == 0 {
+                    0
+                } else {
+                    *waits + 1
+                };
                 told += usize::from(found.age == 0 && !found.points.is_empty());
-                assert!(*waits <= frames, "{pair:?} waits for {waits} frames, promised are {frames}");
+                assert!(
+                    *waits <= frames,
+                    "{pair:?} waits for {waits} frames, promised are {frames}"
+                );
             }
         }
         assert!(told > 20, "{told}");
@@ -191,27 +267,55 @@ fn a_patch_keeps_its_id_while_bodies_slide() {
     let mut scene = Scene::new();
     scene.find_contacts();
     let a = scene.insert(Body::fixed(plate, Pose::IDENTITY)).unwrap();
-    let b = scene.insert(Body::moving(foot, Pose::IDENTITY).margin(0.01)).unwrap();
+    let b = scene
+        .insert(Body::moving(foot, Pose::IDENTITY).margin(0.01))
+        .unwrap();
     let mut ids = Vec::new();
     for frame in 0..80 {
-        let height = if (40..50).contains(&frame) { 0.5 } else { 0.405 };
-        scene.set_pose(b, at(-1.0 + 0.02 * f64::from(frame), 0.1, height)).unwrap();
-        detect(&mut scene, if frame % 3 == 0 { Budget::work(1 << 20) } else { Budget::unlimited() });
+        let height = if (40..50).contains(&frame) {
+            0.5
+        } else {
+            0.405
+        };
+        scene
+            .set_pose(b, at(-1.0 + 0.02 * f64::from(frame), 0.1, height))
+            .unwrap();
+        detect(
+            &mut scene,
+            if frame % 3 == 0 {
+                Budget::work(1 << 20)
+            } else {
+                Budget::unlimited()
+            },
+        );
         let found = scene.contact_points(a, b).unwrap();
-        assert!(found.is_complete() && found.points.len() == if height < 0.45 { 4 } else { 0 }, "{found:?}");
+        assert!(
+            found.is_complete() && found.points.len() == if height < 0.45 { 4 } else { 0 },
+            "{found:?}"
+        );
         ids.extend(found.points.iter().map(|point| point.patch));
     }
     assert!(ids[..160].iter().all(|&id| id == ids[0]), "{ids:?}");
-    assert!(ids[160..].iter().all(|&id| id == ids[160] && id != ids[0]), "it parted in between: {ids:?}");
+    assert!(
+        ids[160..].iter().all(|&id| id == ids[160] && id != ids[0]),
+        "it parted in between: {ids:?}"
+    );
 }
 
 #[test]
 fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let mut scene = Scene::new();
-    let mut insert = |x| scene.insert(Body::moving(Arc::clone(&ball), at(x, 0.0, 0.0))).unwrap();
+    let mut insert = |x| {
+        scene
+            .insert(Body::moving(Arc::clone(&ball), at(x, 0.0, 0.0)))
+            .unwrap()
+    };
     let [a, b, c] = [0.0, 1.7, 3.4].map(&mut insert);
-    assert_eq!(scene.find_contacts_of(b, b), Err(SceneError::OneBody { body: b }));
+    assert_eq!(
+        scene.find_contacts_of(b, b),
+        Err(SceneError::OneBody { body: b })
+    );
     scene.find_contacts_of(c, b).unwrap();
     let count = |scene: &Scene, x, y| scene.contact_points(x, y).unwrap().points.len();
     detect(&mut scene, Budget::unlimited());
@@ -221,7 +325,10 @@ fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
     scene.find_contacts_of(a, b).unwrap();
     scene.set_pose(c, at(3.5, 0.0, 0.0)).unwrap();
     detect(&mut scene, Budget::unlimited());
-    assert_eq!((count(&scene, a, b), scene.contact_points(b, c).unwrap().age), (4, 1));
+    assert_eq!(
+        (count(&scene, a, b), scene.contact_points(b, c).unwrap().age),
+        (4, 1)
+    );
     scene.set_filter(a, Filter::new(1, 0)).unwrap();
     detect(&mut scene, Budget::unlimited());
     scene.remove(b).unwrap();
@@ -229,10 +336,18 @@ fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
     let other = scene.insert(Body::moving(ball, at(1.7, 0.0, 0.0))).unwrap();
     scene.set_filter(a, Filter::default()).unwrap();
     detect(&mut scene, Budget::unlimited());
-    assert_eq!((other.index(), count(&scene, a, other)), (b.index(), 0), "it was asked of another body");
+    assert_eq!(
+        (other.index(), count(&scene, a, other)),
+        (b.index(), 0),
+        "it was asked of another body"
+    );
     scene.find_contacts();
     detect(&mut scene, Budget::unlimited());
-    assert_eq!(count(&scene, a, other), 4, "they rest, but it was not asked before");
+    assert_eq!(
+        count(&scene, a, other),
+        4,
+        "they rest, but it was not asked before"
+    );
 }
 
 /// Of a budget that does not do for all, the question that matters more has more; and no other one starves.
@@ -245,7 +360,11 @@ fn the_question_that_matters_more_goes_first() {
         for pair in ids.windows(2).step_by(2) {
             scene.measure(pair[0], pair[1], 1e-6).unwrap();
         }
-        let questions = [PairQuestion::Meet, PairQuestion::Distance, PairQuestion::Contacts];
+        let questions = [
+            PairQuestion::Meet,
+            PairQuestion::Distance,
+            PairQuestion::Contacts,
+        ];
         for (question, weight) in questions.into_iter().zip(weights) {
             scene.set_question_importance(question, weight).unwrap();
         }
@@ -256,13 +375,25 @@ fn the_question_that_matters_more_goes_first() {
             }
             detect(&mut scene, Budget::work(150_000));
             let report = scene.report();
-            let measured = |a: BodyId, b: BodyId| report.distances.iter().any(|found| (found.a, found.b) == (a, b));
+            let measured = |a: BodyId, b: BodyId| {
+                report
+                    .distances
+                    .iter()
+                    .any(|found| (found.a, found.b) == (a, b))
+            };
             let others = report.pairs.iter().filter(|pair| !measured(pair.a, pair.b));
-            answered[0] += others.filter(|pair| pair.verdict != Verdict::Undecided).count();
-            answered[1] +=
-                report.distances.iter().filter(|found| found.age == 0 && found.high - found.low <= 1e-6).count();
+            answered[0] += others
+                .filter(|pair| pair.verdict != Verdict::Undecided)
+                .count();
+            answered[1] += report
+                .distances
+                .iter()
+                .filter(|found| found.age == 0 && found.high - found.low <= 1e-6)
+                .count();
             let told = |pair: [BodyId; 2]| scene.contact_points(pair[0], pair[1]).unwrap();
-            let told = pairs(&ids).map(told).filter(|found| found.age == 0 && !found.points.is_empty());
+            let told = pairs(&ids)
+                .map(told)
+                .filter(|found| found.age == 0 && !found.points.is_empty());
             answered[2] += told.count();
         }
         assert!(answered.iter().all(|&count| count > 0), "{answered:?}");
@@ -274,5 +405,10 @@ fn the_question_that_matters_more_goes_first() {
     assert!(distance[1] > meet[1] && distance[1] > contacts[1], "{text}");
     assert!(contacts[2] > meet[2] && contacts[2] > distance[2], "{text}");
     let refused = Scene::new().set_question_importance(PairQuestion::Motion, f32::NAN);
-    assert_eq!(refused, Err(SceneError::QuestionImportanceNotFinite { question: PairQuestion::Motion }));
+    assert_eq!(
+        refused,
+        Err(SceneError::QuestionImportanceNotFinite {
+            question: PairQuestion::Motion
+        })
+    );
 }

@@ -7,8 +7,8 @@ use crate::common::random::Random;
 use crate::{assert_witness, detect, nudged, pose, row, swing, trees};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, DistanceQuery, Filter, ManualClock, Mode, Pose, Report, Scene, SceneError, Tree, Verdict,
-    Workspace, shapes,
+    Body, BodyId, Budget, DistanceQuery, Filter, ManualClock, Mode, Pose, Report, Scene,
+    SceneError, Tree, Verdict, Workspace, shapes,
 };
 
 /// The least work of a turn that asks for a distance.
@@ -19,24 +19,37 @@ pub fn distance(scene: &Scene, a: BodyId, b: BodyId, workspace: &mut Workspace) 
     let [a, b] = [a, b].map(|id| scene.body(id).unwrap());
     let b_in_a = a.pose.inverse().unwrap().compose(&b.pose).unwrap();
     let query = DistanceQuery::new(&a.tree, &b.tree, b_in_a).absolute_tolerance(0.0);
-    query.run_with(workspace, None, Budget::unlimited(), &ManualClock::new()).high
+    query
+        .run_with(workspace, None, Budget::unlimited(), &ManualClock::new())
+        .high
 }
 
 /// Bodies of all shapes but empty ones, some with margins.
 pub fn crowd(bodies: usize, random: &mut Random) -> (Scene, Vec<BodyId>) {
-    let trees: Vec<_> = trees().into_iter().filter(|tree| !tree.mesh().is_empty()).collect();
+    let trees: Vec<_> = trees()
+        .into_iter()
+        .filter(|tree| !tree.mesh().is_empty())
+        .collect();
     let mut scene = Scene::new();
     let mut insert = |i: usize| {
         let tree = Arc::clone(&trees[random.below(trees.len())]);
-        let margin = if i.is_multiple_of(2) { 0.3 * random.signed().abs() } else { 0.0 };
-        scene.insert(Body::moving(tree, pose(3.0, random)).margin(margin)).unwrap()
+        let margin = if i.is_multiple_of(2) {
+            0.3 * random.signed().abs()
+        } else {
+            0.0
+        };
+        scene
+            .insert(Body::moving(tree, pose(3.0, random)).margin(margin))
+            .unwrap()
     };
     let ids = (0..bodies).map(&mut insert).collect();
     (scene, ids)
 }
 
 fn pairs(ids: &[BodyId]) -> impl Iterator<Item = [BodyId; 2]> {
-    ids.iter().enumerate().flat_map(|(i, &a)| ids[i + 1..].iter().map(move |&b| [a, b]))
+    ids.iter()
+        .enumerate()
+        .flat_map(|(i, &a)| ids[i + 1..].iter().map(move |&b| [a, b]))
 }
 
 /// Rounding of distances, relative to the bodies.
@@ -48,9 +61,12 @@ fn assert_true(scene: &Scene, gaps: &BTreeMap<[BodyId; 2], f64>, complete: bool)
     let report = scene.report();
     for (&[a, b], &gap) in gaps {
         let pair = report.pair(a, b);
-        pair.into_iter().for_each(|pair| assert_witness(scene, pair));
+        pair.into_iter()
+            .for_each(|pair| assert_witness(scene, pair));
         match pair.map(|pair| pair.verdict) {
-            Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => assert!(gap <= ROUNDING, "{gap} {pair:?}"),
+            Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => {
+                assert!(gap <= ROUNDING, "{gap} {pair:?}")
+            }
             Some(Verdict::Separated) => assert!(gap >= -ROUNDING, "{gap} {pair:?}"),
             Some(Verdict::Undecided) => assert!(!complete, "{gap} {pair:?}"),
             None => assert!(gap > -ROUNDING || !report.is_whole(), "{gap}"),
@@ -72,23 +88,52 @@ fn bodies_meet_within_their_margins() {
             }
         }
         let changed = ids[random.below(ids.len())];
-        scene.set_margin(changed, if random.below(2) == 0 { 0.0 } else { 0.4 * random.signed().abs() }).unwrap();
-        scene.set_mode(if frame % 20 < 10 { Mode::Any } else { Mode::All });
-        let budget = if frame % 3 == 0 { Budget::unlimited() } else { Budget::work(1 << (10 + random.below(8))) };
+        scene
+            .set_margin(
+                changed,
+                if random.below(2) == 0 {
+                    0.0
+                } else {
+                    0.4 * random.signed().abs()
+                },
+            )
+            .unwrap();
+        scene.set_mode(if frame % 20 < 10 {
+            Mode::Any
+        } else {
+            Mode::All
+        });
+        let budget = if frame % 3 == 0 {
+            Budget::unlimited()
+        } else {
+            Budget::work(1 << (10 + random.below(8)))
+        };
         let report = detect(&mut scene, budget);
         assert!(budget == Budget::unlimited() || report.work <= 1 << 17);
         let gap = |scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace| {
             let distance = distance(scene, a, b, workspace);
             let margins = [a, b].map(|id| scene.body(id).unwrap().margin);
             // Surfaces that meet are as close as their margins, if those are 0.
-            if distance == 0.0 { -1.0 } else { distance - margins[0] - margins[1] }
+            if distance == 0.0 {
+                -1.0
+            } else {
+                distance - margins[0] - margins[1]
+            }
         };
-        let gaps: BTreeMap<_, _> = pairs(&ids).map(|pair| (pair, gap(&scene, pair, &mut workspace))).collect();
+        let gaps: BTreeMap<_, _> = pairs(&ids)
+            .map(|pair| (pair, gap(&scene, pair, &mut workspace)))
+            .collect();
         assert_true(&scene, &gaps, budget == Budget::unlimited());
-        met[0] += gaps.values().filter(|&&gap| gap < 0.0 && gap > -1.0).count();
+        met[0] += gaps
+            .values()
+            .filter(|&&gap| gap < 0.0 && gap > -1.0)
+            .count();
         met[1] += gaps.values().filter(|&&gap| gap > 0.0 && gap < 0.3).count();
     }
-    assert!(met[0] > 50 && met[1] > 50, "{met:?} pairs within their margins, and near them");
+    assert!(
+        met[0] > 50 && met[1] > 50,
+        "{met:?} pairs within their margins, and near them"
+    );
 }
 
 /// Bounds hold for the poses of the frame that their age names, whatever the budget.
@@ -113,22 +158,38 @@ fn distances_are_bounded_at_every_budget() {
                 scene.set_pose(id, next).unwrap();
             }
         }
-        history.push(asked.iter().map(|&[a, b]| distance(&scene, a, b, &mut workspace)).collect());
+        history.push(
+            asked
+                .iter()
+                .map(|&[a, b]| distance(&scene, a, b, &mut workspace))
+                .collect(),
+        );
         let budget = match frame % 8 {
             0 => Budget::unlimited(),
             _ => Budget::work(LEAST_DISTANCE_WORK << random.below(7)),
         };
-        let Report { distances, work, .. } = detect(&mut scene, budget);
+        let Report {
+            distances, work, ..
+        } = detect(&mut scene, budget);
         assert!(budget == Budget::unlimited() || *work <= LEAST_DISTANCE_WORK << 6);
         assert_eq!(distances.len(), asked.len());
         for (at, found) in distances.iter().enumerate() {
             assert_eq!([found.a, found.b], asked[at]);
-            let truth = history[frame - found.age as usize].get(at).copied().unwrap_or(f64::INFINITY);
+            let truth = history[frame - found.age as usize]
+                .get(at)
+                .copied()
+                .unwrap_or(f64::INFINITY);
             assert!(found.low <= truth + ROUNDING, "{found:?} {truth}");
-            assert!(found.high >= truth - ROUNDING || truth == f64::INFINITY, "{found:?} {truth}");
+            assert!(
+                found.high >= truth - ROUNDING || truth == f64::INFINITY,
+                "{found:?} {truth}"
+            );
             assert!(found.high.is_finite() == found.triangles.is_some());
             if budget == Budget::unlimited() {
-                assert!(found.age == 0 && found.high - found.low <= 1.001e-4, "{found:?}");
+                assert!(
+                    found.age == 0 && found.high - found.low <= 1.001e-4,
+                    "{found:?}"
+                );
             }
             stale += usize::from(found.age > 0);
             open += usize::from(found.age == 0 && found.high - found.low > 1.001e-4);
@@ -160,9 +221,18 @@ fn no_distance_waits_longer_than_promised() {
             || !scene.report().is_whole()
         {
             used += 1;
-            assert!(scene.report().work <= budget && used <= frames, "{used} frames, promised are {frames}");
+            assert!(
+                scene.report().work <= budget && used <= frames,
+                "{used} frames, promised are {frames}"
+            );
         }
-        assert!(scene.report().distances.iter().all(|found| found.age == 0 && found.high - found.low <= 1.001e-3));
+        assert!(
+            scene
+                .report()
+                .distances
+                .iter()
+                .all(|found| found.age == 0 && found.high - found.low <= 1.001e-3)
+        );
         // In motion, each has its turn.
         for frame in 0..frames.min(60) as usize {
             for (body, &id) in ids.iter().enumerate() {
@@ -181,13 +251,24 @@ fn distances_come_and_go_with_their_bodies() {
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
     let mut scene = Scene::new();
     let [a, b] = [0.0, 50.0].map(|x| scene.insert(Body::fixed(Arc::clone(&ball), at(x))).unwrap());
-    assert_eq!(scene.measure(a, a, 0.0), Err(SceneError::OneBody { body: a }));
-    assert!(matches!(scene.measure(a, b, -1.0), Err(SceneError::NotALength { body, .. }) if body == a));
-    assert!(matches!(scene.set_margin(b, f64::NAN), Err(SceneError::NotALength { body, .. }) if body == b));
+    assert_eq!(
+        scene.measure(a, a, 0.0),
+        Err(SceneError::OneBody { body: a })
+    );
+    assert!(
+        matches!(scene.measure(a, b, -1.0), Err(SceneError::NotALength { body, .. }) if body == a)
+    );
+    assert!(
+        matches!(scene.set_margin(b, f64::NAN), Err(SceneError::NotALength { body, .. }) if body == b)
+    );
     scene.measure(a, b, 0.0).unwrap();
     let lows = |scene: &mut Scene| {
         let report = detect(scene, Budget::unlimited());
-        report.distances.iter().map(|found| (found.age, found.low.round())).collect::<Vec<_>>()
+        report
+            .distances
+            .iter()
+            .map(|found| (found.age, found.low.round()))
+            .collect::<Vec<_>>()
     };
     assert_eq!(lows(&mut scene), [(0, 48.0)], "far away, and both fixed");
     scene.set_pose(b, at(30.0)).unwrap();
@@ -210,17 +291,29 @@ fn distances_come_and_go_with_their_bodies() {
 fn bodies_closer_than_the_tolerance_are_known_to_meet_or_not() {
     let ball = Arc::new(Tree::new(shapes::icosphere(3)));
     let cases = [(1e-3, false), (1e-9, false), (-1e-3, true)];
-    for ((gap, meets), margin) in cases.into_iter().flat_map(|case| [(case, 0.0), (case, 0.3)]) {
+    for ((gap, meets), margin) in cases
+        .into_iter()
+        .flat_map(|case| [(case, 0.0), (case, 0.3)])
+    {
         let mut scene = Scene::new();
         let ids = [0.0, 2.0 + 2.0 * margin + gap].map(|x| {
             let place = Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
-            scene.insert(Body::moving(Arc::clone(&ball), place).margin(margin)).unwrap()
+            scene
+                .insert(Body::moving(Arc::clone(&ball), place).margin(margin))
+                .unwrap()
         });
         scene.measure(ids[0], ids[1], 0.1).unwrap();
         let report = scene.detect(Budget::unlimited());
         let pair = report.pair(ids[0], ids[1]).unwrap();
-        assert!(pair.complete && pair.verdict.meets() == meets, "{gap}: {pair:?}");
-        assert_eq!(pair.verdict == Verdict::Separated, !meets, "{gap}: {pair:?}");
+        assert!(
+            pair.complete && pair.verdict.meets() == meets,
+            "{gap}: {pair:?}"
+        );
+        assert_eq!(
+            pair.verdict == Verdict::Separated,
+            !meets,
+            "{gap}: {pair:?}"
+        );
         assert!(report.distances[0].high - report.distances[0].low <= 0.1);
     }
 }

@@ -9,7 +9,12 @@ use punctual::{Body, Budget, Calibration, Pose, Scene, Tree, Verdict, shapes};
 /// What a scene has learned when a pair is decided that a few frames could not decide, if a body moves before the last of them
 /// or not. A tube lies within another.
 fn learned(moves: bool, last: Budget) -> Calibration {
-    let tube = |radius| Body::moving(Arc::new(Tree::new(shapes::torus(0.8, radius, 48))), Pose::IDENTITY);
+    let tube = |radius| {
+        Body::moving(
+            Arc::new(Tree::new(shapes::torus(0.8, radius, 48))),
+            Pose::IDENTITY,
+        )
+    };
     let mut scene = Scene::new();
     scene.insert(tube(0.2)).unwrap();
     let inner = scene.insert(tube(0.19)).unwrap();
@@ -20,7 +25,12 @@ fn learned(moves: bool, last: Budget) -> Calibration {
     }
     assert_eq!(scene.calibration(), Calibration::default());
     if moves {
-        scene.set_pose(inner, Pose::new(DMat3::IDENTITY, DVec3::new(1e-4, 0.0, 0.0)).unwrap()).unwrap();
+        scene
+            .set_pose(
+                inner,
+                Pose::new(DMat3::IDENTITY, DVec3::new(1e-4, 0.0, 0.0)).unwrap(),
+            )
+            .unwrap();
     }
     let pair = detect(&mut scene, last).pairs[0];
     assert_eq!((pair.verdict, pair.complete), (Verdict::Separated, true));

@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use crate::{Model, detect};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, BodyId, Budget, ContactPhase, Filter, ManualClock, Pose, Report, Scene, Tree, Verdict, shapes};
+use punctual::{
+    Body, BodyId, Budget, ContactPhase, Filter, ManualClock, Pose, Report, Scene, Tree, Verdict,
+    shapes,
+};
 
 /// The contacts told so far, with the frames in which they began.
 #[derive(Default)]
@@ -18,8 +21,18 @@ pub struct Ledger {
 impl Ledger {
     /// Checks what a frame tells. `complete`: it had no budget.
     #[track_caller]
-    pub fn check(&mut self, report: &Report, model: &Model, truth: &[(usize, usize, u64)], complete: bool) {
-        let touch = |[a, b]: [BodyId; 2]| truth.iter().any(|&(x, y, _)| (x, y) == (a.index(), b.index()));
+    pub fn check(
+        &mut self,
+        report: &Report,
+        model: &Model,
+        truth: &[(usize, usize, u64)],
+        complete: bool,
+    ) {
+        let touch = |[a, b]: [BodyId; 2]| {
+            truth
+                .iter()
+                .any(|&(x, y, _)| (x, y) == (a.index(), b.index()))
+        };
         let exists = |id: BodyId| model.bodies.iter().any(|&(other, _)| other == id);
         let order = |contact: &punctual::BodyContact| (contact.a.index(), contact.b.index());
         assert!(report.contacts.is_sorted_by_key(order));
@@ -29,15 +42,25 @@ impl Ledger {
             let there = pair.into_iter().all(exists);
             let since = match contact.phase {
                 ContactPhase::Began => {
-                    assert!(there && touch(pair) && !before.contains_key(&pair), "{contact:?}");
+                    assert!(
+                        there && touch(pair) && !before.contains_key(&pair),
+                        "{contact:?}"
+                    );
                     report.frame
                 }
                 phase => {
-                    let since = before.remove(&pair).unwrap_or_else(|| panic!("{contact:?} never began"));
+                    let since = before
+                        .remove(&pair)
+                        .unwrap_or_else(|| panic!("{contact:?} never began"));
                     match phase {
                         ContactPhase::Persists => assert!(there && touch(pair), "{contact:?}"),
                         ContactPhase::Ended => assert!(!there || !touch(pair), "{contact:?}"),
-                        _ => assert!(report.pair(pair[0], pair[1]).is_none_or(|pair| pair.age > 0), "{contact:?}"),
+                        _ => assert!(
+                            report
+                                .pair(pair[0], pair[1])
+                                .is_none_or(|pair| pair.age > 0),
+                            "{contact:?}"
+                        ),
                     }
                     since
                 }
@@ -62,17 +85,31 @@ fn at(x: f64) -> Pose {
 /// A ring and a ball that have been told to touch.
 fn touching() -> (Scene, [BodyId; 2]) {
     let mut scene = Scene::new();
-    let bodies = [(shapes::torus(2.0, 0.3, 32), 0.0), (shapes::icosphere(2), 1.5)];
-    let pair = bodies.map(|(mesh, x)| scene.insert(Body::moving(Arc::new(Tree::new(mesh)), at(x))).unwrap());
+    let bodies = [
+        (shapes::torus(2.0, 0.3, 32), 0.0),
+        (shapes::icosphere(2), 1.5),
+    ];
+    let pair = bodies.map(|(mesh, x)| {
+        scene
+            .insert(Body::moving(Arc::new(Tree::new(mesh)), at(x)))
+            .unwrap()
+    });
     scene.track_contacts();
     let began = detect(&mut scene, Budget::unlimited()).contacts[0];
-    assert_eq!(([began.a, began.b], began.phase, began.age), (pair, ContactPhase::Began, 0));
+    assert_eq!(
+        ([began.a, began.b], began.phase, began.age),
+        (pair, ContactPhase::Began, 0)
+    );
     (scene, pair)
 }
 
 #[track_caller]
 fn assert_phase(scene: &mut Scene, budget: Budget, expected: &[(ContactPhase, u64)]) {
-    let told: Vec<_> = detect(scene, budget).contacts.iter().map(|contact| (contact.phase, contact.age)).collect();
+    let told: Vec<_> = detect(scene, budget)
+        .contacts
+        .iter()
+        .map(|contact| (contact.phase, contact.age))
+        .collect();
     assert_eq!(told, expected);
 }
 
@@ -95,8 +132,20 @@ fn contacts_end_with_their_bodies_and_filters() {
     // Another body in the same slot: a contact of its own.
     let other = scene.insert(body).unwrap();
     assert_eq!(other.index(), b.index());
-    assert_phase(&mut scene, Budget::unlimited(), &[(ContactPhase::Ended, 1), (ContactPhase::Began, 0)]);
-    assert_eq!(scene.report().contacts.iter().map(|contact| contact.b).collect::<Vec<_>>(), [b, other]);
+    assert_phase(
+        &mut scene,
+        Budget::unlimited(),
+        &[(ContactPhase::Ended, 1), (ContactPhase::Began, 0)],
+    );
+    assert_eq!(
+        scene
+            .report()
+            .contacts
+            .iter()
+            .map(|contact| contact.b)
+            .collect::<Vec<_>>(),
+        [b, other]
+    );
     scene.set_filter(a, Filter::new(1, 0)).unwrap();
     assert_phase(&mut scene, Budget::work(0), &[(ContactPhase::Ended, 1)]);
 }
@@ -106,7 +155,9 @@ fn nothing_is_told_that_was_not_asked_for() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let mut scene = Scene::new();
     for x in [0.0, 0.4] {
-        scene.insert(Body::moving(Arc::clone(&ball), at(x))).unwrap();
+        scene
+            .insert(Body::moving(Arc::clone(&ball), at(x)))
+            .unwrap();
     }
     let report = scene.detect_with(Budget::unlimited(), &ManualClock::new());
     assert_eq!((report.intersecting, report.contacts.len()), (1, 0));

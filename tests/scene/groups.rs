@@ -8,8 +8,8 @@ use crate::distances::{LEAST_DISTANCE_WORK, ROUNDING, crowd, distance};
 use crate::{assert_witness, detect, nudged, pose};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, Filter, GroupDistance, ManualClock, MeasureId, Pose, Scene, SceneError, Tree, Verdict,
-    Workspace, shapes,
+    Body, BodyId, Budget, Filter, GroupDistance, ManualClock, MeasureId, Pose, Scene, SceneError,
+    Tree, Verdict, Workspace, shapes,
 };
 
 /// Two groups, and within which tolerance their distance is asked for.
@@ -47,11 +47,19 @@ fn assert_true(scene: &Scene, asked: &Asked, found: &GroupDistance, workspace: &
     assert!(found.low <= truth + ROUNDING, "{found:?} {truth}");
     assert!(found.high >= truth - ROUNDING, "{found:?} {truth}");
     assert!(
-        found.open > 0 || found.low == found.high || found.high - found.low <= 1.001 * asked.tolerance,
+        found.open > 0
+            || found.low == found.high
+            || found.high - found.low <= 1.001 * asked.tolerance,
         "{found:?}"
     );
     if let Some([a, b]) = found.bodies {
-        assert!(a < b && asked.groups.iter().all(|group| group.contains(&a) != group.contains(&b)));
+        assert!(
+            a < b
+                && asked
+                    .groups
+                    .iter()
+                    .all(|group| group.contains(&a) != group.contains(&b))
+        );
         assert!(apart(scene, a, b, workspace) <= found.high + ROUNDING);
     }
 }
@@ -61,7 +69,11 @@ fn grouped(random: &mut Random) -> (Scene, Vec<BodyId>, Vec<Asked>) {
     let (mut scene, ids) = crowd(16, random);
     let mut measure = |x: &[BodyId], y: &[BodyId], tolerance| {
         let id = scene.measure_groups(x, y, tolerance).unwrap();
-        Asked { id, groups: [x.to_vec(), y.to_vec()], tolerance }
+        Asked {
+            id,
+            groups: [x.to_vec(), y.to_vec()],
+            tolerance,
+        }
     };
     let asked = vec![
         measure(&ids[..6], &ids[6..], 1e-4),
@@ -82,15 +94,27 @@ fn groups_are_bounded_in_every_frame() {
         if frame % 8 < 6 {
             for &id in &ids {
                 let there = scene.body(id).unwrap().pose;
-                let next = if random.below(40) == 0 { pose(4.0, &mut random) } else { nudged(&there, &mut random) };
+                let next = if random.below(40) == 0 {
+                    pose(4.0, &mut random)
+                } else {
+                    nudged(&there, &mut random)
+                };
                 scene.set_pose(id, next).unwrap();
             }
         }
         match random.below(12) {
-            0 => scene.set_margin(ids[random.below(16)], 0.2 * random.signed().abs()).unwrap(),
-            1 => scene.set_filter(ids[random.below(16)], Filter::new(1 << random.below(2), 3)).unwrap(),
-            2 => scene.set_filter(ids[random.below(16)], Filter::new(1, 2)).unwrap(),
-            3 => scene.set_filter(ids[random.below(16)], Filter::default()).unwrap(),
+            0 => scene
+                .set_margin(ids[random.below(16)], 0.2 * random.signed().abs())
+                .unwrap(),
+            1 => scene
+                .set_filter(ids[random.below(16)], Filter::new(1 << random.below(2), 3))
+                .unwrap(),
+            2 => scene
+                .set_filter(ids[random.below(16)], Filter::new(1, 2))
+                .unwrap(),
+            3 => scene
+                .set_filter(ids[random.below(16)], Filter::default())
+                .unwrap(),
             _ => {}
         }
         let budget = match frame % 8 {
@@ -103,7 +127,10 @@ fn groups_are_bounded_in_every_frame() {
         assert_eq!(report.group_distances.len(), asked.len());
         for (asked, found) in asked.iter().zip(&report.group_distances) {
             assert_true(&scene, asked, found, &mut workspace);
-            assert!(found.open == 0 || budget != Budget::unlimited(), "{found:?}");
+            assert!(
+                found.open == 0 || budget != Budget::unlimited(),
+                "{found:?}"
+            );
             open += usize::from(found.open > 0);
             shut += usize::from(found.open == 0);
             proven += usize::from(found.open > 0 && found.low > 0.0);
@@ -112,9 +139,16 @@ fn groups_are_bounded_in_every_frame() {
             let gap = apart(&scene, pair.a, pair.b, &mut workspace);
             assert_witness(&scene, pair);
             match pair.verdict {
-                Verdict::Intersecting { .. } | Verdict::Within { .. } => assert!(gap <= ROUNDING, "{gap} {pair:?}"),
-                Verdict::Separated => assert!(gap > 0.0 || distance(&scene, pair.a, pair.b, &mut workspace) > 0.0),
-                Verdict::Undecided => assert!(budget != Budget::unlimited() || gap < 1e-3, "{gap} {pair:?}"),
+                Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+                    assert!(gap <= ROUNDING, "{gap} {pair:?}")
+                }
+                Verdict::Separated => {
+                    assert!(gap > 0.0 || distance(&scene, pair.a, pair.b, &mut workspace) > 0.0)
+                }
+                Verdict::Undecided => assert!(
+                    budget != Budget::unlimited() || gap < 1e-3,
+                    "{gap} {pair:?}"
+                ),
             }
         }
     }
@@ -131,16 +165,28 @@ fn groups_at_rest_are_measured_to_the_end() {
         let mut random = Random::new(90 + seed);
         let (mut free, ..) = grouped(&mut random);
         let cost = 2 * detect(&mut free, Budget::unlimited()).work;
-        assert!(free.report().group_distances.iter().all(|found| found.open == 0));
+        assert!(
+            free.report()
+                .group_distances
+                .iter()
+                .all(|found| found.open == 0)
+        );
         assert_eq!(detect(&mut free, Budget::unlimited()).work, 0);
         for budget in [8 * LEAST_DISTANCE_WORK, 100_000] {
             let mut random = Random::new(90 + seed);
             let (mut scene, _, asked) = grouped(&mut random);
             let frames = 2 * (2 * cost).div_ceil(budget / 8) + 1;
             let (mut used, mut workspace) = (0, Workspace::new());
-            while detect(&mut scene, Budget::work(budget)).group_distances.iter().any(|found| found.open > 0) {
+            while detect(&mut scene, Budget::work(budget))
+                .group_distances
+                .iter()
+                .any(|found| found.open > 0)
+            {
                 used += 1;
-                assert!(scene.report().work <= budget && used <= frames, "{used} frames, promised are {frames}");
+                assert!(
+                    scene.report().work <= budget && used <= frames,
+                    "{used} frames, promised are {frames}"
+                );
             }
             for (asked, found) in asked.iter().zip(&scene.report().group_distances) {
                 assert_true(&scene, asked, found, &mut workspace);
@@ -156,24 +202,45 @@ fn far_pairs_need_no_query() {
     let mut random = Random::new(83);
     let mut scene = Scene::new();
     let mut insert = |place: DVec3| {
-        scene.insert(Body::moving(Arc::clone(&ball), Pose::new(DMat3::IDENTITY, place).unwrap())).unwrap()
+        scene
+            .insert(Body::moving(
+                Arc::clone(&ball),
+                Pose::new(DMat3::IDENTITY, place).unwrap(),
+            ))
+            .unwrap()
     };
-    let cell: Vec<_> = (0..200).map(|_| insert(20.0 * random.vector() + 24.0 * DVec3::X)).collect();
-    let arm: Vec<_> = (0..8).map(|link| insert(DVec3::X * -2.5 * f64::from(link))).collect();
+    let cell: Vec<_> = (0..200)
+        .map(|_| insert(20.0 * random.vector() + 24.0 * DVec3::X))
+        .collect();
+    let arm: Vec<_> = (0..8)
+        .map(|link| insert(DVec3::X * -2.5 * f64::from(link)))
+        .collect();
     let id = scene.measure_groups(&arm, &cell, 1e-3).unwrap();
-    let asked = Asked { id, groups: [arm.clone(), cell], tolerance: 1e-3 };
+    let asked = Asked {
+        id,
+        groups: [arm.clone(), cell],
+        tolerance: 1e-3,
+    };
     let mut workspace = Workspace::new();
     let mut listed = 0;
     for frame in 0..40 {
         for (link, &id) in arm.iter().enumerate() {
             let there = DVec3::new(-2.5 * link as f64, 0.1 * f64::from(frame), 0.0);
-            scene.set_pose(id, Pose::new(DMat3::IDENTITY, there).unwrap()).unwrap();
+            scene
+                .set_pose(id, Pose::new(DMat3::IDENTITY, there).unwrap())
+                .unwrap();
         }
         let report = detect(&mut scene, Budget::unlimited());
-        let of_groups = report.pairs.iter().filter(|pair| arm.contains(&pair.a) != arm.contains(&pair.b));
+        let of_groups = report
+            .pairs
+            .iter()
+            .filter(|pair| arm.contains(&pair.a) != arm.contains(&pair.b));
         listed += of_groups.count();
         let found = report.group_distances[0];
-        assert!(found.open == 0 && found.high - found.low <= 1.001e-3, "{found:?}");
+        assert!(
+            found.open == 0 && found.high - found.low <= 1.001e-3,
+            "{found:?}"
+        );
         if frame % 10 == 0 {
             assert_true(&scene, &asked, &found, &mut workspace);
         }
@@ -186,14 +253,29 @@ fn groups_come_and_go_with_their_bodies() {
     let ball = Arc::new(Tree::new(shapes::icosphere(2)));
     let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
     let mut scene = Scene::new();
-    let mut insert = |x: f64| scene.insert(Body::moving(Arc::clone(&ball), at(x))).unwrap();
+    let mut insert = |x: f64| {
+        scene
+            .insert(Body::moving(Arc::clone(&ball), at(x)))
+            .unwrap()
+    };
     let [a, b, c, d] = [0.0, 10.0, 16.0, 30.0].map(&mut insert);
-    assert_eq!(scene.measure_groups(&[b], &[b, b], 0.0), Err(SceneError::OneBody { body: b }));
-    assert!(matches!(scene.measure_groups(&[a], &[c], f64::NAN), Err(SceneError::NotALength { .. })));
-    let [first, other] = [[a, b], [b, d]].map(|group| scene.measure_groups(&group, &[c], 1e-6).unwrap());
+    assert_eq!(
+        scene.measure_groups(&[b], &[b, b], 0.0),
+        Err(SceneError::OneBody { body: b })
+    );
+    assert!(matches!(
+        scene.measure_groups(&[a], &[c], f64::NAN),
+        Err(SceneError::NotALength { .. })
+    ));
+    let [first, other] =
+        [[a, b], [b, d]].map(|group| scene.measure_groups(&group, &[c], 1e-6).unwrap());
     let lows = |scene: &mut Scene| {
         let report = detect(scene, Budget::unlimited());
-        report.group_distances.iter().map(|found| (found.id, (found.low * 1e3).round() / 1e3)).collect::<Vec<_>>()
+        report
+            .group_distances
+            .iter()
+            .map(|found| (found.id, (found.low * 1e3).round() / 1e3))
+            .collect::<Vec<_>>()
     };
     assert_eq!(lows(&mut scene), [(first, 4.0), (other, 4.0)]);
     scene.set_pose(d, at(18.0)).unwrap();
@@ -202,16 +284,27 @@ fn groups_come_and_go_with_their_bodies() {
     assert_eq!(lows(&mut scene), [(first, 14.0), (other, 0.0)]);
     scene.set_filter(a, Filter::new(0, 0)).unwrap();
     scene.stop_measuring_groups(other).unwrap();
-    assert_eq!(lows(&mut scene), [(first, f64::INFINITY)], "no two of them may meet");
+    assert_eq!(
+        lows(&mut scene),
+        [(first, f64::INFINITY)],
+        "no two of them may meet"
+    );
     let third = scene.measure_groups(&[d], &[a], 1e-6).unwrap();
     scene.set_filter(a, Filter::default()).unwrap();
     assert_eq!(lows(&mut scene), [(first, 14.0), (third, 16.0)]);
     scene.remove(d).unwrap();
     let new = scene.insert(Body::moving(ball, at(3.0))).unwrap();
     assert_eq!(new.index(), d.index());
-    assert_eq!(lows(&mut scene), [(first, 14.0), (third, f64::INFINITY)], "another body is none of it");
+    assert_eq!(
+        lows(&mut scene),
+        [(first, 14.0), (third, f64::INFINITY)],
+        "another body is none of it"
+    );
     scene.stop_measuring_groups(first).unwrap();
-    assert_eq!(scene.stop_measuring_groups(first), Err(SceneError::NoSuchMeasure { measure: first }));
+    assert_eq!(
+        scene.stop_measuring_groups(first),
+        Err(SceneError::NoSuchMeasure { measure: first })
+    );
     scene.stop_measuring_groups(third).unwrap();
     assert_eq!(lows(&mut scene), []);
     assert_eq!(scene.report().pairs, []);
@@ -223,12 +316,21 @@ fn groups_may_have_bodies_in_common() {
     let mut random = Random::new(78);
     let (mut scene, ids) = crowd(9, &mut random);
     for (body, &id) in ids.iter().enumerate() {
-        scene.set_pose(id, Pose::new(random.rotation(), DVec3::X * (3.0 * body as f64)).unwrap()).unwrap();
+        scene
+            .set_pose(
+                id,
+                Pose::new(random.rotation(), DVec3::X * (3.0 * body as f64)).unwrap(),
+            )
+            .unwrap();
     }
     // Links that are joined are kept apart by their filters.
     scene.set_filter(ids[0], Filter::new(1, !1)).unwrap();
     scene.set_filter(ids[1], Filter::new(1, !1)).unwrap();
-    let groups = [(&ids[..], &ids[..]), (&ids[..6], &ids[3..]), (&ids[2..4], &ids[2..4])];
+    let groups = [
+        (&ids[..], &ids[..]),
+        (&ids[..6], &ids[3..]),
+        (&ids[2..4], &ids[2..4]),
+    ];
     let measures = groups.map(|(x, y)| scene.measure_groups(x, y, 1e-6).unwrap());
     let mut workspace = Workspace::new();
     for frame in 0..6 {
@@ -236,16 +338,35 @@ fn groups_may_have_bodies_in_common() {
             let next = nudged(&scene.body(id).unwrap().pose, &mut random);
             scene.set_pose(id, next).unwrap();
         }
-        let budget = if frame % 2 == 0 { Budget::unlimited() } else { Budget::work(20_000) };
+        let budget = if frame % 2 == 0 {
+            Budget::unlimited()
+        } else {
+            Budget::work(20_000)
+        };
         let report = detect(&mut scene, budget).clone();
         for ((x, y), id) in groups.iter().zip(measures) {
-            let pairs = x.iter().flat_map(|&a| y.iter().map(move |&b| (a, b))).filter(|(a, b)| a != b);
+            let pairs = x
+                .iter()
+                .flat_map(|&a| y.iter().map(move |&b| (a, b)))
+                .filter(|(a, b)| a != b);
             let may_meet = |&(a, b): &(BodyId, BodyId)| a.index() + b.index() != 1;
-            let truth = pairs.filter(may_meet).map(|(a, b)| apart(&scene, a, b, &mut workspace));
+            let truth = pairs
+                .filter(may_meet)
+                .map(|(a, b)| apart(&scene, a, b, &mut workspace));
             let truth = truth.fold(f64::INFINITY, f64::min).max(0.0);
-            let found = report.group_distances.iter().find(|found| found.id == id).unwrap();
-            assert!(found.low <= truth + ROUNDING && truth <= found.high + ROUNDING, "{found:?} {truth}");
-            assert!(budget != Budget::unlimited() || found.high - found.low <= 1.1e-6, "{found:?}");
+            let found = report
+                .group_distances
+                .iter()
+                .find(|found| found.id == id)
+                .unwrap();
+            assert!(
+                found.low <= truth + ROUNDING && truth <= found.high + ROUNDING,
+                "{found:?} {truth}"
+            );
+            assert!(
+                budget != Budget::unlimited() || found.high - found.low <= 1.1e-6,
+                "{found:?}"
+            );
         }
     }
 }

@@ -12,7 +12,11 @@ fn said(world: &World) -> String {
     let mut said = format!("{:?} {:?}", world.scene.report(), world.scene.calibration());
     for (i, &a) in ids.iter().enumerate() {
         for &b in &ids[..i] {
-            said += &format!("{:?} {:?}", world.scene.contact_points(a, b), world.scene.certificate(a, b));
+            said += &format!(
+                "{:?} {:?}",
+                world.scene.contact_points(a, b),
+                world.scene.certificate(a, b)
+            );
         }
     }
     said
@@ -32,7 +36,11 @@ fn frames_without_a_budget_and_of_work_say_the_same_on_any_number_of_threads() {
         for frame in 0..120 {
             let said = worlds.each_mut().map(|world| {
                 // Some frames rest, so that runs are resumed and estimates are told of what comes out later.
-                let changes = if world.random.below(3) == 0 { 0 } else { world.random.below(6) };
+                let changes = if world.random.below(3) == 0 {
+                    0
+                } else {
+                    world.random.below(6)
+                };
                 for _ in 0..changes {
                     world.change();
                 }

@@ -28,8 +28,8 @@ use common::random::{Family, Random, soup};
 use events::Ledger;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
 use punctual::{
-    Body, BodyId, BodyKind, Budget, BuildOptions, Filter, ManualClock, Mode, PairReport, Pose, Query, Reach, Report,
-    Scene, SceneError, Tree, Verdict, Workspace, shapes,
+    Body, BodyId, BodyKind, Budget, BuildOptions, Filter, ManualClock, Mode, PairReport, Pose,
+    Query, Reach, Report, Scene, SceneError, Tree, Verdict, Workspace, shapes,
 };
 
 fn trees() -> Vec<Arc<Tree>> {
@@ -44,8 +44,16 @@ fn trees() -> Vec<Arc<Tree>> {
         soup(Family::Double, 60, &mut random),
     ];
     // Every other one knows what lies next to its triangles, and its extremes.
-    let options = |at: usize| BuildOptions::default().neighbors(at.is_multiple_of(2)).extremes(at.is_multiple_of(2));
-    meshes.into_iter().enumerate().map(|(at, mesh)| Arc::new(Tree::with_options(mesh, &options(at)))).collect()
+    let options = |at: usize| {
+        BuildOptions::default()
+            .neighbors(at.is_multiple_of(2))
+            .extremes(at.is_multiple_of(2))
+    };
+    meshes
+        .into_iter()
+        .enumerate()
+        .map(|(at, mesh)| Arc::new(Tree::with_options(mesh, &options(at))))
+        .collect()
 }
 
 fn pose(reach: f64, random: &mut Random) -> Pose {
@@ -55,7 +63,11 @@ fn pose(reach: f64, random: &mut Random) -> Pose {
 /// A small step from a pose.
 fn nudged(from: &Pose, random: &mut Random) -> Pose {
     let turn = DMat3::from_quat(DQuat::from_scaled_axis(0.1 * random.vector()));
-    Pose::new(turn * *from.rotation(), from.translation() + 0.1 * random.vector()).unwrap()
+    Pose::new(
+        turn * *from.rotation(),
+        from.translation() + 0.1 * random.vector(),
+    )
+    .unwrap()
 }
 
 fn detect(scene: &mut Scene, budget: Budget) -> &Report {
@@ -81,7 +93,11 @@ impl Model {
         let mut pairs = Vec::new();
         for (i, (id, x)) in self.bodies.iter().enumerate() {
             for (other, y) in &self.bodies[i + 1..] {
-                let ((a, x), (b, y)) = if id < other { ((id, x), (other, y)) } else { ((other, y), (id, x)) };
+                let ((a, x), (b, y)) = if id < other {
+                    ((id, x), (other, y))
+                } else {
+                    ((other, y), (id, x))
+                };
                 if Self::may_meet(x, y) {
                     let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
                     let query = Query::new(&x.tree, &y.tree, b_in_a).mode(Mode::All);
@@ -103,8 +119,16 @@ fn change(scene: &mut Scene, model: &mut Model, trees: &[Arc<Tree>], random: &mu
     let filter = Filter::new(1 << random.below(3), (random.bits() as u32) | 1);
     if model.bodies.is_empty() || (model.bodies.len() < 40 && random.below(6) == 0) {
         let place = pose(2.5, random);
-        let body = if random.below(4) == 0 { Body::fixed(tree, place) } else { Body::moving(tree, place) };
-        let body = if random.below(2) == 0 { body.filter(filter) } else { body };
+        let body = if random.below(4) == 0 {
+            Body::fixed(tree, place)
+        } else {
+            Body::moving(tree, place)
+        };
+        let body = if random.below(2) == 0 {
+            body.filter(filter)
+        } else {
+            body
+        };
         let id = scene.insert(body.clone()).unwrap();
         assert!(!model.removed.contains(&id), "{id} was in use before");
         return model.bodies.push((id, body));
@@ -153,16 +177,31 @@ fn change(scene: &mut Scene, model: &mut Model, trees: &[Arc<Tree>], random: &mu
 #[track_caller]
 fn assert_witness(scene: &Scene, pair: &PairReport) {
     let [a, b] = [pair.a, pair.b].map(|id| scene.body(id).unwrap());
-    let Some([x, y]) = pair.verdict.witness() else { return };
+    let Some([x, y]) = pair.verdict.witness() else {
+        return;
+    };
     let b_in_a = a.pose.inverse().unwrap().compose(&b.pose).unwrap();
     let of_a = a.tree.mesh().triangle(x as usize);
-    let of_b = b.tree.mesh().triangle(y as usize).map(|corner| b_in_a.transform_point(corner));
+    let of_b = b
+        .tree
+        .mesh()
+        .triangle(y as usize)
+        .map(|corner| b_in_a.transform_point(corner));
     let far = a.pose.translation().abs().max_element() + b.pose.translation().abs().max_element();
-    let (truth, rounding) = (exact_distance::Distance::of(&of_a, &of_b).rounded(), 1e-12 * (1.0 + far));
+    let (truth, rounding) = (
+        exact_distance::Distance::of(&of_a, &of_b).rounded(),
+        1e-12 * (1.0 + far),
+    );
     match pair.verdict {
         Verdict::Within { distance, .. } => {
-            assert!(distance > 0.0 && distance <= a.margin + b.margin, "{pair:?}");
-            assert!(truth > 0.0 && (distance - truth).abs() <= rounding, "{truth} {pair:?}");
+            assert!(
+                distance > 0.0 && distance <= a.margin + b.margin,
+                "{pair:?}"
+            );
+            assert!(
+                truth > 0.0 && (distance - truth).abs() <= rounding,
+                "{truth} {pair:?}"
+            );
         }
         _ => assert!(truth <= rounding, "{truth} {pair:?}"),
     }
@@ -174,7 +213,10 @@ fn assert_sound(report: &Report, truth: &[(usize, usize, u64)], complete: bool) 
     let mut decided = 0;
     for pair in &report.pairs {
         let key = (pair.a.index(), pair.b.index());
-        let found = truth.iter().find(|&&(a, b, _)| (a, b) == key).map_or(0, |&(.., found)| found);
+        let found = truth
+            .iter()
+            .find(|&&(a, b, _)| (a, b) == key)
+            .map_or(0, |&(.., found)| found);
         match pair.verdict {
             Verdict::Intersecting { .. } | Verdict::Within { .. } => {
                 assert!(found >= pair.found && pair.found > 0, "{key:?} {pair:?}");
@@ -187,14 +229,32 @@ fn assert_sound(report: &Report, truth: &[(usize, usize, u64)], complete: bool) 
         decided += usize::from(pair.verdict != Verdict::Undecided);
     }
     assert_eq!(decided, report.decided);
-    assert_eq!(report.worst_age, report.pairs.iter().map(|pair| pair.age).max().unwrap_or(0));
-    let listed = |key: (usize, usize)| report.pairs.iter().any(|pair| (pair.a.index(), pair.b.index()) == key);
+    assert_eq!(
+        report.worst_age,
+        report.pairs.iter().map(|pair| pair.age).max().unwrap_or(0)
+    );
+    let listed = |key: (usize, usize)| {
+        report
+            .pairs
+            .iter()
+            .any(|pair| (pair.a.index(), pair.b.index()) == key)
+    };
     assert!(report.is_whole() || !complete);
     let lost = || truth.iter().any(|&(a, b, _)| !listed((a, b)));
-    assert!(!report.is_whole() || !lost(), "a pair was lost by the broad phase");
+    assert!(
+        !report.is_whole() || !lost(),
+        "a pair was lost by the broad phase"
+    );
     assert_eq!(report.intersecting, report.intersecting_pairs().count());
-    let within = report.pairs.iter().filter(|pair| matches!(pair.verdict, Verdict::Within { .. })).count();
-    assert_eq!((report.within, report.intersecting + within), (within, report.meeting_pairs().count()));
+    let within = report
+        .pairs
+        .iter()
+        .filter(|pair| matches!(pair.verdict, Verdict::Within { .. }))
+        .count();
+    assert_eq!(
+        (report.within, report.intersecting + within),
+        (within, report.meeting_pairs().count())
+    );
     assert!(!complete || report.intersecting + within == truth.len());
 }
 
@@ -203,7 +263,8 @@ fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut R
     let (mut scene, mut model) = (Scene::new(), Model::default());
     scene.set_mode(mode);
     scene.set_reach(reach);
-    let (mut random, mut workspace, mut ledger) = (Random::new(seed), Workspace::new(), Ledger::default());
+    let (mut random, mut workspace, mut ledger) =
+        (Random::new(seed), Workspace::new(), Ledger::default());
     scene.track_contacts();
     let (mut cut, mut met) = (false, 0);
     for _ in 0..150 {
@@ -219,12 +280,24 @@ fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut R
         assert_sound(report, &truth, budget == Budget::unlimited());
         ledger.check(report, &model, &truth, budget == Budget::unlimited());
         if mode == Mode::All {
-            let found = |key| truth.iter().find(|&&(a, b, _)| (a, b) == key).map_or(0, |&(.., found)| found);
+            let found = |key| {
+                truth
+                    .iter()
+                    .find(|&&(a, b, _)| (a, b) == key)
+                    .map_or(0, |&(.., found)| found)
+            };
             let complete = report.pairs.iter().filter(|pair| pair.complete);
-            assert!(complete.into_iter().all(|pair| pair.found == found((pair.a.index(), pair.b.index()))));
+            assert!(
+                complete
+                    .into_iter()
+                    .all(|pair| pair.found == found((pair.a.index(), pair.b.index())))
+            );
         }
         for &id in &model.removed {
-            assert_eq!(scene.body(id).unwrap_err(), SceneError::NoSuchBody { body: id });
+            assert_eq!(
+                scene.body(id).unwrap_err(),
+                SceneError::NoSuchBody { body: id }
+            );
         }
         assert!(scene.bodies().count() == model.bodies.len());
         assert_certificates(&scene, &truth);
@@ -232,15 +305,24 @@ fn run_against_model(mode: Mode, reach: Reach, seed: u64, budget: impl Fn(&mut R
     }
     assert!(met > 50, "{met} rays hit something");
     let [began, persist, undecided, ended] = ledger.told;
-    assert!(began > 10 && persist > 10 && ended > 10 && (undecided > 10) == cut, "{:?}", ledger.told);
+    assert!(
+        began > 10 && persist > 10 && ended > 10 && (undecided > 10) == cut,
+        "{:?}",
+        ledger.told
+    );
 }
 
 #[track_caller]
 fn assert_certificates(scene: &Scene, truth: &[(usize, usize, u64)]) {
     for pair in &scene.report().pairs {
         let certificate = scene.certificate(pair.b, pair.a).unwrap();
-        let found = truth.iter().find(|&&(a, b, _)| (a, b) == (pair.a.index(), pair.b.index()));
-        assert!(certificate.upper_bound >= found.map_or(0, |&(.., found)| found), "{pair:?} {certificate:?}");
+        let found = truth
+            .iter()
+            .find(|&&(a, b, _)| (a, b) == (pair.a.index(), pair.b.index()));
+        assert!(
+            certificate.upper_bound >= found.map_or(0, |&(.., found)| found),
+            "{pair:?} {certificate:?}"
+        );
         assert!(certificate.largest_extent >= 0.0 && certificate.largest_extent.is_finite());
     }
 }
@@ -271,21 +353,37 @@ fn anywhere(id: BodyId) -> BodyId {
 /// Spheres in a row, each overlapping its neighbours' boxes, turning and swinging.
 fn row(scene: &mut Scene, bodies: usize) -> Vec<BodyId> {
     let options = BuildOptions::default().neighbors(true).extremes(true);
-    let knot = Arc::new(Tree::with_options(shapes::torus_knot(2, 3, 0.1, 48), &options));
-    (0..bodies).map(|i| scene.insert(Body::moving(Arc::clone(&knot), swing(i, 0))).unwrap()).collect()
+    let knot = Arc::new(Tree::with_options(
+        shapes::torus_knot(2, 3, 0.1, 48),
+        &options,
+    ));
+    (0..bodies)
+        .map(|i| {
+            scene
+                .insert(Body::moving(Arc::clone(&knot), swing(i, 0)))
+                .unwrap()
+        })
+        .collect()
 }
 
 fn swing(body: usize, frame: usize) -> Pose {
     let time = 0.05 * frame as f64 + body as f64;
     let turn = DMat3::from_rotation_y(time) * DMat3::from_rotation_x(0.7 * time);
-    Pose::new(turn, DVec3::new(1.7 * body as f64, 0.3 * time.sin(), 0.2 * time.cos())).unwrap()
+    Pose::new(
+        turn,
+        DVec3::new(1.7 * body as f64, 0.3 * time.sin(), 0.2 * time.cos()),
+    )
+    .unwrap()
 }
 
 /// K = 2 ⌈C/R⌉ + 1 frames, R = B/8, for bodies that move all the time and for bodies at rest.
 #[test]
 fn no_pair_waits_longer_than_promised_and_no_budget_is_passed() {
     const BODIES: usize = 40;
-    for (moves, budgets) in [(true, [400_000, 1_000_000, 2_000_000]), (false, [6_000, 20_000, 200_000])] {
+    for (moves, budgets) in [
+        (true, [400_000, 1_000_000, 2_000_000]),
+        (false, [6_000, 20_000, 200_000]),
+    ] {
         // What all pairs take, at most, without a budget.
         let mut free = Scene::new();
         let ids = row(&mut free, BODIES);
@@ -300,7 +398,10 @@ fn no_pair_waits_longer_than_promised_and_no_budget_is_passed() {
         }
         for budget in budgets {
             let share = budget / 8;
-            assert!(!moves || dearest <= share, "the test asks for more than is promised: {dearest}");
+            assert!(
+                !moves || dearest <= share,
+                "the test asks for more than is promised: {dearest}"
+            );
             // What is expected of a pair can be twice what it takes.
             let frames = 2 * (2 * cost).div_ceil(share) + 1;
             let mut scene = Scene::new();
@@ -316,7 +417,11 @@ fn no_pair_waits_longer_than_promised_and_no_budget_is_passed() {
             }
             assert!(worst <= frames, "{worst} frames, promised are {frames}");
             if !moves {
-                assert_eq!(scene.report().decided, scene.report().pairs.len(), "at rest, all is known in the end");
+                assert_eq!(
+                    scene.report().decided,
+                    scene.report().pairs.len(),
+                    "at rest, all is known in the end"
+                );
             }
         }
     }
@@ -333,7 +438,10 @@ fn what_rests_is_decided_within_the_smallest_budgets() {
                 scene.set_pose(id, swing(body, 7 * place)).unwrap();
             }
             let decided = |_: &usize| detect(&mut scene, Budget::work(budget)).undecided() == 0;
-            assert!((0..4000).find(decided).is_some(), "budget {budget}, place {place}");
+            assert!(
+                (0..4000).find(decided).is_some(),
+                "budget {budget}, place {place}"
+            );
         }
     }
 }
@@ -359,7 +467,9 @@ fn important_pairs_are_decided_first() {
     row(&mut free, 200);
     let ids: Vec<_> = row(&mut scene, 200).into_iter().map(anywhere).collect();
     for (body, &id) in ids.iter().enumerate() {
-        scene.set_importance(id, if important(body) { 1.0 } else { 0.0 }).unwrap();
+        scene
+            .set_importance(id, if important(body) { 1.0 } else { 0.0 })
+            .unwrap();
     }
     for frame in 1..100 {
         for (body, &id) in ids.iter().enumerate() {
@@ -368,9 +478,18 @@ fn important_pairs_are_decided_first() {
         }
         let half = detect(&mut free, Budget::unlimited()).work / 2;
         let report = detect(&mut scene, Budget::work(half));
-        let mut pairs = report.pairs.iter().filter(|pair| important(pair.a.index()) || important(pair.b.index()));
-        assert!(pairs.all(|pair| pair.verdict != Verdict::Undecided), "frame {frame}");
-        assert!(report.undecided() > 0 || report.work < half, "frame {frame}");
+        let mut pairs = report
+            .pairs
+            .iter()
+            .filter(|pair| important(pair.a.index()) || important(pair.b.index()));
+        assert!(
+            pairs.all(|pair| pair.verdict != Verdict::Undecided),
+            "frame {frame}"
+        );
+        assert!(
+            report.undecided() > 0 || report.work < half,
+            "frame {frame}"
+        );
     }
 }
 
@@ -397,12 +516,23 @@ fn a_body_that_passes_through_between_two_frames_is_reported_on_its_way() {
     for (reach, expected) in [(Reach::Here, 0), (Reach::Swept, 1)] {
         let mut scene = Scene::new();
         scene.set_reach(reach);
-        scene.insert(Body::fixed(Arc::clone(&ball), at(0.0))).unwrap();
-        let bullet = scene.insert(Body::moving(Arc::clone(&ball), at(-10.0))).unwrap();
+        scene
+            .insert(Body::fixed(Arc::clone(&ball), at(0.0)))
+            .unwrap();
+        let bullet = scene
+            .insert(Body::moving(Arc::clone(&ball), at(-10.0)))
+            .unwrap();
         assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
         scene.set_pose(bullet, at(10.0)).unwrap();
-        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), expected);
-        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0, "it rests now");
+        assert_eq!(
+            detect(&mut scene, Budget::unlimited()).pairs.len(),
+            expected
+        );
+        assert_eq!(
+            detect(&mut scene, Budget::unlimited()).pairs.len(),
+            0,
+            "it rests now"
+        );
     }
 }
 
@@ -410,19 +540,37 @@ fn a_body_that_passes_through_between_two_frames_is_reported_on_its_way() {
 fn what_is_refused_names_the_body_and_changes_nothing() {
     let ball = Arc::new(Tree::new(shapes::icosphere(1)));
     let mut scene = Scene::new();
-    let id = scene.insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY)).unwrap();
-    let sheared = Pose::from_axes(DVec3::X, DVec3::new(5e-4, 1.0, 0.0), DVec3::Z, DVec3::ZERO).unwrap();
+    let id = scene
+        .insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))
+        .unwrap();
+    let sheared =
+        Pose::from_axes(DVec3::X, DVec3::new(5e-4, 1.0, 0.0), DVec3::Z, DVec3::ZERO).unwrap();
     let error = scene.set_pose(id, sheared).unwrap_err();
-    assert!(matches!(error, SceneError::NotARotation { body, .. } if body == id), "{error}");
+    assert!(
+        matches!(error, SceneError::NotARotation { body, .. } if body == id),
+        "{error}"
+    );
     let far = Pose::new(DMat3::IDENTITY, DVec3::new(0.0, 1e300, 0.0)).unwrap();
-    assert_eq!(scene.set_pose(id, far).unwrap_err(), SceneError::TooFar { body: id, axis: 1 });
-    assert_eq!(error.to_string().split(':').next(), Some("body 0 (generation 0)"));
+    assert_eq!(
+        scene.set_pose(id, far).unwrap_err(),
+        SceneError::TooFar { body: id, axis: 1 }
+    );
+    assert_eq!(
+        error.to_string().split(':').next(),
+        Some("body 0 (generation 0)")
+    );
     let importance = scene.set_importance(id, f32::NAN).unwrap_err();
     assert_eq!(importance, SceneError::ImportanceNotANumber { body: id });
     assert!(scene.insert(Body::moving(ball, sheared)).is_err());
-    assert_eq!((scene.len(), scene.body(id).unwrap().pose), (1, Pose::IDENTITY));
+    assert_eq!(
+        (scene.len(), scene.body(id).unwrap().pose),
+        (1, Pose::IDENTITY)
+    );
     scene.remove(id).unwrap();
-    assert_eq!(scene.remove(id).unwrap_err(), SceneError::NoSuchBody { body: id });
+    assert_eq!(
+        scene.remove(id).unwrap_err(),
+        SceneError::NoSuchBody { body: id }
+    );
     assert!(detect(&mut scene, Budget::unlimited()).pairs.is_empty());
 }
 
@@ -435,8 +583,15 @@ fn poses_at_the_edge_of_what_is_accepted() {
     for i in 0..40 {
         let mut stretch = DMat3::IDENTITY * (1.0 + 4.9e-5 * random.signed().signum());
         stretch.y_axis.x = 4e-5 * random.signed();
-        let out = if i % 2 == 0 { 2f64.powi(989) * random.vector() } else { random.vector() };
-        let _ = scene.insert(Body::moving(Arc::clone(&ball), Pose::new(random.rotation() * stretch, out).unwrap()));
+        let out = if i % 2 == 0 {
+            2f64.powi(989) * random.vector()
+        } else {
+            random.vector()
+        };
+        let _ = scene.insert(Body::moving(
+            Arc::clone(&ball),
+            Pose::new(random.rotation() * stretch, out).unwrap(),
+        ));
     }
     assert!(scene.len() > 20);
     let report = detect(&mut scene, Budget::unlimited());
@@ -457,16 +612,35 @@ fn the_same_report_on_any_number_of_threads() {
                 scene.set_pose(id, swing(body, frame)).unwrap();
             }
             // A frame without a budget leaves nothing behind that depends on the threads.
-            let budget = if frame % 8 == 3 { Budget::unlimited() } else { budget };
-            let Report { pairs, contacts, work, bv_tests, .. } = scene.detect(budget).clone();
+            let budget = if frame % 8 == 3 {
+                Budget::unlimited()
+            } else {
+                budget
+            };
+            let Report {
+                pairs,
+                contacts,
+                work,
+                bv_tests,
+                ..
+            } = scene.detect(budget).clone();
             reports.push((pairs, contacts, work, bv_tests));
         }
         reports
     };
-    for budget in [Budget::work(50_000), Budget::work(300_000), Budget::work(2_000_000), Budget::unlimited()] {
+    for budget in [
+        Budget::work(50_000),
+        Budget::work(300_000),
+        Budget::work(2_000_000),
+        Budget::unlimited(),
+    ] {
         let alone = play(1, budget);
         for threads in [2, 3, 7] {
-            assert_eq!(play(threads, budget), alone, "{threads} threads, {budget:?}");
+            assert_eq!(
+                play(threads, budget),
+                alone,
+                "{threads} threads, {budget:?}"
+            );
         }
     }
 }

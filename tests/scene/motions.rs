@@ -6,7 +6,8 @@ use crate::common::random::Random;
 use crate::{detect, pose, trees};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, ManualClock, Motion, MotionQuery, Passage, Pose, Scene, Tree, Verdict, Workspace, shapes,
+    Body, BodyId, Budget, ManualClock, Motion, MotionQuery, Passage, Pose, Scene, Tree, Verdict,
+    Workspace, shapes,
 };
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -17,8 +18,18 @@ fn motion(start: Pose, random: &mut Random) -> Motion {
     match random.below(4) {
         0 => Motion::straight(start, 3.0 * random.vector()),
         1 => Motion::screw(start, pose(3.0, random)),
-        2 => Motion::turning(start, random.vector(), 0.5 * random.vector(), 3.0 * random.vector()),
-        _ => Motion::turning(start, 0.3 * random.vector(), 8.0 * random.vector(), 2.0 * random.vector()),
+        2 => Motion::turning(
+            start,
+            random.vector(),
+            0.5 * random.vector(),
+            3.0 * random.vector(),
+        ),
+        _ => Motion::turning(
+            start,
+            0.3 * random.vector(),
+            8.0 * random.vector(),
+            2.0 * random.vector(),
+        ),
     }
     .unwrap()
 }
@@ -35,13 +46,20 @@ fn truth([(_, a, of_a), (_, b, of_b)]: [&Going; 2], workspace: &mut Workspace) -
 #[test]
 fn nothing_meets_before_it_is_said_to() {
     let mut random = Random::new(41);
-    let trees: Vec<_> = trees().into_iter().filter(|tree| !tree.mesh().is_empty()).collect();
+    let trees: Vec<_> = trees()
+        .into_iter()
+        .filter(|tree| !tree.mesh().is_empty())
+        .collect();
     let (mut scene, mut workspace) = (Scene::new(), Workspace::new());
     let mut bodies: Vec<Going> = (0..10)
         .map(|i| {
             let (tree, start) = (Arc::clone(&trees[i % trees.len()]), pose(4.0, &mut random));
             let body = if i == 0 { Body::fixed } else { Body::moving };
-            (scene.insert(body(Arc::clone(&tree), start)).unwrap(), tree, Motion::straight(start, [0.0; 3]).unwrap())
+            (
+                scene.insert(body(Arc::clone(&tree), start)).unwrap(),
+                tree,
+                Motion::straight(start, [0.0; 3]).unwrap(),
+            )
         })
         .collect();
     let (mut met, mut free, mut cut) = (0, 0, 0);
@@ -54,23 +72,41 @@ fn nothing_meets_before_it_is_said_to() {
             scene.set_motion(*id, *going).unwrap();
         }
         let unlimited = frame % 2 == 0;
-        let budget = if unlimited { Budget::unlimited() } else { Budget::work(1 << (11 + random.below(8))) };
+        let budget = if unlimited {
+            Budget::unlimited()
+        } else {
+            Budget::work(1 << (11 + random.below(8)))
+        };
         let report = detect(&mut scene, budget);
         assert!(unlimited || report.work <= 1 << 18);
         assert!(report.is_whole());
         for (i, a) in bodies.iter().enumerate() {
             for b in &bodies[i + 1..] {
                 let truth = truth([a, b], &mut workspace);
-                let Some(found) = report.passages.iter().find(|found| (found.a, found.b) == (a.0, b.0)) else {
+                let Some(found) = report
+                    .passages
+                    .iter()
+                    .find(|found| (found.a, found.b) == (a.0, b.0))
+                else {
                     assert_eq!(truth.touching_at, None, "lost by the broad phase");
                     continue;
                 };
-                assert!(found.free_until <= truth.touching_at.unwrap_or(1.0), "{found:?} {truth:?}");
-                assert!(found.touching_at.is_none_or(|time| time >= truth.free_until), "{found:?} {truth:?}");
+                assert!(
+                    found.free_until <= truth.touching_at.unwrap_or(1.0),
+                    "{found:?} {truth:?}"
+                );
+                assert!(
+                    found
+                        .touching_at
+                        .is_none_or(|time| time >= truth.free_until),
+                    "{found:?} {truth:?}"
+                );
                 assert!(!unlimited || found.touching_at.is_some() == truth.touching_at.is_some());
                 assert!(!unlimited || found.touching_at.is_some() || found.free_until == 1.0);
                 match report.pair(a.0, b.0).unwrap().verdict {
-                    Verdict::Intersecting { .. } | Verdict::Within { .. } => assert_eq!(truth.touching_at, Some(0.0)),
+                    Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+                        assert_eq!(truth.touching_at, Some(0.0))
+                    }
                     Verdict::Separated => assert_ne!(truth.touching_at, Some(0.0)),
                     Verdict::Undecided => assert!(found.free_until == 0.0),
                 }
@@ -80,7 +116,10 @@ fn nothing_meets_before_it_is_said_to() {
             }
         }
     }
-    assert!(met > 20 && free > 20 && cut > 10, "{met} meet, {free} are free, {cut} open");
+    assert!(
+        met > 20 && free > 20 && cut > 10,
+        "{met} meet, {free} are free, {cut} open"
+    );
     // What goes on with the same motion needs nothing, and a pose ends it.
     detect(&mut scene, Budget::unlimited());
     assert_eq!(detect(&mut scene, Budget::work(0)).work, 0);
@@ -99,40 +138,71 @@ fn the_most_urgent_goes_first() {
     let meets = |i: usize| i.is_multiple_of(4);
     let ids: Vec<BodyId> = (0..40)
         .map(|i| {
-            scene.insert(Body::fixed(Arc::clone(&ball), at(6.0 * i as f64, 0.0, 0.0))).unwrap();
-            scene.insert(Body::moving(Arc::clone(&ball), at(6.0 * i as f64, 0.0, 5.0))).unwrap()
+            scene
+                .insert(Body::fixed(Arc::clone(&ball), at(6.0 * i as f64, 0.0, 0.0)))
+                .unwrap();
+            scene
+                .insert(Body::moving(
+                    Arc::clone(&ball),
+                    at(6.0 * i as f64, 0.0, 5.0),
+                ))
+                .unwrap()
         })
         .collect();
     let fall = |scene: &mut Scene, height: f64| {
         for (i, &id) in ids.iter().enumerate() {
             let beside = if meets(i) { 1.2 } else { 1.5 };
             let start = at(6.0 * i as f64 + beside, beside, height);
-            scene.set_motion(id, Motion::straight(start, [0.0, 0.0, -8.0]).unwrap()).unwrap();
+            scene
+                .set_motion(id, Motion::straight(start, [0.0, 0.0, -8.0]).unwrap())
+                .unwrap();
         }
     };
     fall(&mut scene, 5.0);
     let all = detect(&mut scene, Budget::unlimited());
-    let hits = all.passages.iter().filter(|found| found.touching_at.is_some()).count();
+    let hits = all
+        .passages
+        .iter()
+        .filter(|found| found.touching_at.is_some())
+        .count();
     assert_eq!((all.passages.len(), hits), (40, 10));
     let part = all.work * 3 / 5;
     fall(&mut scene, 4.9);
     let report = detect(&mut scene, Budget::work(part));
-    let found = report.passages.iter().filter(|found| found.touching_at.is_some()).count();
+    let found = report
+        .passages
+        .iter()
+        .filter(|found| found.touching_at.is_some())
+        .count();
     let [undecided, work] = [report.undecided() as u64, report.work];
-    assert!(found >= 8 && undecided >= 15, "{found} of 10, {undecided} undecided, {work} of {part}");
+    assert!(
+        found >= 8 && undecided >= 15,
+        "{found} of 10, {undecided} undecided, {work} of {part}"
+    );
 }
 
 #[test]
 fn an_arc_is_more_than_its_ends() {
-    let (rod, ball) = (Tree::new(shapes::cuboid([3.0, 0.05, 0.05], 2)), Tree::new(shapes::icosphere(1)));
+    let (rod, ball) = (
+        Tree::new(shapes::cuboid([3.0, 0.05, 0.05], 2)),
+        Tree::new(shapes::icosphere(1)),
+    );
     let mut scene = Scene::new();
-    let arm = scene.insert(Body::moving(Arc::new(rod), at(3.0, 0.0, 0.0))).unwrap();
-    scene.insert(Body::fixed(Arc::new(ball), at(0.0, 6.0, 0.0))).unwrap();
+    let arm = scene
+        .insert(Body::moving(Arc::new(rod), at(3.0, 0.0, 0.0)))
+        .unwrap();
+    scene
+        .insert(Body::fixed(Arc::new(ball), at(0.0, 6.0, 0.0)))
+        .unwrap();
     // Half a turn about the origin, and more than three of them.
     for (turn, time) in [(std::f64::consts::PI, 0.44), (20.0, 0.07)] {
-        let motion = Motion::turning(at(3.0, 0.0, 0.0), [0.0; 3], [0.0, 0.0, turn], [0.0; 3]).unwrap();
+        let motion =
+            Motion::turning(at(3.0, 0.0, 0.0), [0.0; 3], [0.0, 0.0, turn], [0.0; 3]).unwrap();
         scene.set_motion(arm, motion).unwrap();
         let found = detect(&mut scene, Budget::unlimited()).passages[0];
-        assert!((found.free_until - time).abs() < 0.02 && found.touching_at.is_some(), "{found:?}");
+        assert!(
+            (found.free_until - time).abs() < 0.02 && found.touching_at.is_some(),
+            "{found:?}"
+        );
     }
 }

@@ -9,8 +9,8 @@ use crate::common::reference::posed_triangles;
 use crate::{anywhere, nudged, pose, trees};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Aabb, Body, BodyId, Budget, BuildOptions, Filter, ManualClock, Mode, Motion, Pose, Query, Reach, Report, Scene,
-    SceneError, Tree, Verdict, Workspace, shapes,
+    Aabb, Body, BodyId, Budget, BuildOptions, Filter, ManualClock, Mode, Motion, Pose, Query,
+    Reach, Report, Scene, SceneError, Tree, Verdict, Workspace, shapes,
 };
 
 fn detect(scene: &mut Scene, budget: Budget) -> &Report {
@@ -28,7 +28,10 @@ fn turned(angle: f64) -> DMat3 {
 
 fn knot() -> Arc<Tree> {
     let options = BuildOptions::default().neighbors(true).extremes(true);
-    Arc::new(Tree::with_options(shapes::torus_knot(2, 3, 0.2, 64), &options))
+    Arc::new(Tree::with_options(
+        shapes::torus_knot(2, 3, 0.2, 64),
+        &options,
+    ))
 }
 
 /// Two knots that overlap, and how many pairs of their triangles meet.
@@ -39,7 +42,10 @@ fn crossing(scene: &mut Scene) -> ([BodyId; 2], u64) {
         check::run(&query, &mut Workspace::new(), Budget::unlimited()).found
     };
     assert!(found > 20);
-    let bodies = [Body::moving(Arc::clone(&tree), Pose::IDENTITY), Body::moving(tree, at(0.4, 0.3, 0.1))];
+    let bodies = [
+        Body::moving(Arc::clone(&tree), Pose::IDENTITY),
+        Body::moving(tree, at(0.4, 0.3, 0.1)),
+    ];
     (bodies.map(|body| scene.insert(body).unwrap()), found)
 }
 
@@ -50,7 +56,10 @@ fn another_mode_is_another_question() {
     let any = detect(&mut scene, Budget::unlimited()).pairs[0];
     assert!(any.complete && any.found == 1);
     scene.set_mode(Mode::All);
-    assert!(scene.certificate(a, b).unwrap().upper_bound >= found, "nothing is known yet");
+    assert!(
+        scene.certificate(a, b).unwrap().upper_bound >= found,
+        "nothing is known yet"
+    );
     // Too little to begin: what was complete for the other question is not for this one.
     let none = detect(&mut scene, Budget::work(0)).pairs[0];
     assert_eq!((none.complete, none.verdict), (false, Verdict::Undecided));
@@ -78,7 +87,9 @@ fn nothing_is_proven_before_the_first_frame_or_of_what_changed_since() {
     assert!(scene.certificate(a, b).unwrap().largest_extent > 1.0);
     detect(&mut scene, Budget::unlimited());
     assert!(all(&scene) < whole);
-    let c = scene.insert(Body::moving(knot(), at(0.1, 0.1, 0.1))).unwrap();
+    let c = scene
+        .insert(Body::moving(knot(), at(0.1, 0.1, 0.1)))
+        .unwrap();
     assert_eq!(scene.certificate(c, a).unwrap().upper_bound, whole);
     detect(&mut scene, Budget::unlimited());
     scene.tree_mut(c).unwrap();
@@ -91,8 +102,12 @@ fn nothing_is_proven_of_bodies_that_may_not_meet() {
     let mut scene = Scene::new();
     let alone = Filter::new(1, 0);
     let a = scene.insert(Body::fixed(knot(), Pose::IDENTITY)).unwrap();
-    let b = scene.insert(Body::fixed(knot(), at(0.4, 0.3, 0.1))).unwrap();
-    let c = scene.insert(Body::moving(knot(), at(0.2, 0.3, 0.1)).filter(alone)).unwrap();
+    let b = scene
+        .insert(Body::fixed(knot(), at(0.4, 0.3, 0.1)))
+        .unwrap();
+    let c = scene
+        .insert(Body::moving(knot(), at(0.2, 0.3, 0.1)).filter(alone))
+        .unwrap();
     assert!(detect(&mut scene, Budget::unlimited()).pairs.is_empty());
     for (x, y) in [(a, b), (b, c), (c, a)] {
         assert!(scene.certificate(x, y).unwrap().upper_bound > 1_000);
@@ -105,10 +120,19 @@ fn moving_contacts(scene: &mut Scene, count: usize) -> (Vec<BodyId>, [BodyId; 2]
     let mut moving = Vec::new();
     for pair in 0..count {
         let center = Pose::new(DMat3::IDENTITY, DVec3::new(10.0 * pair as f64, 0.0, 0.0)).unwrap();
-        scene.insert(Body::fixed(Arc::clone(&ball), center)).unwrap();
-        moving.push(scene.insert(Body::moving(Arc::clone(&ball), center)).unwrap());
+        scene
+            .insert(Body::fixed(Arc::clone(&ball), center))
+            .unwrap();
+        moving.push(
+            scene
+                .insert(Body::moving(Arc::clone(&ball), center))
+                .unwrap(),
+        );
     }
-    let bodies = [Body::fixed(knot(), at(0.0, 50.0, 0.0)), Body::moving(knot(), at(0.9, 50.8, 0.7))];
+    let bodies = [
+        Body::fixed(knot(), at(0.0, 50.0, 0.0)),
+        Body::moving(knot(), at(0.9, 50.8, 0.7)),
+    ];
     (moving, bodies.map(|body| scene.insert(body).unwrap()))
 }
 
@@ -116,13 +140,18 @@ fn roll(scene: &mut Scene, moving: &[BodyId], frame: usize) {
     for (pair, &body) in moving.iter().enumerate() {
         let turn = turned(0.2 * frame as f64 + pair as f64);
         let place = DVec3::new(10.0 * pair as f64, 0.0, 0.0) + turn * DVec3::X * 1.9;
-        scene.set_pose(body, Pose::new(turn, place).unwrap()).unwrap();
+        scene
+            .set_pose(body, Pose::new(turn, place).unwrap())
+            .unwrap();
     }
 }
 
 #[test]
 fn no_budget_of_work_is_passed_however_small() {
-    for budget in (0..2_600).step_by(61).chain([119, 120, 601, 602, 603, 1_204, 1_323, 1_324, 1_919, 1_920]) {
+    for budget in (0..2_600)
+        .step_by(61)
+        .chain([119, 120, 601, 602, 603, 1_204, 1_323, 1_324, 1_919, 1_920])
+    {
         let mut scene = Scene::new();
         let (moving, _) = moving_contacts(&mut scene, 40);
         roll(&mut scene, &moving, 0);
@@ -146,13 +175,17 @@ fn a_pair_that_rests_beside_moving_contacts_is_decided_within_k_frames() {
     let mut cost = 0;
     for frame in 0..20 {
         roll(&mut free, &moving, frame);
-        free.set_pose(b, at(0.9, 50.8, 0.7 + 1e-3 * frame as f64)).unwrap();
+        free.set_pose(b, at(0.9, 50.8, 0.7 + 1e-3 * frame as f64))
+            .unwrap();
         cost = cost.max(detect(&mut free, Budget::unlimited()).work);
     }
     let (mut scene, mut decided) = (Scene::new(), 0);
     let (moving, [x, y]) = moving_contacts(&mut scene, 40);
     assert_eq!([a, b], [x, y]);
-    for (place, budget) in [602, 800, 1_300, 1_920, 2_600, 5_000].into_iter().enumerate() {
+    for (place, budget) in [602, 800, 1_300, 1_920, 2_600, 5_000]
+        .into_iter()
+        .enumerate()
+    {
         let k = 2 * (2 * cost).div_ceil(budget / 8) + 1;
         let rest = at(0.9, 50.8, 0.7 + 1e-3 * place as f64);
         scene.set_pose(y, rest).unwrap();
@@ -161,10 +194,16 @@ fn a_pair_that_rests_beside_moving_contacts_is_decided_within_k_frames() {
             roll(&mut scene, &moving, frames);
             frames += 1;
             let report = detect(&mut scene, Budget::work(budget));
-            if report.pair(x, y).is_some_and(|pair| pair.verdict != Verdict::Undecided) {
+            if report
+                .pair(x, y)
+                .is_some_and(|pair| pair.verdict != Verdict::Undecided)
+            {
                 break;
             }
-            assert!((frames as u64) < k, "budget {budget}: still undecided after {frames} frames");
+            assert!(
+                (frames as u64) < k,
+                "budget {budget}: still undecided after {frames} frames"
+            );
         }
         decided += 1;
     }
@@ -177,13 +216,17 @@ fn near_the_deadline_a_scene_asks_the_clock_after_a_few_exact_tests() {
     let cube = Arc::new(Tree::new(shapes::cuboid(Vec3::ONE, 4)));
     let exact_tests = {
         let query = Query::new(&cube, &cube, at(1e-300, 0.0, 0.0)).mode(Mode::All);
-        check::run(&query, &mut Workspace::new(), Budget::unlimited()).stats.exact_tests
+        check::run(&query, &mut Workspace::new(), Budget::unlimited())
+            .stats
+            .exact_tests
     };
     assert!(exact_tests > 100);
     let mut scene = Scene::new();
     scene.set_mode(Mode::All);
     for x in [0.0, 1e-300] {
-        scene.insert(Body::moving(Arc::clone(&cube), at(x, 0.0, 0.0))).unwrap();
+        scene
+            .insert(Body::moving(Arc::clone(&cube), at(x, 0.0, 0.0)))
+            .unwrap();
     }
     let tick = Duration::from_nanos(1);
     let clock = ManualClock::ticking(tick);
@@ -205,12 +248,27 @@ fn what_an_arm_passes_on_its_arc_is_reported() {
         scene.set_reach(Reach::Swept);
         // In the middle of the arc, beyond the straight line between its ends.
         let place = turned(angle / 2.0) * DVec3::X * 10.9;
-        scene.insert(Body::fixed(Arc::clone(&post), Pose::new(DMat3::IDENTITY, place).unwrap())).unwrap();
-        let ball = scene.insert(Body::moving(Arc::clone(&arm), on_arm(0.0))).unwrap();
+        scene
+            .insert(Body::fixed(
+                Arc::clone(&post),
+                Pose::new(DMat3::IDENTITY, place).unwrap(),
+            ))
+            .unwrap();
+        let ball = scene
+            .insert(Body::moving(Arc::clone(&arm), on_arm(0.0)))
+            .unwrap();
         assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
         scene.set_pose(ball, on_arm(angle)).unwrap();
-        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), expected, "{degrees} degrees");
-        assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0, "it rests now");
+        assert_eq!(
+            detect(&mut scene, Budget::unlimited()).pairs.len(),
+            expected,
+            "{degrees} degrees"
+        );
+        assert_eq!(
+            detect(&mut scene, Budget::unlimited()).pairs.len(),
+            0,
+            "it rests now"
+        );
     }
 }
 
@@ -220,15 +278,23 @@ fn what_is_gone_meets_nothing_however_far_another_body_goes() {
     let tree = Arc::new(Tree::new(shapes::icosphere(0)));
     let mut scene = Scene::new();
     scene.set_reach(Reach::Swept);
-    let post = scene.insert(Body::fixed(Arc::clone(&tree), at(5.0, 0.0, 0.0))).unwrap();
+    let post = scene
+        .insert(Body::fixed(Arc::clone(&tree), at(5.0, 0.0, 0.0)))
+        .unwrap();
     let far = Pose::new(turned(1.0), DVec3::NEG_Z * 1e228).unwrap();
     let ball = scene.insert(Body::moving(Arc::clone(&tree), far)).unwrap();
-    let other = scene.insert(Body::fixed(Arc::clone(&tree), at(-5.0, 0.0, 0.0))).unwrap();
+    let other = scene
+        .insert(Body::fixed(Arc::clone(&tree), at(-5.0, 0.0, 0.0)))
+        .unwrap();
     detect(&mut scene, Budget::unlimited());
     scene.set_pose(ball, Pose::IDENTITY).unwrap();
     scene.remove(post).unwrap();
     let report = detect(&mut scene, Budget::unlimited());
-    assert!(report.pairs.len() == 1 && report.pair(ball, other).is_some(), "{:?}", report.pairs);
+    assert!(
+        report.pairs.len() == 1 && report.pair(ball, other).is_some(),
+        "{:?}",
+        report.pairs
+    );
     // Nor is what comes in its place met twice.
     scene.insert(Body::fixed(tree, at(5.0, 0.0, 0.0))).unwrap();
     scene.set_pose(ball, far).unwrap();
@@ -256,20 +322,29 @@ fn swept_boxes_hold_the_whole_screw() {
         };
         let mut scene = Scene::new();
         scene.set_reach(Reach::Swept);
-        let body = scene.insert(Body::moving(Arc::clone(&tree), screw(0.0))).unwrap();
+        let body = scene
+            .insert(Body::moving(Arc::clone(&tree), screw(0.0)))
+            .unwrap();
         detect(&mut scene, Budget::unlimited());
         // A small probe at a corner of the mesh somewhere on its way.
         let middle = screw(random.unit());
         let corners = posed_triangles(tree.mesh(), &middle);
         let corner = corners[random.below(corners.len())][0];
         let shrink = 1e-3 * DMat3::IDENTITY;
-        let small: Vec<[f64; 3]> =
-            (0..probe.mesh().vertex_count()).map(|i| (shrink * probe.mesh().vertex(i) + corner).to_array()).collect();
-        let mesh = punctual::Mesh::from_f64(small, probe.mesh().triangles().iter().copied()).unwrap();
-        let other = scene.insert(Body::fixed(Arc::new(Tree::new(mesh)), Pose::IDENTITY)).unwrap();
+        let small: Vec<[f64; 3]> = (0..probe.mesh().vertex_count())
+            .map(|i| (shrink * probe.mesh().vertex(i) + corner).to_array())
+            .collect();
+        let mesh =
+            punctual::Mesh::from_f64(small, probe.mesh().triangles().iter().copied()).unwrap();
+        let other = scene
+            .insert(Body::fixed(Arc::new(Tree::new(mesh)), Pose::IDENTITY))
+            .unwrap();
         scene.set_pose(body, screw(1.0)).unwrap();
         let report = detect(&mut scene, Budget::unlimited());
-        assert!(report.pair(body, other).is_some(), "angle {angle}, slide {slide}");
+        assert!(
+            report.pair(body, other).is_some(),
+            "angle {angle}, slide {slide}"
+        );
     }
 }
 
@@ -278,15 +353,23 @@ fn swept_boxes_hold_the_whole_screw() {
 fn another_reach_takes_effect_from_the_frame_before_on() {
     let ball = Arc::new(Tree::new(shapes::icosphere(1)));
     let mut scene = Scene::new();
-    scene.insert(Body::fixed(Arc::clone(&ball), at(0.0, 0.0, 0.0))).unwrap();
-    let bullet = scene.insert(Body::moving(ball, at(-10.0, 0.0, 0.0))).unwrap();
+    scene
+        .insert(Body::fixed(Arc::clone(&ball), at(0.0, 0.0, 0.0)))
+        .unwrap();
+    let bullet = scene
+        .insert(Body::moving(ball, at(-10.0, 0.0, 0.0)))
+        .unwrap();
     for x in [-10.0, 10.0, 20.0] {
         scene.set_pose(bullet, at(x, 0.0, 0.0)).unwrap();
         assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0);
     }
     scene.set_reach(Reach::Swept);
     scene.set_pose(bullet, at(30.0, 0.0, 0.0)).unwrap();
-    assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 0, "it passed long ago");
+    assert_eq!(
+        detect(&mut scene, Budget::unlimited()).pairs.len(),
+        0,
+        "it passed long ago"
+    );
     scene.set_pose(bullet, at(-30.0, 0.0, 0.0)).unwrap();
     assert_eq!(detect(&mut scene, Budget::unlimited()).pairs.len(), 1);
 }
@@ -298,7 +381,9 @@ fn every_call_refuses_a_body_that_is_not_there() {
     let [a, b] = [0.0, 1.0].map(|x| scene.insert(Body::moving(knot(), at(x, 0.0, 0.0))).unwrap());
     scene.remove(b).unwrap();
     let motion = Motion::straight(Pose::IDENTITY, [1.0; 3]).unwrap();
-    let again = scene.insert(Body::moving(knot(), at(1.0, 0.0, 0.0))).unwrap();
+    let again = scene
+        .insert(Body::moving(knot(), at(1.0, 0.0, 0.0)))
+        .unwrap();
     assert_eq!(again.index(), b.index());
     for frame in 0..2 {
         for gone in [b, BodyId::from_bits(u64::MAX), BodyId::from_bits(7)] {
@@ -332,7 +417,12 @@ fn every_call_refuses_a_body_that_is_not_there() {
                     certificate(x, y)
                 }
             }
-            assert!(refused.iter().all(|&error| error == SceneError::NoSuchBody { body: gone }), "{refused:?}");
+            assert!(
+                refused
+                    .iter()
+                    .all(|&error| error == SceneError::NoSuchBody { body: gone }),
+                "{refused:?}"
+            );
             assert_eq!(scene.report().pair(a, gone), None);
         }
         let alone = [
@@ -345,7 +435,11 @@ fn every_call_refuses_a_body_that_is_not_there() {
         ];
         assert_eq!(alone, [SceneError::OneBody { body: a }; 6]);
         let report = detect(&mut scene, Budget::unlimited());
-        assert!(report.frame == frame + 1 && report.distances.is_empty() && report.group_distances.is_empty());
+        assert!(
+            report.frame == frame + 1
+                && report.distances.is_empty()
+                && report.group_distances.is_empty()
+        );
     }
 }
 
@@ -354,14 +448,30 @@ fn every_call_refuses_a_body_that_is_not_there() {
 fn what_rounding_hides_is_complete_and_as_likely_as_not() {
     let ball = Arc::new(Tree::new(shapes::icosphere(1)));
     let mut scene = Scene::new();
-    let [a, b] = [0.0, 2.001].map(|x| scene.insert(Body::moving(Arc::clone(&ball), at(1e12 + x, 0.0, 0.0))).unwrap());
+    let [a, b] = [0.0, 2.001].map(|x| {
+        scene
+            .insert(Body::moving(Arc::clone(&ball), at(1e12 + x, 0.0, 0.0)))
+            .unwrap()
+    });
     let report = detect(&mut scene, Budget::unlimited());
-    assert_eq!(report.pair(a, b).unwrap().verdict, Verdict::Separated, "at rest");
-    scene.set_motion(b, Motion::straight(at(1e12 + 2.001, 0.0, 0.0), [-0.01, 0.0, 0.0]).unwrap()).unwrap();
+    assert_eq!(
+        report.pair(a, b).unwrap().verdict,
+        Verdict::Separated,
+        "at rest"
+    );
+    scene
+        .set_motion(
+            b,
+            Motion::straight(at(1e12 + 2.001, 0.0, 0.0), [-0.01, 0.0, 0.0]).unwrap(),
+        )
+        .unwrap();
     for budget in [Budget::unlimited(), Budget::work(0)] {
         let report = detect(&mut scene, budget);
         let pair = report.pair(a, b).unwrap();
-        assert_eq!((pair.verdict, pair.complete, pair.probability), (Verdict::Undecided, true, 0.5));
+        assert_eq!(
+            (pair.verdict, pair.complete, pair.probability),
+            (Verdict::Undecided, true, 0.5)
+        );
         assert_eq!(report.passages[0].free_until, 0.0);
     }
 }
@@ -373,21 +483,44 @@ fn a_scene_of_nothing_says_so() {
     scene.track_contacts();
     scene.find_contacts();
     let time = |nanos| Budget::time(Duration::from_nanos(nanos));
-    let budgets = [Budget::work(0), Budget::work(u64::MAX), time(0), time(u64::MAX), Budget::unlimited()];
+    let budgets = [
+        Budget::work(0),
+        Budget::work(u64::MAX),
+        time(0),
+        time(u64::MAX),
+        Budget::unlimited(),
+    ];
     let mut groups = None;
     for step in 0..4 {
         for budget in budgets {
-            let Report { pairs, contacts, group_distances, work, .. } = detect(&mut scene, budget).clone();
+            let Report {
+                pairs,
+                contacts,
+                group_distances,
+                work,
+                ..
+            } = detect(&mut scene, budget).clone();
             assert_eq!((pairs.len(), contacts.len(), work), (0, 0, 0));
             for found in &group_distances {
-                assert_eq!((found.low, found.high, found.open), (f64::INFINITY, f64::INFINITY, 0));
+                assert_eq!(
+                    (found.low, found.high, found.open),
+                    (f64::INFINITY, f64::INFINITY, 0)
+                );
             }
-            assert_eq!((group_distances.len(), scene.report().undecided()), (usize::from(groups.is_some()), 0));
+            assert_eq!(
+                (group_distances.len(), scene.report().undecided()),
+                (usize::from(groups.is_some()), 0)
+            );
         }
         assert!(scene.report().is_whole());
         match step {
             0 => groups = Some(scene.measure_groups(&[], &[], 0.0).unwrap()),
-            1 => assert_eq!(scene.insert_compound(Pose::IDENTITY, []).map(|id| scene.parts(id).unwrap().len()), Ok(0)),
+            1 => assert_eq!(
+                scene
+                    .insert_compound(Pose::IDENTITY, [])
+                    .map(|id| scene.parts(id).unwrap().len()),
+                Ok(0)
+            ),
             _ => drop(scene.insert(Body::fixed(knot(), Pose::IDENTITY)).unwrap()),
         }
     }
@@ -395,9 +528,15 @@ fn a_scene_of_nothing_says_so() {
 
 #[test]
 fn boxes_intersect_where_both_are() {
-    let (a, b) = (Aabb::new(DVec3::ZERO, DVec3::ONE), Aabb::new(DVec3::splat(0.5), DVec3::splat(3.0)));
+    let (a, b) = (
+        Aabb::new(DVec3::ZERO, DVec3::ONE),
+        Aabb::new(DVec3::splat(0.5), DVec3::splat(3.0)),
+    );
     assert_eq!(a.intersection(&b), Aabb::new(DVec3::splat(0.5), DVec3::ONE));
-    assert!(a.intersection(&Aabb::new(DVec3::splat(2.0), DVec3::splat(3.0))).is_empty());
+    assert!(
+        a.intersection(&Aabb::new(DVec3::splat(2.0), DVec3::splat(3.0)))
+            .is_empty()
+    );
 }
 
 /// A scene that knows it has nothing to do, beside one that is told of a change that is none, and so looks at everything.
@@ -415,21 +554,34 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
         }
         let mut ids = Vec::<BodyId>::new();
         for _ in 0..60 {
-            let chosen = if ids.is_empty() { 0 } else { random.below(ids.len()) };
+            let chosen = if ids.is_empty() {
+                0
+            } else {
+                random.below(ids.len())
+            };
             match random.below(12) {
                 0 | 1 => {
-                    let body = Body::moving(Arc::clone(&trees[random.below(trees.len())]), pose(2.0, &mut random));
-                    let [id, same] = scenes.each_mut().map(|scene| scene.insert(body.clone()).unwrap());
+                    let body = Body::moving(
+                        Arc::clone(&trees[random.below(trees.len())]),
+                        pose(2.0, &mut random),
+                    );
+                    let [id, same] = scenes
+                        .each_mut()
+                        .map(|scene| scene.insert(body.clone()).unwrap());
                     assert_eq!(id, same);
                     ids.push(anywhere(id));
                 }
                 2 if !ids.is_empty() => {
                     let id = ids.swap_remove(chosen);
-                    scenes.iter_mut().for_each(|scene| drop(scene.remove(id).unwrap()));
+                    scenes
+                        .iter_mut()
+                        .for_each(|scene| drop(scene.remove(id).unwrap()));
                 }
                 3 | 4 if !ids.is_empty() => {
                     let place = nudged(&scenes[0].body(ids[chosen]).unwrap().pose, &mut random);
-                    scenes.iter_mut().for_each(|scene| scene.set_pose(ids[chosen], place).unwrap());
+                    scenes
+                        .iter_mut()
+                        .for_each(|scene| scene.set_pose(ids[chosen], place).unwrap());
                 }
                 5 => {
                     let mode = [Mode::Any, Mode::All][random.below(2)];
@@ -448,8 +600,13 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
                 let mut report = detect(scene, Budget::unlimited()).clone();
                 let spent = std::mem::take(&mut report.broad_phase_work);
                 (report.work, report.bv_tests) = (0, 0);
-                let pairs = ids.iter().enumerate().flat_map(|(i, &a)| ids[..i].iter().map(move |&b| (a, b)));
-                let points: Vec<_> = pairs.map(|(a, b)| scene.contact_points(a, b).unwrap()).collect();
+                let pairs = ids
+                    .iter()
+                    .enumerate()
+                    .flat_map(|(i, &a)| ids[..i].iter().map(move |&b| (a, b)));
+                let points: Vec<_> = pairs
+                    .map(|(a, b)| scene.contact_points(a, b).unwrap())
+                    .collect();
                 (format!("{report:?} {points:?}"), spent)
             });
             assert_eq!(rested.0, looked.0, "seed {seed}");
@@ -468,21 +625,39 @@ fn after_a_rest_a_pair_is_as_old_as_if_it_had_been_looked_at() {
         let mut scenes = [Scene::new(), Scene::new()];
         let [ids, _] = scenes.each_mut().map(|scene| {
             scene.track_contacts();
-            [0.0, place].map(|x| anywhere(scene.insert(Body::moving(Arc::clone(&ball), at(x, x, 0.0))).unwrap()))
+            [0.0, place].map(|x| {
+                anywhere(
+                    scene
+                        .insert(Body::moving(Arc::clone(&ball), at(x, x, 0.0)))
+                        .unwrap(),
+                )
+            })
         });
         for frame in 0..30 {
             if frame == 12 {
-                scenes.iter_mut().for_each(|scene| scene.set_pose(ids[1], at(place + 0.01, place, 0.0)).unwrap());
+                scenes.iter_mut().for_each(|scene| {
+                    scene
+                        .set_pose(ids[1], at(place + 0.01, place, 0.0))
+                        .unwrap()
+                });
             }
             scenes[1].set_importance(ids[0], 1.0).unwrap();
             // Nothing is decided in some frames after the rest.
-            let budget = if [0, 18].contains(&frame) { Budget::unlimited() } else { Budget::work(0) };
+            let budget = if [0, 18].contains(&frame) {
+                Budget::unlimited()
+            } else {
+                Budget::work(0)
+            };
             let [rested, looked] = scenes.each_mut().map(|scene| {
                 let report = detect(scene, budget);
                 (report.frame, report.pairs.clone(), report.contacts.clone())
             });
             assert_eq!(rested, looked);
-            let age = if (12..18).contains(&frame) { frame - 11 } else { 0 };
+            let age = if (12..18).contains(&frame) {
+                frame - 11
+            } else {
+                0
+            };
             assert_eq!(rested.1[0].age, age, "frame {frame}");
         }
     }

@@ -6,8 +6,8 @@ use crate::common::random::Random;
 use crate::{Model, detect};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyHit, BodyId, Budget, Filter, ManualClock, Pose, Ray, RayError, RayHit, RayMode, RayQuery, Scene,
-    SceneCast, SceneError, SceneRay, StopReason, Tree, Workspace, shapes,
+    Body, BodyHit, BodyId, Budget, Filter, ManualClock, Pose, Ray, RayError, RayHit, RayMode,
+    RayQuery, Scene, SceneCast, SceneError, SceneRay, StopReason, Tree, Workspace, shapes,
 };
 
 fn cast(scene: &mut Scene, ray: &SceneRay, budget: Budget) -> SceneCast {
@@ -19,7 +19,12 @@ fn key(hit: &BodyHit) -> (f64, usize, u32) {
 }
 
 /// All hits of a ray, the nearest first.
-fn truth(model: &Model, ray: &Ray, filter: Filter, workspace: &mut Workspace) -> Vec<(f64, usize, u32)> {
+fn truth(
+    model: &Model,
+    ray: &Ray,
+    filter: Filter,
+    workspace: &mut Workspace,
+) -> Vec<(f64, usize, u32)> {
     let mut hits = Vec::new();
     for (id, body) in &model.bodies {
         if filter.meets(body.filter) {
@@ -35,7 +40,11 @@ fn truth(model: &Model, ray: &Ray, filter: Filter, workspace: &mut Workspace) ->
 }
 
 fn any_ray(random: &mut Random) -> Ray {
-    let from = if random.below(4) == 0 { 1e6 * random.vector() } else { 4.0 * random.vector() };
+    let from = if random.below(4) == 0 {
+        1e6 * random.vector()
+    } else {
+        4.0 * random.vector()
+    };
     let mut direction = 2.0 * random.vector() - from * f64::from(u8::from(from.length() > 1e3));
     for axis in 0..3 {
         if random.below(4) == 0 {
@@ -49,24 +58,47 @@ fn any_ray(random: &mut Random) -> Ray {
         0 => Ray::segment(from, from + direction).unwrap(),
         _ => Ray::new(from, direction * 10f64.powi(random.below(7) as i32 - 3)).unwrap(),
     };
-    if random.below(3) == 0 { ray.within(random.signed().abs(), 3.0 * random.signed().abs()) } else { ray }
+    if random.below(3) == 0 {
+        ray.within(random.signed().abs(), 3.0 * random.signed().abs())
+    } else {
+        ray
+    }
 }
 
 /// Some rays against the bodies as they are, complete and cut short.
-pub fn check(scene: &mut Scene, model: &Model, random: &mut Random, workspace: &mut Workspace) -> usize {
+pub fn check(
+    scene: &mut Scene,
+    model: &Model,
+    random: &mut Random,
+    workspace: &mut Workspace,
+) -> usize {
     let mut met = 0;
     for _ in 0..2 {
         let ray = any_ray(random);
-        let filter = if random.below(2) == 0 { Filter::default() } else { Filter::new(u32::MAX, 3) };
+        let filter = if random.below(2) == 0 {
+            Filter::default()
+        } else {
+            Filter::new(u32::MAX, 3)
+        };
         let asked = SceneRay::new(ray).filter(filter);
         let truth = truth(model, &ray, filter, workspace);
         met += usize::from(!truth.is_empty());
 
         let nearest = cast(scene, &asked, Budget::unlimited());
-        assert_eq!((nearest.hit.as_ref().map(key), nearest.stop), (truth.first().copied(), StopReason::Finished));
-        assert_eq!(nearest.free_until, truth.first().map_or(f64::INFINITY, |first| first.0));
+        assert_eq!(
+            (nearest.hit.as_ref().map(key), nearest.stop),
+            (truth.first().copied(), StopReason::Finished)
+        );
+        assert_eq!(
+            nearest.free_until,
+            truth.first().map_or(f64::INFINITY, |first| first.0)
+        );
         let any = cast(scene, &asked.mode(RayMode::Any), Budget::unlimited());
-        assert!(any.hit.map_or(truth.is_empty(), |hit| truth.contains(&key(&hit))), "{any:?}");
+        assert!(
+            any.hit
+                .map_or(truth.is_empty(), |hit| truth.contains(&key(&hit))),
+            "{any:?}"
+        );
         let all = cast(scene, &asked.mode(RayMode::All), Budget::unlimited());
         let mut hits: Vec<_> = scene.ray_hits().iter().map(key).collect();
         hits.sort_by(|x, y| x.partial_cmp(y).unwrap());
@@ -76,10 +108,21 @@ pub fn check(scene: &mut Scene, model: &Model, random: &mut Random, workspace: &
         for mode in [RayMode::Nearest, RayMode::All] {
             let cut = cast(scene, &asked.mode(mode), Budget::work(budget));
             assert!(cut.work <= budget, "{cut:?}, {budget}");
-            assert!(cut.hit.is_none_or(|hit| truth.contains(&key(&hit))), "{cut:?}");
-            let unseen = |hit: &&(f64, usize, u32)| !scene.ray_hits().iter().any(|seen| key(seen) == **hit);
-            let first = if mode == RayMode::All { truth.iter().find(unseen) } else { truth.first() };
-            assert!(cut.free_until <= first.map_or(f64::INFINITY, |first| first.0), "{cut:?}: {first:?}");
+            assert!(
+                cut.hit.is_none_or(|hit| truth.contains(&key(&hit))),
+                "{cut:?}"
+            );
+            let unseen =
+                |hit: &&(f64, usize, u32)| !scene.ray_hits().iter().any(|seen| key(seen) == **hit);
+            let first = if mode == RayMode::All {
+                truth.iter().find(unseen)
+            } else {
+                truth.first()
+            };
+            assert!(
+                cut.free_until <= first.map_or(f64::INFINITY, |first| first.0),
+                "{cut:?}: {first:?}"
+            );
             if cut.stop == StopReason::Finished && mode == RayMode::Nearest {
                 assert_eq!((cut.hit, cut.work), (nearest.hit, nearest.work));
             }
@@ -93,7 +136,13 @@ fn row(bodies: usize) -> (Scene, Vec<BodyId>) {
     let ball = Arc::new(Tree::new(shapes::icosphere(3)));
     let mut scene = Scene::new();
     let at = |i: usize| Pose::new(DMat3::IDENTITY, DVec3::X * (3 * i) as f64).unwrap();
-    let ids = (0..bodies).map(|i| scene.insert(Body::moving(Arc::clone(&ball), at(i))).unwrap()).collect();
+    let ids = (0..bodies)
+        .map(|i| {
+            scene
+                .insert(Body::moving(Arc::clone(&ball), at(i)))
+                .unwrap()
+        })
+        .collect();
     (scene, ids)
 }
 
@@ -128,7 +177,9 @@ fn rays_see_bodies_that_the_broad_phase_is_still_at() {
             let here = place(&mut random);
             if frame < 20 {
                 let body = Body::moving(Arc::clone(&ball), here);
-                model.bodies.push((scene.insert(body.clone()).unwrap(), body));
+                model
+                    .bodies
+                    .push((scene.insert(body.clone()).unwrap(), body));
             } else {
                 let at = (61 * frame + 19 * i) % model.bodies.len();
                 let (id, body) = &mut model.bodies[at];
@@ -141,7 +192,9 @@ fn rays_see_bodies_that_the_broad_phase_is_still_at() {
         for _ in 0..3 {
             let ray = Ray::new(20.0 * random.vector(), random.vector()).unwrap();
             let hit = cast(&mut scene, &SceneRay::new(ray), Budget::unlimited()).hit;
-            let first = truth(&model, &ray, Filter::default(), &mut workspace).first().copied();
+            let first = truth(&model, &ray, Filter::default(), &mut workspace)
+                .first()
+                .copied();
             assert_eq!(hit.as_ref().map(key), first, "frame {frame}");
         }
     }
@@ -152,10 +205,16 @@ fn rays_see_bodies_that_the_broad_phase_is_still_at() {
 fn a_ray_sees_the_poses_that_were_set_and_only_bodies_that_are_there() {
     let (mut scene, ids) = row(3);
     let ray = SceneRay::new(Ray::new([-2.0, 0.1, 0.2], [1.0, 0.0, 0.0]).unwrap());
-    let seen = |scene: &mut Scene| cast(scene, &ray, Budget::unlimited()).hit.map(|hit| hit.body);
+    let seen = |scene: &mut Scene| {
+        cast(scene, &ray, Budget::unlimited())
+            .hit
+            .map(|hit| hit.body)
+    };
     assert_eq!(seen(&mut scene), Some(ids[0]), "before the first frame");
     detect(&mut scene, Budget::unlimited());
-    scene.set_pose(ids[0], Pose::new(DMat3::IDENTITY, DVec3::Y * 9.0).unwrap()).unwrap();
+    scene
+        .set_pose(ids[0], Pose::new(DMat3::IDENTITY, DVec3::Y * 9.0).unwrap())
+        .unwrap();
     assert_eq!(seen(&mut scene), Some(ids[1]));
     scene.remove(ids[1]).unwrap();
     assert_eq!(seen(&mut scene), Some(ids[2]));
@@ -168,11 +227,27 @@ fn a_ray_that_a_body_cannot_be_asked_about_is_refused_by_its_name() {
     let far = DVec3::X * 2f64.powi(989);
     let turned = Pose::new(DMat3::from_rotation_z(0.8), far).unwrap();
     let (mut scene, _) = row(1);
-    let id = scene.insert(Body::moving(Arc::new(Tree::new(shapes::icosphere(0))), turned)).unwrap();
+    let id = scene
+        .insert(Body::moving(
+            Arc::new(Tree::new(shapes::icosphere(0))),
+            turned,
+        ))
+        .unwrap();
     let ray = SceneRay::new(Ray::segment([1e301, 1e301, 0.0], far).unwrap());
     match scene.cast_with(&ray, Budget::unlimited(), &ManualClock::new()) {
-        Err(error @ SceneError::NoRay { body, error: RayError::TooLarge { .. } }) => {
-            assert!(body == id && error.to_string().starts_with("in the coordinates of body 1"), "{error}");
+        Err(
+            error @ SceneError::NoRay {
+                body,
+                error: RayError::TooLarge { .. },
+            },
+        ) => {
+            assert!(
+                body == id
+                    && error
+                        .to_string()
+                        .starts_with("in the coordinates of body 1"),
+                "{error}"
+            );
         }
         other => panic!("{other:?}"),
     }

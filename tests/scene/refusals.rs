@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, CompoundId, Filter, ManualClock, MeasureId, Mode, Motion, PairQuestion, Pose, Ray, RayMode,
-    Scene, SceneError, SceneRay, Tree, shapes,
+    Body, BodyId, Budget, CompoundId, Filter, ManualClock, MeasureId, Mode, Motion, PairQuestion,
+    Pose, Ray, RayMode, Scene, SceneError, SceneRay, Tree, shapes,
 };
 
 fn at(x: f64) -> Pose {
@@ -32,7 +32,11 @@ impl World {
         let (ball, mut scene) = (ball(), Scene::new());
         scene.track_contacts();
         scene.find_contacts();
-        let bodies = [0.0, 1.5].map(|x| scene.insert(Body::moving(Arc::clone(&ball), at(x)).margin(0.01)).unwrap());
+        let bodies = [0.0, 1.5].map(|x| {
+            scene
+                .insert(Body::moving(Arc::clone(&ball), at(x)).margin(0.01))
+                .unwrap()
+        });
         let parts = [0.0, 1.0].map(|x| Body::moving(Arc::clone(&ball), at(x)));
         let compound = scene.insert_compound(at(3.0), parts.clone()).unwrap();
         let gone = scene.insert(Body::moving(ball, at(9.0))).unwrap();
@@ -44,16 +48,41 @@ impl World {
         });
         scene.remove(gone).unwrap();
         scene.remove_compound(gone_compound).unwrap();
-        scene.cast_with(&ray().mode(RayMode::All), Budget::unlimited(), &ManualClock::new()).map(drop).unwrap();
-        Self { scene, bodies, compound, measure, gone, gone_compound }
+        scene
+            .cast_with(
+                &ray().mode(RayMode::All),
+                Budget::unlimited(),
+                &ManualClock::new(),
+            )
+            .map(drop)
+            .unwrap();
+        Self {
+            scene,
+            bodies,
+            compound,
+            measure,
+            gone,
+            gone_compound,
+        }
     }
 
     /// All that the scene says, but what a frame may spend.
     fn said(&self) -> String {
-        let points = self.scene.contact_points(self.bodies[0], self.bodies[1]).unwrap();
-        let bodies: Vec<_> = self.scene.bodies().map(|(id, body)| (id, body.pose, body.margin, body.filter)).collect();
+        let points = self
+            .scene
+            .contact_points(self.bodies[0], self.bodies[1])
+            .unwrap();
+        let bodies: Vec<_> = self
+            .scene
+            .bodies()
+            .map(|(id, body)| (id, body.pose, body.margin, body.filter))
+            .collect();
         let certificate = self.scene.certificate(self.bodies[0], self.bodies[1]);
-        format!("{:?} {points:?} {bodies:?} {certificate:?} {:?}", self.scene.report(), self.scene.ray_hits())
+        format!(
+            "{:?} {points:?} {bodies:?} {certificate:?} {:?}",
+            self.scene.report(),
+            self.scene.ray_hits()
+        )
     }
 }
 
@@ -68,11 +97,20 @@ fn refused(
     compound: CompoundId,
     measure: MeasureId,
 ) -> Vec<(&'static str, SceneError)> {
-    let World { scene, bodies: [a, b], compound: own, .. } = world;
+    let World {
+        scene,
+        bodies: [a, b],
+        compound: own,
+        ..
+    } = world;
     let (a, b, own, tree) = (*a, *b, *own, ball());
-    let (no_such, no_compound) = (SceneError::NoSuchBody { body }, SceneError::NoSuchCompound { compound });
+    let (no_such, no_compound) = (
+        SceneError::NoSuchBody { body },
+        SceneError::NoSuchCompound { compound },
+    );
     let far = Pose::new(DMat3::IDENTITY, [2f64.powi(995), 0.0, 0.0]).unwrap();
-    let sheared = Pose::from_axes(DVec3::X, DVec3::new(5e-4, 1.0, 0.0), DVec3::Z, DVec3::ZERO).unwrap();
+    let sheared =
+        Pose::from_axes(DVec3::X, DVec3::new(5e-4, 1.0, 0.0), DVec3::Z, DVec3::ZERO).unwrap();
     let motion = Motion::straight(at(0.0), [1.0, 0.0, 0.0]).unwrap();
     let mut told = Vec::new();
     macro_rules! refuse {
@@ -125,11 +163,16 @@ fn a_refused_call_leaves_a_scene_as_it_was() {
         for mode in [Mode::Any, Mode::All] {
             let mut worlds = [World::new(measures), World::new(measures)];
             let clock = ManualClock::ticking(Duration::from_nanos(300));
-            for (frame, budget) in [Budget::unlimited(), Budget::work(0), Budget::work(3000), Budget::unlimited()]
-                .into_iter()
-                .cycle()
-                .take(12)
-                .enumerate()
+            for (frame, budget) in [
+                Budget::unlimited(),
+                Budget::work(0),
+                Budget::work(3000),
+                Budget::unlimited(),
+            ]
+            .into_iter()
+            .cycle()
+            .take(12)
+            .enumerate()
             {
                 for world in &mut worlds {
                     world.scene.set_mode(mode);
@@ -140,7 +183,10 @@ fn a_refused_call_leaves_a_scene_as_it_was() {
                 // Stale ids, ids of another scene, and numbers that name nothing.
                 let [gone, compound] = [worlds[0].gone, BodyId::from_bits(u64::MAX)];
                 let stale = worlds[0].gone_compound;
-                let nothing = (CompoundId::from_bits(u64::MAX), MeasureId::from_bits(u64::MAX));
+                let nothing = (
+                    CompoundId::from_bits(u64::MAX),
+                    MeasureId::from_bits(u64::MAX),
+                );
                 for (body, compound, measure) in [
                     (gone, stale, nothing.1),
                     (compound, nothing.0, nothing.1),
@@ -154,7 +200,10 @@ fn a_refused_call_leaves_a_scene_as_it_was() {
                     let _ = world.scene.detect_with(budget, &clock);
                     world.said()
                 });
-                assert_eq!(told, untold, "frame {frame}, {mode:?}, measures: {measures}");
+                assert_eq!(
+                    told, untold,
+                    "frame {frame}, {mode:?}, measures: {measures}"
+                );
             }
             // A resting scene that knows all does nothing.
             assert!(measures || worlds[0].scene.report().broad_phase_work == 0);
@@ -174,9 +223,15 @@ fn a_refused_cast_leaves_the_hits_of_the_one_before() {
     world.scene.insert(Body::moving(ball(), turned)).unwrap();
     let long = SceneRay::new(Ray::segment([1e301, 1e301, 0.0], far).unwrap()).mode(RayMode::All);
     let refused = world.scene.cast_with(&long, Budget::unlimited(), &clock);
-    assert!(matches!(refused, Err(SceneError::NoRay { .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(SceneError::NoRay { .. })),
+        "{refused:?}"
+    );
     assert_eq!(world.scene.ray_hits(), hits);
-    let _ = world.scene.cast_with(&ray(), Budget::unlimited(), &clock).unwrap();
+    let _ = world
+        .scene
+        .cast_with(&ray(), Budget::unlimited(), &clock)
+        .unwrap();
     assert_eq!(world.scene.ray_hits(), []);
 }
 
@@ -184,19 +239,39 @@ fn a_refused_cast_leaves_the_hits_of_the_one_before() {
 #[test]
 fn an_id_is_of_one_scene_and_says_the_same_in_all() {
     let [mut one, mut other] = [World::new(true), World::new(true)];
-    assert_eq!((one.bodies, one.compound, one.measure), (other.bodies, other.compound, other.measure));
+    assert_eq!(
+        (one.bodies, one.compound, one.measure),
+        (other.bodies, other.compound, other.measure)
+    );
     assert_eq!(format!("{:?}", one.bodies), format!("{:?}", other.bodies));
     let (ours, theirs) = (one.bodies[0], other.bodies[0]);
-    assert_eq!(one.scene.set_pose(theirs, at(0.1)), Err(SceneError::NoSuchBody { body: theirs }));
+    assert_eq!(
+        one.scene.set_pose(theirs, at(0.1)),
+        Err(SceneError::NoSuchBody { body: theirs })
+    );
     assert_eq!(one.scene.set_pose(ours, at(0.1)), Ok(()));
-    assert_eq!(other.scene.set_pose(BodyId::from_bits(ours.to_bits()), at(0.1)), Ok(()));
-    assert_eq!(other.scene.parts(CompoundId::from_bits(one.compound.to_bits())).unwrap().len(), 2);
+    assert_eq!(
+        other
+            .scene
+            .set_pose(BodyId::from_bits(ours.to_bits()), at(0.1)),
+        Ok(())
+    );
+    assert_eq!(
+        other
+            .scene
+            .parts(CompoundId::from_bits(one.compound.to_bits()))
+            .unwrap()
+            .len(),
+        2
+    );
     let clock = ManualClock::new();
-    let [first, second] =
-        [&mut one, &mut other].map(|world| world.scene.detect_with(Budget::unlimited(), &clock).clone());
+    let [first, second] = [&mut one, &mut other]
+        .map(|world| world.scene.detect_with(Budget::unlimited(), &clock).clone());
     assert_eq!(format!("{first:?}"), format!("{second:?}"));
     assert_eq!(first.pairs, second.pairs);
-    assert!(first.pair(ours, one.bodies[1]).is_some() && first.pair(theirs, other.bodies[1]).is_some());
+    assert!(
+        first.pair(ours, one.bodies[1]).is_some() && first.pair(theirs, other.bodies[1]).is_some()
+    );
     let measure = MeasureId::from_bits(one.measure.unwrap().to_bits());
     assert_eq!(other.scene.stop_measuring_groups(measure), Ok(()));
 }
@@ -204,12 +279,24 @@ fn an_id_is_of_one_scene_and_says_the_same_in_all() {
 /// Two fixed bodies are compared only as long as their distance is asked for.
 #[test]
 fn fixed_bodies_leave_the_report_when_their_measuring_ends() {
-    for budget in [Budget::unlimited(), Budget::work(100_000), Budget::work(700), Budget::work(0)] {
+    for budget in [
+        Budget::unlimited(),
+        Budget::work(100_000),
+        Budget::work(700),
+        Budget::work(0),
+    ] {
         for groups in [false, true] {
             let (ball, mut scene, clock) = (ball(), Scene::new(), ManualClock::new());
-            let [a, b] = [0.0, 1.5].map(|x| scene.insert(Body::fixed(Arc::clone(&ball), at(x))).unwrap());
-            scene.insert(Body::moving(Arc::clone(&ball), at(0.5))).unwrap();
-            let measure = if groups { Some(scene.measure_groups(&[a], &[b], 1e-3).unwrap()) } else { None };
+            let [a, b] =
+                [0.0, 1.5].map(|x| scene.insert(Body::fixed(Arc::clone(&ball), at(x))).unwrap());
+            scene
+                .insert(Body::moving(Arc::clone(&ball), at(0.5)))
+                .unwrap();
+            let measure = if groups {
+                Some(scene.measure_groups(&[a], &[b], 1e-3).unwrap())
+            } else {
+                None
+            };
             if !groups {
                 scene.measure(a, b, 1e-3).unwrap();
             }
@@ -220,7 +307,9 @@ fn fixed_bodies_leave_the_report_when_their_measuring_ends() {
                 None => scene.stop_measuring(a, b).unwrap(),
             }
             for _ in 0..5 {
-                scene.set_pose(a, at(1e-6 * scene.report().frame as f64)).unwrap();
+                scene
+                    .set_pose(a, at(1e-6 * scene.report().frame as f64))
+                    .unwrap();
                 scene.detect_with(budget, &clock);
                 assert_eq!(scene.report().pair(a, b), None, "{budget:?}");
             }
@@ -239,5 +328,11 @@ fn stopping_what_was_not_asked_for_changes_nothing() {
     assert_eq!(world.scene.report().broad_phase_work, 0, "it rests");
     world.scene.stop_measuring(a, b).unwrap();
     world.scene.stop_finding_contacts_of(a, b).unwrap();
-    assert_eq!(world.scene.detect_with(Budget::unlimited(), &clock).broad_phase_work, 0);
+    assert_eq!(
+        world
+            .scene
+            .detect_with(Budget::unlimited(), &clock)
+            .broad_phase_work,
+        0
+    );
 }

@@ -9,8 +9,8 @@ use crate::events::Ledger;
 use crate::{nudged, trees};
 use punctual::glam::DVec3;
 use punctual::{
-    Body, BodyId, BodyKind, Budget, CompoundId, Filter, MeasureId, Mode, Motion, PairQuestion, Pose, Reach, Scene,
-    SceneError, Tree, Workspace,
+    Body, BodyId, BodyKind, Budget, CompoundId, Filter, MeasureId, Mode, Motion, PairQuestion,
+    Pose, Reach, Scene, SceneError, Tree, Workspace,
 };
 
 /// Bodies of a frame, the lower index first.
@@ -77,17 +77,28 @@ impl World {
 
     pub fn pairs(&self) -> Vec<Pair> {
         let ids = self.ids();
-        ids.iter().enumerate().flat_map(|(i, &a)| ids[i + 1..].iter().map(move |&b| [a, b])).collect()
+        ids.iter()
+            .enumerate()
+            .flat_map(|(i, &a)| ids[i + 1..].iter().map(move |&b| [a, b]))
+            .collect()
     }
 
     fn place(&mut self) -> Pose {
-        Pose::new(self.random.rotation(), self.origin + 2.5 * self.random.vector()).unwrap()
+        Pose::new(
+            self.random.rotation(),
+            self.origin + 2.5 * self.random.vector(),
+        )
+        .unwrap()
     }
 
     fn body(&mut self, pose: Pose) -> Body {
         let random = &mut self.random;
         let tree = Arc::clone(&self.trees[random.below(self.trees.len())]);
-        let body = if random.below(4) == 0 { Body::fixed(tree, pose) } else { Body::moving(tree, pose) };
+        let body = if random.below(4) == 0 {
+            Body::fixed(tree, pose)
+        } else {
+            Body::moving(tree, pose)
+        };
         let body = body.importance(random.below(3) as f32);
         match random.below(6) {
             0 => body.margin(0.1 * random.unit()),
@@ -112,7 +123,9 @@ impl World {
         self.left(id);
         let new = self.insert();
         assert_eq!(new.index(), id.index());
-        others.into_iter().for_each(|other| self.measure(other, new));
+        others
+            .into_iter()
+            .for_each(|other| self.measure(other, new));
     }
 
     fn measure(&mut self, x: BodyId, y: BodyId) {
@@ -121,13 +134,18 @@ impl World {
     }
 
     fn came(&mut self, id: BodyId) {
-        assert!(self.born.insert(id, self.gaps.len() as u64).is_none(), "{id} was in use before");
+        assert!(
+            self.born.insert(id, self.gaps.len() as u64).is_none(),
+            "{id} was in use before"
+        );
     }
 
     fn left(&mut self, id: BodyId) {
         self.motions.remove(&id);
         self.measured.retain(|pair| !pair.contains(&id));
-        self.compounds.iter_mut().for_each(|(_, parts)| parts.retain(|&(part, _)| part != id));
+        self.compounds
+            .iter_mut()
+            .for_each(|(_, parts)| parts.retain(|&(part, _)| part != id));
     }
 
     /// One random change.
@@ -149,17 +167,27 @@ impl World {
             }
             1 => self.replace(id),
             2 if ids.len() < 16 => _ = self.insert(),
-            3 => scene.set_tree(id, Arc::clone(&self.trees[random.below(self.trees.len())])).unwrap(),
+            3 => scene
+                .set_tree(id, Arc::clone(&self.trees[random.below(self.trees.len())]))
+                .unwrap(),
             4 => {
                 let tree = scene.tree_mut(id).unwrap();
                 let size = 0.9 + 0.2 * random.unit();
-                let moved: Vec<[f64; 3]> =
-                    (0..tree.mesh().vertex_count()).map(|i| (size * tree.mesh().vertex(i)).to_array()).collect();
+                let moved: Vec<[f64; 3]> = (0..tree.mesh().vertex_count())
+                    .map(|i| (size * tree.mesh().vertex(i)).to_array())
+                    .collect();
                 tree.refit_f64(&moved).unwrap();
             }
-            5 => scene.set_filter(id, Filter::new(1 << random.below(3), random.bits() as u32 | 1)).unwrap(),
+            5 => scene
+                .set_filter(
+                    id,
+                    Filter::new(1 << random.below(3), random.bits() as u32 | 1),
+                )
+                .unwrap(),
             6 | 7 => scene.set_filter(id, Filter::default()).unwrap(),
-            8 => scene.set_margin(id, [0.0, 0.1 * random.unit()][random.below(2)]).unwrap(),
+            8 => scene
+                .set_margin(id, [0.0, 0.1 * random.unit()][random.below(2)])
+                .unwrap(),
             9 => {
                 self.mode = [Mode::Any, Mode::All][random.below(2)];
                 scene.set_mode(self.mode);
@@ -167,8 +195,14 @@ impl World {
             10 => scene.set_reach([Reach::Here, Reach::Swept][random.below(2)]),
             11 => scene.set_importance(id, random.signed() as f32).unwrap(),
             12 => {
-                let question = [PairQuestion::Meet, PairQuestion::Distance, PairQuestion::Contacts][random.below(3)];
-                scene.set_question_importance(question, random.signed() as f32).unwrap();
+                let question = [
+                    PairQuestion::Meet,
+                    PairQuestion::Distance,
+                    PairQuestion::Contacts,
+                ][random.below(3)];
+                scene
+                    .set_question_importance(question, random.signed() as f32)
+                    .unwrap();
             }
             13 if id != other => self.measure(other, id),
             14 if id != other => {
@@ -178,7 +212,9 @@ impl World {
             15 if self.groups.len() < 3 => {
                 let middle = 1 + random.below(ids.len() - 1);
                 let bodies = [&ids[..middle], &ids[middle..]].map(<[BodyId]>::to_vec);
-                let id = scene.measure_groups(&bodies[1], &bodies[0], TOLERANCE).unwrap();
+                let id = scene
+                    .measure_groups(&bodies[1], &bodies[0], TOLERANCE)
+                    .unwrap();
                 self.groups.push(Group { id, bodies });
             }
             16 | 17 if !self.groups.is_empty() => {
@@ -189,7 +225,11 @@ impl World {
             19 if id != other => scene.stop_finding_contacts_of(id, other).unwrap(),
             20 => {
                 self.has_room = random.below(4) > 0;
-                scene.set_max_pairs(if self.has_room { 1 << 20 } else { random.below(40) });
+                scene.set_max_pairs(if self.has_room {
+                    1 << 20
+                } else {
+                    random.below(40)
+                });
             }
             21 if self.compounds.len() < 3 && ids.len() < 14 => self.insert_compound(),
             22 | 23 if !self.compounds.is_empty() => self.change_compound(kind == 22),
@@ -211,7 +251,11 @@ impl World {
     }
 
     fn motion(&mut self, start: Pose) -> Motion {
-        let (turn, way, end) = (2.0 * self.random.vector(), self.random.vector(), self.place());
+        let (turn, way, end) = (
+            2.0 * self.random.vector(),
+            self.random.vector(),
+            self.place(),
+        );
         match self.random.below(3) {
             0 => Motion::straight(start, way),
             1 => Motion::screw(start, end),
@@ -221,35 +265,52 @@ impl World {
     }
 
     fn insert_compound(&mut self) {
-        let places = [Pose::IDENTITY, Pose::new(self.random.rotation(), self.random.vector()).unwrap()];
+        let places = [
+            Pose::IDENTITY,
+            Pose::new(self.random.rotation(), self.random.vector()).unwrap(),
+        ];
         let parts = places.map(|place| self.body(place));
         let at = self.place();
         let id = self.scene.insert_compound(at, parts).unwrap();
         let bodies: Vec<_> = self.scene.parts(id).unwrap().collect();
         bodies.iter().for_each(|&body| self.came(body));
-        self.compounds.push((id, bodies.into_iter().zip(places).collect()));
+        self.compounds
+            .push((id, bodies.into_iter().zip(places).collect()));
     }
 
     fn change_compound(&mut self, goes: bool) {
         let at = self.random.below(self.compounds.len());
         let (id, parts) = self.compounds[at].clone();
-        assert!(self.scene.parts(id).unwrap().eq(parts.iter().map(|&(part, _)| part)));
+        assert!(
+            self.scene
+                .parts(id)
+                .unwrap()
+                .eq(parts.iter().map(|&(part, _)| part))
+        );
         let there = self.place();
         match self.random.below(3) {
             0 if goes => {
                 self.scene.remove_compound(id).unwrap();
                 self.compounds.swap_remove(at);
                 parts.iter().for_each(|&(part, _)| self.left(part));
-                assert!(matches!(self.scene.set_compound_pose(id, there), Err(SceneError::NoSuchCompound { .. })));
+                assert!(matches!(
+                    self.scene.set_compound_pose(id, there),
+                    Err(SceneError::NoSuchCompound { .. })
+                ));
             }
             1 => {
                 let motion = self.motion(there);
                 self.scene.set_compound_motion(id, motion).unwrap();
-                self.motions.extend(parts.iter().map(|(part, place)| (*part, motion.of_part(place).unwrap())));
+                self.motions.extend(
+                    parts
+                        .iter()
+                        .map(|(part, place)| (*part, motion.of_part(place).unwrap())),
+                );
             }
             _ => {
                 self.scene.set_compound_pose(id, there).unwrap();
-                self.motions.retain(|id, _| !parts.iter().any(|(part, _)| part == id));
+                self.motions
+                    .retain(|id, _| !parts.iter().any(|(part, _)| part == id));
             }
         }
     }
@@ -262,8 +323,14 @@ impl World {
 
     /// Whether the distance of a pair is asked for, by itself or for groups.
     pub fn is_measured(&self, pair @ [a, b]: Pair) -> bool {
-        let has = |group: &Group, [x, y]: [usize; 2]| group.bodies[x].contains(&a) && group.bodies[y].contains(&b);
-        self.measured.contains(&pair) || self.groups.iter().any(|group| has(group, [0, 1]) || has(group, [1, 0]))
+        let has = |group: &Group, [x, y]: [usize; 2]| {
+            group.bodies[x].contains(&a) && group.bodies[y].contains(&b)
+        };
+        self.measured.contains(&pair)
+            || self
+                .groups
+                .iter()
+                .any(|group| has(group, [0, 1]) || has(group, [1, 0]))
     }
 
     pub fn is_compared(&self, pair: Pair) -> bool {
@@ -278,7 +345,10 @@ impl World {
             0 => (Budget::unlimited(), u64::MAX),
             1 | 2 => (Budget::work(work), work),
             3 => (Budget::time(Duration::ZERO), u64::MAX),
-            _ => (Budget::time(Duration::from_nanos(1 << self.random.below(20))), u64::MAX),
+            _ => (
+                Budget::time(Duration::from_nanos(1 << self.random.below(20))),
+                u64::MAX,
+            ),
         }
     }
 }

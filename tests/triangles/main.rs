@@ -24,15 +24,30 @@ const TINY: f64 = f64::from_bits(1);
 const HUGE: f64 = f64::from_bits((1023 + 1001) << 52);
 
 /// The six orders of a triangle's corners.
-const TURNS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0]];
+const TURNS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [1, 0, 2],
+    [0, 2, 1],
+    [2, 1, 0],
+];
 
 /// Asks in all 72 ways.
 #[track_caller]
 fn assert_pair(a: &Triangle, b: &Triangle, expected: bool) {
     for turned_a in TURNS.map(|turn| turn.map(|corner| a[corner])) {
         for turned_b in TURNS.map(|turn| turn.map(|corner| b[corner])) {
-            assert_eq!(triangles_intersect(&turned_a, &turned_b), expected, "{turned_a:?} {turned_b:?}");
-            assert_eq!(triangles_intersect(&turned_b, &turned_a), expected, "{turned_b:?} {turned_a:?}");
+            assert_eq!(
+                triangles_intersect(&turned_a, &turned_b),
+                expected,
+                "{turned_a:?} {turned_b:?}"
+            );
+            assert_eq!(
+                triangles_intersect(&turned_b, &turned_a),
+                expected,
+                "{turned_b:?} {turned_a:?}"
+            );
         }
     }
 }
@@ -59,7 +74,12 @@ fn hard_pairs_of_every_family() {
 fn the_oracle_knows_the_hard_pairs() {
     for pair in pairs::fixture() {
         let [a, b] = corners(&pair);
-        assert_eq!(oracle::intersects(&a, &b), pair.meet, "{} {a:?} {b:?}", pair.family);
+        assert_eq!(
+            oracle::intersects(&a, &b),
+            pair.meet,
+            "{} {a:?} {b:?}",
+            pair.family
+        );
     }
 }
 
@@ -110,8 +130,14 @@ fn small_whole_numbers() {
         let expected = oracle::intersects(&a, &b);
         hits[usize::from(expected)] += 1;
         assert_pair(&a, &b, expected);
-        for scale in [[TINY; 3], [HUGE; 3], [HUGE, TINY, 1.0], [1.0 / HUGE, 1.0, TINY]] {
-            let [a, b] = [a, b].map(|triangle| triangle.map(|corner| corner * DVec3::from_array(scale)));
+        for scale in [
+            [TINY; 3],
+            [HUGE; 3],
+            [HUGE, TINY, 1.0],
+            [1.0 / HUGE, 1.0, TINY],
+        ] {
+            let [a, b] =
+                [a, b].map(|triangle| triangle.map(|corner| corner * DVec3::from_array(scale)));
             assert_eq!(triangles_intersect(&a, &b), expected, "{a:?} {b:?}");
         }
     }
@@ -122,11 +148,25 @@ fn small_whole_numbers() {
 #[test]
 fn all_magnitudes_at_once() {
     let least = [0.0, TINY, -TINY, 3.0 * TINY, 1.0, -1.0, 1.0 + f64::EPSILON];
-    let largest = [0.0, -TINY, 1.0, -1.0, 1e-160, -1e-160, 4.0 * HUGE, -4.0 * HUGE, 2.7 * HUGE];
+    let largest = [
+        0.0,
+        -TINY,
+        1.0,
+        -1.0,
+        1e-160,
+        -1e-160,
+        4.0 * HUGE,
+        -4.0 * HUGE,
+        2.7 * HUGE,
+    ];
     let mut random = Random::new(2);
     let mut hits = [0, 0];
     for round in 0..3000 {
-        let values = if round % 2 == 0 { &least[..] } else { &largest[..] };
+        let values = if round % 2 == 0 {
+            &least[..]
+        } else {
+            &largest[..]
+        };
         let [a, b] = from_fn(|_| from_values(values, &mut random));
         let expected = oracle::intersects(&a, &b);
         hits[usize::from(expected)] += 1;
@@ -148,7 +188,11 @@ fn rounded_contact(round: usize, random: &mut Random) -> [Triangle; 2] {
     }
     let axis = round / 5 % 3;
     let flat = |corner: DVec3| {
-        if is_flat { DVec3::from_array(from_fn(|i| if i == axis { 1.0 } else { corner[i] })) } else { corner }
+        if is_flat {
+            DVec3::from_array(from_fn(|i| if i == axis { 1.0 } else { corner[i] }))
+        } else {
+            corner
+        }
     };
     [a, b].map(|triangle| triangle.map(flat))
 }
@@ -197,18 +241,33 @@ fn segments_and_points() {
     let segment = |p: [f64; 3], q: [f64; 3]| triangle([p, q, from_fn(|i| 0.5 * (p[i] + q[i]))]);
     let point = |p: [f64; 3]| triangle([p; 3]);
     let x = segment([-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]);
-    assert!(triangles_intersect(&x, &segment([0.0, -2.0, 0.0], [0.0, 2.0, 0.0])));
-    assert!(triangles_intersect(&x, &segment([2.0, 0.0, 0.0], [3.0, 0.0, 0.0])));
-    assert!(!triangles_intersect(&x, &segment([2.5, 0.0, 0.0], [3.0, 0.0, 0.0])));
+    assert!(triangles_intersect(
+        &x,
+        &segment([0.0, -2.0, 0.0], [0.0, 2.0, 0.0])
+    ));
+    assert!(triangles_intersect(
+        &x,
+        &segment([2.0, 0.0, 0.0], [3.0, 0.0, 0.0])
+    ));
+    assert!(!triangles_intersect(
+        &x,
+        &segment([2.5, 0.0, 0.0], [3.0, 0.0, 0.0])
+    ));
     assert!(triangles_intersect(&x, &point([1.5, 0.0, 0.0])));
     assert!(!triangles_intersect(&x, &point([1.5, TINY, 0.0])));
     let skew = segment([-2.0, 0.0, -TINY], [2.0, 0.0, TINY]);
-    assert!(!triangles_intersect(&skew, &segment([0.0, -2.0, TINY], [0.0, 2.0, TINY])));
+    assert!(!triangles_intersect(
+        &skew,
+        &segment([0.0, -2.0, TINY], [0.0, 2.0, TINY])
+    ));
     let diagonal = segment([-1.0; 3], [1.0; 3]);
     assert!(triangles_intersect(&diagonal, &point([0.1; 3])));
     assert!(!triangles_intersect(&diagonal, &point([0.1, 0.1, 0.2])));
     let roof = triangle([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     assert!(triangles_intersect(&roof, &diagonal));
     assert!(triangles_intersect(&roof, &point([0.25, 0.25, 0.5])));
-    assert!(!triangles_intersect(&roof, &point([0.25, 0.25, 0.5 + f64::EPSILON])));
+    assert!(!triangles_intersect(
+        &roof,
+        &point([0.25, 0.25, 0.5 + f64::EPSILON])
+    ));
 }

@@ -9,7 +9,9 @@ use punctual::glam::DVec3;
 use punctual::{triangle_segment, triangles_intersect};
 
 fn largest(a: &Triangle, b: &Triangle) -> f64 {
-    a.iter().chain(b).fold(0.0, |largest, p| p.abs().max_element().max(largest))
+    a.iter()
+        .chain(b)
+        .fold(0.0, |largest, p| p.abs().max_element().max(largest))
 }
 
 fn edges(t: &Triangle) -> [Triangle; 3] {
@@ -24,7 +26,11 @@ fn tolerance(a: &Triangle, b: &Triangle) -> f64 {
 #[track_caller]
 fn assert_near(p: DVec3, t: &Triangle, tolerance: f64) {
     let distance = Distance::of(&[p; 3], t);
-    assert!(distance.order_of(tolerance).is_ge(), "{p:?} is {:e} away from {t:?}", distance.rounded());
+    assert!(
+        distance.order_of(tolerance).is_ge(),
+        "{p:?} is {:e} away from {t:?}",
+        distance.rounded()
+    );
 }
 
 /// The ends are judged exactly.
@@ -45,14 +51,23 @@ fn assert_segment(a: &Triangle, b: &Triangle) -> Option<[DVec3; 2]> {
     let whole = segment(a, b);
     let unit = largest(a, b);
     let parts = edges(a).map(|edge| triangle_segment(&edge, b)).into_iter();
-    let parts = parts.chain(edges(b).map(|edge| triangle_segment(a, &edge))).flatten();
-    let span = |[p, q]: [DVec3; 2]| if unit > 0.0 { (q / unit - p / unit).length() } else { 0.0 };
+    let parts = parts
+        .chain(edges(b).map(|edge| triangle_segment(a, &edge)))
+        .flatten();
+    let span = |[p, q]: [DVec3; 2]| {
+        if unit > 0.0 {
+            (q / unit - p / unit).length()
+        } else {
+            0.0
+        }
+    };
     for part in parts {
         let [start, end] = whole.expect("what meets an edge meets the triangle");
         if is_flat(a, b) {
             assert!(span(part) <= span([start, end]) + 2e-12, "{a:?} {b:?}");
         } else {
-            part.iter().for_each(|&p| assert_near(p, &[start, end, end], 2.0 * tolerance(a, b)));
+            part.iter()
+                .for_each(|&p| assert_near(p, &[start, end, end], 2.0 * tolerance(a, b)));
         }
     }
     whole
@@ -81,7 +96,11 @@ fn both_ends_are_in_both_triangles_of_hard_pairs() {
 /// Every eighth, or all with `PUNCTUAL_ALL_CASES=1`.
 #[test]
 fn both_ends_are_in_both_triangles_of_all_hard_pairs() {
-    let step = if std::env::var_os("PUNCTUAL_ALL_CASES").is_some_and(|value| value == "1") { 1 } else { 8 };
+    let step = if std::env::var_os("PUNCTUAL_ALL_CASES").is_some_and(|value| value == "1") {
+        1
+    } else {
+        8
+    };
     for pair in pairs::all().into_iter().flatten().step_by(step) {
         let [a, b] = corners(&pair);
         assert_eq!(segment(&a, &b).is_some(), pair.meet, "{a:?} {b:?}");
@@ -103,7 +122,9 @@ fn segments_of_few_coordinates() {
             let expected = triangle_segment(&a, &b).map(|ends| ends.map(|p| p * scale));
             let found = triangle_segment(&scaled[0], &scaled[1]);
             let near = |p: DVec3, q: DVec3| (p - q).abs().max_element() <= 1e-12 * scale;
-            let same = expected.zip(found).map(|([p, q], [r, s])| near(p, r) && near(q, s));
+            let same = expected
+                .zip(found)
+                .map(|([p, q], [r, s])| near(p, r) && near(q, s));
             assert_eq!(same, expected.map(|_| true), "{a:?} {b:?} {scale:e}");
         }
     }
@@ -111,7 +132,17 @@ fn segments_of_few_coordinates() {
 
 #[test]
 fn segments_of_all_magnitudes() {
-    let values = [0.0, TINY, -3.0 * TINY, 1.0, -1.0, 1e-160, 1e300, -2e300, 1.0 + f64::EPSILON];
+    let values = [
+        0.0,
+        TINY,
+        -3.0 * TINY,
+        1.0,
+        -1.0,
+        1e-160,
+        1e300,
+        -2e300,
+        1.0 + f64::EPSILON,
+    ];
     let mut random = Random::new(12);
     for _ in 0..1500 {
         let [a, b] = from_fn(|_| from_values(&values, &mut random));
@@ -137,7 +168,8 @@ fn segments_of_needles() {
         let thin = 10f64.powi(-(round % 14));
         let [a, b]: [Triangle; 2] = from_fn(|_| {
             let along = DVec3::X + thin * random.vector();
-            [-along, along, along + thin * random.vector()].map(|p| p + 0.1 * thin * random.vector())
+            [-along, along, along + thin * random.vector()]
+                .map(|p| p + 0.1 * thin * random.vector())
         });
         met += usize::from(segment(&a, &b).is_some());
     }
@@ -146,10 +178,17 @@ fn segments_of_needles() {
 
 #[test]
 fn a_copy_shares_its_longest_edge() {
-    let t = [DVec3::ZERO, DVec3::new(3.0, 1.0, 2.0), DVec3::new(0.5, 0.25, 7.0)];
+    let t = [
+        DVec3::ZERO,
+        DVec3::new(3.0, 1.0, 2.0),
+        DVec3::new(0.5, 0.25, 7.0),
+    ];
     assert_eq!(triangle_segment(&t, &t), Some([t[0], t[2]]));
     let point = [t[1]; 3];
     assert_eq!(triangle_segment(&point, &point), Some([t[1]; 2]));
     assert_eq!(triangle_segment(&point, &t), Some([t[1]; 2]));
-    assert_eq!(triangle_segment(&t, &t.map(|p| p + DVec3::splat(9.0))), None);
+    assert_eq!(
+        triangle_segment(&t, &t.map(|p| p + DVec3::splat(9.0))),
+        None
+    );
 }

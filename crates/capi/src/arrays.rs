@@ -11,7 +11,11 @@ use std::path::Path;
 /// # Safety
 /// `pointer` is null or points to `count` elements that nothing writes to as long as the slice lives, and every pattern of
 /// bits is a value of `T`.
-pub(crate) unsafe fn array<'a, T>(pointer: *const T, count: usize, what: &'static str) -> Result<&'a [T], Fault> {
+pub(crate) unsafe fn array<'a, T>(
+    pointer: *const T,
+    count: usize,
+    what: &'static str,
+) -> Result<&'a [T], Fault> {
     if count == 0 {
         return Ok(&[]);
     }
@@ -22,22 +26,33 @@ pub(crate) unsafe fn array<'a, T>(pointer: *const T, count: usize, what: &'stati
 
 /// Whether there is memory for so many things of so many bytes each. Asked before what would end the program without.
 pub(crate) fn find_room<const N: usize>(things: [(usize, usize); N]) -> Result<(), Fault> {
-    let sum = |sum: usize, (count, bytes): (usize, usize)| sum.checked_add(count.checked_mul(bytes)?);
-    let bytes = things.into_iter().try_fold(0, sum).ok_or(Fault::OutOfMemory)?;
-    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Fault::OutOfMemory)
+    let sum =
+        |sum: usize, (count, bytes): (usize, usize)| sum.checked_add(count.checked_mul(bytes)?);
+    let bytes = things
+        .into_iter()
+        .try_fold(0, sum)
+        .ok_or(Fault::OutOfMemory)?;
+    Vec::<u8>::new()
+        .try_reserve_exact(bytes)
+        .map_err(|_| Fault::OutOfMemory)
 }
 
 /// The path of a file, in UTF-8.
 ///
 /// # Safety
 /// `pointer` is null or points to a text that ends with a zero byte, and that nothing writes to as long as the path lives.
-pub(crate) unsafe fn path<'a>(pointer: *const c_char, what: &'static str) -> Result<&'a Path, Fault> {
+pub(crate) unsafe fn path<'a>(
+    pointer: *const c_char,
+    what: &'static str,
+) -> Result<&'a Path, Fault> {
     if pointer.is_null() {
         return Err(Fault::Null(what));
     }
     // SAFETY: not null; the rest is the caller's promise.
     let text = unsafe { CStr::from_ptr(pointer) };
-    text.to_str().map(Path::new).map_err(|_| Fault::NotUtf8(what))
+    text.to_str()
+        .map(Path::new)
+        .map_err(|_| Fault::NotUtf8(what))
 }
 
 /// An array to be written.
@@ -98,6 +113,12 @@ pub(crate) fn check<T>(pointer: *const T, count: usize, what: &'static str) -> R
     if pointer.is_null() {
         return Err(Fault::Null(what));
     }
-    let fits = count.checked_mul(size_of::<T>()).is_some_and(|bytes| bytes <= isize::MAX as usize);
-    if fits && pointer.is_aligned() { Ok(()) } else { Err(Fault::Array(what)) }
+    let fits = count
+        .checked_mul(size_of::<T>())
+        .is_some_and(|bytes| bytes <= isize::MAX as usize);
+    if fits && pointer.is_aligned() {
+        Ok(())
+    } else {
+        Err(Fault::Array(what))
+    }
 }

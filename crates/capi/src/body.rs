@@ -33,7 +33,11 @@ impl Eq for punctual_body_id {}
 impl From<BodyId> for punctual_body_id {
     fn from(id: BodyId) -> Self {
         let bits = id.to_bits();
-        Self { index: bits as u32, generation: (bits >> 32) as u32, scene: id.scene() }
+        Self {
+            index: bits as u32,
+            generation: (bits >> 32) as u32,
+            scene: id.scene(),
+        }
     }
 }
 
@@ -83,11 +87,18 @@ impl punctual_body<'_> {
     pub(crate) fn check(self) -> Result<Body, Fault> {
         let tree = Arc::clone(given(self.tree, "body->tree")?.0.get("body->tree")?);
         let pose = self.pose.check()?;
-        let body = match value_of(self.kind, "body->kind", &[BodyKind::Moving, BodyKind::Fixed])? {
+        let body = match value_of(
+            self.kind,
+            "body->kind",
+            &[BodyKind::Moving, BodyKind::Fixed],
+        )? {
             BodyKind::Moving => Body::moving(tree, pose),
             BodyKind::Fixed => Body::fixed(tree, pose),
         };
-        Ok(body.filter(Filter::new(self.groups, self.mask)).importance(self.importance).margin(self.margin))
+        Ok(body
+            .filter(Filter::new(self.groups, self.mask))
+            .importance(self.importance)
+            .margin(self.margin))
     }
 }
 
@@ -99,7 +110,9 @@ impl From<&Body> for punctual_body<'_> {
             BodyKind::Fixed => punctual_body_kind::Fixed,
         };
         let Filter { groups, mask, .. } = body.filter;
-        let Body { importance, margin, .. } = *body;
+        let Body {
+            importance, margin, ..
+        } = *body;
         Self {
             size: Self::SIZE,
             tree: None,
@@ -117,7 +130,16 @@ impl Default for punctual_body<'_> {
     fn default() -> Self {
         let Filter { groups, mask, .. } = Filter::default();
         let (pose, kind) = ((&Pose::IDENTITY).into(), punctual_body_kind::Moving as u32);
-        Self { size: Self::SIZE, tree: None, pose, kind, groups, mask, importance: 0.0, margin: 0.0 }
+        Self {
+            size: Self::SIZE,
+            tree: None,
+            pose,
+            kind,
+            groups,
+            mask,
+            importance: 0.0,
+            margin: 0.0,
+        }
     }
 }
 
@@ -130,5 +152,15 @@ pub unsafe extern "C" fn punctual_body_init<'t>(
     pose: punctual_pose,
 ) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(body, size, punctual_body { tree, pose, ..Default::default() }) }
+    unsafe {
+        begin(
+            body,
+            size,
+            punctual_body {
+                tree,
+                pose,
+                ..Default::default()
+            },
+        )
+    }
 }

@@ -57,13 +57,21 @@ pub struct punctual_clock {
 /// As much as it takes.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_unlimited() -> punctual_budget {
-    punctual_budget { limit: 0, kind: punctual_budget_kind::Unlimited as u32, poll_interval: MAX_STEP_WORK }
+    punctual_budget {
+        limit: 0,
+        kind: punctual_budget_kind::Unlimited as u32,
+        poll_interval: MAX_STEP_WORK,
+    }
 }
 
 /// Stop within this time from the start of the call.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
-    punctual_budget { limit: nanoseconds, kind: punctual_budget_kind::Time as u32, ..punctual_budget_unlimited() }
+    punctual_budget {
+        limit: nanoseconds,
+        kind: punctual_budget_kind::Time as u32,
+        ..punctual_budget_unlimited()
+    }
 }
 
 /// Stop after this much work, at most PUNCTUAL_MAX_STEP_WORK later (distance queries: PUNCTUAL_MAX_DISTANCE_STEP_WORK):
@@ -71,13 +79,20 @@ pub extern "C" fn punctual_budget_time(nanoseconds: u64) -> punctual_budget {
 /// same bits on every machine, in every run.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_budget_work(units: u64) -> punctual_budget {
-    punctual_budget { limit: units, kind: punctual_budget_kind::Work as u32, ..punctual_budget_unlimited() }
+    punctual_budget {
+        limit: units,
+        kind: punctual_budget_kind::Work as u32,
+        ..punctual_budget_unlimited()
+    }
 }
 
 /// The caller's clock or the system's.
 pub(crate) enum AnyClock {
     System(SystemClock),
-    Caller { now: unsafe extern "C" fn(context: *mut c_void) -> u64, context: *mut c_void },
+    Caller {
+        now: unsafe extern "C" fn(context: *mut c_void) -> u64,
+        context: *mut c_void,
+    },
 }
 
 impl AnyClock {
@@ -86,7 +101,10 @@ impl AnyClock {
     pub unsafe fn new(clock: Option<&punctual_clock>) -> Result<Self, Fault> {
         Ok(match clock {
             None => Self::System(SystemClock::default()),
-            Some(clock) => Self::Caller { now: given(clock.now, "clock->now")?, context: clock.context },
+            Some(clock) => Self::Caller {
+                now: given(clock.now, "clock->now")?,
+                context: clock.context,
+            },
         })
     }
 }
@@ -104,7 +122,11 @@ impl Clock for AnyClock {
 impl punctual_budget {
     pub(crate) fn check(self) -> Result<Budget, Fault> {
         let time = Budget::time(Duration::from_nanos(self.limit));
-        let budget = value_of(self.kind, "budget.kind", &[Budget::unlimited(), time, Budget::work(self.limit)])?;
+        let budget = value_of(
+            self.kind,
+            "budget.kind",
+            &[Budget::unlimited(), time, Budget::work(self.limit)],
+        )?;
         Ok(budget.poll_interval(self.poll_interval))
     }
 }

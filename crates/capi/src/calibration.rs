@@ -28,7 +28,12 @@ grows!(punctual_calibration: size, evidence..evidence);
 impl From<Calibration> for punctual_calibration {
     fn from(calibration: Calibration) -> Self {
         let [offset, slope, evidence @ ..] = calibration.to_array();
-        Self { size: Self::SIZE, offset, slope, evidence }
+        Self {
+            size: Self::SIZE,
+            offset,
+            slope,
+            evidence,
+        }
     }
 }
 
@@ -41,13 +46,17 @@ impl Default for punctual_calibration {
 impl punctual_calibration {
     fn check(self) -> Result<Calibration, Fault> {
         let [one, both, square] = self.evidence;
-        Calibration::from_array([self.offset, self.slope, one, both, square]).ok_or(Fault::Calibration)
+        Calibration::from_array([self.offset, self.slope, one, both, square])
+            .ok_or(Fault::Calibration)
     }
 }
 
 /// One that knows nothing and changes nothing.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_calibration_init(calibration: *mut punctual_calibration, size: usize) {
+pub unsafe extern "C" fn punctual_calibration_init(
+    calibration: *mut punctual_calibration,
+    size: usize,
+) {
     // SAFETY: the contract of the header for structs.
     unsafe { begin(calibration, size, punctual_calibration::default()) }
 }
@@ -66,7 +75,11 @@ pub unsafe extern "C" fn punctual_calibration_apply(
     door("punctual_calibration_apply", || {
         let corrected = given(corrected, "corrected")?;
         // SAFETY: the contract of the header for structs.
-        corrected.write(unsafe { read(calibration, "calibration") }?.check()?.apply(probability));
+        corrected.write(
+            unsafe { read(calibration, "calibration") }?
+                .check()?
+                .apply(probability),
+        );
         Ok(())
     })
 }
@@ -85,8 +98,12 @@ pub unsafe extern "C" fn punctual_calibration_learn(
 ) -> punctual_status {
     door("punctual_calibration_learn", || {
         // SAFETY: the contract of the header for structs.
-        let (before, after) =
-            unsafe { (read(calibration.cast_const(), "calibration")?, place(calibration, "calibration")?) };
+        let (before, after) = unsafe {
+            (
+                read(calibration.cast_const(), "calibration")?,
+                place(calibration, "calibration")?,
+            )
+        };
         let mut learned = before.check()?;
         learned.learn(told, met != 0);
         after.write(learned.into());

@@ -77,7 +77,14 @@ grows!(punctual_contact: distance..segment);
 impl Default for punctual_contact_query<'_> {
     fn default() -> Self {
         let b_in_a = (&Pose::IDENTITY).into();
-        Self { size: Self::SIZE, a: None, b: None, b_in_a, contact_limit: usize::MAX, margin: 0.0 }
+        Self {
+            size: Self::SIZE,
+            a: None,
+            b: None,
+            b_in_a,
+            contact_limit: usize::MAX,
+            margin: 0.0,
+        }
     }
 }
 
@@ -91,7 +98,18 @@ pub unsafe extern "C" fn punctual_contact_query_init<'t>(
     b_in_a: punctual_pose,
 ) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(query, size, punctual_contact_query { a, b, b_in_a, ..Default::default() }) }
+    unsafe {
+        begin(
+            query,
+            size,
+            punctual_contact_query {
+                a,
+                b,
+                b_in_a,
+                ..Default::default()
+            },
+        )
+    }
 }
 
 /// Runs a contact query within a budget. The first one in a workspace makes room for 4,096 contacts, unless
@@ -114,7 +132,9 @@ pub unsafe extern "C" fn punctual_contact_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, contacts, |w, _, b, c| Ok(query.run_with(w, b, c)))
+            answer(workspace, None, budget, clock, contacts, |w, _, b, c| {
+                Ok(query.run_with(w, b, c))
+            })
         }
     })
 }
@@ -137,7 +157,9 @@ pub unsafe extern "C" fn punctual_contact_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, contacts, |w, _, b, c| Ok(query.resume_with(w, b, c)?))
+            answer(workspace, None, budget, clock, contacts, |w, _, b, c| {
+                Ok(query.resume_with(w, b, c)?)
+            })
         }
     })
 }
@@ -157,7 +179,11 @@ pub unsafe extern "C" fn punctual_contact_query_certificate(
         let query = unsafe { read(query, "query") }?.check()?;
         // SAFETY: the same.
         let certificate = unsafe { place(certificate, "certificate") }?;
-        certificate.write(query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?.into());
+        certificate.write(
+            query
+                .certificate(given(workspace, "workspace")?.0.get("workspace")?)?
+                .into(),
+        );
         Ok(())
     })
 }
@@ -203,7 +229,10 @@ pub unsafe extern "C" fn punctual_contact_query_narrowed_certificate(
         // SAFETY: the contract of the header for structs.
         let query = unsafe { read(query, "query") }?.check()?;
         // SAFETY: the same.
-        let (certificate, count) = (unsafe { place(certificate, "certificate") }?, given(count, "count")?);
+        let (certificate, count) = (
+            unsafe { place(certificate, "certificate") }?,
+            given(count, "count")?,
+        );
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -224,17 +253,33 @@ pub unsafe extern "C" fn punctual_workspace_contacts(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_workspace_contacts", || {
-        let found = given(workspace, "workspace")?.0.get("workspace")?.contacts();
+        let found = given(workspace, "workspace")?
+            .0
+            .get("workspace")?
+            .contacts();
         // SAFETY: the contract of the header for arrays.
-        unsafe { rows(contacts, contacts_size, capacity, "contacts", given(count, "count")?, found) }
+        unsafe {
+            rows(
+                contacts,
+                contacts_size,
+                capacity,
+                "contacts",
+                given(count, "count")?,
+                found,
+            )
+        }
     })
 }
 
 /// Forgets the contacts, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_workspace_drain_contacts(workspace: Option<&mut punctual_workspace>) -> punctual_status {
+pub extern "C" fn punctual_workspace_drain_contacts(
+    workspace: Option<&mut punctual_workspace>,
+) -> punctual_status {
     door("punctual_workspace_drain_contacts", || {
-        given(workspace, "workspace")?.0.set("workspace", |workspace| drop(workspace.drain_contacts()))
+        given(workspace, "workspace")?
+            .0
+            .set("workspace", |workspace| drop(workspace.drain_contacts()))
     })
 }
 
@@ -247,11 +292,13 @@ pub extern "C" fn punctual_workspace_reserve_contacts(
     contacts: usize,
 ) -> punctual_status {
     door("punctual_workspace_reserve_contacts", || {
-        given(workspace, "workspace")?.0.change("workspace", |workspace| {
-            find_room([(contacts, size_of::<Contact>() + 3 * size_of::<u64>())])?;
-            workspace.reserve_contacts(contacts);
-            Ok(())
-        })
+        given(workspace, "workspace")?
+            .0
+            .change("workspace", |workspace| {
+                find_room([(contacts, size_of::<Contact>() + 3 * size_of::<u64>())])?;
+                workspace.reserve_contacts(contacts);
+                Ok(())
+            })
     })
 }
 
@@ -279,15 +326,23 @@ pub unsafe extern "C" fn punctual_contact_face_normals(
         // SAFETY: the contract of the header for structs.
         let query = unsafe { read(query, "query") }?;
         let [a, b] = trees(query.a, query.b)?;
-        for (name, triangle, tree) in [("triangles.a", triangles.a, a), ("triangles.b", triangles.b, b)] {
+        for (name, triangle, tree) in [
+            ("triangles.a", triangles.a, a),
+            ("triangles.b", triangles.b, b),
+        ] {
             let count = tree.mesh().len();
             if triangle as usize >= count {
                 return Err(Fault::Index(name, triangle as usize, count));
             }
         }
         let query = ContactQuery::new(a, b, query.b_in_a.check()?);
-        let [a, b] = query.face_normals([triangles.a, triangles.b]).map(Option::unwrap_or_default);
-        normals.write(punctual_face_normals { a: a.into(), b: b.into() });
+        let [a, b] = query
+            .face_normals([triangles.a, triangles.b])
+            .map(Option::unwrap_or_default);
+        normals.write(punctual_face_normals {
+            a: a.into(),
+            b: b.into(),
+        });
         Ok(())
     })
 }
@@ -303,8 +358,20 @@ impl<'t> punctual_contact_query<'t> {
 
 impl From<Contacts> for punctual_contacts {
     fn from(contacts: Contacts) -> Self {
-        let Contacts { low, found, stop, stats, .. } = contacts;
-        Self { size: Self::SIZE, low, found, stop: stop.into(), stats: stats.into() }
+        let Contacts {
+            low,
+            found,
+            stop,
+            stats,
+            ..
+        } = contacts;
+        Self {
+            size: Self::SIZE,
+            low,
+            found,
+            stop: stop.into(),
+            stats: stats.into(),
+        }
     }
 }
 

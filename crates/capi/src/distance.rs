@@ -3,7 +3,9 @@
 use crate::arrays::list;
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::memory::{known, punctual_memory};
-use crate::outcome::{hand_out, punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason};
+use crate::outcome::{
+    hand_out, punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason,
+};
 use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
 use crate::query::{answer, trees};
 use crate::sized::{begin, grows, place, read};
@@ -115,7 +117,18 @@ pub unsafe extern "C" fn punctual_distance_query_init<'t>(
     b_in_a: punctual_pose,
 ) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(query, size, punctual_distance_query { a, b, b_in_a, ..Default::default() }) }
+    unsafe {
+        begin(
+            query,
+            size,
+            punctual_distance_query {
+                a,
+                b,
+                b_in_a,
+                ..Default::default()
+            },
+        )
+    }
 }
 
 /// Runs a distance query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the frame
@@ -138,7 +151,9 @@ pub unsafe extern "C" fn punctual_distance_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c)))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
+                Ok(query.run_with(w, m, b, c))
+            })
         }
     })
 }
@@ -161,7 +176,9 @@ pub unsafe extern "C" fn punctual_distance_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
+                Ok(query.resume_with(w, m, b, c)?)
+            })
         }
     })
 }
@@ -181,7 +198,11 @@ pub unsafe extern "C" fn punctual_distance_query_certificate(
         let query = unsafe { read(query, "query") }?.check()?;
         // SAFETY: the same.
         let certificate = unsafe { place(certificate, "certificate") }?;
-        certificate.write(query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?.into());
+        certificate.write(
+            query
+                .certificate(given(workspace, "workspace")?.0.get("workspace")?)?
+                .into(),
+        );
         Ok(())
     })
 }
@@ -229,7 +250,10 @@ pub unsafe extern "C" fn punctual_distance_query_narrowed_certificate(
         // SAFETY: the contract of the header for structs.
         let query = unsafe { read(query, "query") }?.check()?;
         // SAFETY: the same.
-        let (certificate, count) = (unsafe { place(certificate, "certificate") }?, given(count, "count")?);
+        let (certificate, count) = (
+            unsafe { place(certificate, "certificate") }?,
+            given(count, "count")?,
+        );
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -285,9 +309,16 @@ pub unsafe extern "C" fn punctual_distance_query_estimate(
         let query = unsafe { read(query, "query") }?.check()?;
         // SAFETY: the same.
         let estimate = unsafe { place(estimate, "estimate") }?;
-        let said = query.estimate(given(workspace, "workspace")?.0.get("workspace")?, known(memory)?)?;
+        let said = query.estimate(
+            given(workspace, "workspace")?.0.get("workspace")?,
+            known(memory)?,
+        )?;
         let (remaining, distance) = (said.remaining.into(), said.distance.into());
-        estimate.write(punctual_distance_estimate { size: punctual_distance_estimate::SIZE, remaining, distance });
+        estimate.write(punctual_distance_estimate {
+            size: punctual_distance_estimate::SIZE,
+            remaining,
+            distance,
+        });
         Ok(())
     })
 }
@@ -314,7 +345,10 @@ impl<'t> punctual_distance_query<'t> {
 }
 
 pub(crate) fn check_margins(margins: [f64; 2]) -> Result<(), Fault> {
-    for (margin, what) in margins.into_iter().zip(["query->margins[0]", "query->margins[1]"]) {
+    for (margin, what) in margins
+        .into_iter()
+        .zip(["query->margins[0]", "query->margins[1]"])
+    {
         finite(margin, what)?;
     }
     Ok(())
@@ -322,7 +356,11 @@ pub(crate) fn check_margins(margins: [f64; 2]) -> Result<(), Fault> {
 
 /// What is negative stands for the default.
 pub(crate) fn finite_or_default(value: f64, what: &'static str) -> Result<(), Fault> {
-    if value < f64::INFINITY { Ok(()) } else { Err(Fault::Number(what, value)) }
+    if value < f64::INFINITY {
+        Ok(())
+    } else {
+        Err(Fault::Number(what, value))
+    }
 }
 
 pub(crate) fn finite(value: f64, what: &'static str) -> Result<(), Fault> {
@@ -331,12 +369,18 @@ pub(crate) fn finite(value: f64, what: &'static str) -> Result<(), Fault> {
 }
 
 pub(crate) fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> {
-    if value >= 0.0 { Ok(()) } else { Err(Fault::Negative(what, value)) }
+    if value >= 0.0 {
+        Ok(())
+    } else {
+        Err(Fault::Negative(what, value))
+    }
 }
 
 impl From<Distance> for punctual_distance {
     fn from(distance: Distance) -> Self {
-        let (nearest, points) = distance.nearest.map_or_else(Default::default, |near| (near.triangles, near.points));
+        let (nearest, points) = distance
+            .nearest
+            .map_or_else(Default::default, |near| (near.triangles, near.points));
         Self {
             size: Self::SIZE,
             low: distance.low,

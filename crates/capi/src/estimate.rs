@@ -88,7 +88,12 @@ pub unsafe extern "C" fn punctual_query_estimate(
         let said = query.estimate(workspace, known(memory)?)?;
         let remaining = punctual_prediction::new(said.remaining, &workspace.cost_model());
         let size = punctual_estimate::SIZE;
-        estimate.write(punctual_estimate { size, remaining, probability: said.probability, recall: said.recall });
+        estimate.write(punctual_estimate {
+            size,
+            remaining,
+            probability: said.probability,
+            recall: said.recall,
+        });
         Ok(())
     })
 }

@@ -12,12 +12,19 @@ pub(crate) struct Handle<T> {
 
 impl<T> Handle<T> {
     pub fn new(value: T) -> Self {
-        Self { value, poisoned: false }
+        Self {
+            value,
+            poisoned: false,
+        }
     }
 
     /// The value, if it is sound; `what` names it for the error.
     pub fn get(&self, what: &'static str) -> Result<&T, Fault> {
-        if self.poisoned { Err(Fault::Poisoned(what)) } else { Ok(&self.value) }
+        if self.poisoned {
+            Err(Fault::Poisoned(what))
+        } else {
+            Ok(&self.value)
+        }
     }
 
     /// Changes the value. Poisoned stays what `change` does not return from.

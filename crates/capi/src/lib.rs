@@ -16,7 +16,10 @@
 
 #![deny(missing_docs)]
 #![allow(non_camel_case_types, reason = "the names of the header")]
-#![allow(clippy::missing_safety_doc, reason = "the contract is the same for all: above, and in the head of the header")]
+#![allow(
+    clippy::missing_safety_doc,
+    reason = "the contract is the same for all: above, and in the head of the header"
+)]
 #![deny(clippy::undocumented_unsafe_blocks)]
 
 mod arrays;

@@ -40,7 +40,11 @@ pub(crate) fn known(memory: Option<&punctual_memory>) -> Result<Option<&PairMemo
 pub extern "C" fn punctual_memory_new(
     memory: Option<&mut MaybeUninit<Option<Box<punctual_memory>>>>,
 ) -> punctual_status {
-    door("punctual_memory_new", || put(memory, || Ok(punctual_memory(Handle::new(PairMemory::new())))))
+    door("punctual_memory_new", || {
+        put(memory, || {
+            Ok(punctual_memory(Handle::new(PairMemory::new())))
+        })
+    })
 }
 
 /// Frees a memory; null is fine.
@@ -63,7 +67,9 @@ pub unsafe extern "C" fn punctual_memory_describe(
             size: punctual_memory_facts::SIZE,
             last_verdict: memory.last_verdict().map_or(-1, i32::from),
             frames_undecided: memory.frames_undecided(),
-            last_bv_tests: memory.last_bv_tests().map_or(-1, |tests| tests.min(i64::MAX as u64) as i64),
+            last_bv_tests: memory
+                .last_bv_tests()
+                .map_or(-1, |tests| tests.min(i64::MAX as u64) as i64),
             change_rate: memory.change_rate(),
         });
         Ok(())

@@ -53,8 +53,14 @@ pub unsafe extern "C" fn punctual_mesh_new_f32(
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
         // SAFETY: the same.
-        let triangles = unsafe { array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles") }?;
-        put(mesh, || Ok(Mesh::new(vertices.iter().copied(), triangles.iter().copied())?))
+        let triangles =
+            unsafe { array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles") }?;
+        put(mesh, || {
+            Ok(Mesh::new(
+                vertices.iter().copied(),
+                triangles.iter().copied(),
+            )?)
+        })
     })
 }
 
@@ -73,8 +79,14 @@ pub unsafe extern "C" fn punctual_mesh_new_f64(
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
         // SAFETY: the same.
-        let triangles = unsafe { array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles") }?;
-        put(mesh, || Ok(Mesh::from_f64(vertices.iter().copied(), triangles.iter().copied())?))
+        let triangles =
+            unsafe { array(triangles.cast::<[u32; 3]>(), triangle_count, "triangles") }?;
+        put(mesh, || {
+            Ok(Mesh::from_f64(
+                vertices.iter().copied(),
+                triangles.iter().copied(),
+            )?)
+        })
     })
 }
 
@@ -131,7 +143,17 @@ pub unsafe extern "C" fn punctual_mesh_read_bytes(
     door("punctual_mesh_read_bytes", || {
         // SAFETY: the contract of the header for arrays.
         let bytes = unsafe { array(bytes, count, "bytes") }?;
-        let format = value_of(format, "format", &[Format::Obj, Format::Stl, Format::Ply, Format::Gltf, Format::Off])?;
+        let format = value_of(
+            format,
+            "format",
+            &[
+                Format::Obj,
+                Format::Stl,
+                Format::Ply,
+                Format::Gltf,
+                Format::Off,
+            ],
+        )?;
         put(mesh, || Ok(punctual_io::read(bytes, format)?.mesh))
     })
 }

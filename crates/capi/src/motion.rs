@@ -4,7 +4,9 @@ use crate::arrays::list;
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::distance::{check_margins, finite, finite_or_default};
 use crate::memory::{known, punctual_memory};
-use crate::outcome::{punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason};
+use crate::outcome::{
+    punctual_certificate, punctual_quantiles, punctual_stats, punctual_stop_reason,
+};
 use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
 use crate::query::{answer, trees};
 use crate::sized::{begin, grows, place, read};
@@ -33,9 +35,17 @@ pub struct punctual_motion {
 
 /// A straight line without turn.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_motion_straight(start: punctual_pose, velocity: punctual_point) -> punctual_motion {
+pub extern "C" fn punctual_motion_straight(
+    start: punctual_pose,
+    velocity: punctual_point,
+) -> punctual_motion {
     let none = DVec3::ZERO.into();
-    punctual_motion { start, velocity, turn: none, arm: none }
+    punctual_motion {
+        start,
+        velocity,
+        turn: none,
+        arm: none,
+    }
 }
 
 /// The screw from one pose to another: a turn of at most half a circle about an axis, and a shift along it.
@@ -148,7 +158,18 @@ pub unsafe extern "C" fn punctual_motion_query_init<'t>(
     b_in_a: punctual_motion,
 ) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(query, size, punctual_motion_query { a, b, of_b: b_in_a, ..Default::default() }) }
+    unsafe {
+        begin(
+            query,
+            size,
+            punctual_motion_query {
+                a,
+                b,
+                of_b: b_in_a,
+                ..Default::default()
+            },
+        )
+    }
 }
 
 /// Runs a motion query within a budget. It does not allocate, lock or panic. `memory` may be null: what it knows of the motion
@@ -171,7 +192,9 @@ pub unsafe extern "C" fn punctual_motion_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c)))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
+                Ok(query.run_with(w, m, b, c))
+            })
         }
     })
 }
@@ -194,7 +217,9 @@ pub unsafe extern "C" fn punctual_motion_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
+                Ok(query.resume_with(w, m, b, c)?)
+            })
         }
     })
 }
@@ -230,7 +255,14 @@ pub unsafe extern "C" fn punctual_motion_query_estimate(
         // SAFETY: the contract of the header for structs.
         let query = unsafe { read(query, "query") }?.check()?;
         let work = given(work, "work")?;
-        work.write(query.estimate(given(workspace, "workspace")?.0.get("workspace")?, known(memory)?)?.into());
+        work.write(
+            query
+                .estimate(
+                    given(workspace, "workspace")?.0.get("workspace")?,
+                    known(memory)?,
+                )?
+                .into(),
+        );
         Ok(())
     })
 }
@@ -248,8 +280,17 @@ pub unsafe extern "C" fn punctual_motion_query_certificate(
 ) -> punctual_status {
     door("punctual_motion_query_certificate", || {
         // SAFETY: the contract of the header for structs.
-        let (query, certificate) = unsafe { (read(query, "query")?.check()?, place(certificate, "certificate")?) };
-        certificate.write(query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?.into());
+        let (query, certificate) = unsafe {
+            (
+                read(query, "query")?.check()?,
+                place(certificate, "certificate")?,
+            )
+        };
+        certificate.write(
+            query
+                .certificate(given(workspace, "workspace")?.0.get("workspace")?)?
+                .into(),
+        );
         Ok(())
     })
 }
@@ -282,14 +323,25 @@ pub unsafe extern "C" fn punctual_motion_query_open_boxes(
 impl punctual_motion {
     pub(crate) fn check(&self) -> Result<Motion, Fault> {
         let vector = |v: punctual_point| [v.x, v.y, v.z];
-        Ok(Motion::with_arm(self.start.check()?, vector(self.velocity), vector(self.turn), vector(self.arm))?)
+        Ok(Motion::with_arm(
+            self.start.check()?,
+            vector(self.velocity),
+            vector(self.turn),
+            vector(self.arm),
+        )?)
     }
 }
 
 impl From<Motion> for punctual_motion {
     fn from(motion: Motion) -> Self {
-        let [velocity, turn, arm] = [motion.velocity(), motion.turn(), motion.arm()].map(Into::into);
-        Self { start: (&motion.start()).into(), velocity, turn, arm }
+        let [velocity, turn, arm] =
+            [motion.velocity(), motion.turn(), motion.arm()].map(Into::into);
+        Self {
+            start: (&motion.start()).into(),
+            velocity,
+            turn,
+            arm,
+        }
     }
 }
 
@@ -309,7 +361,9 @@ impl<'t> punctual_motion_query<'t> {
             ..0.0 => query,
             length => query.tolerance(length),
         };
-        Ok(query.time_tolerance(self.time_tolerance).margins(self.margins))
+        Ok(query
+            .time_tolerance(self.time_tolerance)
+            .margins(self.margins))
     }
 }
 

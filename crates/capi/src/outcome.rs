@@ -107,7 +107,9 @@ impl From<Quantiles> for punctual_quantiles {
 
 /// In nanoseconds; -1 for none.
 pub(crate) fn nanoseconds(time: Option<Duration>) -> i64 {
-    time.map_or(-1, |time| i64::try_from(time.as_nanos()).unwrap_or(i64::MAX))
+    time.map_or(-1, |time| {
+        i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
+    })
 }
 
 /// Verdict and witness.
@@ -166,8 +168,25 @@ impl From<StopReason> for punctual_stop_reason {
 
 impl From<Stats> for punctual_stats {
     fn from(stats: Stats) -> Self {
-        let Stats { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, queue_peak, elapsed, .. } = stats;
+        let Stats {
+            bv_tests,
+            primitive_tests,
+            exact_tests,
+            work,
+            bv_tests_per_level,
+            queue_peak,
+            elapsed,
+            ..
+        } = stats;
         let elapsed = nanoseconds(elapsed);
-        Self { bv_tests, primitive_tests, exact_tests, work, bv_tests_per_level, elapsed, queue_peak }
+        Self {
+            bv_tests,
+            primitive_tests,
+            exact_tests,
+            work,
+            bv_tests_per_level,
+            elapsed,
+            queue_peak,
+        }
     }
 }

@@ -51,7 +51,11 @@ pub extern "C" fn punctual_patches_new(
     patches: Option<&mut MaybeUninit<Option<Box<punctual_patches>>>>,
 ) -> punctual_status {
     door("punctual_patches_new", || {
-        put(patches, || Ok(punctual_patches(Handle::new(Patches::new().point_limit(point_limit)))))
+        put(patches, || {
+            Ok(punctual_patches(Handle::new(
+                Patches::new().point_limit(point_limit),
+            )))
+        })
     })
 }
 
@@ -73,7 +77,10 @@ pub extern "C" fn punctual_patches_update(
 ) -> punctual_status {
     door("punctual_patches_update", || {
         let (a, b) = (given(a, "a")?.0.get("a")?, given(b, "b")?.0.get("b")?);
-        let contacts = given(workspace, "workspace")?.0.get("workspace")?.contacts();
+        let contacts = given(workspace, "workspace")?
+            .0
+            .get("workspace")?
+            .contacts();
         let count = given(count, "count")?;
         count.write(given(patches, "patches")?.0.change("patches", |patches| {
             patches.update(a, b, contacts);
@@ -85,7 +92,9 @@ pub extern "C" fn punctual_patches_update(
 
 /// Forgets what was known of the frame before: no patch of the next update has an id that there was before.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_patches_forget(patches: Option<&mut punctual_patches>) -> punctual_status {
+pub extern "C" fn punctual_patches_forget(
+    patches: Option<&mut punctual_patches>,
+) -> punctual_status {
     door("punctual_patches_forget", || {
         given(patches, "patches")?.0.change("patches", |patches| {
             patches.forget();
@@ -150,14 +159,27 @@ pub unsafe extern "C" fn punctual_patches_points(
     door("punctual_patches_points", || {
         let (patches, patch) = find(patches, index)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { rows(points, points_size, capacity, "points", given(count, "count")?, patches.points_of(patch)) }
+        unsafe {
+            rows(
+                points,
+                points_size,
+                capacity,
+                "points",
+                given(count, "count")?,
+                patches.points_of(patch),
+            )
+        }
     })
 }
 
 fn find(patches: Option<&punctual_patches>, index: usize) -> Result<(&Patches, &Patch), Fault> {
     let patches = given(patches, "patches")?.0.get("patches")?;
     let all = patches.as_slice();
-    Ok((patches, all.get(index).ok_or(Fault::Index("index", index, all.len()))?))
+    Ok((
+        patches,
+        all.get(index)
+            .ok_or(Fault::Index("index", index, all.len()))?,
+    ))
 }
 
 fn described(patches: &Patches, patch: &Patch) -> punctual_patch {

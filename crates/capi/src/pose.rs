@@ -19,7 +19,11 @@ pub struct punctual_point {
 
 impl From<punctual::glam::DVec3> for punctual_point {
     fn from(point: punctual::glam::DVec3) -> Self {
-        Self { x: point.x, y: point.y, z: point.z }
+        Self {
+            x: point.x,
+            y: point.y,
+            z: point.z,
+        }
     }
 }
 
@@ -35,7 +39,10 @@ pub struct punctual_aabb {
 
 impl From<punctual::Aabb> for punctual_aabb {
     fn from(aabb: punctual::Aabb) -> Self {
-        Self { min: aabb.min.into(), max: aabb.max.into() }
+        Self {
+            min: aabb.min.into(),
+            max: aabb.max.into(),
+        }
     }
 }
 
@@ -58,7 +65,9 @@ impl punctual_pose {
 
 impl From<&Pose> for punctual_pose {
     fn from(pose: &Pose) -> Self {
-        Self { m: pose.to_row_major() }
+        Self {
+            m: pose.to_row_major(),
+        }
     }
 }
 
@@ -82,7 +91,9 @@ pub extern "C" fn punctual_pose_from_quaternion(
 ) -> punctual_status {
     door("punctual_pose_from_quaternion", || {
         let translation = DVec3::new(translation.x, translation.y, translation.z);
-        write(pose, || Ok(Pose::from_quat(DQuat::from_xyzw(x, y, z, w), translation)?))
+        write(pose, || {
+            Ok(Pose::from_quat(DQuat::from_xyzw(x, y, z, w), translation)?)
+        })
     })
 }
 
@@ -95,7 +106,9 @@ pub extern "C" fn punctual_pose_compose(
     inner: punctual_pose,
     pose: Option<&mut MaybeUninit<punctual_pose>>,
 ) -> punctual_status {
-    door("punctual_pose_compose", || write(pose, || Ok(outer.check()?.compose(&inner.check()?)?)))
+    door("punctual_pose_compose", || {
+        write(pose, || Ok(outer.check()?.compose(&inner.check()?)?))
+    })
 }
 
 /// The inverse map, rounded: of `b_in_a`, `a_in_b`.
@@ -106,7 +119,9 @@ pub extern "C" fn punctual_pose_inverse(
     of: punctual_pose,
     pose: Option<&mut MaybeUninit<punctual_pose>>,
 ) -> punctual_status {
-    door("punctual_pose_inverse", || write(pose, || Ok(of.check()?.inverse()?)))
+    door("punctual_pose_inverse", || {
+        write(pose, || Ok(of.check()?.inverse()?))
+    })
 }
 
 fn write(

@@ -58,7 +58,13 @@ grows!(punctual_push_out: size, has_push..elapsed);
 
 impl Default for punctual_push_out_query<'_> {
     fn default() -> Self {
-        Self { size: Self::SIZE, query_limit: u32::MAX, a: None, b: None, b_in_a: (&Pose::IDENTITY).into() }
+        Self {
+            size: Self::SIZE,
+            query_limit: u32::MAX,
+            a: None,
+            b: None,
+            b_in_a: (&Pose::IDENTITY).into(),
+        }
     }
 }
 
@@ -72,7 +78,18 @@ pub unsafe extern "C" fn punctual_push_out_query_init<'t>(
     b_in_a: punctual_pose,
 ) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(query, size, punctual_push_out_query { a, b, b_in_a, ..Default::default() }) }
+    unsafe {
+        begin(
+            query,
+            size,
+            punctual_push_out_query {
+                a,
+                b,
+                b_in_a,
+                ..Default::default()
+            },
+        )
+    }
 }
 
 /// Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
@@ -91,7 +108,9 @@ pub unsafe extern "C" fn punctual_push_out_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, push, |w, _, b, c| Ok(query.run_with(w, b, c)))
+            answer(workspace, None, budget, clock, push, |w, _, b, c| {
+                Ok(query.run_with(w, b, c))
+            })
         }
     })
 }
@@ -106,9 +125,10 @@ impl<'t> punctual_push_out_query<'t> {
 
 impl From<PushOut> for punctual_push_out {
     fn from(found: PushOut) -> Self {
-        let (direction, distance, b_in_a) = found
-            .push
-            .map_or((DVec3::ZERO, 0.0, [0.0; 12]), |push| (push.direction, push.distance, push.b_in_a.to_row_major()));
+        let (direction, distance, b_in_a) =
+            found.push.map_or((DVec3::ZERO, 0.0, [0.0; 12]), |push| {
+                (push.direction, push.distance, push.b_in_a.to_row_major())
+            });
         Self {
             size: Self::SIZE,
             has_push: found.push.is_some(),

@@ -3,14 +3,18 @@
 use crate::arrays::list;
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
 use crate::memory::punctual_memory;
-use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason, punctual_verdict, verdict};
+use crate::outcome::{
+    hand_out, punctual_certificate, punctual_stats, punctual_stop_reason, punctual_verdict, verdict,
+};
 use crate::pose::{punctual_aabb, punctual_pose};
 use crate::sized::{Sized32, begin, grows, place, read};
 use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Budget, DEFAULT_PRIOR, Mode, Order, Outcome, PairMemory, Pose, Query, Tree, Workspace};
+use punctual::{
+    Budget, DEFAULT_PRIOR, Mode, Order, Outcome, PairMemory, Pose, Query, Tree, Workspace,
+};
 
 /// What a query looks for.
 #[repr(u32)]
@@ -123,7 +127,18 @@ pub unsafe extern "C" fn punctual_query_init<'t>(
     b_in_a: punctual_pose,
 ) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(query, size, punctual_query { a, b, b_in_a, ..Default::default() }) }
+    unsafe {
+        begin(
+            query,
+            size,
+            punctual_query {
+                a,
+                b,
+                b_in_a,
+                ..Default::default()
+            },
+        )
+    }
 }
 
 /// Runs a query within a budget. It does not allocate, lock or panic. `memory` may be null; `clock` may be null: the clock of
@@ -146,7 +161,9 @@ pub unsafe extern "C" fn punctual_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.run_with(w, m, b, c)))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
+                Ok(query.run_with(w, m, b, c))
+            })
         }
     })
 }
@@ -169,7 +186,9 @@ pub unsafe extern "C" fn punctual_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| Ok(query.resume_with(w, m, b, c)?))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
+                Ok(query.resume_with(w, m, b, c)?)
+            })
         }
     })
 }
@@ -238,7 +257,10 @@ pub unsafe extern "C" fn punctual_query_narrowed_certificate(
         // SAFETY: the contract of the header for structs.
         let query = unsafe { read(query, "query") }?.check()?;
         // SAFETY: the same.
-        let (certificate, count) = (unsafe { place(certificate, "certificate") }?, given(count, "count")?);
+        let (certificate, count) = (
+            unsafe { place(certificate, "certificate") }?,
+            given(count, "count")?,
+        );
         let workspace = given(workspace, "workspace")?.0.get("workspace")?;
         given(aside, "aside")?.0.change("aside", |aside| {
             let open = query.narrowed_certificate(workspace, aside, work)?;
@@ -258,29 +280,52 @@ pub(crate) unsafe fn answer<Answer, Written: Sized32 + From<Answer>>(
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
     outcome: *mut Written,
-    run: impl FnOnce(&mut Workspace, Option<&mut PairMemory>, Budget, &AnyClock) -> Result<Answer, Fault>,
+    run: impl FnOnce(
+        &mut Workspace,
+        Option<&mut PairMemory>,
+        Budget,
+        &AnyClock,
+    ) -> Result<Answer, Fault>,
 ) -> Result<(), Fault> {
     let budget = budget.check()?;
     // SAFETY: the caller's promise.
     let (clock, outcome) = unsafe { (AnyClock::new(clock)?, place(outcome, "outcome")?) };
-    let answer = given(workspace, "workspace")?.0.change("workspace", |workspace| match memory {
-        Some(memory) => memory.0.change("memory", |memory| run(workspace, Some(memory), budget, &clock)),
-        None => run(workspace, None, budget, &clock),
-    })?;
+    let answer =
+        given(workspace, "workspace")?
+            .0
+            .change("workspace", |workspace| match memory {
+                Some(memory) => memory.0.change("memory", |memory| {
+                    run(workspace, Some(memory), budget, &clock)
+                }),
+                None => run(workspace, None, budget, &clock),
+            })?;
     outcome.write(answer.into());
     Ok(())
 }
 
 /// The trees of a query.
-pub(crate) fn trees<'t>(a: Option<&'t punctual_tree>, b: Option<&'t punctual_tree>) -> Result<[&'t Tree; 2], Fault> {
-    Ok([given(a, "query->a")?.0.get("query->a")?, given(b, "query->b")?.0.get("query->b")?])
+pub(crate) fn trees<'t>(
+    a: Option<&'t punctual_tree>,
+    b: Option<&'t punctual_tree>,
+) -> Result<[&'t Tree; 2], Fault> {
+    Ok([
+        given(a, "query->a")?.0.get("query->a")?,
+        given(b, "query->b")?.0.get("query->b")?,
+    ])
 }
 
 impl<'t> punctual_query<'t> {
     pub(crate) fn check(self) -> Result<Query<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         use Order::{BreadthFirst, DepthFirst, LowAlpha, OverlapVolume, Penetration, Random};
-        let orders = [Penetration, LowAlpha, OverlapVolume, DepthFirst, BreadthFirst, Random(self.seed)];
+        let orders = [
+            Penetration,
+            LowAlpha,
+            OverlapVolume,
+            DepthFirst,
+            BreadthFirst,
+            Random(self.seed),
+        ];
         let order = value_of(self.order, "query->order", &orders)?;
         if self.queue_threshold.is_nan() {
             return Err(Fault::Number("query->queue_threshold", f64::NAN));
@@ -288,8 +333,14 @@ impl<'t> punctual_query<'t> {
         if self.prior.is_nan() {
             return Err(Fault::Number("query->prior", self.prior));
         }
-        let query = Query::new(a, b, self.b_in_a.check()?).mode(check_mode(self.mode, "query->mode")?).order(order);
-        let query = if self.queue_threshold < 0.0 { query } else { query.queue_threshold(self.queue_threshold) };
+        let query = Query::new(a, b, self.b_in_a.check()?)
+            .mode(check_mode(self.mode, "query->mode")?)
+            .order(order);
+        let query = if self.queue_threshold < 0.0 {
+            query
+        } else {
+            query.queue_threshold(self.queue_threshold)
+        };
         let query = query.pair_limit(self.pair_limit).early(self.early != 0);
         Ok(query.prior(self.prior))
     }

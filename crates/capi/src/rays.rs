@@ -12,7 +12,9 @@ use crate::workspace::punctual_workspace;
 use core::mem::{MaybeUninit, take};
 use core::ptr::null;
 use punctual::glam::DVec3;
-use punctual::{Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree};
+use punctual::{
+    Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree,
+};
 
 /// The triangle of a ray that hits none.
 pub const PUNCTUAL_NO_TRIANGLE: u32 = 0xFFFF_FFFF;
@@ -151,21 +153,38 @@ grows!(punctual_ray_batch_outcome: size, done..stats);
 
 /// The half-line from a point in a direction. Checked when it is used.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_ray_new(origin: punctual_point, direction: punctual_point) -> punctual_ray {
-    punctual_ray { origin, target: direction, t_min: 0.0, t_max: f64::INFINITY, is_segment: 0 }
+pub extern "C" fn punctual_ray_new(
+    origin: punctual_point,
+    direction: punctual_point,
+) -> punctual_ray {
+    punctual_ray {
+        origin,
+        target: direction,
+        t_min: 0.0,
+        t_max: f64::INFINITY,
+        is_segment: 0,
+    }
 }
 
 /// The segment between two points, both of them included. Checked when it is used.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_ray_segment(from: punctual_point, to: punctual_point) -> punctual_ray {
-    punctual_ray { is_segment: 1, ..punctual_ray_new(from, to) }
+    punctual_ray {
+        is_segment: 1,
+        ..punctual_ray_new(from, to)
+    }
 }
 
 impl Default for punctual_ray_query<'_> {
     fn default() -> Self {
         let nowhere = DVec3::ZERO.into();
         let ray = punctual_ray_new(nowhere, nowhere);
-        Self { size: Self::SIZE, mode: punctual_ray_mode::Nearest as u32, tree: None, ray }
+        Self {
+            size: Self::SIZE,
+            mode: punctual_ray_mode::Nearest as u32,
+            tree: None,
+            ray,
+        }
     }
 }
 
@@ -178,7 +197,17 @@ pub unsafe extern "C" fn punctual_ray_query_init<'t>(
     ray: punctual_ray,
 ) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(query, size, punctual_ray_query { tree, ray, ..Default::default() }) }
+    unsafe {
+        begin(
+            query,
+            size,
+            punctual_ray_query {
+                tree,
+                ray,
+                ..Default::default()
+            },
+        )
+    }
 }
 
 /// Runs a ray query within a budget. The first one for all hits in a workspace makes room for 4,096 hits, unless
@@ -201,7 +230,9 @@ pub unsafe extern "C" fn punctual_ray_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.run_with(w, b, c)))
+            answer(workspace, None, budget, clock, cast, |w, _, b, c| {
+                Ok(query.run_with(w, b, c))
+            })
         }
     })
 }
@@ -223,7 +254,9 @@ pub unsafe extern "C" fn punctual_ray_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, cast, |w, _, b, c| Ok(query.resume_with(w, b, c)?))
+            answer(workspace, None, budget, clock, cast, |w, _, b, c| {
+                Ok(query.resume_with(w, b, c)?)
+            })
         }
     })
 }
@@ -238,17 +271,32 @@ pub unsafe extern "C" fn punctual_workspace_ray_hits(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_workspace_ray_hits", || {
-        let found = given(workspace, "workspace")?.0.get("workspace")?.ray_hits();
+        let found = given(workspace, "workspace")?
+            .0
+            .get("workspace")?
+            .ray_hits();
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(hits, capacity, "hits", given(count, "count")?, found.iter().map(|&hit| Some(hit))) }
+        unsafe {
+            list(
+                hits,
+                capacity,
+                "hits",
+                given(count, "count")?,
+                found.iter().map(|&hit| Some(hit)),
+            )
+        }
     })
 }
 
 /// Forgets the hits, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_workspace_drain_ray_hits(workspace: Option<&mut punctual_workspace>) -> punctual_status {
+pub extern "C" fn punctual_workspace_drain_ray_hits(
+    workspace: Option<&mut punctual_workspace>,
+) -> punctual_status {
     door("punctual_workspace_drain_ray_hits", || {
-        given(workspace, "workspace")?.0.set("workspace", |workspace| drop(workspace.drain_ray_hits()))
+        given(workspace, "workspace")?
+            .0
+            .set("workspace", |workspace| drop(workspace.drain_ray_hits()))
     })
 }
 
@@ -261,17 +309,25 @@ pub extern "C" fn punctual_workspace_reserve_ray_hits(
     hits: usize,
 ) -> punctual_status {
     door("punctual_workspace_reserve_ray_hits", || {
-        given(workspace, "workspace")?.0.change("workspace", |workspace| {
-            find_room([(hits, size_of::<RayHit>())])?;
-            workspace.reserve_ray_hits(hits);
-            Ok(())
-        })
+        given(workspace, "workspace")?
+            .0
+            .change("workspace", |workspace| {
+                find_room([(hits, size_of::<RayHit>())])?;
+                workspace.reserve_ray_hits(hits);
+                Ok(())
+            })
     })
 }
 
 impl Default for punctual_ray_batch<'_> {
     fn default() -> Self {
-        Self { size: Self::SIZE, mode: punctual_ray_mode::Nearest as u32, tree: None, rays: null(), count: 0 }
+        Self {
+            size: Self::SIZE,
+            mode: punctual_ray_mode::Nearest as u32,
+            tree: None,
+            rays: null(),
+            count: 0,
+        }
     }
 }
 
@@ -285,7 +341,18 @@ pub unsafe extern "C" fn punctual_ray_batch_init<'t>(
     count: usize,
 ) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(batch, size, punctual_ray_batch { tree, rays, count, ..Default::default() }) }
+    unsafe {
+        begin(
+            batch,
+            size,
+            punctual_ray_batch {
+                tree,
+                rays,
+                count,
+                ..Default::default()
+            },
+        )
+    }
 }
 
 /// Runs many rays within a budget, and writes the hits of those that are done to `hits`, which has room for all. The first batch of
@@ -339,7 +406,9 @@ impl Rays {
     /// Takes the rays over; the hits are those of a run that goes on.
     fn read(&mut self, rays: &[punctual_ray]) -> Result<(), Fault> {
         self.rays.clear();
-        self.rays.try_reserve_exact(rays.len()).map_err(|_| Fault::OutOfMemory)?;
+        self.rays
+            .try_reserve_exact(rays.len())
+            .map_err(|_| Fault::OutOfMemory)?;
         for (index, ray) in rays.iter().enumerate() {
             self.rays.push(ray.check("batch->rays", Some(index))?);
         }
@@ -349,7 +418,9 @@ impl Rays {
     /// Makes room for a hit of each.
     fn begin(&mut self) -> Result<(), Fault> {
         let more = self.rays.len().saturating_sub(self.hits.len());
-        self.hits.try_reserve_exact(more).map_err(|_| Fault::OutOfMemory)?;
+        self.hits
+            .try_reserve_exact(more)
+            .map_err(|_| Fault::OutOfMemory)?;
         self.hits.clear();
         self.hits.resize(self.rays.len(), None);
         Ok(())
@@ -374,30 +445,41 @@ impl punctual_ray_batch<'_> {
             mode => mode == RayMode::Any,
         };
         // SAFETY: the caller's promise.
-        let (rays, written) =
-            unsafe { (array(self.rays, self.count, "batch->rays")?, room(hits, self.count, "hits")?) };
+        let (rays, written) = unsafe {
+            (
+                array(self.rays, self.count, "batch->rays")?,
+                room(hits, self.count, "hits")?,
+            )
+        };
         let workspace = given(workspace, "workspace")?;
         let mut held = take(&mut workspace.1);
         let result = held.read(rays).and_then(|()| {
             // SAFETY: the caller's promise.
             unsafe {
-                answer(Some(workspace), None, budget, clock, outcome, |workspace, _, budget, clock| {
-                    if !resumes {
-                        held.begin()?;
-                    } else if held.hits.len() != held.rays.len() {
-                        return Err(ResumeError.into());
-                    }
-                    let batch = RayBatch::new(tree, &held.rays);
-                    let batch = if any { batch.any() } else { batch };
-                    let answer = match resumes {
-                        true => batch.resume_with(workspace, &mut held.hits, budget, clock)?,
-                        false => batch.run_with(workspace, &mut held.hits, budget, clock),
-                    };
-                    for (place, &hit) in written.iter_mut().zip(&held.hits[..answer.done]) {
-                        place.write(hit.into());
-                    }
-                    Ok(answer)
-                })
+                answer(
+                    Some(workspace),
+                    None,
+                    budget,
+                    clock,
+                    outcome,
+                    |workspace, _, budget, clock| {
+                        if !resumes {
+                            held.begin()?;
+                        } else if held.hits.len() != held.rays.len() {
+                            return Err(ResumeError.into());
+                        }
+                        let batch = RayBatch::new(tree, &held.rays);
+                        let batch = if any { batch.any() } else { batch };
+                        let answer = match resumes {
+                            true => batch.resume_with(workspace, &mut held.hits, budget, clock)?,
+                            false => batch.run_with(workspace, &mut held.hits, budget, clock),
+                        };
+                        for (place, &hit) in written.iter_mut().zip(&held.hits[..answer.done]) {
+                            place.write(hit.into());
+                        }
+                        Ok(answer)
+                    },
+                )
             }
         });
         workspace.1 = held;
@@ -409,8 +491,14 @@ impl punctual_ray {
     /// `what` and `index` name it for the error.
     pub(crate) fn check(&self, what: &'static str, index: Option<usize>) -> Result<Ray, Fault> {
         let [origin, target] = [self.origin, self.target].map(|point| [point.x, point.y, point.z]);
-        let ray = if self.is_segment != 0 { Ray::segment(origin, target) } else { Ray::new(origin, target) };
-        Ok(ray.map_err(|error| Fault::Ray(what, index, error))?.within(self.t_min, self.t_max))
+        let ray = if self.is_segment != 0 {
+            Ray::segment(origin, target)
+        } else {
+            Ray::new(origin, target)
+        };
+        Ok(ray
+            .map_err(|error| Fault::Ray(what, index, error))?
+            .within(self.t_min, self.t_max))
     }
 }
 
@@ -428,8 +516,15 @@ pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<RayMode, Faul
 
 impl From<Option<RayHit>> for punctual_ray_hit {
     fn from(hit: Option<RayHit>) -> Self {
-        let Some(RayHit { triangle, t, side, .. }) = hit else {
-            return Self { triangle: PUNCTUAL_NO_TRIANGLE, side: punctual_side::Front, t: f64::INFINITY };
+        let Some(RayHit {
+            triangle, t, side, ..
+        }) = hit
+        else {
+            return Self {
+                triangle: PUNCTUAL_NO_TRIANGLE,
+                side: punctual_side::Front,
+                t: f64::INFINITY,
+            };
         };
         let side = match side {
             Side::Front => punctual_side::Front,
@@ -442,13 +537,32 @@ impl From<Option<RayHit>> for punctual_ray_hit {
 
 impl From<RayCast> for punctual_ray_cast {
     fn from(cast: RayCast) -> Self {
-        let RayCast { hit, found, free_until, stop, stats, .. } = cast;
-        Self { size: Self::SIZE, hit: hit.into(), found, free_until, stop: stop.into(), stats: stats.into() }
+        let RayCast {
+            hit,
+            found,
+            free_until,
+            stop,
+            stats,
+            ..
+        } = cast;
+        Self {
+            size: Self::SIZE,
+            hit: hit.into(),
+            found,
+            free_until,
+            stop: stop.into(),
+            stats: stats.into(),
+        }
     }
 }
 
 impl From<RayBatchOutcome> for punctual_ray_batch_outcome {
     fn from(outcome: RayBatchOutcome) -> Self {
-        Self { size: Self::SIZE, done: outcome.done, stop: outcome.stop.into(), stats: outcome.stats.into() }
+        Self {
+            size: Self::SIZE,
+            done: outcome.done,
+            stop: outcome.stop.into(),
+            stats: outcome.stats.into(),
+        }
     }
 }

@@ -70,9 +70,27 @@ impl From<&PairReport> for punctual_pair_report {
     fn from(pair: &PairReport) -> Self {
         let witness_distance = pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
         let (verdict, witness) = verdict(pair.verdict);
-        let PairReport { found, complete, probability, recall, age, .. } = *pair;
+        let PairReport {
+            found,
+            complete,
+            probability,
+            recall,
+            age,
+            ..
+        } = *pair;
         let [a, b] = [pair.a, pair.b].map(Into::into);
-        Self { a, b, verdict, complete, witness, witness_distance, found, probability, recall, age }
+        Self {
+            a,
+            b,
+            verdict,
+            complete,
+            witness,
+            witness_distance,
+            found,
+            probability,
+            recall,
+            age,
+        }
     }
 }
 
@@ -170,7 +188,10 @@ impl punctual_scene {
         given(scene, "scene")?.0.change("scene", change)
     }
 
-    pub(crate) fn set(scene: Option<&mut Self>, change: impl FnOnce(&mut Scene)) -> Result<(), Fault> {
+    pub(crate) fn set(
+        scene: Option<&mut Self>,
+        change: impl FnOnce(&mut Scene),
+    ) -> Result<(), Fault> {
         given(scene, "scene")?.0.set("scene", change)
     }
 }
@@ -203,7 +224,10 @@ pub extern "C" fn punctual_scene_new(
 ///
 /// Fails with BAD_ARGUMENT if it is unknown.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_mode(scene: Option<&mut punctual_scene>, mode: u32) -> punctual_status {
+pub extern "C" fn punctual_scene_set_mode(
+    scene: Option<&mut punctual_scene>,
+    mode: u32,
+) -> punctual_status {
     door("punctual_scene_set_mode", || {
         let mode = check_mode(mode, "mode")?;
         punctual_scene::set(scene, |scene| scene.set_mode(mode))
@@ -214,7 +238,10 @@ pub extern "C" fn punctual_scene_set_mode(scene: Option<&mut punctual_scene>, mo
 ///
 /// Fails with BAD_ARGUMENT if it is unknown.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_reach(scene: Option<&mut punctual_scene>, reach: u32) -> punctual_status {
+pub extern "C" fn punctual_scene_set_reach(
+    scene: Option<&mut punctual_scene>,
+    reach: u32,
+) -> punctual_status {
     door("punctual_scene_set_reach", || {
         let reach = check_reach(reach)?;
         punctual_scene::set(scene, |scene| scene.set_reach(reach))
@@ -227,8 +254,13 @@ pub extern "C" fn punctual_scene_set_reach(scene: Option<&mut punctual_scene>, r
 /// room is
 /// free again. Those that are kept already stay.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_set_max_pairs(scene: Option<&mut punctual_scene>, pairs: usize) -> punctual_status {
-    door("punctual_scene_set_max_pairs", || punctual_scene::set(scene, |scene| scene.set_max_pairs(pairs)))
+pub extern "C" fn punctual_scene_set_max_pairs(
+    scene: Option<&mut punctual_scene>,
+    pairs: usize,
+) -> punctual_status {
+    door("punctual_scene_set_max_pairs", || {
+        punctual_scene::set(scene, |scene| scene.set_max_pairs(pairs))
+    })
 }
 
 /// Frees a scene and ends its threads; null is fine.
@@ -242,7 +274,10 @@ pub extern "C" fn punctual_scene_free(scene: Option<Box<punctual_scene>>) {
 /// Fails with BAD_ARGUMENT if they are more than 1024, with NO_THREAD if the operating system gives none; the scene then has
 /// those that it had.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_use_threads(scene: Option<&mut punctual_scene>, threads: usize) -> punctual_status {
+pub extern "C" fn punctual_scene_use_threads(
+    scene: Option<&mut punctual_scene>,
+    threads: usize,
+) -> punctual_status {
     door("punctual_scene_use_threads", || {
         if threads > MAX_THREADS {
             return Err(Fault::TooMany("threads", threads, MAX_THREADS));
@@ -291,8 +326,13 @@ pub unsafe extern "C" fn punctual_scene_insert(
 
 /// Takes a body out of the scene. As for all that follows, fails with NO_SUCH_BODY if it is not in it.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_remove(scene: Option<&mut punctual_scene>, id: punctual_body_id) -> punctual_status {
-    door("punctual_scene_remove", || punctual_scene::change(scene, |scene| Ok(scene.remove(id.into()).map(drop)?)))
+pub extern "C" fn punctual_scene_remove(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+) -> punctual_status {
+    door("punctual_scene_remove", || {
+        punctual_scene::change(scene, |scene| Ok(scene.remove(id.into()).map(drop)?))
+    })
 }
 
 /// A body as it is now, but for `tree`, which is null: see `punctual_scene_tree`.
@@ -334,7 +374,15 @@ pub unsafe extern "C" fn punctual_scene_bodies(
     door("punctual_scene_bodies", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(ids, capacity, "ids", given(count, "count")?, scene.bodies().map(|(id, _)| id)) }
+        unsafe {
+            list(
+                ids,
+                capacity,
+                "ids",
+                given(count, "count")?,
+                scene.bodies().map(|(id, _)| id),
+            )
+        }
     })
 }
 
@@ -380,7 +428,9 @@ pub unsafe extern "C" fn punctual_scene_refit_f32(
     door("punctual_scene_refit_f32", || {
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
-        punctual_scene::change(scene, |scene| Ok(scene.tree_mut(id.into())?.refit(vertices)?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.tree_mut(id.into())?.refit(vertices)?)
+        })
     })
 }
 
@@ -395,7 +445,9 @@ pub unsafe extern "C" fn punctual_scene_refit_f64(
     door("punctual_scene_refit_f64", || {
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
-        punctual_scene::change(scene, |scene| Ok(scene.tree_mut(id.into())?.refit_f64(vertices)?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.tree_mut(id.into())?.refit_f64(vertices)?)
+        })
     })
 }
 
@@ -408,7 +460,9 @@ pub extern "C" fn punctual_scene_set_filter(
     mask: u32,
 ) -> punctual_status {
     door("punctual_scene_set_filter", || {
-        punctual_scene::change(scene, |scene| Ok(scene.set_filter(id.into(), Filter::new(groups, mask))?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.set_filter(id.into(), Filter::new(groups, mask))?)
+        })
     })
 }
 
@@ -422,7 +476,9 @@ pub extern "C" fn punctual_scene_set_importance(
     importance: f32,
 ) -> punctual_status {
     door("punctual_scene_set_importance", || {
-        punctual_scene::change(scene, |scene| Ok(scene.set_importance(id.into(), importance)?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.set_importance(id.into(), importance)?)
+        })
     })
 }
 
@@ -442,9 +498,15 @@ pub unsafe extern "C" fn punctual_scene_detect(
     door("punctual_scene_detect", || {
         let budget = budget.check()?;
         // SAFETY: the contract of the header for clocks.
-        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
+        let clock = clock
+            .map(|clock| unsafe { AnyClock::new(Some(clock)) })
+            .transpose()?;
         // SAFETY: that for structs.
-        let report = if report.is_null() { None } else { Some(unsafe { place(report, "report") }?) };
+        let report = if report.is_null() {
+            None
+        } else {
+            Some(unsafe { place(report, "report") }?)
+        };
         punctual_scene::change(scene, |scene| {
             let found = match &clock {
                 Some(clock) => scene.detect_with(budget, clock),
@@ -487,7 +549,16 @@ pub unsafe extern "C" fn punctual_scene_pairs(
     door("punctual_scene_pairs", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { rows(pairs, pairs_size, capacity, "pairs", given(count, "count")?, scene.report().pairs.iter()) }
+        unsafe {
+            rows(
+                pairs,
+                pairs_size,
+                capacity,
+                "pairs",
+                given(count, "count")?,
+                scene.report().pairs.iter(),
+            )
+        }
     })
 }
 
@@ -548,9 +619,17 @@ pub unsafe extern "C" fn punctual_scene_certificate(
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for structs.
         let certificate = unsafe { place(certificate, "certificate") }?;
-        let PairCertificate { upper_bound, largest_extent, .. } = scene.certificate(x.into(), y.into())?;
+        let PairCertificate {
+            upper_bound,
+            largest_extent,
+            ..
+        } = scene.certificate(x.into(), y.into())?;
         let size = punctual_pair_certificate::SIZE;
-        certificate.write(punctual_pair_certificate { size, upper_bound, largest_extent });
+        certificate.write(punctual_pair_certificate {
+            size,
+            upper_bound,
+            largest_extent,
+        });
         Ok(())
     })
 }

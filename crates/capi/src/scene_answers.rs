@@ -11,7 +11,9 @@ use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::workspace::punctual_triangle_pair;
 use core::mem::MaybeUninit;
-use punctual::{BodyContact, BodyHit, ContactPhase, Filter, PairDistance, PairPassage, SceneCast, SceneRay};
+use punctual::{
+    BodyContact, BodyHit, ContactPhase, Filter, PairDistance, PairPassage, SceneCast, SceneRay,
+};
 
 /// What becomes of a contact of two bodies in a frame.
 #[repr(u32)]
@@ -156,8 +158,12 @@ pub extern "C" fn punctual_scene_set_margin(
 
 /// From the next frame on `punctual_scene_contacts` tells which pairs of bodies begin to touch, go on, and part. Off by default.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_track_contacts(scene: Option<&mut punctual_scene>) -> punctual_status {
-    door("punctual_scene_track_contacts", || punctual_scene::set(scene, |scene| scene.track_contacts()))
+pub extern "C" fn punctual_scene_track_contacts(
+    scene: Option<&mut punctual_scene>,
+) -> punctual_status {
+    door("punctual_scene_track_contacts", || {
+        punctual_scene::set(scene, |scene| scene.track_contacts())
+    })
 }
 
 /// The contacts of the last frame, ascending by index: as many as `capacity` allows are written to `contacts`, and how many
@@ -174,7 +180,14 @@ pub unsafe extern "C" fn punctual_scene_contacts(
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
         unsafe {
-            rows(contacts, contacts_size, capacity, "contacts", given(count, "count")?, scene.report().contacts.iter())
+            rows(
+                contacts,
+                contacts_size,
+                capacity,
+                "contacts",
+                given(count, "count")?,
+                scene.report().contacts.iter(),
+            )
         }
     })
 }
@@ -192,7 +205,9 @@ pub extern "C" fn punctual_scene_measure(
     tolerance: f64,
 ) -> punctual_status {
     door("punctual_scene_measure", || {
-        punctual_scene::change(scene, |scene| Ok(scene.measure(x.into(), y.into(), tolerance)?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.measure(x.into(), y.into(), tolerance)?)
+        })
     })
 }
 
@@ -222,7 +237,16 @@ pub unsafe extern "C" fn punctual_scene_distances(
     door("punctual_scene_distances", || {
         let found = punctual_scene::get(scene)?.report().distances.iter();
         // SAFETY: the contract of the header for arrays.
-        unsafe { rows(distances, distances_size, capacity, "distances", given(count, "count")?, found) }
+        unsafe {
+            rows(
+                distances,
+                distances_size,
+                capacity,
+                "distances",
+                given(count, "count")?,
+                found,
+            )
+        }
     })
 }
 
@@ -257,7 +281,14 @@ pub unsafe extern "C" fn punctual_scene_passages(
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
         unsafe {
-            rows(passages, passages_size, capacity, "passages", given(count, "count")?, scene.report().passages.iter())
+            rows(
+                passages,
+                passages_size,
+                capacity,
+                "passages",
+                given(count, "count")?,
+                scene.report().passages.iter(),
+            )
         }
     })
 }
@@ -266,15 +297,34 @@ impl Default for punctual_scene_ray {
     fn default() -> Self {
         let Filter { groups, mask, .. } = Filter::default();
         let punctual_ray_query { mode, ray, .. } = punctual_ray_query::default();
-        Self { size: Self::SIZE, mode, ray, groups, mask }
+        Self {
+            size: Self::SIZE,
+            mode,
+            ray,
+            groups,
+            mask,
+        }
     }
 }
 
 /// The question for the nearest hit of a ray in a scene. Checked when it is cast.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_scene_ray_init(scene_ray: *mut punctual_scene_ray, size: usize, ray: punctual_ray) {
+pub unsafe extern "C" fn punctual_scene_ray_init(
+    scene_ray: *mut punctual_scene_ray,
+    size: usize,
+    ray: punctual_ray,
+) {
     // SAFETY: the contract of the header for structs.
-    unsafe { begin(scene_ray, size, punctual_scene_ray { ray, ..Default::default() }) }
+    unsafe {
+        begin(
+            scene_ray,
+            size,
+            punctual_scene_ray {
+                ray,
+                ..Default::default()
+            },
+        )
+    }
 }
 
 /// Casts a ray within a budget of its own. `clock` may be null: the clock of the system. Every body is seen at the pose that was
@@ -295,7 +345,9 @@ pub unsafe extern "C" fn punctual_scene_cast(
         let (ray, cast) = unsafe { (read(ray, "ray")?.check()?, place(cast, "cast")?) };
         let budget = budget.check()?;
         // SAFETY: the same.
-        let clock = clock.map(|clock| unsafe { AnyClock::new(Some(clock)) }).transpose()?;
+        let clock = clock
+            .map(|clock| unsafe { AnyClock::new(Some(clock)) })
+            .transpose()?;
         let found = punctual_scene::change(scene, |scene| {
             Ok(match &clock {
                 Some(clock) => scene.cast_with(&ray, budget, clock)?,
@@ -319,14 +371,24 @@ pub unsafe extern "C" fn punctual_scene_ray_hits(
     door("punctual_scene_ray_hits", || {
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for arrays.
-        unsafe { list(hits, capacity, "hits", given(count, "count")?, scene.ray_hits().iter().map(|&hit| Some(hit))) }
+        unsafe {
+            list(
+                hits,
+                capacity,
+                "hits",
+                given(count, "count")?,
+                scene.ray_hits().iter().map(|&hit| Some(hit)),
+            )
+        }
     })
 }
 
 impl punctual_scene_ray {
     fn check(&self) -> Result<SceneRay, Fault> {
         let ray = SceneRay::new(self.ray.check("ray->ray", None)?);
-        Ok(ray.mode(check_mode(self.mode, "ray->mode")?).filter(Filter::new(self.groups, self.mask)))
+        Ok(ray
+            .mode(check_mode(self.mode, "ray->mode")?)
+            .filter(Filter::new(self.groups, self.mask)))
     }
 }
 
@@ -338,15 +400,35 @@ impl From<&BodyContact> for punctual_body_contact {
             ContactPhase::Persists => punctual_contact_phase::Persists,
             ContactPhase::Ended => punctual_contact_phase::Ended,
         };
-        Self { a: contact.a.into(), b: contact.b.into(), phase, age: contact.age }
+        Self {
+            a: contact.a.into(),
+            b: contact.b.into(),
+            phase,
+            age: contact.age,
+        }
     }
 }
 
 impl From<&PairDistance> for punctual_pair_distance {
     fn from(pair: &PairDistance) -> Self {
-        let PairDistance { low, high, triangles, age, .. } = *pair;
-        let (has_triangles, triangles) = (triangles.is_some(), triangles.unwrap_or_default().into());
-        Self { a: pair.a.into(), b: pair.b.into(), low, high, has_triangles, triangles, age }
+        let PairDistance {
+            low,
+            high,
+            triangles,
+            age,
+            ..
+        } = *pair;
+        let (has_triangles, triangles) =
+            (triangles.is_some(), triangles.unwrap_or_default().into());
+        Self {
+            a: pair.a.into(),
+            b: pair.b.into(),
+            low,
+            high,
+            has_triangles,
+            triangles,
+            age,
+        }
     }
 }
 
@@ -366,13 +448,24 @@ impl From<&PairPassage> for punctual_pair_passage {
 impl From<Option<BodyHit>> for punctual_body_hit {
     fn from(hit: Option<BodyHit>) -> Self {
         let nobody = punctual_body_id::default();
-        Self { body: hit.map_or(nobody, |hit| hit.body.into()), on_body: hit.map(|hit| hit.on_body).into() }
+        Self {
+            body: hit.map_or(nobody, |hit| hit.body.into()),
+            on_body: hit.map(|hit| hit.on_body).into(),
+        }
     }
 }
 
 impl From<SceneCast> for punctual_scene_ray_cast {
     fn from(cast: SceneCast) -> Self {
-        let SceneCast { hit, found, free_until, stop, work, elapsed, .. } = cast;
+        let SceneCast {
+            hit,
+            found,
+            free_until,
+            stop,
+            work,
+            elapsed,
+            ..
+        } = cast;
         Self {
             size: Self::SIZE,
             hit: hit.into(),

@@ -102,7 +102,10 @@ pub unsafe extern "C" fn punctual_scene_insert_compound(
         let (pose, compound) = (pose.check()?, given(compound, "compound")?);
         // SAFETY: the contract of the header for arrays.
         let parts = unsafe { read_all(parts, part_count, "parts") }?;
-        let parts = parts.into_iter().map(punctual_body::check).collect::<Result<Vec<_>, _>>()?;
+        let parts = parts
+            .into_iter()
+            .map(punctual_body::check)
+            .collect::<Result<Vec<_>, _>>()?;
         let id = punctual_scene::change(scene, |scene| Ok(scene.insert_compound(pose, parts)?))?;
         compound.write(id.to_bits());
         Ok(())
@@ -156,7 +159,9 @@ pub extern "C" fn punctual_scene_set_compound_pose(
 ) -> punctual_status {
     door("punctual_scene_set_compound_pose", || {
         let pose = pose.check()?;
-        punctual_scene::change(scene, |scene| Ok(scene.set_compound_pose(CompoundId::from_bits(compound), pose)?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.set_compound_pose(CompoundId::from_bits(compound), pose)?)
+        })
     })
 }
 
@@ -172,15 +177,22 @@ pub extern "C" fn punctual_scene_set_compound_motion(
 ) -> punctual_status {
     door("punctual_scene_set_compound_motion", || {
         let motion = motion.check()?;
-        punctual_scene::change(scene, |scene| Ok(scene.set_compound_motion(CompoundId::from_bits(compound), motion)?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.set_compound_motion(CompoundId::from_bits(compound), motion)?)
+        })
     })
 }
 
 /// Takes a compound out of the scene, with all of its parts.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_remove_compound(scene: Option<&mut punctual_scene>, compound: u64) -> punctual_status {
+pub extern "C" fn punctual_scene_remove_compound(
+    scene: Option<&mut punctual_scene>,
+    compound: u64,
+) -> punctual_status {
     door("punctual_scene_remove_compound", || {
-        punctual_scene::change(scene, |scene| Ok(scene.remove_compound(CompoundId::from_bits(compound))?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.remove_compound(CompoundId::from_bits(compound))?)
+        })
     })
 }
 
@@ -205,7 +217,8 @@ pub unsafe extern "C" fn punctual_scene_measure_groups(
         // SAFETY: the contract of the header for arrays.
         let (x, y) = unsafe { (array(x, x_count, "x")?, array(y, y_count, "y")?) };
         let [x, y] = [x, y].map(|ids| ids.iter().map(|&id| id.into()).collect::<Vec<BodyId>>());
-        let groups = punctual_scene::change(scene, |scene| Ok(scene.measure_groups(&x, &y, tolerance)?))?;
+        let groups =
+            punctual_scene::change(scene, |scene| Ok(scene.measure_groups(&x, &y, tolerance)?))?;
         id.write(groups.to_bits());
         Ok(())
     })
@@ -215,9 +228,14 @@ pub unsafe extern "C" fn punctual_scene_measure_groups(
 ///
 /// Fails with BAD_ARGUMENT if it is not asked for.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_stop_measuring_groups(scene: Option<&mut punctual_scene>, id: u64) -> punctual_status {
+pub extern "C" fn punctual_scene_stop_measuring_groups(
+    scene: Option<&mut punctual_scene>,
+    id: u64,
+) -> punctual_status {
     door("punctual_scene_stop_measuring_groups", || {
-        punctual_scene::change(scene, |scene| Ok(scene.stop_measuring_groups(MeasureId::from_bits(id))?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.stop_measuring_groups(MeasureId::from_bits(id))?)
+        })
     })
 }
 
@@ -234,14 +252,27 @@ pub unsafe extern "C" fn punctual_scene_group_distances(
     door("punctual_scene_group_distances", || {
         let found = punctual_scene::get(scene)?.report().group_distances.iter();
         // SAFETY: the contract of the header for arrays.
-        unsafe { rows(distances, distances_size, capacity, "distances", given(count, "count")?, found) }
+        unsafe {
+            rows(
+                distances,
+                distances_size,
+                capacity,
+                "distances",
+                given(count, "count")?,
+                found,
+            )
+        }
     })
 }
 
 /// Finds where bodies touch from the next frame on, of all pairs that meet: `punctual_scene_contact_points`.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_scene_find_contacts(scene: Option<&mut punctual_scene>) -> punctual_status {
-    door("punctual_scene_find_contacts", || punctual_scene::set(scene, |scene| scene.find_contacts()))
+pub extern "C" fn punctual_scene_find_contacts(
+    scene: Option<&mut punctual_scene>,
+) -> punctual_status {
+    door("punctual_scene_find_contacts", || {
+        punctual_scene::set(scene, |scene| scene.find_contacts())
+    })
 }
 
 /// The same of two bodies, whenever they meet. Fails with BAD_ARGUMENT if both are the same.
@@ -252,7 +283,9 @@ pub extern "C" fn punctual_scene_find_contacts_of(
     y: punctual_body_id,
 ) -> punctual_status {
     door("punctual_scene_find_contacts_of", || {
-        punctual_scene::change(scene, |scene| Ok(scene.find_contacts_of(x.into(), y.into())?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.find_contacts_of(x.into(), y.into())?)
+        })
     })
 }
 
@@ -264,7 +297,9 @@ pub extern "C" fn punctual_scene_stop_finding_contacts_of(
     y: punctual_body_id,
 ) -> punctual_status {
     door("punctual_scene_stop_finding_contacts_of", || {
-        punctual_scene::change(scene, |scene| Ok(scene.stop_finding_contacts_of(x.into(), y.into())?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.stop_finding_contacts_of(x.into(), y.into())?)
+        })
     })
 }
 
@@ -287,9 +322,15 @@ pub unsafe extern "C" fn punctual_scene_contact_points(
         let found = unsafe { place(found, "found") }?;
         let known = scene.contact_points(x.into(), y.into())?;
         // SAFETY: that for arrays.
-        let count = unsafe { fill_rows(points, points_size, capacity, "points", known.points.iter()) }?;
+        let count =
+            unsafe { fill_rows(points, points_size, capacity, "points", known.points.iter()) }?;
         let size = punctual_contact_points::SIZE;
-        found.write(punctual_contact_points { size, count, low: known.low, age: known.age });
+        found.write(punctual_contact_points {
+            size,
+            count,
+            low: known.low,
+            age: known.age,
+        });
         Ok(())
     })
 }
@@ -306,23 +347,54 @@ pub extern "C" fn punctual_scene_set_question_importance(
     door("punctual_scene_set_question_importance", || {
         use PairQuestion::{Contacts, Distance, Meet, Motion};
         let question = value_of(question, "question", &[Meet, Distance, Motion, Contacts])?;
-        punctual_scene::change(scene, |scene| Ok(scene.set_question_importance(question, importance)?))
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.set_question_importance(question, importance)?)
+        })
     })
 }
 
 impl From<&GroupDistance> for punctual_group_distance {
     fn from(found: &GroupDistance) -> Self {
-        let GroupDistance { id, low, high, bodies, triangles, open, .. } = *found;
+        let GroupDistance {
+            id,
+            low,
+            high,
+            bodies,
+            triangles,
+            open,
+            ..
+        } = *found;
         let nobody = punctual_body_id::default();
         let names = bodies.map_or([nobody; 2], |pair| pair.map(Into::into));
         let triangles = triangles.unwrap_or_default().into();
-        Self { id: id.to_bits(), low, high, has_bodies: bodies.is_some(), bodies: names, triangles, open }
+        Self {
+            id: id.to_bits(),
+            low,
+            high,
+            has_bodies: bodies.is_some(),
+            bodies: names,
+            triangles,
+            open,
+        }
     }
 }
 
 impl From<&ContactPoint> for punctual_contact_point {
     fn from(point: &ContactPoint) -> Self {
-        let ContactPoint { patch, triangles, points, normal, distance, .. } = *point;
-        Self { patch, triangles: triangles.into(), points: points.map(Into::into), normal: normal.into(), distance }
+        let ContactPoint {
+            patch,
+            triangles,
+            points,
+            normal,
+            distance,
+            ..
+        } = *point;
+        Self {
+            patch,
+            triangles: triangles.into(),
+            points: points.map(Into::into),
+            normal: normal.into(),
+            distance,
+        }
     }
 }

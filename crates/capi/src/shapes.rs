@@ -14,7 +14,9 @@ pub extern "C" fn punctual_shape_icosphere(
     subdivisions: u32,
     mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
 ) -> punctual_status {
-    door("punctual_shape_icosphere", || put(mesh, || Ok(shapes::icosphere(subdivisions))))
+    door("punctual_shape_icosphere", || {
+        put(mesh, || Ok(shapes::icosphere(subdivisions)))
+    })
 }
 
 /// A box around the origin of these half extents, 1e-6 to 1e6; each face is a grid of `cells` by `cells` squares, 1 to 8192:
@@ -28,7 +30,9 @@ pub extern "C" fn punctual_shape_cuboid(
     mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
 ) -> punctual_status {
     let half_extents = Vec3::new(half_x, half_y, half_z);
-    door("punctual_shape_cuboid", || put(mesh, || Ok(shapes::cuboid(half_extents, cells))))
+    door("punctual_shape_cuboid", || {
+        put(mesh, || Ok(shapes::cuboid(half_extents, cells)))
+    })
 }
 
 /// A torus around the z axis: a tube of radius `minor`, 0.01 to 0.99 times `major`, along a circle of radius `major`, 1e-6 to
@@ -40,7 +44,9 @@ pub extern "C" fn punctual_shape_torus(
     resolution: u32,
     mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
 ) -> punctual_status {
-    door("punctual_shape_torus", || put(mesh, || Ok(shapes::torus(major, minor, resolution))))
+    door("punctual_shape_torus", || {
+        put(mesh, || Ok(shapes::torus(major, minor, resolution)))
+    })
 }
 
 /// A tube of radius `tube`, 0.01 to 0.3, along a knot that winds `p` times around the z axis while it winds `q` times around
@@ -53,7 +59,9 @@ pub extern "C" fn punctual_shape_torus_knot(
     resolution: u32,
     mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
 ) -> punctual_status {
-    door("punctual_shape_torus_knot", || put(mesh, || Ok(shapes::torus_knot(p, q, tube, resolution))))
+    door("punctual_shape_torus_knot", || {
+        put(mesh, || Ok(shapes::torus_knot(p, q, tube, resolution)))
+    })
 }
 
 /// A spur gear of outer radius 1 and thickness 0.3 around the z axis, `32 * teeth * resolution^2` triangles; `teeth` is 3 to
@@ -64,7 +72,9 @@ pub extern "C" fn punctual_shape_gear(
     resolution: u32,
     mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
 ) -> punctual_status {
-    door("punctual_shape_gear", || put(mesh, || Ok(shapes::gear(teeth, resolution))))
+    door("punctual_shape_gear", || {
+        put(mesh, || Ok(shapes::gear(teeth, resolution)))
+    })
 }
 
 /// Hills over the square from -1 to 1 in x and y, an open surface of `2 * resolution^2` triangles. Each seed has its own.
@@ -74,5 +84,7 @@ pub extern "C" fn punctual_shape_height_field(
     seed: u64,
     mesh: Option<&mut MaybeUninit<Option<Box<punctual_mesh>>>>,
 ) -> punctual_status {
-    door("punctual_shape_height_field", || put(mesh, || Ok(shapes::height_field(resolution, seed))))
+    door("punctual_shape_height_field", || {
+        put(mesh, || Ok(shapes::height_field(resolution, seed)))
+    })
 }

@@ -65,7 +65,10 @@ pub(crate) const fn end<T, F>(offset: usize, _: fn(&T) -> &F) -> usize {
 ///
 /// # Safety
 /// `pointer` is null, or points to as many bytes as the struct there says, which nothing writes to meanwhile.
-pub(crate) unsafe fn read<T: Sized32 + Default>(pointer: *const T, what: &'static str) -> Result<T, Fault> {
+pub(crate) unsafe fn read<T: Sized32 + Default>(
+    pointer: *const T,
+    what: &'static str,
+) -> Result<T, Fault> {
     // SAFETY: the caller's promise.
     let size = unsafe { size_at(pointer, what) }?;
     let known = size.min(size_of::<T>());
@@ -98,7 +101,8 @@ pub(crate) unsafe fn read_all<T: Sized32 + Default>(
         return Err(Fault::Array(what));
     }
     let mut all = Vec::new();
-    all.try_reserve_exact(count).map_err(|_| Fault::OutOfMemory)?;
+    all.try_reserve_exact(count)
+        .map_err(|_| Fault::OutOfMemory)?;
     for index in 0..count {
         // SAFETY: the caller's promise: they are so far apart.
         let element = unsafe { pointer.byte_add(index * size) };
@@ -122,7 +126,10 @@ pub(crate) struct Place<T> {
 ///
 /// # Safety
 /// As [`read`], and nothing else uses it until it is written.
-pub(crate) unsafe fn place<T: Sized32>(pointer: *mut T, what: &'static str) -> Result<Place<T>, Fault> {
+pub(crate) unsafe fn place<T: Sized32>(
+    pointer: *mut T,
+    what: &'static str,
+) -> Result<Place<T>, Fault> {
     // SAFETY: the caller's promise.
     let size = unsafe { size_at(pointer, what) }?;
     Ok(Place { at: pointer, size })
@@ -132,7 +139,8 @@ impl<T: Sized32> Place<T> {
     pub fn write(self, value: T) {
         let size = self.size as u32;
         // SAFETY: there are as many bytes, by the promise made to `place` or `begin`.
-        let bytes = unsafe { slice::from_raw_parts_mut(self.at.cast::<MaybeUninit<u8>>(), self.size) };
+        let bytes =
+            unsafe { slice::from_raw_parts_mut(self.at.cast::<MaybeUninit<u8>>(), self.size) };
         copy(value, bytes);
         // SAFETY: the struct begins with its size.
         unsafe { self.at.cast::<u32>().write(size) };
@@ -195,7 +203,9 @@ pub(crate) unsafe fn rows<T: Grows>(
 /// As much of a value as there is room for, and zeros behind it.
 fn copy<T: Grows>(value: T, to: &mut [MaybeUninit<u8>]) {
     // SAFETY: the bytes of a value, some of them perhaps not initialised.
-    let from = unsafe { slice::from_raw_parts((&raw const value).cast::<MaybeUninit<u8>>(), size_of::<T>()) };
+    let from = unsafe {
+        slice::from_raw_parts((&raw const value).cast::<MaybeUninit<u8>>(), size_of::<T>())
+    };
     let (known, unknown) = to.split_at_mut(from.len().min(to.len()));
     known.copy_from_slice(&from[..known.len()]);
     unknown.fill(MaybeUninit::new(0));
@@ -215,7 +225,11 @@ unsafe fn size_at<T: Sized32>(pointer: *const T, what: &'static str) -> Result<u
 
 fn check_size<T: Grows>(size: usize, what: &'static str) -> Result<(), Fault> {
     let fits = (T::LEAST..=LARGEST).contains(&size) && size.is_multiple_of(align_of::<T>());
-    if fits { Ok(()) } else { Err(Fault::Size(what, size)) }
+    if fits {
+        Ok(())
+    } else {
+        Err(Fault::Size(what, size))
+    }
 }
 
 #[cfg(test)]
@@ -235,7 +249,12 @@ mod tests {
 
     impl Default for Grown {
         fn default() -> Self {
-            Self { size: Self::SIZE, first: 1, second: 2.0, third: 3 }
+            Self {
+                size: Self::SIZE,
+                first: 1,
+                second: 2.0,
+                third: 3,
+            }
         }
     }
 
@@ -273,12 +292,19 @@ mod tests {
 
     #[test]
     fn no_byte_beyond_a_struct_is_written_and_none_of_it_is_left() {
-        let value = Grown { size: Grown::SIZE, first: 4, second: 5.0, third: 6 };
+        let value = Grown {
+            size: Grown::SIZE,
+            first: 4,
+            second: 5.0,
+            third: 6,
+        };
         let all = [0, 5f64.to_bits(), 6, 0, 0, 0, 0, 0];
         for size in [8, 16, 24, 32, 64] {
             let mut room = words(size);
             // SAFETY: there are as many bytes as it says.
-            unsafe { place(room.as_mut_ptr().cast::<Grown>(), "it") }.unwrap().write(value);
+            unsafe { place(room.as_mut_ptr().cast::<Grown>(), "it") }
+                .unwrap()
+                .write(value);
             let known = size as usize / 8;
             assert_eq!(room[0], u64::from(size) | 4 << 32);
             assert_eq!(room[1..known], all[1..known]);
@@ -291,20 +317,43 @@ mod tests {
         for size in [0, 4, 7, 12, 1032, u32::MAX] {
             // SAFETY: refused before anything else is read.
             let error = unsafe { read(words(size).as_ptr().cast::<Grown>(), "it") }.unwrap_err();
-            assert!(error.to_string().starts_with(&format!("the size of it is given as {size}")), "{error}");
+            assert!(
+                error
+                    .to_string()
+                    .starts_with(&format!("the size of it is given as {size}")),
+                "{error}"
+            );
         }
     }
 
     #[test]
     fn elements_are_as_far_apart_as_the_caller_has_them() {
-        let items = [1, 2, 3].map(|first| Grown { first, ..Grown::default() });
+        let items = [1, 2, 3].map(|first| Grown {
+            first,
+            ..Grown::default()
+        });
         for size in [8, 24, 32] {
             let mut room = [u64::MAX; 16];
             // SAFETY: room for two of them.
-            let count = unsafe { fill_rows(room.as_mut_ptr().cast::<Grown>(), size, 2, "it", items.into_iter()) };
+            let count = unsafe {
+                fill_rows(
+                    room.as_mut_ptr().cast::<Grown>(),
+                    size,
+                    2,
+                    "it",
+                    items.into_iter(),
+                )
+            };
             assert_eq!(count.unwrap(), 3);
             assert_eq!([room[0] >> 32, room[size / 8] >> 32], [1, 2]);
-            assert_eq!(room[size / 8 - 1], if size == 32 { 0 } else { [room[0], 0, 3][size / 8 - 1] });
+            assert_eq!(
+                room[size / 8 - 1],
+                if size == 32 {
+                    0
+                } else {
+                    [room[0], 0, 3][size / 8 - 1]
+                }
+            );
             assert!(room[size / 4..].iter().all(|&word| word == u64::MAX));
         }
     }

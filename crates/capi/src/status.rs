@@ -3,7 +3,9 @@
 use core::cell::RefCell;
 use core::ffi::c_char;
 use core::fmt::{self, Write};
-use punctual::{MeshError, MotionError, PoseError, RayError, ResumeError, SceneError, TreeFault, TreeFileError};
+use punctual::{
+    MeshError, MotionError, PoseError, RayError, ResumeError, SceneError, TreeFault, TreeFileError,
+};
 use punctual_io::{FileError, ReadError};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -102,7 +104,9 @@ impl Fault {
             Self::Mesh(_) => punctual_status::BadMesh,
             Self::Pose(_) => punctual_status::BadPose,
             Self::Scene(SceneError::NoSuchBody { .. }) => punctual_status::NoSuchBody,
-            Self::Scene(SceneError::NotARotation { .. } | SceneError::TooFar { .. }) => punctual_status::BadPose,
+            Self::Scene(SceneError::NotARotation { .. } | SceneError::TooFar { .. }) => {
+                punctual_status::BadPose
+            }
             Self::Scene(SceneError::Full) => punctual_status::SceneFull,
             // What may be added to them is an argument that the scene refuses.
             Self::Scene(_) | Self::Motion(_) => punctual_status::BadArgument,
@@ -120,20 +124,36 @@ impl fmt::Display for Fault {
             Self::Null(what) => write!(f, "{what} is null"),
             Self::Array(what) => write!(f, "{what} is longer than memory or not aligned"),
             Self::Size(what, size) => {
-                write!(f, "the size of {what} is given as {size}: it has to be its sizeof")
+                write!(
+                    f,
+                    "the size of {what} is given as {size}: it has to be its sizeof"
+                )
             }
             Self::Newer(what) => {
-                write!(f, "{what} has a field set that this library, {}, does not have", env!("CARGO_PKG_VERSION"))
+                write!(
+                    f,
+                    "{what} has a field set that this library, {}, does not have",
+                    env!("CARGO_PKG_VERSION")
+                )
             }
             Self::Calibration => f.write_str("calibration has numbers that cannot be learned"),
             Self::Value(what, value) => write!(f, "{what} has no value {value}"),
-            Self::Index(what, index, count) => write!(f, "{what} is {index}, but there are {count}"),
+            Self::Index(what, index, count) => {
+                write!(f, "{what} is {index}, but there are {count}")
+            }
             Self::TooMany(what, value, most) => write!(f, "{what} is {value}, possible are {most}"),
-            Self::Number(what, value) => write!(f, "{what} is {value}, which is not finite or too large"),
-            Self::Negative(what, value) => write!(f, "{what} is {value}, which is negative or no number"),
+            Self::Number(what, value) => {
+                write!(f, "{what} is {value}, which is not finite or too large")
+            }
+            Self::Negative(what, value) => {
+                write!(f, "{what} is {value}, which is negative or no number")
+            }
             Self::NotUtf8(what) => write!(f, "{what} is not UTF-8"),
             Self::OutOfMemory => f.write_str("there is not that much memory"),
-            Self::Poisoned(what) => write!(f, "{what} was being changed when a fault was caught; it can only be freed"),
+            Self::Poisoned(what) => write!(
+                f,
+                "{what} was being changed when a fault was caught; it can only be freed"
+            ),
             Self::Mesh(error) => error.fmt(f),
             Self::Pose(error) => error.fmt(f),
             Self::Motion(error) => error.fmt(f),
@@ -174,7 +194,10 @@ fault_from!(
 );
 
 /// Runs the work of the call `name`. No panic leaves it.
-pub(crate) fn door(name: &'static str, work: impl FnOnce() -> Result<(), Fault>) -> punctual_status {
+pub(crate) fn door(
+    name: &'static str,
+    work: impl FnOnce() -> Result<(), Fault>,
+) -> punctual_status {
     // What a panic leaves half done is poisoned: `Handle::change`.
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => punctual_status::Ok,
@@ -185,7 +208,10 @@ pub(crate) fn door(name: &'static str, work: impl FnOnce() -> Result<(), Fault>)
         Err(panic) => {
             let text = panic.downcast_ref::<&str>().copied();
             let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-            note(format_args!("{name}: caught a fault of the library: {}", text.unwrap_or("no text")));
+            note(format_args!(
+                "{name}: caught a fault of the library: {}",
+                text.unwrap_or("no text")
+            ));
             punctual_status::Panic
         }
     }
@@ -198,7 +224,9 @@ pub(crate) fn given<P>(pointer: Option<P>, what: &'static str) -> Result<P, Faul
 
 /// The value of an enumeration that C passes as a number; all of them, in the order of their numbers.
 pub(crate) fn value_of<T: Copy>(number: u32, what: &'static str, all: &[T]) -> Result<T, Fault> {
-    all.get(number as usize).copied().ok_or(Fault::Value(what, number))
+    all.get(number as usize)
+        .copied()
+        .ok_or(Fault::Value(what, number))
 }
 
 /// Frees a handle.
@@ -214,7 +242,10 @@ struct Text {
 }
 
 impl Text {
-    const EMPTY: Self = Self { bytes: [0; 256], len: 0 };
+    const EMPTY: Self = Self {
+        bytes: [0; 256],
+        len: 0,
+    };
 }
 
 impl Write for Text {
@@ -266,7 +297,10 @@ mod tests {
 
     fn last_error() -> String {
         // SAFETY: the text ends with a zero byte, and no other call fails on this thread meanwhile.
-        unsafe { CStr::from_ptr(punctual_last_error()) }.to_str().unwrap().into()
+        unsafe { CStr::from_ptr(punctual_last_error()) }
+            .to_str()
+            .unwrap()
+            .into()
     }
 
     #[test]
@@ -279,19 +313,36 @@ mod tests {
             })
         });
         assert_eq!(status, punctual_status::Panic);
-        assert_eq!(last_error(), "punctual_test: caught a fault of the library: half way");
-        for again in [door("again", || handle.change("it", |_| Ok(()))), door("again", || handle.get("it").map(drop))] {
+        assert_eq!(
+            last_error(),
+            "punctual_test: caught a fault of the library: half way"
+        );
+        for again in [
+            door("again", || handle.change("it", |_| Ok(()))),
+            door("again", || handle.get("it").map(drop)),
+        ] {
             assert_eq!(again, punctual_status::Poisoned);
-            assert_eq!(last_error(), "again: it was being changed when a fault was caught; it can only be freed");
+            assert_eq!(
+                last_error(),
+                "again: it was being changed when a fault was caught; it can only be freed"
+            );
         }
     }
 
     #[test]
     fn a_fault_leaves_the_handle_in_use() {
         let mut handle = Handle::new(1);
-        let status = door("first", || handle.change("it", |_| Err::<(), _>(Fault::Null("x"))));
-        assert_eq!((status, last_error().as_str()), (punctual_status::Null, "first: x is null"));
-        assert_eq!(door("second", || handle.change("it", |_| Ok(()))), punctual_status::Ok);
+        let status = door("first", || {
+            handle.change("it", |_| Err::<(), _>(Fault::Null("x")))
+        });
+        assert_eq!(
+            (status, last_error().as_str()),
+            (punctual_status::Null, "first: x is null")
+        );
+        assert_eq!(
+            door("second", || handle.change("it", |_| Ok(()))),
+            punctual_status::Ok
+        );
         assert_eq!(last_error(), "first: x is null");
     }
 

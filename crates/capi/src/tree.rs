@@ -92,7 +92,13 @@ grows!(punctual_tree_level: nodes..alpha);
 
 impl Default for punctual_build_options {
     fn default() -> Self {
-        let BuildOptions { orientations, neighbors, extremes, threads, .. } = BuildOptions::default();
+        let BuildOptions {
+            orientations,
+            neighbors,
+            extremes,
+            threads,
+            ..
+        } = BuildOptions::default();
         Self {
             size: Self::SIZE,
             effort: punctual_effort::Normal as u32,
@@ -106,7 +112,10 @@ impl Default for punctual_build_options {
 
 /// Boxes that may be turned, normal effort, one thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_build_options_init(options: *mut punctual_build_options, size: usize) {
+pub unsafe extern "C" fn punctual_build_options_init(
+    options: *mut punctual_build_options,
+    size: usize,
+) {
     // SAFETY: the contract of the header for structs.
     unsafe { begin(options, size, punctual_build_options::default()) }
 }
@@ -128,15 +137,27 @@ pub unsafe extern "C" fn punctual_tree_new(
             false => unsafe { read(options, "options") }?,
         };
         let options = build_options(&options)?;
-        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::with_options(mesh.clone(), &options)))))
+        put(tree, || {
+            Ok(punctual_tree::new(Arc::new(Tree::with_options(
+                mesh.clone(),
+                &options,
+            ))))
+        })
     })
 }
 
 fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault> {
-    let effort = value_of(options.effort, "options->effort", &[Effort::Fast, Effort::Normal, Effort::Best])?;
+    let effort = value_of(
+        options.effort,
+        "options->effort",
+        &[Effort::Fast, Effort::Normal, Effort::Best],
+    )?;
     let mut chosen = BuildOptions::default();
-    (chosen.effort, chosen.orientations, chosen.threads) = (effort, options.frames != 0, options.threads);
-    Ok(chosen.neighbors(options.neighbors != 0).extremes(options.extremes != 0))
+    (chosen.effort, chosen.orientations, chosen.threads) =
+        (effort, options.frames != 0, options.threads);
+    Ok(chosen
+        .neighbors(options.neighbors != 0)
+        .extremes(options.extremes != 0))
 }
 
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and
@@ -175,7 +196,9 @@ pub unsafe extern "C" fn punctual_tree_from_bytes(
     door("punctual_tree_from_bytes", || {
         // SAFETY: the contract of the header for arrays.
         let bytes = unsafe { array(bytes, count, "bytes") }?;
-        put(tree, || Ok(punctual_tree::new(Arc::new(Tree::from_bytes(bytes)?))))
+        put(tree, || {
+            Ok(punctual_tree::new(Arc::new(Tree::from_bytes(bytes)?)))
+        })
     })
 }
 
@@ -199,7 +222,9 @@ pub unsafe extern "C" fn punctual_tree_refit_f32(
     door("punctual_tree_refit_f32", || {
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f32; 3]>(), vertex_count, "vertices") }?;
-        given(tree, "tree")?.0.change("tree", |tree| Ok(Arc::make_mut(tree).refit(vertices)?))
+        given(tree, "tree")?
+            .0
+            .change("tree", |tree| Ok(Arc::make_mut(tree).refit(vertices)?))
     })
 }
 
@@ -213,7 +238,9 @@ pub unsafe extern "C" fn punctual_tree_refit_f64(
     door("punctual_tree_refit_f64", || {
         // SAFETY: the contract of the header for arrays.
         let vertices = unsafe { array(vertices.cast::<[f64; 3]>(), vertex_count, "vertices") }?;
-        given(tree, "tree")?.0.change("tree", |tree| Ok(Arc::make_mut(tree).refit_f64(vertices)?))
+        given(tree, "tree")?
+            .0
+            .change("tree", |tree| Ok(Arc::make_mut(tree).refit_f64(vertices)?))
     })
 }
 
@@ -267,9 +294,21 @@ pub unsafe extern "C" fn punctual_tree_levels(
     door("punctual_tree_levels", || {
         let stats = given(tree, "tree")?.0.get("tree")?.stats();
         let each = stats.nodes_per_level.iter().zip(&stats.alpha_per_level);
-        let each = each.map(|(&nodes, alpha)| punctual_tree_level { nodes: nodes as u32, alpha: alpha.to_array() });
+        let each = each.map(|(&nodes, alpha)| punctual_tree_level {
+            nodes: nodes as u32,
+            alpha: alpha.to_array(),
+        });
         // SAFETY: the contract of the header for arrays.
-        unsafe { rows(levels, levels_size, capacity, "levels", given(count, "count")?, each) }
+        unsafe {
+            rows(
+                levels,
+                levels_size,
+                capacity,
+                "levels",
+                given(count, "count")?,
+                each,
+            )
+        }
     })
 }
 
@@ -278,5 +317,7 @@ pub unsafe extern "C" fn punctual_tree_levels(
 /// Fails with BAD_TREE if not, which no tree that was built here does.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_tree_validate(tree: Option<&punctual_tree>) -> punctual_status {
-    door("punctual_tree_validate", || Ok(given(tree, "tree")?.0.get("tree")?.validate()?))
+    door("punctual_tree_validate", || {
+        Ok(given(tree, "tree")?.0.get("tree")?.validate()?)
+    })
 }

@@ -73,7 +73,12 @@ pub extern "C" fn punctual_triangle_segment(
         let (a, b) = (a.check("a coordinate of a")?, b.check("a coordinate of b")?);
         let found = punctual::triangle_segment(&a, &b);
         meet.write(found.is_some());
-        found.map(|[from, to]| segment.write(punctual_segment { from: from.into(), to: to.into() }));
+        found.map(|[from, to]| {
+            segment.write(punctual_segment {
+                from: from.into(),
+                to: to.into(),
+            })
+        });
         Ok(())
     })
 }

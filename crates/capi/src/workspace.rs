@@ -30,7 +30,8 @@ impl From<[u32; 2]> for punctual_triangle_pair {
 }
 
 // `[u32; 2]` is handed out as this.
-const _: () = assert!(size_of::<punctual_triangle_pair>() == 8 && align_of::<punctual_triangle_pair>() == 4);
+const _: () =
+    assert!(size_of::<punctual_triangle_pair>() == 8 && align_of::<punctual_triangle_pair>() == 4);
 
 /// Makes a workspace with room for 4,096 queued node pairs and 65,536 found pairs, about 910 kB.
 #[unsafe(no_mangle)]
@@ -38,7 +39,12 @@ pub extern "C" fn punctual_workspace_new(
     workspace: Option<&mut MaybeUninit<Option<Box<punctual_workspace>>>>,
 ) -> punctual_status {
     door("punctual_workspace_new", || {
-        put(workspace, || Ok(punctual_workspace(Handle::new(Workspace::new()), Rays::default())))
+        put(workspace, || {
+            Ok(punctual_workspace(
+                Handle::new(Workspace::new()),
+                Rays::default(),
+            ))
+        })
     })
 }
 
@@ -56,7 +62,10 @@ pub extern "C" fn punctual_workspace_with_capacity(
     door("punctual_workspace_with_capacity", || {
         put(workspace, || {
             find_room([(queue, 20), (pairs, 8), (1, 1 << 19)])?;
-            Ok(punctual_workspace(Handle::new(Workspace::with_capacity(queue, pairs)), Rays::default()))
+            Ok(punctual_workspace(
+                Handle::new(Workspace::with_capacity(queue, pairs)),
+                Rays::default(),
+            ))
         })
     })
 }
@@ -73,7 +82,9 @@ pub extern "C" fn punctual_workspace_use_portable_kernels(
     workspace: Option<&mut punctual_workspace>,
 ) -> punctual_status {
     door("punctual_workspace_use_portable_kernels", || {
-        given(workspace, "workspace")?.0.set("workspace", |workspace| workspace.use_portable_kernels())
+        given(workspace, "workspace")?
+            .0
+            .set("workspace", |workspace| workspace.use_portable_kernels())
     })
 }
 
@@ -96,9 +107,13 @@ pub extern "C" fn punctual_workspace_pairs(
 
 /// Forgets the found pairs, so that a query that stopped with PAIRS_FULL can be resumed. Copy them first.
 #[unsafe(no_mangle)]
-pub extern "C" fn punctual_workspace_drain_pairs(workspace: Option<&mut punctual_workspace>) -> punctual_status {
+pub extern "C" fn punctual_workspace_drain_pairs(
+    workspace: Option<&mut punctual_workspace>,
+) -> punctual_status {
     door("punctual_workspace_drain_pairs", || {
-        given(workspace, "workspace")?.0.set("workspace", |workspace| drop(workspace.drain_pairs()))
+        given(workspace, "workspace")?
+            .0
+            .set("workspace", |workspace| drop(workspace.drain_pairs()))
     })
 }
 
@@ -121,8 +136,22 @@ pub struct punctual_cost_model {
 grows!(punctual_cost_model: size, setup..setup);
 
 impl From<CostModel> for punctual_cost_model {
-    fn from(CostModel { bv_test, triangle_test, box_update, setup, .. }: CostModel) -> Self {
-        Self { size: Self::SIZE, bv_test, triangle_test, box_update, setup }
+    fn from(
+        CostModel {
+            bv_test,
+            triangle_test,
+            box_update,
+            setup,
+            ..
+        }: CostModel,
+    ) -> Self {
+        Self {
+            size: Self::SIZE,
+            bv_test,
+            triangle_test,
+            box_update,
+            setup,
+        }
     }
 }
 
@@ -156,13 +185,29 @@ pub unsafe extern "C" fn punctual_workspace_set_cost_model(
 ) -> punctual_status {
     door("punctual_workspace_set_cost_model", || {
         // SAFETY: the contract of the header for structs.
-        let punctual_cost_model { bv_test, triangle_test, box_update, setup, .. } = unsafe { read(costs, "costs") }?;
-        if let Some(&bad) = [bv_test, triangle_test, box_update, setup].iter().find(|cost| !cost.is_finite()) {
+        let punctual_cost_model {
+            bv_test,
+            triangle_test,
+            box_update,
+            setup,
+            ..
+        } = unsafe { read(costs, "costs") }?;
+        if let Some(&bad) = [bv_test, triangle_test, box_update, setup]
+            .iter()
+            .find(|cost| !cost.is_finite())
+        {
             return Err(Fault::Number("a cost", bad));
         }
-        given(workspace, "workspace")?.0.change("workspace", |workspace| {
-            workspace.set_cost_model(CostModel::new([bv_test, triangle_test, box_update, setup]));
-            Ok(())
-        })
+        given(workspace, "workspace")?
+            .0
+            .change("workspace", |workspace| {
+                workspace.set_cost_model(CostModel::new([
+                    bv_test,
+                    triangle_test,
+                    box_update,
+                    setup,
+                ]));
+                Ok(())
+            })
     })
 }

@@ -44,20 +44,47 @@ fn a_cycle_does_not_allocate_even_if_it_fails() {
     let mut broken = raw(&tilted());
     broken.m[0] = f64::NAN;
     let calls = allocator_calls(|| {
-        for budget in [punctual_budget_time(20_000), punctual_budget_work(5_000), punctual_budget_unlimited()] {
+        for budget in [
+            punctual_budget_time(20_000),
+            punctual_budget_work(5_000),
+            punctual_budget_unlimited(),
+        ] {
             for (pose, works) in [(raw(&tilted()), true), (broken, false)] {
                 let tree = Some(&*tree);
                 let query = punctual_query_new(tree, tree, pose);
-                let (space, known, out) = (Some(&mut *workspace), Some(&mut *memory), &mut MaybeUninit::uninit());
-                // SAFETY: no clock of the caller's.
-                let status =
-                    unsafe { punctual_query_run(asked(Some(&query)), space, known, budget, None, slot(Some(out))) };
-                assert_eq!(status == Status::Ok, works);
-                let query = punctual_distance_query_new(tree, tree, pose);
-                let (space, known, out) = (Some(&mut *workspace), Some(&mut *memory), &mut MaybeUninit::uninit());
+                let (space, known, out) = (
+                    Some(&mut *workspace),
+                    Some(&mut *memory),
+                    &mut MaybeUninit::uninit(),
+                );
                 // SAFETY: no clock of the caller's.
                 let status = unsafe {
-                    punctual_distance_query_run(asked(Some(&query)), space, known, budget, None, slot(Some(out)))
+                    punctual_query_run(
+                        asked(Some(&query)),
+                        space,
+                        known,
+                        budget,
+                        None,
+                        slot(Some(out)),
+                    )
+                };
+                assert_eq!(status == Status::Ok, works);
+                let query = punctual_distance_query_new(tree, tree, pose);
+                let (space, known, out) = (
+                    Some(&mut *workspace),
+                    Some(&mut *memory),
+                    &mut MaybeUninit::uninit(),
+                );
+                // SAFETY: no clock of the caller's.
+                let status = unsafe {
+                    punctual_distance_query_run(
+                        asked(Some(&query)),
+                        space,
+                        known,
+                        budget,
+                        None,
+                        slot(Some(out)),
+                    )
                 };
                 assert_eq!(status == Status::Ok, works);
             }
@@ -72,7 +99,8 @@ fn the_number_of_bytes_of_a_tree_is_told_without_making_them() {
     let mut count = MaybeUninit::uninit();
     let calls = allocator_calls(|| {
         // SAFETY: no room is claimed.
-        let status = unsafe { punctual_tree_to_bytes(Some(&tree), null_mut(), 0, Some(&mut count)) };
+        let status =
+            unsafe { punctual_tree_to_bytes(Some(&tree), null_mut(), 0, Some(&mut count)) };
         assert_eq!(status, Status::Ok);
     });
     assert_eq!(calls, 0);
@@ -80,14 +108,17 @@ fn the_number_of_bytes_of_a_tree_is_told_without_making_them() {
     let count = unsafe { count.assume_init() };
     let mut bytes = vec![0; count];
     // SAFETY: there is room for as many as said.
-    let written = made(|out| unsafe { punctual_tree_to_bytes(Some(&tree), bytes.as_mut_ptr(), count, out) });
+    let written =
+        made(|out| unsafe { punctual_tree_to_bytes(Some(&tree), bytes.as_mut_ptr(), count, out) });
     assert_eq!(written, count);
 }
 
 #[test]
 fn each_thread_has_its_own_last_error() {
     null_is_seen(punctual_tree_validate(None), "tree");
-    std::thread::spawn(|| assert_eq!(last_error(), "")).join().unwrap();
+    std::thread::spawn(|| assert_eq!(last_error(), ""))
+        .join()
+        .unwrap();
     assert_eq!(last_error(), "punctual_tree_validate: tree is null");
     // SAFETY: the text ends with a zero byte.
     let version = unsafe { CStr::from_ptr(punctual_version()) };

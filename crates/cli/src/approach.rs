@@ -24,7 +24,12 @@ pub struct Line {
 
 impl<'t> Approach<'t> {
     pub fn new(a: &'t Tree, b: &'t Tree, seed: u64) -> Self {
-        Self { a, b, random: Random::new(seed), workspace: Workspace::new() }
+        Self {
+            a,
+            b,
+            random: Random::new(seed),
+            workspace: Workspace::new(),
+        }
     }
 
     /// What offsets are measured by: the box diagonal of the smaller mesh.
@@ -54,7 +59,10 @@ impl<'t> Approach<'t> {
 
     /// Every direction is as likely as any other.
     pub fn direction(&mut self) -> DVec3 {
-        let (angle, z) = (self.random.fraction() * std::f64::consts::TAU, 2.0 * self.random.fraction() - 1.0);
+        let (angle, z) = (
+            self.random.fraction() * std::f64::consts::TAU,
+            2.0 * self.random.fraction() - 1.0,
+        );
         let side = (1.0 - z * z).sqrt();
         DVec3::new(side * angle.cos(), side * angle.sin(), z)
     }
@@ -69,20 +77,29 @@ impl<'t> Approach<'t> {
 
     /// The pose on a line with the middle of B's box so far before the target.
     pub fn at(&self, line: &Line, distance: f64) -> Result<Pose, Failure> {
-        let Line { turn, target, direction } = *line;
-        Ok(Pose::new(turn, target - turn * middle(self.b.mesh()) + direction * distance)?)
+        let Line {
+            turn,
+            target,
+            direction,
+        } = *line;
+        Ok(Pose::new(
+            turn,
+            target - turn * middle(self.b.mesh()) + direction * distance,
+        )?)
     }
 
     /// How far before the target B first touches A when it comes from a distance; none if it passes.
     pub fn first_touch(&mut self, line: &Line, from: f64) -> Result<Option<f64>, Failure> {
         let path = from + self.reach();
         let motion = Motion::straight(self.at(line, from)?, -line.direction * path)?;
-        let found = MotionQuery::new(self.a, self.b, motion).run(&mut self.workspace, Budget::unlimited());
+        let found =
+            MotionQuery::new(self.a, self.b, motion).run(&mut self.workspace, Budget::unlimited());
         Ok(found.touching_at.map(|time| from - time * path))
     }
 
     pub fn is_free(&mut self, pose: Pose) -> bool {
-        let outcome = Query::new(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
+        let outcome =
+            Query::new(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
         outcome.verdict == Verdict::Separated
     }
 }

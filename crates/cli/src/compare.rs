@@ -26,8 +26,13 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if old["cases"] != new["cases"] {
         return Err("the two sweeps are of different cases".into());
     }
-    let kinds =
-        ["work", "time"].map(|kind| Ok((kind, figures(&old, kind, &args.old)?, figures(&new, kind, &args.new)?)));
+    let kinds = ["work", "time"].map(|kind| {
+        Ok((
+            kind,
+            figures(&old, kind, &args.old)?,
+            figures(&new, kind, &args.new)?,
+        ))
+    });
     let kinds = kinds.into_iter().collect::<Result<Vec<_>, Failure>>()?;
     if old["machine"] != new["machine"] {
         writeln!(out, "# old: {}\n# new: {}", old["machine"], new["machine"])?;
@@ -43,11 +48,16 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         }
         for (name, old) in old {
             let Some(new) = new.get(name) else { continue };
-            let ((Some(before), noise), (Some(after), more)) = (figure(old), figure(new)) else { continue };
+            let ((Some(before), noise), (Some(after), more)) = (figure(old), figure(new)) else {
+                continue;
+            };
             let (change, noise) = (after - before, noise + more);
             if change.abs() > noise {
                 changed += 1;
-                writeln!(out, "{name},{kind},{before:.4},{after:.4},{change:+.4},{noise:.4}")?;
+                writeln!(
+                    out,
+                    "{name},{kind},{before:.4},{after:.4},{change:+.4},{noise:.4}"
+                )?;
             }
         }
     }
@@ -60,16 +70,23 @@ fn load(file: &Path) -> Result<Value, Failure> {
     serde_json::from_str(&text).map_err(|error| format!("{}: {error}", file.display()).into())
 }
 
-fn figures<'v>(summary: &'v Value, kind: &str, file: &Path) -> Result<&'v Map<String, Value>, Failure> {
-    summary[kind].as_object().ok_or_else(|| format!("{}: no summary of a sweep: no {kind}", file.display()).into())
+fn figures<'v>(
+    summary: &'v Value,
+    kind: &str,
+    file: &Path,
+) -> Result<&'v Map<String, Value>, Failure> {
+    summary[kind]
+        .as_object()
+        .ok_or_else(|| format!("{}: no summary of a sweep: no {kind}", file.display()).into())
 }
 
 /// Value and noise; no value where there was nothing to measure.
 fn figure(value: &Value) -> (Option<f64>, f64) {
     match value {
-        Value::Object(parts) => {
-            (parts.get("value").and_then(Value::as_f64), parts.get("noise").and_then(Value::as_f64).unwrap_or(0.0))
-        }
+        Value::Object(parts) => (
+            parts.get("value").and_then(Value::as_f64),
+            parts.get("noise").and_then(Value::as_f64).unwrap_or(0.0),
+        ),
         number => (number.as_f64(), 0.0),
     }
 }

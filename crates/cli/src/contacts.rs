@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use punctual::glam::DVec3;
 use punctual::{
-    BuildOptions, Contact, ContactQuery, Contacts, Patches, Pose, ResumeError, StopReason, SystemClock, Tree, Workspace,
+    BuildOptions, Contact, ContactQuery, Contacts, Patches, Pose, ResumeError, StopReason,
+    SystemClock, Tree, Workspace,
 };
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
@@ -70,25 +71,41 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
             }
         }
     }
-    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
-    writeln!(out, "pose,kind,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,low,ns,stop")?;
+    writeln!(
+        out,
+        "# peer=punctual version={} build_ns={}",
+        env!("CARGO_PKG_VERSION"),
+        build.as_nanos()
+    )?;
+    writeln!(
+        out,
+        "pose,kind,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,low,ns,stop"
+    )?;
     for (i, answer) in answers.iter().enumerate() {
         match answer {
             Some(answer) => answer.print(out, i)?,
             None => writeln!(out, "{i},,,,,,,,,,,,,,,,0,error")?,
         }
     }
-    args.view.write(args.input.meshes.up(), view::answered(&poses, &answers), |(pose, answer)| {
-        let (bodies, most) = (args.input.bodies([&a, &b]), args.max.map(|most| most as usize));
-        punctual_view::contacts(&bodies, args.query(&a, &b, *pose), pose, most, &answer.said)
-    })?;
+    args.view.write(
+        args.input.meshes.up(),
+        view::answered(&poses, &answers),
+        |(pose, answer)| {
+            let (bodies, most) = (
+                args.input.bodies([&a, &b]),
+                args.max.map(|most| most as usize),
+            );
+            punctual_view::contacts(&bodies, args.query(&a, &b, *pose), pose, most, &answer.said)
+        },
+    )?;
     Ok(completion)
 }
 
 impl Args {
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> ContactQuery<'t> {
         let query = ContactQuery::new(a, b, pose).margin(self.margin);
-        self.max.map_or(query, |most| query.contact_limit(most as usize))
+        self.max
+            .map_or(query, |most| query.contact_limit(most as usize))
     }
 }
 
@@ -114,13 +131,29 @@ struct Sweeper<'t> {
 impl<'t> Sweeper<'t> {
     fn new(args: &'t Args, a: &'t Tree, b: &'t Tree) -> Self {
         let workspace = args.running.workspace();
-        Self { args, trees: [a, b], workspace, patches: Patches::new(), clock: SystemClock::default() }
+        Self {
+            args,
+            trees: [a, b],
+            workspace,
+            patches: Patches::new(),
+            clock: SystemClock::default(),
+        }
     }
 
     /// All poses once; none where a line holds no pose.
     fn sweep(&mut self, poses: &[Listed<Pose>]) -> Result<Vec<Option<Answer>>, ResumeError> {
         self.patches = Patches::new();
-        poses.iter().map(|listed| listed.entry.as_ref().ok().map(|pose| self.answer(pose)).transpose()).collect()
+        poses
+            .iter()
+            .map(|listed| {
+                listed
+                    .entry
+                    .as_ref()
+                    .ok()
+                    .map(|pose| self.answer(pose))
+                    .transpose()
+            })
+            .collect()
     }
 
     fn answer(&mut self, pose: &Pose) -> Result<Answer, ResumeError> {
@@ -136,18 +169,48 @@ impl<'t> Sweeper<'t> {
         let patches = self.patches.as_slice().iter();
         let mut contacts: Vec<_> = patches
             .clone()
-            .flat_map(|patch| self.patches.contacts_of(patch).iter().map(|contact| (patch.id, *contact)))
+            .flat_map(|patch| {
+                self.patches
+                    .contacts_of(patch)
+                    .iter()
+                    .map(|contact| (patch.id, *contact))
+            })
             .collect();
-        contacts.sort_by(|(_, x), (_, y)| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
-        let patches = patches.map(|patch| (patch.id, [patch.centroid, patch.normal], patch.distance)).collect();
-        let Self { args, workspace, clock, .. } = self;
-        let push = args.push.then(|| push::Answer::of([a, b], pose, workspace, args.running.limits.budget(), clock));
-        Ok(Answer { said, contacts, patches, times, push })
+        contacts.sort_by(|(_, x), (_, y)| {
+            x.distance
+                .total_cmp(&y.distance)
+                .then(x.triangles.cmp(&y.triangles))
+        });
+        let patches = patches
+            .map(|patch| (patch.id, [patch.centroid, patch.normal], patch.distance))
+            .collect();
+        let Self {
+            args,
+            workspace,
+            clock,
+            ..
+        } = self;
+        let push = args.push.then(|| {
+            push::Answer::of([a, b], pose, workspace, args.running.limits.budget(), clock)
+        });
+        Ok(Answer {
+            said,
+            contacts,
+            patches,
+            times,
+            push,
+        })
     }
 
     /// The contacts of a pose; without a limit there is always room for more.
     fn ask(&mut self, pose: &Pose) -> Result<Contacts, ResumeError> {
-        let Self { args, trees: [a, b], workspace, clock, .. } = self;
+        let Self {
+            args,
+            trees: [a, b],
+            workspace,
+            clock,
+            ..
+        } = self;
         let query = args.query(a, b, *pose);
         let mut said = query.run_with(workspace, args.running.limits.budget(), clock);
         while said.stop == StopReason::PairsFull {
@@ -156,7 +219,10 @@ impl<'t> Sweeper<'t> {
                 break;
             }
             workspace.reserve_contacts(2 * found);
-            let left = args.running.limits.budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
+            let left = args
+                .running
+                .limits
+                .budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
             said = query.resume_with(workspace, left, clock)?;
         }
         Ok(said)
@@ -165,19 +231,46 @@ impl<'t> Sweeper<'t> {
 
 impl Answer {
     fn print(&self, out: &mut impl Write, pose: usize) -> io::Result<()> {
-        let Self { said: Contacts { low, stop, .. }, contacts, patches, times: [asked, made], push } = self;
+        let Self {
+            said: Contacts { low, stop, .. },
+            contacts,
+            patches,
+            times: [asked, made],
+            push,
+        } = self;
         let vector = |DVec3 { x, y, z }| format!("{x},{y},{z}");
-        for (patch, Contact { triangles: [a, b], points, normal, distance, segment, .. }) in contacts {
+        for (
+            patch,
+            Contact {
+                triangles: [a, b],
+                points,
+                normal,
+                distance,
+                segment,
+                ..
+            },
+        ) in contacts
+        {
             let [p, q] = segment.unwrap_or(*points).map(vector);
             let (n, ns) = (vector(*normal), asked.as_nanos());
-            writeln!(out, "{pose},contact,{patch},{a},{b},{p},{q},{n},{distance},{low},{ns},{stop}")?;
+            writeln!(
+                out,
+                "{pose},contact,{patch},{a},{b},{p},{q},{n},{distance},{low},{ns},{stop}"
+            )?;
         }
         for (patch, [centroid, normal], distance) in patches {
             let (p, n, ns) = (vector(*centroid), vector(*normal), made.as_nanos());
-            writeln!(out, "{pose},patch,{patch},,,{p},,,,{n},{distance},{low},{ns},{stop}")?;
+            writeln!(
+                out,
+                "{pose},patch,{patch},,,{p},,,,{n},{distance},{low},{ns},{stop}"
+            )?;
         }
         if contacts.is_empty() {
-            writeln!(out, "{pose},none,,,,,,,,,,,,,,{low},{},{stop}", asked.as_nanos())?;
+            writeln!(
+                out,
+                "{pose},none,,,,,,,,,,,,,,{low},{},{stop}",
+                asked.as_nanos()
+            )?;
         }
         push.as_ref().map_or(Ok(()), |push| push.print(out, pose))
     }

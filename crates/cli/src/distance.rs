@@ -4,7 +4,9 @@ use std::io::{self, Write};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use punctual::{BuildOptions, Distance, DistanceQuery, PairMemory, Pose, SystemClock, Tree, Workspace};
+use punctual::{
+    BuildOptions, Distance, DistanceQuery, PairMemory, Pose, SystemClock, Tree, Workspace,
+};
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
@@ -75,38 +77,86 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut workspace = args.running.workspace();
-    let rows = least_times(args.running.reps, || args.sweep(&a, &b, &poses, &mut workspace));
-    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    let rows = least_times(args.running.reps, || {
+        args.sweep(&a, &b, &poses, &mut workspace)
+    });
+    writeln!(
+        out,
+        "# peer=punctual version={} build_ns={}",
+        env!("CARGO_PKG_VERSION"),
+        build.as_nanos()
+    )?;
     args.print(out, &rows)?;
-    args.view.write(args.input.meshes.up(), view::answered(&poses, &rows), |(pose, (found, _))| {
-        punctual_view::distance(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, found)
-    })?;
+    args.view.write(
+        args.input.meshes.up(),
+        view::answered(&poses, &rows),
+        |(pose, (found, _))| {
+            punctual_view::distance(
+                &args.input.bodies([&a, &b]),
+                args.query(&a, &b, *pose),
+                pose,
+                found,
+            )
+        },
+    )?;
     Ok(completion)
 }
 
 impl Args {
     /// All poses once.
-    fn sweep(&self, a: &Tree, b: &Tree, poses: &[Listed<Pose>], workspace: &mut Workspace) -> Vec<Row<Distance>> {
+    fn sweep(
+        &self,
+        a: &Tree,
+        b: &Tree,
+        poses: &[Listed<Pose>],
+        workspace: &mut Workspace,
+    ) -> Vec<Row<Distance>> {
         let clock = SystemClock::default();
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&pose: &Pose| {
             let start = Instant::now();
             let query = self.query(a, b, pose);
-            let found = query.run_with(workspace, memory.as_mut(), self.running.limits.budget(), &clock);
+            let found = query.run_with(
+                workspace,
+                memory.as_mut(),
+                self.running.limits.budget(),
+                &clock,
+            );
             (found, start.elapsed())
         };
-        poses.iter().map(|listed| listed.entry.as_ref().ok().map(&mut answer)).collect()
+        poses
+            .iter()
+            .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
+            .collect()
     }
 
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> DistanceQuery<'t> {
-        let query = self.goal.of(DistanceQuery::new(a, b, pose)).margins([self.margin; 2]);
+        let query = self
+            .goal
+            .of(DistanceQuery::new(a, b, pose))
+            .margins([self.margin; 2]);
         query.leave_contact_open(self.leave_contact_open)
     }
 
     fn print(&self, out: &mut impl Write, rows: &[Row<Distance>]) -> io::Result<()> {
-        writeln!(out, "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work")?;
+        writeln!(
+            out,
+            "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work"
+        )?;
         for (i, row) in rows.iter().enumerate() {
-            let Some((Distance { low, high, nearest, closer, stop, stats, .. }, least)) = row else {
+            let Some((
+                Distance {
+                    low,
+                    high,
+                    nearest,
+                    closer,
+                    stop,
+                    stats,
+                    ..
+                },
+                least,
+            )) = row
+            else {
                 writeln!(out, "{i},,,,,,,,,,,,0,error,0")?;
                 continue;
             };
@@ -114,7 +164,11 @@ impl Args {
             match nearest {
                 Some(nearest) => {
                     let ([a, b], [p, q]) = (nearest.triangles, nearest.points);
-                    write!(out, "{a},{b},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z)?;
+                    write!(
+                        out,
+                        "{a},{b},{},{},{},{},{},{}",
+                        p.x, p.y, p.z, q.x, q.y, q.z
+                    )?;
                 }
                 None => write!(out, ",,,,,,,")?,
             }
@@ -134,10 +188,20 @@ impl Goal {
     fn of<'t>(&self, query: DistanceQuery<'t>) -> DistanceQuery<'t> {
         let exact = query.absolute_tolerance(0.0);
         match *self {
-            Self { closer_than: Some(limit), .. } => query.closer_than(limit),
-            Self { abs: Some(length), .. } => query.absolute_tolerance(length),
-            Self { rel: Some(share), .. } => exact.relative_tolerance(share),
-            Self { mode: Some(ModeName::Exact), .. } => exact,
+            Self {
+                closer_than: Some(limit),
+                ..
+            } => query.closer_than(limit),
+            Self {
+                abs: Some(length), ..
+            } => query.absolute_tolerance(length),
+            Self {
+                rel: Some(share), ..
+            } => exact.relative_tolerance(share),
+            Self {
+                mode: Some(ModeName::Exact),
+                ..
+            } => exact,
             Self { mode: None, .. } => query,
         }
     }

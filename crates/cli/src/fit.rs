@@ -53,7 +53,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     }
     let [cases, poses, moments] = data.counts();
     if moments == 0 {
-        return Err("no queries: name a case folder with poses, --motion, --approach or --shapes".into());
+        return Err(
+            "no queries: name a case folder with poses, --motion, --approach or --shapes".into(),
+        );
     }
     writeln!(out, "{cases} cases, {poses} poses, {moments} moments")?;
     if let Some(file) = &args.out {

@@ -85,7 +85,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Box<dyn std:
             writeln!(out)?;
         }
         writeln!(out, "{}", file.display())?;
-        notices.iter().try_for_each(|notice| writeln!(out, "  notice        {notice}"))?;
+        notices
+            .iter()
+            .try_for_each(|notice| writeln!(out, "  notice        {notice}"))?;
         print_tree(out, &tree.stats(), precision, times)?;
     }
     Ok(Completion::Full)
@@ -120,7 +122,11 @@ fn print_tree(
         write!(out, "  {level:>5} {nodes:>8}")?;
         if let Some(alpha) = stats.alpha_per_level.get(level) {
             let product = alpha.element_product();
-            write!(out, "   {:>6.3}  {:>6.3}  {:>6.3}   {product:>6.3}", alpha.x, alpha.y, alpha.z)?;
+            write!(
+                out,
+                "   {:>6.3}  {:>6.3}  {:>6.3}   {product:>6.3}",
+                alpha.x, alpha.y, alpha.z
+            )?;
         }
         writeln!(out)?;
     }

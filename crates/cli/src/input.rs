@@ -38,7 +38,9 @@ impl MeshArgs {
     /// Reads a mesh file, or standard input for `-`, and tells what was passed over.
     pub fn load(&self, file: &Path) -> Result<Mesh, FileError> {
         let Loaded { mesh, notices, .. } = self.load_quietly(file)?;
-        notices.iter().for_each(|notice| complain(&notice.in_file(file)));
+        notices
+            .iter()
+            .for_each(|notice| complain(&notice.in_file(file)));
         Ok(mesh)
     }
 
@@ -59,9 +61,15 @@ impl MeshArgs {
             return load_with(file, &options);
         }
         let mut bytes = Vec::new();
-        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|error| FileError::from_io(file, &error))?;
+        std::io::stdin()
+            .lock()
+            .read_to_end(&mut bytes)
+            .map_err(|error| FileError::from_io(file, &error))?;
         if bytes.is_empty() {
-            return Err(FileError::new(file, "nothing in standard input, which can be read once"));
+            return Err(FileError::new(
+                file,
+                "nothing in standard input, which can be read once",
+            ));
         }
         // Buffers of glTF text are files of their own.
         read_with(&bytes, None, &options.folder(".")).map_err(|error| FileError::new(file, error))
@@ -99,8 +107,16 @@ impl Input {
         let (a, b) = (self.meshes.load(&self.a)?, self.meshes.load(&self.b)?);
         let poses = files::poses(&self.poses)?;
         let start = Instant::now();
-        let (a, b) = (Tree::with_options(a, options), Tree::with_options(b, options));
-        Ok(LoadedInput { a, b, build: start.elapsed(), poses })
+        let (a, b) = (
+            Tree::with_options(a, options),
+            Tree::with_options(b, options),
+        );
+        Ok(LoadedInput {
+            a,
+            b,
+            build: start.elapsed(),
+            poses,
+        })
     }
 
     /// The trees, with the names of the files.
@@ -173,13 +189,21 @@ pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
 
 fn parse_scale(text: &str) -> Result<f64, String> {
     let scale: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    if scale > 0.0 && scale.is_finite() { Ok(scale) } else { Err("must be finite and above 0".into()) }
+    if scale > 0.0 && scale.is_finite() {
+        Ok(scale)
+    } else {
+        Err("must be finite and above 0".into())
+    }
 }
 
 /// A length or a share.
 pub fn parse_size(text: &str) -> Result<f64, String> {
     let size: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    if size >= 0.0 && size.is_finite() { Ok(size) } else { Err("must be finite and not negative".into()) }
+    if size >= 0.0 && size.is_finite() {
+        Ok(size)
+    } else {
+        Err("must be finite and not negative".into())
+    }
 }
 
 /// An answer and what it took; none where a line holds nothing to answer.
@@ -203,7 +227,11 @@ pub fn complain_of_bad_lines<T>(file: &Path, kind: &str, list: &[Listed<T>]) -> 
     let mut completion = Completion::Full;
     for (i, listed) in list.iter().enumerate() {
         if let Err(what) = &listed.entry {
-            complain(&FileError::at_line(file, listed.line, format!("{kind} {i}: {what}")));
+            complain(&FileError::at_line(
+                file,
+                listed.line,
+                format!("{kind} {i}: {what}"),
+            ));
             completion = Completion::Partial;
         }
     }

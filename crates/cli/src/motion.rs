@@ -62,38 +62,66 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let build = start.elapsed();
     let completion = complain_of_bad_lines(&args.sweeps, "sweep", &motions);
     let mut workspace = args.running.workspace();
-    let rows = least_times(args.running.reps, || args.sweep(&a, &b, &motions, &mut workspace));
-    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    let rows = least_times(args.running.reps, || {
+        args.sweep(&a, &b, &motions, &mut workspace)
+    });
+    writeln!(
+        out,
+        "# peer=punctual version={} build_ns={}",
+        env!("CARGO_PKG_VERSION"),
+        build.as_nanos()
+    )?;
     print(out, &rows)?;
-    args.view.write(args.meshes.up(), view::answered(&motions, &rows), |(motion, (passage, _))| {
-        let bodies = view::bodies([&args.a, &args.b], [&a, &b]);
-        punctual_view::motion(&bodies, args.query(&a, &b, *motion), passage)
-    })?;
+    args.view.write(
+        args.meshes.up(),
+        view::answered(&motions, &rows),
+        |(motion, (passage, _))| {
+            let bodies = view::bodies([&args.a, &args.b], [&a, &b]);
+            punctual_view::motion(&bodies, args.query(&a, &b, *motion), passage)
+        },
+    )?;
     Ok(completion)
 }
 
 impl Args {
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, motion: Motion) -> MotionQuery<'t> {
         let query = MotionQuery::new(a, b, motion).margins([self.margin; 2]);
-        self.tolerance.map_or(query, |length| query.tolerance(length))
+        self.tolerance
+            .map_or(query, |length| query.tolerance(length))
     }
 
     /// All motions once.
-    fn sweep(&self, a: &Tree, b: &Tree, motions: &[Listed<Motion>], workspace: &mut Workspace) -> Vec<Row<Passage>> {
+    fn sweep(
+        &self,
+        a: &Tree,
+        b: &Tree,
+        motions: &[Listed<Motion>],
+        workspace: &mut Workspace,
+    ) -> Vec<Row<Passage>> {
         let clock = SystemClock::default();
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&motion: &Motion| {
             let start = Instant::now();
-            let found =
-                self.query(a, b, motion).run_with(workspace, memory.as_mut(), self.running.limits.budget(), &clock);
+            let found = self.query(a, b, motion).run_with(
+                workspace,
+                memory.as_mut(),
+                self.running.limits.budget(),
+                &clock,
+            );
             (found, start.elapsed())
         };
-        motions.iter().map(|listed| listed.entry.as_ref().ok().map(&mut answer)).collect()
+        motions
+            .iter()
+            .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
+            .collect()
     }
 }
 
 fn print(out: &mut impl Write, rows: &[Row<Passage>]) -> io::Result<()> {
-    writeln!(out, "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work")?;
+    writeln!(
+        out,
+        "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work"
+    )?;
     for (i, row) in rows.iter().enumerate() {
         let Some((passage, least)) = row else {
             writeln!(out, "{i},,,,,0,error,0")?;
@@ -104,7 +132,13 @@ fn print(out: &mut impl Write, rows: &[Row<Passage>]) -> io::Result<()> {
             (Some(time), Some([a, b])) => write!(out, "{time},{a},{b}")?,
             _ => write!(out, ",,")?,
         }
-        writeln!(out, ",{},{},{}", least.as_nanos(), passage.stop, passage.stats.work)?;
+        writeln!(
+            out,
+            ",{},{},{}",
+            least.as_nanos(),
+            passage.stop,
+            passage.stats.work
+        )?;
     }
     Ok(())
 }

@@ -97,9 +97,19 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if args.early && args.mode == ModeName::Any {
         return Err("--early needs --mode all".into());
     }
-    let mut calibration = args.calibration.as_deref().map(CalibrationFile::read).transpose()?;
-    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default().neighbors(args.marches()))?;
-    let mut pairs_out = args.pairs_out.as_deref().map(PairsFile::create).transpose()?;
+    let mut calibration = args
+        .calibration
+        .as_deref()
+        .map(CalibrationFile::read)
+        .transpose()?;
+    let LoadedInput { a, b, build, poses } = args
+        .input
+        .load(&BuildOptions::default().neighbors(args.marches()))?;
+    let mut pairs_out = args
+        .pairs_out
+        .as_deref()
+        .map(PairsFile::create)
+        .transpose()?;
 
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
@@ -110,14 +120,29 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if let Some(file) = pairs_out {
         file.finish()?;
     }
-    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    writeln!(
+        out,
+        "# peer=punctual version={} build_ns={}",
+        env!("CARGO_PKG_VERSION"),
+        build.as_nanos()
+    )?;
     print_rows(out, &rows, args.mode)?;
     if let Some(file) = calibration {
         file.write()?;
     }
-    args.view.write(args.input.meshes.up(), view::answered(&poses, &rows), |(pose, row)| {
-        punctual_view::pair(&args.input.bodies([&a, &b]), args.query(&a, &b, *pose), pose, args.mode(), &row.outcome)
-    })?;
+    args.view.write(
+        args.input.meshes.up(),
+        view::answered(&poses, &rows),
+        |(pose, row)| {
+            punctual_view::pair(
+                &args.input.bodies([&a, &b]),
+                args.query(&a, &b, *pose),
+                pose,
+                args.mode(),
+                &row.outcome,
+            )
+        },
+    )?;
     Ok(completion)
 }
 
@@ -135,7 +160,10 @@ impl Args {
     }
 
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t> {
-        let query = Query::new(a, b, pose).mode(self.mode()).order(self.order()).early(self.early);
+        let query = Query::new(a, b, pose)
+            .mode(self.mode())
+            .order(self.order())
+            .early(self.early);
         self.prior.map_or(query, |share| query.prior(share))
     }
 
@@ -153,14 +181,29 @@ impl Args {
 
 fn parse_share(text: &str) -> Result<f64, String> {
     let share: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("must be from 0 to 1".into()) }
+    if (0.0..=1.0).contains(&share) {
+        Ok(share)
+    } else {
+        Err("must be from 0 to 1".into())
+    }
 }
 
 fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std::io::Result<()> {
-    const MODEL: &str = "predicted_bv_tests,predicted_p90,predicted_ns,remaining_bv_tests,probability,recall";
-    writeln!(out, "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound,{MODEL}")?;
+    const MODEL: &str =
+        "predicted_bv_tests,predicted_p90,predicted_ns,remaining_bv_tests,probability,recall";
+    writeln!(
+        out,
+        "pose,hit,pairs,bv_tests,ns,verdict,stop,primitive_tests,work,upper_bound,{MODEL}"
+    )?;
     for (i, row) in rows.iter().enumerate() {
-        let Some(Row { outcome, upper_bound, least, predicted, estimate }) = row else {
+        let Some(Row {
+            outcome,
+            upper_bound,
+            least,
+            predicted,
+            estimate,
+        }) = row
+        else {
             writeln!(out, "{i},invalid,-1,0,0,error,,0,0,,,,,,,")?;
             continue;
         };

@@ -28,6 +28,13 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    experiments::run(&Settings { folder: &args.out, ladders: &args.meshes, quick: args.quick }, out)?;
+    experiments::run(
+        &Settings {
+            folder: &args.out,
+            ladders: &args.meshes,
+            quick: args.quick,
+        },
+        out,
+    )?;
     Ok(Completion::Full)
 }

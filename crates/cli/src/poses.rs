@@ -56,7 +56,10 @@ const OFFSETS: [f64; 7] = [-5.0, -2.0, -0.5, -0.1, 0.1, 0.5, 2.0];
 const MOST_MISSES: usize = 1000;
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let (a, b) = (Tree::new(args.meshes.load(&args.a)?), Tree::new(args.meshes.load(&args.b)?));
+    let (a, b) = (
+        Tree::new(args.meshes.load(&args.a)?),
+        Tree::new(args.meshes.load(&args.b)?),
+    );
     let mut approach = Approach::new(&a, &b, args.seed);
     // All or nothing.
     let mut lines = Vec::new();
@@ -65,8 +68,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         (_, Some(frames), _) => roll(&mut approach, frames, &mut lines)?,
         (.., count) => {
             for _ in 0..count.unwrap_or(0) {
-                let line =
-                    Line { turn: approach.turn(), target: approach.middle_of_a(), direction: approach.direction() };
+                let line = Line {
+                    turn: approach.turn(),
+                    target: approach.middle_of_a(),
+                    direction: approach.direction(),
+                };
                 // The cube root makes all places in a ball equally likely.
                 let distance = 0.5 * approach.reach() * approach.fraction().cbrt();
                 print(&approach.at(&line, distance)?, &mut lines)?;
@@ -78,14 +84,30 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 }
 
 /// Poses around the first touch of lines towards A.
-fn contact(approach: &mut Approach, count: usize, inside: bool, out: &mut impl Write) -> Result<(), Failure> {
-    writeln!(out, "# offset: before the first touch, in percent of the box diagonal of the smaller mesh")?;
+fn contact(
+    approach: &mut Approach,
+    count: usize,
+    inside: bool,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    writeln!(
+        out,
+        "# offset: before the first touch, in percent of the box diagonal of the smaller mesh"
+    )?;
     let (mut made, mut lines, mut misses) = (0, 0, 0);
     while made < count {
-        let line = Line { turn: approach.turn(), target: approach.point_in_a(), direction: approach.direction() };
+        let line = Line {
+            turn: approach.turn(),
+            target: approach.point_in_a(),
+            direction: approach.direction(),
+        };
         let from = if inside { 0.0 } else { 2.0 * approach.reach() };
         let starts_free = !inside || approach.is_free(approach.at(&line, from)?);
-        let Some(touch) = starts_free.then(|| approach.first_touch(&line, from)).transpose()?.flatten() else {
+        let Some(touch) = starts_free
+            .then(|| approach.first_touch(&line, from))
+            .transpose()?
+            .flatten()
+        else {
             misses += 1;
             if misses > MOST_MISSES {
                 return Err(format!("B touches A on none of {misses} lines in a row").into());
@@ -95,7 +117,10 @@ fn contact(approach: &mut Approach, count: usize, inside: bool, out: &mut impl W
         misses = 0;
         for offset in OFFSETS.into_iter().take(count - made) {
             writeln!(out, "# approach={lines} offset={offset}%")?;
-            print(&approach.at(&line, touch + 0.01 * offset * approach.unit())?, out)?;
+            print(
+                &approach.at(&line, touch + 0.01 * offset * approach.unit())?,
+                out,
+            )?;
             made += 1;
         }
         lines += 1;
@@ -107,14 +132,21 @@ fn contact(approach: &mut Approach, count: usize, inside: bool, out: &mut impl W
 fn roll(approach: &mut Approach, frames: usize, out: &mut impl Write) -> Result<(), Failure> {
     let turn = approach.turn();
     let [around_a, around_b, start] = [(); 3].map(|()| approach.direction());
-    let start = around_a.any_orthonormal_vector().lerp(start, 0.25).normalize();
+    let start = around_a
+        .any_orthonormal_vector()
+        .lerp(start, 0.25)
+        .normalize();
     let mut touches = Vec::new();
     let lines: Vec<Line> = (0..frames)
         .map(|frame| {
             let angle = std::f64::consts::TAU * frame as f64 / frames as f64;
             let turn = DMat3::from_axis_angle(around_b, 2.0 * angle) * turn;
             let direction = DMat3::from_axis_angle(around_a, angle) * start;
-            Line { turn, target: approach.middle_of_a(), direction }
+            Line {
+                turn,
+                target: approach.middle_of_a(),
+                direction,
+            }
         })
         .collect();
     for line in &lines {
@@ -123,17 +155,30 @@ fn roll(approach: &mut Approach, frames: usize, out: &mut impl Write) -> Result<
         touches.push(touch.or(touches.last().copied()).unwrap_or(0.0));
     }
     let half = (frames / 64).max(1).min(frames);
-    writeln!(out, "# depth: past the first touch, in percent of the box diagonal of the smaller mesh")?;
+    writeln!(
+        out,
+        "# depth: past the first touch, in percent of the box diagonal of the smaller mesh"
+    )?;
     for (frame, line) in lines.iter().enumerate() {
         // The path is closed.
         let near = (0..=2 * half).map(|i| touches[(frame + frames + i - half) % frames]);
         let distance = near.sum::<f64>() / (2 * half + 1) as f64;
-        writeln!(out, "# depth={:.3}%", 100.0 * (touches[frame] - distance) / approach.unit())?;
+        writeln!(
+            out,
+            "# depth={:.3}%",
+            100.0 * (touches[frame] - distance) / approach.unit()
+        )?;
         print(&approach.at(line, distance)?, out)?;
     }
     Ok(())
 }
 
 fn print(pose: &Pose, out: &mut impl Write) -> Result<(), Failure> {
-    Ok(writeln!(out, "{}", pose.to_row_major().map(|number| number.to_string()).join(" "))?)
+    Ok(writeln!(
+        out,
+        "{}",
+        pose.to_row_major()
+            .map(|number| number.to_string())
+            .join(" ")
+    )?)
 }

@@ -13,10 +13,19 @@ pub struct Answer {
 
 impl Answer {
     /// The shortest push found within a budget.
-    pub fn of([a, b]: [&Tree; 2], pose: &Pose, workspace: &mut Workspace, budget: Budget, clock: &SystemClock) -> Self {
+    pub fn of(
+        [a, b]: [&Tree; 2],
+        pose: &Pose,
+        workspace: &mut Workspace,
+        budget: Budget,
+        clock: &SystemClock,
+    ) -> Self {
         let start = Instant::now();
         let found = PushOutQuery::new(a, b, *pose).run_with(workspace, budget, clock);
-        Self { found, time: start.elapsed() }
+        Self {
+            found,
+            time: start.elapsed(),
+        }
     }
 
     /// n is the direction in which B moves, and distance how far; both are empty where the budget ended before a push was
@@ -28,6 +37,10 @@ impl Answer {
             format!("{},{},{},{}", n.x, n.y, n.z, push.distance)
         });
         let of_push = of_push.unwrap_or_else(|| ",,,".into());
-        writeln!(out, "{pose},push,,,,,,,,,,{of_push},,{},{stop}", self.time.as_nanos())
+        writeln!(
+            out,
+            "{pose},push,,,,,,,,,,{of_push},,{},{stop}",
+            self.time.as_nanos()
+        )
     }
 }

@@ -52,22 +52,37 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let build = start.elapsed();
     let completion = complain_of_bad_lines(&args.rays, "ray", &rays);
     let mut workspace = args.running.workspace();
-    let rows = least_times(args.running.reps, || args.sweep(&tree, &rays, &mut workspace));
-    writeln!(out, "# peer=punctual version={} build_ns={}", env!("CARGO_PKG_VERSION"), build.as_nanos())?;
+    let rows = least_times(args.running.reps, || {
+        args.sweep(&tree, &rays, &mut workspace)
+    });
+    writeln!(
+        out,
+        "# peer=punctual version={} build_ns={}",
+        env!("CARGO_PKG_VERSION"),
+        build.as_nanos()
+    )?;
     print(out, &rows)?;
     Ok(completion)
 }
 
 impl Args {
     /// All rays once.
-    fn sweep(&self, tree: &Tree, rays: &[Listed<Ray>], workspace: &mut Workspace) -> Vec<Row<Answer>> {
+    fn sweep(
+        &self,
+        tree: &Tree,
+        rays: &[Listed<Ray>],
+        workspace: &mut Workspace,
+    ) -> Vec<Row<Answer>> {
         // So that room for hits is no part of the first time.
         workspace.reserve_ray_hits(tree.mesh().len());
         let clock = SystemClock::default();
         let mut answer = |&ray: &Ray| {
             let start = Instant::now();
-            let cast =
-                RayQuery::new(tree, ray).mode(self.mode).run_with(workspace, self.running.limits.budget(), &clock);
+            let cast = RayQuery::new(tree, ray).mode(self.mode).run_with(
+                workspace,
+                self.running.limits.budget(),
+                &clock,
+            );
             let took = start.elapsed();
             let mut hits: Vec<RayHit> = cast.hit.into_iter().collect();
             if self.mode == RayMode::All {
@@ -76,7 +91,9 @@ impl Args {
             }
             ((cast, hits), took)
         };
-        rays.iter().map(|listed| listed.entry.as_ref().ok().map(&mut answer)).collect()
+        rays.iter()
+            .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
+            .collect()
     }
 }
 
@@ -87,8 +104,17 @@ fn print(out: &mut impl Write, rows: &[Row<Answer>]) -> io::Result<()> {
             writeln!(out, "{i},,,,,0,error,0")?;
             continue;
         };
-        let rest = format!("{},{},{},{}", cast.free_until, least.as_nanos(), cast.stop, cast.stats.work);
-        for RayHit { triangle, t, side, .. } in hits {
+        let rest = format!(
+            "{},{},{},{}",
+            cast.free_until,
+            least.as_nanos(),
+            cast.stop,
+            cast.stats.work
+        );
+        for RayHit {
+            triangle, t, side, ..
+        } in hits
+        {
             writeln!(out, "{i},{triangle},{t},{side},{rest}")?;
         }
         if hits.is_empty() {

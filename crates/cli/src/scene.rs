@@ -97,7 +97,12 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         if let Some(reported) = reported.get_mut(frame) {
             *reported = Known::of(report);
         }
-        pairs_out.as_mut().map_or(Ok(()), |file| report.pairs.iter().try_for_each(|pair| write_pair(file, frame, pair)))
+        pairs_out.as_mut().map_or(Ok(()), |file| {
+            report
+                .pairs
+                .iter()
+                .try_for_each(|pair| write_pair(file, frame, pair))
+        })
     })?;
     if let Some(mut file) = pairs_out {
         file.flush()?;
@@ -116,14 +121,35 @@ impl Args {
         let frame = |number: usize| {
             let row = &rows[number];
             let lines = [("Box tests", row.bv_tests), ("Work", row.work)];
-            let facts = lines.map(|(name, number)| punctual_view::fact(name, punctual_view::count(number))).to_vec();
-            Frame { number, poses: &recording.frames[number], known: &reported[number], contacts: &[], facts }
+            let facts = lines
+                .map(|(name, number)| punctual_view::fact(name, punctual_view::count(number)))
+                .to_vec();
+            Frame {
+                number,
+                poses: &recording.frames[number],
+                known: &reported[number],
+                contacts: &[],
+                facts,
+            }
         };
-        let frames: Vec<_> = (0..rows.len()).step_by(punctual_view::stride(rows.len())).map(frame).collect();
+        let frames: Vec<_> = (0..rows.len())
+            .step_by(punctual_view::stride(rows.len()))
+            .map(frame)
+            .collect();
         let folder = self.dir.canonicalize().unwrap_or_else(|_| self.dir.clone());
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        let shown = |(index, (body, mesh))| Shown { index, name: format!("{index}: {mesh}"), body };
-        let bodies: Vec<_> = recording.bodies.iter().zip(&recording.meshes).enumerate().map(shown).collect();
+        let shown = |(index, (body, mesh))| Shown {
+            index,
+            name: format!("{index}: {mesh}"),
+            body,
+        };
+        let bodies: Vec<_> = recording
+            .bodies
+            .iter()
+            .zip(&recording.meshes)
+            .enumerate()
+            .map(shown)
+            .collect();
         punctual_view::scene(format!("Which bodies meet: {name}"), &bodies, &frames)
     }
 
@@ -139,18 +165,45 @@ impl Args {
         };
         let clock = self.clock;
         let (threads, plays) = (usize::from(self.threads), self.reps);
-        Settings { mode, budget, clock, threads, frames: self.frames, plays, questions: &self.questions }
+        Settings {
+            mode,
+            budget,
+            clock,
+            threads,
+            frames: self.frames,
+            plays,
+            questions: &self.questions,
+        }
     }
 }
 
 fn write_pair(out: &mut impl Write, frame: usize, pair: &PairReport) -> std::io::Result<()> {
-    let PairReport { a, b, verdict, probability, age, .. } = pair;
+    let PairReport {
+        a,
+        b,
+        verdict,
+        probability,
+        age,
+        ..
+    } = pair;
     let verdict = verdict.name();
-    writeln!(out, "{frame},{},{},{verdict},{probability:.4},{age}", a.index(), b.index())
+    writeln!(
+        out,
+        "{frame},{},{},{verdict},{probability:.4},{age}",
+        a.index(),
+        b.index()
+    )
 }
 
-fn print_rows(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>) -> std::io::Result<()> {
-    writeln!(out, "frame,broad_pairs,decided,hits,undecided,wall_ns,cpu_ns,overrun_ns,bv_tests,work")?;
+fn print_rows(
+    out: &mut impl Write,
+    rows: &[FrameRow],
+    budget: Option<Duration>,
+) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "frame,broad_pairs,decided,hits,undecided,wall_ns,cpu_ns,overrun_ns,bv_tests,work"
+    )?;
     for (frame, row) in rows.iter().enumerate() {
         let (undecided, overrun) = (row.broad_pairs - row.decided, row.overrun(budget));
         writeln!(

@@ -82,7 +82,12 @@ const WORK_STEPS: u64 = STEPS / 4;
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed))?;
     args.plan.choose();
-    let mut peers = args.peer_times.as_deref().map(peers::read).transpose()?.unwrap_or_default();
+    let mut peers = args
+        .peer_times
+        .as_deref()
+        .map(peers::read)
+        .transpose()?
+        .unwrap_or_default();
     report::create_folder(&args.out.join("truth"))?;
     let mut cases: Vec<Box<dyn FnOnce() -> Result<Case, Failure>>> = Vec::new();
     for folder in &args.cases {
@@ -98,7 +103,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     for (i, load) in cases.into_iter().enumerate() {
         let case = load()?;
         bar.set_message(case.name.clone());
-        let progress = Progress { bar: &bar, start: STEPS * i as u64 };
+        let progress = Progress {
+            bar: &bar,
+            start: STEPS * i as u64,
+        };
         match measure(&case, args, &progress)? {
             Some(mut measurement) => {
                 measurement.take_peers(peers.remove(&case.name).unwrap_or_default());
@@ -110,7 +118,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     bar.finish_and_clear();
     let wrong = complain_of_wrong(&measured);
     write_report(&measured, total, args, out)?;
-    Ok(if wrong || measured.len() < total { Completion::Partial } else { Completion::Full })
+    Ok(if wrong || measured.len() < total {
+        Completion::Partial
+    } else {
+        Completion::Full
+    })
 }
 
 struct Progress<'p> {
@@ -128,13 +140,21 @@ impl Progress<'_> {
 
 /// Nothing if interrupted.
 fn measure(case: &Case, args: &Args, progress: &Progress) -> Result<Option<Measurement>, Failure> {
-    let truth = truth::of_case(case, &args.out.join("truth").join(format!("{}.csv", case.name)))?;
+    let truth = truth::of_case(
+        case,
+        &args.out.join("truth").join(format!("{}.csv", case.name)),
+    )?;
     let (round_count, most) = effort(args.quick);
     let distance = distance::case(case, &truth, round_count, most);
     let mut measurement = Measurement {
         name: case.name.clone(),
         triangles: [case.a.mesh().len(), case.b.mesh().len()],
-        strata: case.poses.iter().zip(&truth).map(|(pose, truth)| Stratum::of(case, pose, truth)).collect(),
+        strata: case
+            .poses
+            .iter()
+            .zip(&truth)
+            .map(|(pose, truth)| Stratum::of(case, pose, truth))
+            .collect(),
         work: Measured::default(),
         rounds: Vec::new(),
         distance,
@@ -151,7 +171,9 @@ fn measure(case: &Case, args: &Args, progress: &Progress) -> Result<Option<Measu
     });
     let Some(work) = work else { return Ok(None) };
     measurement.work = work;
-    let timed: Vec<usize> = (0..truth.len()).step_by(truth.len().div_ceil(most).max(1)).collect();
+    let timed: Vec<usize> = (0..truth.len())
+        .step_by(truth.len().div_ceil(most).max(1))
+        .collect();
     let passes = round_count * 2 * plan().contenders().count() as u64;
     let mut done = 0;
     for _ in 0..round_count {
@@ -172,36 +194,67 @@ fn effort(quick: bool) -> (u64, usize) {
 
 /// Names what a guarantee was broken by; whether anything did.
 fn complain_of_wrong(cases: &[Measurement]) -> bool {
-    cases.iter().flat_map(Measurement::complaints).for_each(|what| complain(what));
-    let in_time: usize = cases.iter().flat_map(|case| &case.rounds).map(|round| round.wrong).sum();
+    cases
+        .iter()
+        .flat_map(Measurement::complaints)
+        .for_each(|what| complain(what));
+    let in_time: usize = cases
+        .iter()
+        .flat_map(|case| &case.rounds)
+        .map(|round| round.wrong)
+        .sum();
     if in_time > 0 {
         complain(&format!("{in_time} wrong answers under budgets of time"));
     }
-    let too_far = summary::overruns(cases).into_iter().filter(|(overrun, most)| overrun > most);
-    let too_far = too_far
-        .map(|(overrun, most)| complain(&format!("a budget of work was overrun by {overrun} units, more than {most}")));
+    let too_far = summary::overruns(cases)
+        .into_iter()
+        .filter(|(overrun, most)| overrun > most);
+    let too_far = too_far.map(|(overrun, most)| {
+        complain(&format!(
+            "a budget of work was overrun by {overrun} units, more than {most}"
+        ))
+    });
     let is_wrong = in_time > 0 || cases.iter().any(|case| case.complaints().next().is_some());
     too_far.count() > 0 || is_wrong
 }
 
-fn write_report(cases: &[Measurement], total: usize, args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+fn write_report(
+    cases: &[Measurement],
+    total: usize,
+    args: &Args,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
     let machine = machine::describe();
     let table: Vec<_> = cases.iter().flat_map(summary::table).collect();
     report::write_csv(&args.out, "sweep", summary::HEADER, &table)?;
     let table: Vec<_> = cases.iter().flat_map(distance::summary::table).collect();
     report::write_csv(&args.out, "distance", distance::summary::HEADER, &table)?;
 
-    let number = |value: f64| if value.is_finite() { json!(value) } else { Value::Null };
+    let number = |value: f64| {
+        if value.is_finite() {
+            json!(value)
+        } else {
+            Value::Null
+        }
+    };
     let work = summary::work_figures(cases);
     let time = summary::time_figures(cases).into_iter();
-    let time = time.map(|(name, f)| (name, json!({ "value": number(f.value), "noise": number(f.noise) })));
+    let time = time.map(|(name, f)| {
+        (
+            name,
+            json!({ "value": number(f.value), "noise": number(f.noise) }),
+        )
+    });
     let summary = json!({
         "machine": machine,
         "cases": cases.iter().map(|case| format!("{}, {}", case.name, counted(case.strata.len(), "pose"))).collect::<Vec<_>>(),
         "work": work.iter().map(|(name, value)| (name.clone(), number(*value))).collect::<serde_json::Map<_, _>>(),
         "time": time.collect::<serde_json::Map<_, _>>(),
     });
-    report::write(&args.out.join("summary.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
+    report::write(
+        &args.out.join("summary.json"),
+        serde_json::to_string_pretty(&summary)? + "\n",
+    )?;
 
     let page = page::page(cases, &args.out, intro(cases, total, args.quick, &machine))?;
     report::write(&args.out.join("index.html"), page.html())?;
@@ -211,15 +264,34 @@ fn write_report(cases: &[Measurement], total: usize, args: &Args, out: &mut impl
     }
     if cases.iter().any(|case| !case.distance.runs.is_empty()) {
         for (goal, name) in GOALS {
-            let [ours, plain, told] = distance::ORDERS.map(|order| reached_over_cases(cases, order, goal).0);
-            writeln!(out, "{name}: with {ours:.2} of the work (depth-first {plain:.2}, told the closest {told:.2})")?;
+            let [ours, plain, told] =
+                distance::ORDERS.map(|order| reached_over_cases(cases, order, goal).0);
+            writeln!(
+                out,
+                "{name}: with {ours:.2} of the work (depth-first {plain:.2}, told the closest {told:.2})"
+            )?;
         }
     } else {
-        writeln!(out, "the meshes meet at every pose: no distance was measured")?;
+        writeln!(
+            out,
+            "the meshes meet at every pose: no distance was measured"
+        )?;
     }
-    let in_time: usize = cases.iter().flat_map(|case| &case.rounds).map(|round| round.wrong).sum();
-    writeln!(out, "wrong: {}", figure("wrong".to_owned()) + in_time as f64)?;
-    writeln!(out, "false certificates: {}", figure("false certificates".to_owned()))?;
+    let in_time: usize = cases
+        .iter()
+        .flat_map(|case| &case.rounds)
+        .map(|round| round.wrong)
+        .sum();
+    writeln!(
+        out,
+        "wrong: {}",
+        figure("wrong".to_owned()) + in_time as f64
+    )?;
+    writeln!(
+        out,
+        "false certificates: {}",
+        figure("false certificates".to_owned())
+    )?;
     writeln!(out, "{}", args.out.join("index.html").display())?;
     Ok(())
 }
@@ -230,21 +302,34 @@ fn tell_of_intersections(
     out: &mut impl Write,
 ) -> Result<(), Failure> {
     if cases.iter().all(|case| case.hits() == 0) {
-        writeln!(out, "the meshes meet at no pose: no contact was to be found")?;
+        writeln!(
+            out,
+            "the meshes meet at no pose: no contact was to be found"
+        )?;
         return Ok(());
     }
     let figure = |name: String| work.get(&name).copied().unwrap_or(f64::NAN);
-    for (what, name, percent) in
-        [("contacts detected", "any", 5), ("pairs found", "recall", 20), ("contact regions seen", "coverage", 20)]
-    {
+    for (what, name, percent) in [
+        ("contacts detected", "any", 5),
+        ("pairs found", "recall", 20),
+        ("contact regions seen", "coverage", 20),
+    ] {
         let percent = plan().percent_near(percent);
-        let shares = [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| figure(format!("{name}@{percent}% {order}")));
+        let shares = [DEFAULT, DEPTH_FIRST, ORACLE]
+            .map(|order| figure(format!("{name}@{percent}% {order}")));
         let [ours, plain, oracle] = shares.map(|share| decimals(share, 3));
-        writeln!(out, "{what} with {percent} % of the work: {ours} (depth-first {plain}, best order {oracle})")?;
+        writeln!(
+            out,
+            "{what} with {percent} % of the work: {ours} (depth-first {plain}, best order {oracle})"
+        )?;
     }
-    let gains = [DEFAULT, ORACLE].map(|order| figure(format!("first hit over depth-first {order} work")));
+    let gains =
+        [DEFAULT, ORACLE].map(|order| figure(format!("first hit over depth-first {order} work")));
     let [ours, oracle] = gains.map(|gain| decimals(1.0 / gain, 2));
-    writeln!(out, "first contact found with {ours} of the work of depth-first (best order {oracle})")?;
+    writeln!(
+        out,
+        "first contact found with {ours} of the work of depth-first (best order {oracle})"
+    )?;
     Ok(())
 }
 
@@ -273,7 +358,10 @@ fn intro(cases: &[Measurement], total: usize, quick: bool, machine: &str) -> Vec
             .to_owned(),
     ];
     if cases.len() < total {
-        intro.push(format!("Interrupted: {} of {total} cases were finished, and only they are shown.", cases.len()));
+        intro.push(format!(
+            "Interrupted: {} of {total} cases were finished, and only they are shown.",
+            cases.len()
+        ));
     }
     if quick {
         intro.push("A quick report: few poses, small meshes, more noise.".to_owned());

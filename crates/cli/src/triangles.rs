@@ -39,7 +39,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Box<dyn std:
     let mut bytes = Vec::new();
     for line in 1.. {
         bytes.clear();
-        let length = source.read_until(b'\n', &mut bytes).map_err(|error| FileError::from_io(file, &error))?;
+        let length = source
+            .read_until(b'\n', &mut bytes)
+            .map_err(|error| FileError::from_io(file, &error))?;
         if length == 0 {
             break;
         }
@@ -65,9 +67,18 @@ fn parse(fields: &[&str]) -> Result<[[DVec3; 3]; 2], String> {
     let n: [f64; NUMBERS] = numbers(&fields[last..])?;
     // The exact test promises nothing beyond this, nor for NaN.
     let limit = 2f64.powi(1003);
-    if let Some(at) = n.iter().position(|number| number.is_nan() || number.abs() > limit) {
-        return Err(format!("`{}` is not finite or exceeds 2^1003", shorten(fields[last + at])));
+    if let Some(at) = n
+        .iter()
+        .position(|number| number.is_nan() || number.abs() > limit)
+    {
+        return Err(format!(
+            "`{}` is not finite or exceeds 2^1003",
+            shorten(fields[last + at])
+        ));
     }
     let corner = |i: usize| DVec3::new(n[i], n[i + 1], n[i + 2]);
-    Ok([[corner(0), corner(3), corner(6)], [corner(9), corner(12), corner(15)]])
+    Ok([
+        [corner(0), corner(3), corner(6)],
+        [corner(9), corner(12), corner(15)],
+    ])
 }

@@ -9,7 +9,12 @@ use punctual_view::{Bodies, Up, View};
 
 /// Two meshes by the names of their files, and their trees.
 pub fn bodies<'t>(files: [&Path; 2], trees: [&'t Tree; 2]) -> Bodies<'t> {
-    let name = |file: &Path| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+    let name = |file: &Path| {
+        file.file_name()
+            .unwrap_or(file.as_os_str())
+            .to_string_lossy()
+            .into_owned()
+    };
     Bodies::new(files.map(name), trees)
 }
 
@@ -29,7 +34,9 @@ pub fn answered<'r, E, T>(
     list: &'r [Listed<E>],
     rows: &'r [Option<T>],
 ) -> impl Iterator<Item = Option<(&'r E, &'r T)>> {
-    list.iter().zip(rows).map(|(listed, row)| Some((listed.entry.as_ref().ok()?, row.as_ref()?)))
+    list.iter()
+        .zip(rows)
+        .map(|(listed, row)| Some((listed.entry.as_ref().ok()?, row.as_ref()?)))
 }
 
 impl ViewArgs {
@@ -42,9 +49,14 @@ impl ViewArgs {
         mut entries: impl Iterator<Item = Option<T>>,
         show: impl FnOnce(T) -> Result<View, ResumeError>,
     ) -> Result<(), Failure> {
-        let (Some(file), at) = (&self.view, self.view_pose) else { return Ok(()) };
-        let entry = entries.nth(at).ok_or_else(|| format!("--view-pose {at}: the list has no such entry"))?;
-        let entry = entry.ok_or_else(|| format!("--view-pose {at}: this entry was not understood"))?;
+        let (Some(file), at) = (&self.view, self.view_pose) else {
+            return Ok(());
+        };
+        let entry = entries
+            .nth(at)
+            .ok_or_else(|| format!("--view-pose {at}: the list has no such entry"))?;
+        let entry =
+            entry.ok_or_else(|| format!("--view-pose {at}: this entry was not understood"))?;
         report::write(file, show(entry)?.up(up).html()?)
     }
 }

@@ -30,11 +30,17 @@ pub struct FileError {
 
 impl ReadError {
     pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self { place: None, what: short(what.into()) }
+        Self {
+            place: None,
+            what: short(what.into()),
+        }
     }
 
     pub(crate) fn at(place: Place, what: impl Into<String>) -> Self {
-        Self { place: Some(place), what: short(what.into()) }
+        Self {
+            place: Some(place),
+            what: short(what.into()),
+        }
     }
 
     pub(crate) fn at_line(line: usize, what: impl Into<String>) -> Self {
@@ -61,7 +67,10 @@ impl From<&str> for ReadError {
 impl FileError {
     /// A fault of this file.
     pub fn new(file: &Path, error: impl Into<ReadError>) -> Self {
-        Self { file: file.to_owned(), error: error.into() }
+        Self {
+            file: file.to_owned(),
+            error: error.into(),
+        }
     }
 
     /// A file that cannot be opened, read or written.
@@ -99,9 +108,13 @@ pub(crate) struct Printable<'a>(pub &'a str);
 
 impl fmt::Display for Printable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0
-            .chars()
-            .try_for_each(|c| if c.is_control() { write!(f, "{}", c.escape_default()) } else { write!(f, "{c}") })
+        self.0.chars().try_for_each(|c| {
+            if c.is_control() {
+                write!(f, "{}", c.escape_default())
+            } else {
+                write!(f, "{c}")
+            }
+        })
     }
 }
 

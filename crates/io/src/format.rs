@@ -30,7 +30,12 @@ impl Format {
     /// # Errors
     /// If it stands for none.
     pub fn of(file: &Path) -> Result<Self, ReadError> {
-        let extension = |file: &Path| file.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let extension = |file: &Path| {
+            file.extension()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .to_ascii_lowercase()
+        };
         let mut name = extension(file);
         if name == "gz" {
             name = extension(file.file_stem().unwrap_or_default().as_ref());
@@ -43,7 +48,9 @@ impl Format {
             "glb" | "gltf" => Ok(Self::Gltf),
             _ => {
                 let known = Self::EXTENSIONS.map(|name| format!(".{name}")).join(", ");
-                Err(ReadError::new(format!("no mesh format by its extension; use one of {known}, or these with .gz")))
+                Err(ReadError::new(format!(
+                    "no mesh format by its extension; use one of {known}, or these with .gz"
+                )))
             }
         }
     }
@@ -53,8 +60,12 @@ impl Format {
         let start = decode(&bytes[..bytes.len().min(1 << 10)]);
         let start = start.trim_start();
         let keyword = start.split_ascii_whitespace().next().unwrap_or_default();
-        let is_statement =
-            |line: &str| matches!(line.split_ascii_whitespace().next(), Some("v" | "f" | "mtllib" | "o"));
+        let is_statement = |line: &str| {
+            matches!(
+                line.split_ascii_whitespace().next(),
+                Some("v" | "f" | "mtllib" | "o")
+            )
+        };
         match () {
             () if keyword == "ply" => Ok(Self::Ply),
             () if start.starts_with("glTF") || start.starts_with('{') => Ok(Self::Gltf),

@@ -51,8 +51,14 @@ pub fn load(file: &Path) -> Result<Loaded, FileError> {
 pub fn load_with(file: &Path, options: &ReadOptions) -> Result<Loaded, FileError> {
     let format = Format::of(file).map_err(|error| FileError::new(file, error))?;
     let bytes = std::fs::read(file).map_err(|error| FileError::from_io(file, &error))?;
-    let folder = options.folder.clone().or_else(|| file.parent().map(Path::to_owned));
-    let options = ReadOptions { folder, ..options.clone() };
+    let folder = options
+        .folder
+        .clone()
+        .or_else(|| file.parent().map(Path::to_owned));
+    let options = ReadOptions {
+        folder,
+        ..options.clone()
+    };
     read_with(&bytes, format, &options).map_err(|error| FileError::new(file, error))
 }
 
@@ -68,13 +74,23 @@ pub fn read(bytes: &[u8], format: impl Into<Option<Format>>) -> Result<Loaded, R
 ///
 /// # Errors
 /// Those of [`read`].
-pub fn read_with(bytes: &[u8], format: impl Into<Option<Format>>, options: &ReadOptions) -> Result<Loaded, ReadError> {
+pub fn read_with(
+    bytes: &[u8],
+    format: impl Into<Option<Format>>,
+    options: &ReadOptions,
+) -> Result<Loaded, ReadError> {
     let bytes = unpacked(bytes, options.limits.unpacked)?;
     refuse_pointer(&bytes)?;
-    let format = format.into().map_or_else(|| Format::of_content(&bytes), Ok)?;
+    let format = format
+        .into()
+        .map_or_else(|| Format::of_content(&bytes), Ok)?;
     // The header of a binary STL file may begin with any bytes.
     let is_wide = format != Format::Stl && text::is_utf16(&bytes);
-    let bytes = if is_wide { Cow::Owned(text::decode(&bytes).into_owned().into_bytes()) } else { bytes };
+    let bytes = if is_wide {
+        Cow::Owned(text::decode(&bytes).into_owned().into_bytes())
+    } else {
+        bytes
+    };
     let mut notices = Notices::default();
     let surface = match format {
         Format::Obj => obj::parse(&bytes, &mut notices),
@@ -85,11 +101,17 @@ pub fn read_with(bytes: &[u8], format: impl Into<Option<Format>>, options: &Read
     };
     let mut surface = surface?;
     if surface.triangles.is_empty() {
-        let passed = notices.first().map(|notice| format!("; {notice}")).unwrap_or_default();
+        let passed = notices
+            .first()
+            .map(|notice| format!("; {notice}"))
+            .unwrap_or_default();
         return Err(ReadError::new(format!("no triangles in it{passed}")));
     }
     options.place(&mut surface.vertices)?;
-    Ok(Loaded { mesh: surface.into_mesh()?, notices: notices.into_list() })
+    Ok(Loaded {
+        mesh: surface.into_mesh()?,
+        notices: notices.into_list(),
+    })
 }
 
 /// What is in a file packed by gzip, or the bytes as they are.
@@ -98,12 +120,14 @@ fn unpacked(bytes: &[u8], limit: usize) -> Result<Cow<'_, [u8]>, ReadError> {
         return Ok(Cow::Borrowed(bytes));
     }
     let mut unpacked = Vec::new();
-    let read = MultiGzDecoder::new(bytes).take(limit as u64 + 1).read_to_end(&mut unpacked);
+    let read = MultiGzDecoder::new(bytes)
+        .take(limit as u64 + 1)
+        .read_to_end(&mut unpacked);
     match read {
         Err(error) => Err(ReadError::new(format!("damaged gzip: {error}"))),
-        Ok(length) if length > limit => {
-            Err(ReadError::new(format!("gzip of more than {limit} bytes; unpack it first")))
-        }
+        Ok(length) if length > limit => Err(ReadError::new(format!(
+            "gzip of more than {limit} bytes; unpack it first"
+        ))),
         Ok(_) => Ok(Cow::Owned(unpacked)),
     }
 }
@@ -111,7 +135,9 @@ fn unpacked(bytes: &[u8], limit: usize) -> Result<Cow<'_, [u8]>, ReadError> {
 /// What Git leaves in the place of a large file that was not fetched.
 fn refuse_pointer(bytes: &[u8]) -> Result<(), ReadError> {
     match bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
-        true => Err(ReadError::new("a Git LFS pointer, not the file itself, which `git lfs pull` fetches")),
+        true => Err(ReadError::new(
+            "a Git LFS pointer, not the file itself, which `git lfs pull` fetches",
+        )),
         false => Ok(()),
     }
 }
@@ -127,15 +153,23 @@ struct Surface {
 
 impl Surface {
     fn into_mesh(self) -> Result<Mesh, ReadError> {
-        let Self { vertices, triangles, places } = self;
+        let Self {
+            vertices,
+            triangles,
+            places,
+        } = self;
         let checked = Mesh::from_f64(vertices, triangles.iter().copied());
         checked.map_err(|error| {
             let vertex = match error {
                 MeshError::NotFinite { vertex, .. } | MeshError::TooLarge { vertex, .. } => vertex,
                 _ => return ReadError::new(error.to_string()),
             };
-            let user = triangles.iter().position(|t| t.iter().any(|&corner| corner as usize == vertex));
-            let user = user.map(|t| format!(" (counted from 0, in use by triangle {t})")).unwrap_or_default();
+            let user = triangles
+                .iter()
+                .position(|t| t.iter().any(|&corner| corner as usize == vertex));
+            let user = user
+                .map(|t| format!(" (counted from 0, in use by triangle {t})"))
+                .unwrap_or_default();
             let what = format!("{error}{user}");
             match places.get(vertex) {
                 Some(&place) => ReadError::at(place, what),

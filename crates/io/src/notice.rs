@@ -31,7 +31,11 @@ impl Notice {
     }
 
     fn text(&self) -> String {
-        let often = if self.count > 1 { format!(" ({} times)", self.count) } else { String::new() };
+        let often = if self.count > 1 {
+            format!(" ({} times)", self.count)
+        } else {
+            String::new()
+        };
         format!("{}{often}", Printable(&self.what))
     }
 }
@@ -60,7 +64,11 @@ impl Notices {
         }
         match self.0.iter_mut().find(|notice| notice.what == what) {
             Some(notice) => notice.count += 1,
-            None => self.0.push(Notice { what: short(what.into_owned()), place: place.into(), count: 1 }),
+            None => self.0.push(Notice {
+                what: short(what.into_owned()),
+                place: place.into(),
+                count: 1,
+            }),
         }
     }
 

@@ -47,19 +47,28 @@ pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, Read
         let place = Place::Line(line);
         match fields.next() {
             Some("v") => {
-                let (vertex, is_plain) = vertex(fields).map_err(|what| ReadError::at(place, what))?;
+                let (vertex, is_plain) =
+                    vertex(fields).map_err(|what| ReadError::at(place, what))?;
                 surface.vertices.push(vertex);
                 surface.places.push(place);
                 if !is_plain {
-                    notices.add(place, "fields after the coordinates of a vertex passed over");
+                    notices.add(
+                        place,
+                        "fields after the coordinates of a vertex passed over",
+                    );
                 }
             }
             None | Some("f" | "fo") => {}
-            Some(name @ ("l" | "p")) => notices.add(place, format!("`{name}` passed over: it has no triangles")),
+            Some(name @ ("l" | "p")) => {
+                notices.add(place, format!("`{name}` passed over: it has no triangles"))
+            }
             Some(skipped) if SKIPPED.contains(&skipped) => {}
             Some(name) => {
                 has_free_form |= FREE_FORM.contains(&name);
-                notices.add(place, format!("unknown statement `{}` passed over", shorten(name)));
+                notices.add(
+                    place,
+                    format!("unknown statement `{}` passed over", shorten(name)),
+                );
             }
         }
     }
@@ -90,15 +99,25 @@ fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
 fn vertex<'a>(mut fields: impl Iterator<Item = &'a str>) -> Result<([f64; 3], bool), String> {
     let mut vertex = [0.0; 3];
     for (count, slot) in vertex.iter_mut().enumerate() {
-        *slot = number(fields.next().ok_or_else(|| format!("vertex of {count} coordinates, must be 3"))?)?;
+        *slot = number(
+            fields
+                .next()
+                .ok_or_else(|| format!("vertex of {count} coordinates, must be 3"))?,
+        )?;
     }
     let mut rest = 0;
-    let is_plain = fields.inspect(|_| rest += 1).all(|field| field.parse::<f64>().is_ok());
+    let is_plain = fields
+        .inspect(|_| rest += 1)
+        .all(|field| field.parse::<f64>().is_ok());
     Ok((vertex, is_plain && rest <= 4))
 }
 
 fn faces(text: &str, surface: &mut Surface, notices: &mut Notices) -> Result<(), ReadError> {
-    let Surface { vertices, triangles, .. } = surface;
+    let Surface {
+        vertices,
+        triangles,
+        ..
+    } = surface;
     let mut corners = Vec::new();
     let mut before = 0;
     for (line, statement) in statements(text) {
@@ -126,11 +145,21 @@ fn faces(text: &str, surface: &mut Surface, notices: &mut Notices) -> Result<(),
 /// negative indices count back.
 fn corner(field: &str, before: usize, count: usize) -> Result<u32, String> {
     let index = field.split_once('/').map_or(field, |(index, _)| index);
-    let index: i64 = index.parse().map_err(|_| format!("`{}` is no vertex index", shorten(field)))?;
-    let vertex = if index > 0 { index - 1 } else { (before as i64).saturating_add(index) };
+    let index: i64 = index
+        .parse()
+        .map_err(|_| format!("`{}` is no vertex index", shorten(field)))?;
+    let vertex = if index > 0 {
+        index - 1
+    } else {
+        (before as i64).saturating_add(index)
+    };
     match u32::try_from(vertex) {
         Ok(vertex) if index != 0 && (vertex as usize) < count => Ok(vertex),
-        _ if index < 0 => Err(format!("vertex index {index} is out of range: {before} vertices above")),
-        _ => Err(format!("vertex index {index} is out of range: {count} vertices, counted from 1")),
+        _ if index < 0 => Err(format!(
+            "vertex index {index} is out of range: {before} vertices above"
+        )),
+        _ => Err(format!(
+            "vertex index {index} is out of range: {count} vertices, counted from 1"
+        )),
     }
 }

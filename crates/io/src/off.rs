@@ -13,23 +13,36 @@ use crate::{Place, ReadError, Surface, polygon};
 pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, ReadError> {
     let text = decode(bytes);
     let text = without_padding(&text, notices);
-    let mut lines = lines(text).zip(1..).map(|(line, at)| (without_comment(line).trim_ascii(), at));
+    let mut lines = lines(text)
+        .zip(1..)
+        .map(|(line, at)| (without_comment(line).trim_ascii(), at));
     let mut next = |what: &str| {
         let line = lines.find(|(line, _)| !line.is_empty());
         line.ok_or_else(|| ReadError::new(format!("end of file before {what}")))
     };
     let (mut line, mut at) = next("the counts")?;
     if let Some(rest) = after_keyword(line)? {
-        (line, at) = if rest.is_empty() { next("the counts")? } else { (rest, at) };
+        (line, at) = if rest.is_empty() {
+            next("the counts")?
+        } else {
+            (rest, at)
+        };
     }
-    let [vertices, faces] = counts(line, bytes.len()).map_err(|what| ReadError::at_line(at, what))?;
+    let [vertices, faces] =
+        counts(line, bytes.len()).map_err(|what| ReadError::at_line(at, what))?;
     let mut surface = Surface::default();
     for _ in 0..vertices {
         let (line, at) = next("the last vertex")?;
-        surface.vertices.push(vertex(line).map_err(|what| ReadError::at_line(at, what))?);
+        surface
+            .vertices
+            .push(vertex(line).map_err(|what| ReadError::at_line(at, what))?);
         surface.places.push(Place::Line(at));
     }
-    let Surface { vertices, triangles, .. } = &mut surface;
+    let Surface {
+        vertices,
+        triangles,
+        ..
+    } = &mut surface;
     for _ in 0..faces {
         let (line, at) = next("the last face")?;
         let corners = corners(line, vertices.len()).map_err(|what| ReadError::at_line(at, what))?;
@@ -45,7 +58,9 @@ pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, Read
 
 /// What stands behind the keyword, on its line; nothing if there is none.
 fn after_keyword(line: &str) -> Result<Option<&str>, ReadError> {
-    let Some(start) = line.find("OFF").or_else(|| line.find("off")) else { return Ok(None) };
+    let Some(start) = line.find("OFF").or_else(|| line.find("off")) else {
+        return Ok(None);
+    };
     let (prefix, rest) = (&line[..start], line[start + 3..].trim_ascii());
     if !prefix.chars().all(|c| "STCN4n".contains(c)) {
         return Ok(None);
@@ -63,9 +78,19 @@ fn after_keyword(line: &str) -> Result<Option<&str>, ReadError> {
 fn counts(line: &str, bytes: usize) -> Result<[usize; 2], String> {
     let mut fields = line.split_ascii_whitespace();
     let mut count = || {
-        let field = fields.next().ok_or("must be the numbers of vertices and faces")?;
-        let count = field.parse().map_err(|_| format!("`{}` is no number of vertices or faces", shorten(field)))?;
-        if count > bytes { Err(format!("{count} vertices or faces do not fit into {bytes} bytes")) } else { Ok(count) }
+        let field = fields
+            .next()
+            .ok_or("must be the numbers of vertices and faces")?;
+        let count = field
+            .parse()
+            .map_err(|_| format!("`{}` is no number of vertices or faces", shorten(field)))?;
+        if count > bytes {
+            Err(format!(
+                "{count} vertices or faces do not fit into {bytes} bytes"
+            ))
+        } else {
+            Ok(count)
+        }
     };
     Ok([count()?, count()?])
 }
@@ -74,7 +99,11 @@ fn vertex(line: &str) -> Result<[f64; 3], String> {
     let mut fields = line.split_ascii_whitespace();
     let mut vertex = [0.0; 3];
     for (count, slot) in vertex.iter_mut().enumerate() {
-        *slot = number(fields.next().ok_or_else(|| format!("vertex of {count} coordinates, must be 3"))?)?;
+        *slot = number(
+            fields
+                .next()
+                .ok_or_else(|| format!("vertex of {count} coordinates, must be 3"))?,
+        )?;
     }
     Ok(vertex)
 }
@@ -83,12 +112,18 @@ fn vertex(line: &str) -> Result<[f64; 3], String> {
 fn corners(line: &str, vertices: usize) -> Result<Vec<u32>, String> {
     let mut fields = line.split_ascii_whitespace();
     let mut index = || -> Result<usize, String> {
-        let field = fields.next().ok_or("fewer indices than the face has corners")?;
-        field.parse().map_err(|_| format!("`{}` is no vertex index", shorten(field)))
+        let field = fields
+            .next()
+            .ok_or("fewer indices than the face has corners")?;
+        field
+            .parse()
+            .map_err(|_| format!("`{}` is no vertex index", shorten(field)))
     };
     let corner = |index: usize| match index < vertices {
         true => Ok(index as u32),
-        false => Err(format!("vertex index {index} is out of range: {vertices} vertices, counted from 0")),
+        false => Err(format!(
+            "vertex index {index} is out of range: {vertices} vertices, counted from 0"
+        )),
     };
     (0..index()?).map(|_| corner(index()?)).collect()
 }

@@ -27,7 +27,11 @@ pub struct Limits {
 impl Limits {
     /// At most so many vertices, and so many triangles.
     pub const fn new(vertices: usize, triangles: usize) -> Self {
-        Self { vertices, triangles, unpacked: 1 << 30 }
+        Self {
+            vertices,
+            triangles,
+            unpacked: 1 << 30,
+        }
     }
 }
 
@@ -71,7 +75,12 @@ pub struct ReadOptions {
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { limits: Limits::default(), scale: 1.0, up: Axis::Z, folder: None }
+        Self {
+            limits: Limits::default(),
+            scale: 1.0,
+            up: Axis::Z,
+            folder: None,
+        }
     }
 }
 
@@ -93,14 +102,19 @@ impl ReadOptions {
 
     /// The same with a folder for the buffers of glTF documents.
     pub fn folder(self, folder: impl Into<PathBuf>) -> Self {
-        Self { folder: Some(folder.into()), ..self }
+        Self {
+            folder: Some(folder.into()),
+            ..self
+        }
     }
 
     /// Turns and scales vertices.
     pub(crate) fn place(&self, vertices: &mut [[f64; 3]]) -> Result<(), ReadError> {
         let scale = self.scale;
         if !(scale > 0.0 && scale.is_finite()) {
-            return Err(ReadError::new(format!("scale {scale}, must be finite and above 0")));
+            return Err(ReadError::new(format!(
+                "scale {scale}, must be finite and above 0"
+            )));
         }
         for vertex in vertices {
             let [x, y, z] = *vertex;

@@ -35,9 +35,16 @@ pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, Read
                 }
                 kind @ ("face" | STRIPS) => {
                     corners(&mut body, element, &mut faces.corners)?;
-                    faces.ends.push(End { corners: faces.corners.len(), place, is_strip: kind == STRIPS });
+                    faces.ends.push(End {
+                        corners: faces.corners.len(),
+                        place,
+                        is_strip: kind == STRIPS,
+                    });
                 }
-                _ => element.properties.iter().try_for_each(|property| body.skip(property))?,
+                _ => element
+                    .properties
+                    .iter()
+                    .try_for_each(|property| body.skip(property))?,
             }
             body.end(notices);
         }
@@ -58,7 +65,11 @@ fn vertex(body: &mut Body<'_>, element: &Element) -> Result<[f64; 3], ReadError>
     Ok(vertex)
 }
 
-fn corners(body: &mut Body<'_>, element: &Element, corners: &mut Vec<f64>) -> Result<(), ReadError> {
+fn corners(
+    body: &mut Body<'_>,
+    element: &Element,
+    corners: &mut Vec<f64>,
+) -> Result<(), ReadError> {
     for property in &element.properties {
         match property.count {
             Some(count) if CORNER_LISTS.contains(&property.name.as_str()) => {
@@ -90,14 +101,25 @@ struct End {
 
 impl Faces {
     fn fill(&self, surface: &mut Surface, notices: &mut Notices) -> Result<(), ReadError> {
-        let Surface { vertices, triangles, .. } = surface;
+        let Surface {
+            vertices,
+            triangles,
+            ..
+        } = surface;
         let count = vertices.len();
         let index = |&corner: &f64| match corner >= 0.0 && corner < count as f64 {
             true => Ok(corner as u32),
-            false => Err(format!("vertex index {corner} is out of range: {count} vertices, counted from 0")),
+            false => Err(format!(
+                "vertex index {corner} is out of range: {count} vertices, counted from 0"
+            )),
         };
         let mut start = 0;
-        for &End { corners: end, place, is_strip } in &self.ends {
+        for &End {
+            corners: end,
+            place,
+            is_strip,
+        } in &self.ends
+        {
             let corners = &self.corners[start..end];
             let parts = corners.split(|corner| is_strip && STRIP_ENDS.contains(corner));
             for part in parts {

@@ -18,17 +18,30 @@ use robust::{Coord, orient2d};
 
 /// Adds the triangles of the polygon with these corners, two fewer than corners; tells what is out of order, if
 /// anything is.
-pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[u32; 3]>) -> Option<&'static str> {
+pub(crate) fn fill(
+    corners: &[u32],
+    vertices: &[[f64; 3]],
+    triangles: &mut Vec<[u32; 3]>,
+) -> Option<&'static str> {
     if corners.len() < 3 {
         return Some("face of fewer than 3 corners passed over");
     }
-    let fan = corners.windows(2).skip(1).map(|edge| [corners[0], edge[0], edge[1]]);
+    let fan = corners
+        .windows(2)
+        .skip(1)
+        .map(|edge| [corners[0], edge[0], edge[1]]);
     if corners.len() == 3 {
         triangles.extend(fan);
         return None;
     }
-    let mut points: Vec<[f64; 3]> = corners.iter().map(|&corner| vertices[corner as usize]).collect();
-    let largest = points.as_flattened().iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let mut points: Vec<[f64; 3]> = corners
+        .iter()
+        .map(|&corner| vertices[corner as usize])
+        .collect();
+    let largest = points
+        .as_flattened()
+        .iter()
+        .fold(0.0, |largest: f64, x| largest.max(x.abs()));
     // A number that is none is for the mesh to complain of, with its line.
     if largest == 0.0 || !points.as_flattened().iter().all(|x| x.is_finite()) {
         triangles.extend(fan);
@@ -36,9 +49,14 @@ pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[
     }
     // By a power of two, so that products neither overflow nor vanish.
     let scale = power_of_two_below(largest);
-    points.as_flattened_mut().iter_mut().for_each(|x| *x /= scale);
+    points
+        .as_flattened_mut()
+        .iter_mut()
+        .for_each(|x| *x /= scale);
     let areas = [0, 1, 2].map(|axis| area(&points, axis));
-    let axis = (0..3).max_by(|&i, &j| areas[i].abs().total_cmp(&areas[j].abs())).unwrap_or(0);
+    let axis = (0..3)
+        .max_by(|&i, &j| areas[i].abs().total_cmp(&areas[j].abs()))
+        .unwrap_or(0);
     let seen = along(&points, axis);
     if fan_fills(&seen) || (0..3).all(|axis| is_line(&along(&points, axis))) {
         triangles.extend(fan);
@@ -46,11 +64,21 @@ pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[
     }
     let sense = areas[axis].signum();
     let cut = Outline::new(&seen, sense).cut();
-    let (ears, oddity) = match cut.or_else(|rest| Outline::new(&seen, -sense).cut().map_err(|_| rest)) {
+    let (ears, oddity) = match cut
+        .or_else(|rest| Outline::new(&seen, -sense).cut().map_err(|_| rest))
+    {
         Ok(ears) => (ears, None),
-        Err(ears) => (ears, Some("polygon that crosses itself, or has too many corners, filled with some diagonals")),
+        Err(ears) => (
+            ears,
+            Some(
+                "polygon that crosses itself, or has too many corners, filled with some diagonals",
+            ),
+        ),
     };
-    triangles.extend(ears.into_iter().map(|triangle| triangle.map(|i| corners[i])));
+    triangles.extend(
+        ears.into_iter()
+            .map(|triangle| triangle.map(|i| corners[i])),
+    );
     oddity
 }
 
@@ -58,7 +86,10 @@ pub(crate) fn fill(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[
 /// parts of the
 /// strip, and are none.
 pub(crate) fn strip(corners: &[u32], vertices: &[[f64; 3]], triangles: &mut Vec<[u32; 3]>) {
-    let turned = corners.windows(3).zip(0..).map(|(w, i)| [w[0], w[1 + i % 2], w[2 - i % 2]]);
+    let turned = corners
+        .windows(3)
+        .zip(0..)
+        .map(|(w, i)| [w[0], w[1 + i % 2], w[2 - i % 2]]);
     let is_triangle = |[a, b, c]: &[u32; 3]| {
         let [p, q, r] = [a, b, c].map(|&corner| vertices[corner as usize]);
         p != q && q != r && r != p
@@ -82,7 +113,10 @@ fn area(points: &[[f64; 3]], axis: usize) -> f64 {
 
 /// The points as they look against an axis, right-handed.
 fn along(points: &[[f64; 3]], axis: usize) -> Vec<[f64; 2]> {
-    points.iter().map(|point| [point[(axis + 1) % 3], point[(axis + 2) % 3]]).collect()
+    points
+        .iter()
+        .map(|point| [point[(axis + 1) % 3], point[(axis + 2) % 3]])
+        .collect()
 }
 
 /// Positive where `a`, `b`, `c` turn left, 0 on a line; the sign is exact.
@@ -98,7 +132,11 @@ fn lies_between(point: [f64; 2], p: [f64; 2], q: [f64; 2]) -> bool {
 
 fn is_line(points: &[[f64; 2]]) -> bool {
     let second = points.iter().find(|&&point| point != points[0]);
-    second.is_none_or(|&second| points.iter().all(|&point| turn(points[0], second, point) == 0.0))
+    second.is_none_or(|&second| {
+        points
+            .iter()
+            .all(|&point| turn(points[0], second, point) == 0.0)
+    })
 }
 
 /// Whether the fan around the first corner fills a polygon that is no line: the other corners lie on one side of the first edge
@@ -108,11 +146,18 @@ fn fan_fills(points: &[[f64; 2]]) -> bool {
     let is_center = |point: &&[f64; 2]| **point == center;
     let before = points.iter().take_while(is_center).count();
     let after = points.iter().rev().take_while(is_center).count();
-    let Some(others) = points.get(before..points.len() - after).filter(|others| !others.contains(&center)) else {
+    let Some(others) = points
+        .get(before..points.len() - after)
+        .filter(|others| !others.contains(&center))
+    else {
         return false;
     };
     let first = others[0];
-    let Some(side) = others.iter().map(|&point| turn(center, first, point)).find(|&side| side != 0.0) else {
+    let Some(side) = others
+        .iter()
+        .map(|&point| turn(center, first, point))
+        .find(|&side| side != 0.0)
+    else {
         return false;
     };
     let agrees = |turn: f64| turn * side.signum() >= 0.0;
@@ -146,14 +191,24 @@ impl<'p> Outline<'p> {
     fn new(points: &'p [[f64; 2]], sense: f64) -> Self {
         let n = points.len();
         let extent = |k: usize| {
-            let (low, high) = points.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[k]), h.max(p[k])));
+            let (low, high) = points
+                .iter()
+                .fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[k]), h.max(p[k])));
             high - low
         };
         let axis = usize::from(extent(1) > extent(0));
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_unstable_by(|&i, &j| points[i][axis].total_cmp(&points[j][axis]));
         let neighbors = (0..n).map(|i| [(i + n - 1) % n, (i + 1) % n]).collect();
-        Self { points, sense, neighbors, is_left: vec![true; n], order, axis, tests: 0 }
+        Self {
+            points,
+            sense,
+            neighbors,
+            is_left: vec![true; n],
+            order,
+            axis,
+            tests: 0,
+        }
     }
 
     /// Cuts off one ear after the other. Where there is none before the end, the triangles are those ears and a fan.
@@ -200,13 +255,17 @@ impl<'p> Outline<'p> {
         let high = along[0].max(along[1]).max(along[2]);
         let place = |i: usize| self.points[i][self.axis];
         let first = self.order.partition_point(|&i| place(i) < low);
-        let near = self.order[first..].iter().take_while(|&&i| place(i) <= high);
+        let near = self.order[first..]
+            .iter()
+            .take_while(|&&i| place(i) <= high);
         let is_inside = |x: [f64; 2]| {
             let left_of = |from, to| self.sense * turn(from, to, x);
             left_of(p, q) > 0.0 && left_of(q, r) > 0.0 && left_of(r, p) >= 0.0 && x != p && x != r
         };
         let mut tests = 0;
-        let is_free = near.inspect(|_| tests += 1).all(|&i| !self.is_left[i] || !is_inside(self.points[i]));
+        let is_free = near
+            .inspect(|_| tests += 1)
+            .all(|&i| !self.is_left[i] || !is_inside(self.points[i]));
         self.tests += tests;
         is_free
     }
@@ -249,14 +308,23 @@ mod tests {
         for triangle in &triangles {
             let corners = triangle.map(|i| points[i as usize]);
             let part = area_in_xy(&corners);
-            assert!(part * whole >= 0.0, "{points:?}: {triangle:?} is turned over");
+            assert!(
+                part * whole >= 0.0,
+                "{points:?}: {triangle:?} is turned over"
+            );
             sum += part;
             if part.abs() > 1e-9 * whole.abs() {
                 let center = [0, 1].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);
-                assert!(is_inside(points, center), "{points:?}: {triangle:?} is outside");
+                assert!(
+                    is_inside(points, center),
+                    "{points:?}: {triangle:?} is outside"
+                );
             }
         }
-        assert!((sum / whole - 1.0).abs() < 1e-9, "{points:?}: {sum} of {whole}");
+        assert!(
+            (sum / whole - 1.0).abs() < 1e-9,
+            "{points:?}: {sum} of {whole}"
+        );
         triangles.len()
     }
 
@@ -266,7 +334,10 @@ mod tests {
     fn assert_some_diagonals(points: &[[f64; 3]]) {
         let corners: Vec<u32> = (0..points.len() as u32).collect();
         let mut triangles = Vec::new();
-        assert!(fill(&corners, points, &mut triangles).is_some(), "{points:?}");
+        assert!(
+            fill(&corners, points, &mut triangles).is_some(),
+            "{points:?}"
+        );
         assert_eq!(triangles.len(), points.len() - 2);
         let mut used = triangles.concat();
         used.sort_unstable();
@@ -278,26 +349,68 @@ mod tests {
 
     #[test]
     fn convex_polygons_are_fans() {
-        let circle: Vec<_> = (0..9).map(|i| f64::from(i).sin_cos()).map(|(y, x)| [x, y, 0.0]).collect();
-        let turned: Vec<_> = circle[..6].iter().map(|&[x, y, _]| [0.3, x, y + 0.1 * x]).collect();
+        let circle: Vec<_> = (0..9)
+            .map(|i| f64::from(i).sin_cos())
+            .map(|(y, x)| [x, y, 0.0])
+            .collect();
+        let turned: Vec<_> = circle[..6]
+            .iter()
+            .map(|&[x, y, _]| [0.3, x, y + 0.1 * x])
+            .collect();
         for points in [&circle[..6], &turned] {
-            assert_eq!(filled(points), Ok(vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]));
+            assert_eq!(
+                filled(points),
+                Ok(vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
+            );
         }
         // A fan does for this one too, and so does it for corners on a side, repeated ones, and a line.
         assert_eq!(filled(&flat(&ARROW)).unwrap()[0], [0, 1, 2]);
-        let square = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [0.0, 0.0]]);
+        let square = flat(&[
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 2.0],
+            [0.0, 2.0],
+            [0.0, 0.0],
+        ]);
         assert_eq!(filled(&square).unwrap().len(), 5);
         let line = [0.0, 3.0, 1.0, 2.0].map(|t| [t, 2.0 * t, -t]);
         assert_eq!(filled(&line).unwrap(), [[0, 1, 2], [0, 2, 3]]);
         // A warped quad is one of two folded pairs of triangles.
-        assert_eq!(filled(&[[0.0; 3], [1.0, 0.0, 0.1], [1.0, 1.0, 0.0], [0.0, 1.0, 0.1]]).unwrap().len(), 2);
+        assert_eq!(
+            filled(&[[0.0; 3], [1.0, 0.0, 0.1], [1.0, 1.0, 0.0], [0.0, 1.0, 0.1]])
+                .unwrap()
+                .len(),
+            2
+        );
     }
 
     #[test]
     fn concave_polygons_are_not_left() {
-        let u = [[0., 0.], [3., 0.], [3., 3.], [2., 3.], [2., 1.], [1., 1.], [1., 3.], [0., 3.]];
+        let u = [
+            [0., 0.],
+            [3., 0.],
+            [3., 3.],
+            [2., 3.],
+            [2., 1.],
+            [1., 1.],
+            [1., 3.],
+            [0., 3.],
+        ];
         // With corners on the sides of the gap, which are none of the outline's turns.
-        let gap = [[0., 0.], [4., 0.], [4., 3.], [3., 3.], [3., 2.], [3., 1.], [2., 1.], [1., 1.], [1., 3.], [0., 3.]];
+        let gap = [
+            [0., 0.],
+            [4., 0.],
+            [4., 3.],
+            [3., 3.],
+            [3., 2.],
+            [3., 1.],
+            [2., 1.],
+            [1., 1.],
+            [1., 3.],
+            [0., 3.],
+        ];
         for shape in [&ARROW[..], &u, &gap] {
             for start in 0..shape.len() {
                 let mut points = flat(shape);
@@ -309,11 +422,18 @@ mod tests {
         }
         // The same in another plane and of any size.
         for scale in [1e-300, 1.0, 1e300] {
-            let points: Vec<_> = u.iter().rev().map(|&[x, y]| [scale * x, scale * y, scale * (x + 2.0 * y)]).collect();
+            let points: Vec<_> = u
+                .iter()
+                .rev()
+                .map(|&[x, y]| [scale * x, scale * y, scale * (x + 2.0 * y)])
+                .collect();
             let mut steep: Vec<_> = points.iter().map(|&[x, y, z]| [z, x, y]).collect();
             for _ in 0..2 {
                 let places: Vec<_> = filled(&steep).unwrap().into_iter().flatten().collect();
-                assert!(places.len() == 18 && (0..8).all(|corner| places.contains(&corner)), "{scale}");
+                assert!(
+                    places.len() == 18 && (0..8).all(|corner| places.contains(&corner)),
+                    "{scale}"
+                );
                 steep.rotate_left(3);
             }
         }
@@ -356,7 +476,10 @@ mod tests {
 
     #[test]
     fn crossing_polygons_are_filled_with_some_diagonals() {
-        let star = (0..5).map(|i| (f64::from(i) * 0.8 * std::f64::consts::PI).sin_cos()).map(|(y, x)| [x, y]).collect();
+        let star = (0..5)
+            .map(|i| (f64::from(i) * 0.8 * std::f64::consts::PI).sin_cos())
+            .map(|(y, x)| [x, y])
+            .collect();
         let cases: [Vec<[f64; 2]>; 4] = [
             vec![[0., 0.], [2., 2.], [2., 0.], [0., 2.]],
             vec![[0., 0.], [2., 2.], [3., 0.], [0., 1.]],
@@ -381,8 +504,16 @@ mod tests {
             points.rotate_left(start);
             let triangles = filled(&points).unwrap();
             let corners: Vec<u32> = triangles.iter().flatten().copied().collect();
-            assert!((0..4).all(|corner| corners.contains(&corner)), "{triangles:?}");
-            assert!(triangles.iter().all(|t| area_in_xy(&t.map(|i| points[i as usize])) == 0.0), "{triangles:?}");
+            assert!(
+                (0..4).all(|corner| corners.contains(&corner)),
+                "{triangles:?}"
+            );
+            assert!(
+                triangles
+                    .iter()
+                    .all(|t| area_in_xy(&t.map(|i| points[i as usize])) == 0.0),
+                "{triangles:?}"
+            );
         }
     }
 
@@ -392,10 +523,14 @@ mod tests {
         let comb = |n: u32, ragged: f64| {
             let length = move |i: u32| if i.is_multiple_of(2) { 0.0 } else { 1e4 } + ragged * f64::from(i % 7);
             let teeth = (0..n).map(move |i| [f64::from(i), length(i)]);
-            teeth.chain([[f64::from(n), -1.0], [0.0, -1.0]]).collect::<Vec<_>>()
+            teeth
+                .chain([[f64::from(n), -1.0], [0.0, -1.0]])
+                .collect::<Vec<_>>()
         };
         let arm = |width: f64| {
-            (0..4000).map(move |i| 0.01 * f64::from(i)).map(move |t| [(t + width) * t.cos(), (t + width) * t.sin()])
+            (0..4000)
+                .map(move |i| 0.01 * f64::from(i))
+                .map(move |t| [(t + width) * t.cos(), (t + width) * t.sin()])
         };
         let spiral = arm(1.0).chain(arm(3.0).rev()).collect();
         for points in [comb(3000, 0.0), comb(30_000, 1.0), spiral] {

@@ -17,8 +17,14 @@ const HEADER: usize = 84;
 const BYTES_PER_TRIANGLE: usize = 50;
 
 pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, ReadError> {
-    let count = bytes.get(HEADER - 4..HEADER).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
-    let expected = count.map(|count| BYTES_PER_TRIANGLE.saturating_mul(count).saturating_add(HEADER));
+    let count = bytes
+        .get(HEADER - 4..HEADER)
+        .map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
+    let expected = count.map(|count| {
+        BYTES_PER_TRIANGLE
+            .saturating_mul(count)
+            .saturating_add(HEADER)
+    });
     if expected == Some(bytes.len()) {
         return Ok(parse_binary(bytes));
     }
@@ -27,20 +33,34 @@ pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, Read
         return parse_ascii(without_padding(&text, notices), notices);
     }
     let (Some(count), Some(expected)) = (count, expected) else {
-        return Err(ReadError::new(format!("neither ASCII STL nor, with {} bytes, a binary one", bytes.len())));
+        return Err(ReadError::new(format!(
+            "neither ASCII STL nor, with {} bytes, a binary one",
+            bytes.len()
+        )));
     };
     let room = (bytes.len() - HEADER) / BYTES_PER_TRIANGLE;
     // Programs that write while they compute leave the number of triangles open.
     if room > 0 && (count == 0 || count == u32::MAX as usize) {
-        let what = format!("the header leaves the number of triangles open; the file has room for {room}");
+        let what =
+            format!("the header leaves the number of triangles open; the file has room for {room}");
         notices.add(Place::Byte(HEADER - 4), what);
     } else if expected > bytes.len() {
-        let what = format!("binary STL of {count} triangles has {expected} bytes, this file has {}", bytes.len());
+        let what = format!(
+            "binary STL of {count} triangles has {expected} bytes, this file has {}",
+            bytes.len()
+        );
         return Err(ReadError::new(what));
     }
-    let end = if expected == HEADER || expected > bytes.len() { HEADER + BYTES_PER_TRIANGLE * room } else { expected };
+    let end = if expected == HEADER || expected > bytes.len() {
+        HEADER + BYTES_PER_TRIANGLE * room
+    } else {
+        expected
+    };
     if end < bytes.len() {
-        let what = format!("{} bytes after the last triangle passed over", bytes.len() - end);
+        let what = format!(
+            "{} bytes after the last triangle passed over",
+            bytes.len() - end
+        );
         notices.add(Place::Byte(end), what);
     }
     Ok(parse_binary(&bytes[..end]))
@@ -52,15 +72,26 @@ fn is_text(bytes: &[u8]) -> bool {
         return true;
     }
     let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
-    let has = |word: &[u8]| text.windows(word.len()).any(|window| window.eq_ignore_ascii_case(word));
+    let has = |word: &[u8]| {
+        text.windows(word.len())
+            .any(|window| window.eq_ignore_ascii_case(word))
+    };
     has(b"facet") || has(b"endsolid")
 }
 
 /// Whether a file of unknown format is STL by its first word or its size.
 pub(crate) fn is_likely(bytes: &[u8]) -> bool {
-    let start = decode(&bytes[..bytes.len().min(256)]).trim_start().to_ascii_lowercase();
-    let count = bytes.get(HEADER - 4..HEADER).map_or(0, |n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
-    let fits = count > 0 && BYTES_PER_TRIANGLE.saturating_mul(count).saturating_add(HEADER) <= bytes.len();
+    let start = decode(&bytes[..bytes.len().min(256)])
+        .trim_start()
+        .to_ascii_lowercase();
+    let count = bytes
+        .get(HEADER - 4..HEADER)
+        .map_or(0, |n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
+    let fits = count > 0
+        && BYTES_PER_TRIANGLE
+            .saturating_mul(count)
+            .saturating_add(HEADER)
+            <= bytes.len();
     fits || ((start.starts_with("solid") || start.starts_with("facet")) && is_text(bytes))
 }
 
@@ -73,22 +104,31 @@ struct Corners {
 
 impl Corners {
     fn vertex(&mut self, corner: [f32; 3], place: Place) -> u32 {
-        *self.vertices.entry(corner.map(f32::to_bits)).or_insert_with(|| {
-            self.surface.vertices.push(corner.map(f64::from));
-            self.surface.places.push(place);
-            (self.surface.vertices.len() - 1) as u32
-        })
+        *self
+            .vertices
+            .entry(corner.map(f32::to_bits))
+            .or_insert_with(|| {
+                self.surface.vertices.push(corner.map(f64::from));
+                self.surface.places.push(place);
+                (self.surface.vertices.len() - 1) as u32
+            })
     }
 }
 
 fn parse_binary(bytes: &[u8]) -> Surface {
     let mut corners = Corners::default();
-    for (start, triangle) in
-        (HEADER..).step_by(BYTES_PER_TRIANGLE).zip(bytes[HEADER..].chunks_exact(BYTES_PER_TRIANGLE))
+    for (start, triangle) in (HEADER..)
+        .step_by(BYTES_PER_TRIANGLE)
+        .zip(bytes[HEADER..].chunks_exact(BYTES_PER_TRIANGLE))
     {
         let number = |at: usize| f32::from_le_bytes([0, 1, 2, 3].map(|i| triangle[at + i]));
         // After the normal.
-        let vertices = [12, 24, 36].map(|at| ([0, 4, 8].map(|axis| number(at + axis)), Place::Byte(start + at)));
+        let vertices = [12, 24, 36].map(|at| {
+            (
+                [0, 4, 8].map(|axis| number(at + axis)),
+                Place::Byte(start + at),
+            )
+        });
         let triangle = vertices.map(|(corner, place)| corners.vertex(corner, place));
         corners.surface.triangles.push(triangle);
     }
@@ -96,7 +136,10 @@ fn parse_binary(bytes: &[u8]) -> Surface {
 }
 
 fn parse_ascii(text: &str, notices: &mut Notices) -> Result<Surface, ReadError> {
-    let mut words = Words { rest: text.as_bytes(), line: 1 };
+    let mut words = Words {
+        rest: text.as_bytes(),
+        line: 1,
+    };
     let mut corners = Corners::default();
     let mut is_open = false;
     while let Some(word) = words.clone().next() {
@@ -122,7 +165,11 @@ fn parse_ascii(text: &str, notices: &mut Notices) -> Result<Surface, ReadError> 
     Ok(corners.surface)
 }
 
-fn facet(words: &mut Words<'_>, corners: &mut Corners, notices: &mut Notices) -> Result<(), ReadError> {
+fn facet(
+    words: &mut Words<'_>,
+    corners: &mut Corners,
+    notices: &mut Notices,
+) -> Result<(), ReadError> {
     words.expect("facet")?;
     let first = words.line;
     words.expect("normal")?;
@@ -143,19 +190,29 @@ fn facet(words: &mut Words<'_>, corners: &mut Corners, notices: &mut Notices) ->
     }
     words.expect("endloop")?;
     words.statement("endfacet", notices)?;
-    let Surface { vertices, triangles, .. } = &mut corners.surface;
+    let Surface {
+        vertices,
+        triangles,
+        ..
+    } = &mut corners.surface;
     let oddity = polygon::fill(&outline, vertices, triangles);
-    if let Some(oddity) = oddity.or((outline.len() > 3).then_some("facet of more than 3 corners filled as a polygon")) {
+    if let Some(oddity) =
+        oddity.or((outline.len() > 3).then_some("facet of more than 3 corners filled as a polygon"))
+    {
         notices.add(Place::Line(first), oddity);
     }
     Ok(())
 }
 
 /// Words by which a statement begins.
-const KEYWORDS: [&str; 7] = ["solid", "endsolid", "facet", "endfacet", "outer", "endloop", "vertex"];
+const KEYWORDS: [&str; 7] = [
+    "solid", "endsolid", "facet", "endfacet", "outer", "endloop", "vertex",
+];
 
 fn is_keyword(word: &[u8]) -> bool {
-    KEYWORDS.iter().any(|keyword| word.eq_ignore_ascii_case(keyword.as_bytes()))
+    KEYWORDS
+        .iter()
+        .any(|keyword| word.eq_ignore_ascii_case(keyword.as_bytes()))
 }
 
 /// The words of a text, and the line of the last one.
@@ -167,23 +224,36 @@ struct Words<'a> {
 
 impl<'a> Words<'a> {
     fn next(&mut self) -> Option<&'a [u8]> {
-        let blanks = self.rest.iter().position(|byte| !byte.is_ascii_whitespace())?;
+        let blanks = self
+            .rest
+            .iter()
+            .position(|byte| !byte.is_ascii_whitespace())?;
         self.line += line_ends(&self.rest[..blanks]);
         self.rest = &self.rest[blanks..];
-        let end = self.rest.iter().position(u8::is_ascii_whitespace).unwrap_or(self.rest.len());
+        let end = self
+            .rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(self.rest.len());
         let (word, rest) = self.rest.split_at(end);
         self.rest = rest;
         Some(word)
     }
 
     fn is_next(&self, word: &str) -> bool {
-        self.clone().next().is_some_and(|next| next.eq_ignore_ascii_case(word.as_bytes()))
+        self.clone()
+            .next()
+            .is_some_and(|next| next.eq_ignore_ascii_case(word.as_bytes()))
     }
 
     /// Whether a facet begins here: `facet normal`, three words, `outer`. A name may have the first two.
     fn is_facet(&self) -> bool {
         let mut words = self.clone();
-        let mut is_next = |word: &str| words.next().is_some_and(|next| next.eq_ignore_ascii_case(word.as_bytes()));
+        let mut is_next = |word: &str| {
+            words
+                .next()
+                .is_some_and(|next| next.eq_ignore_ascii_case(word.as_bytes()))
+        };
         is_next("facet") && is_next("normal") && words.nth_is(3, "outer")
     }
 
@@ -209,7 +279,10 @@ impl<'a> Words<'a> {
     /// Passes over the rest of a line, up to a keyword.
     fn skip_unknown(&mut self, notices: &mut Notices) {
         let Some(word) = self.next() else { return };
-        let what = format!("unknown statement `{}` passed over", shorten(&String::from_utf8_lossy(word)));
+        let what = format!(
+            "unknown statement `{}` passed over",
+            shorten(&String::from_utf8_lossy(word))
+        );
         notices.add(Place::Line(self.line), what);
         self.skip_name(|words| words.clone().next().is_some_and(is_keyword));
     }
@@ -217,7 +290,8 @@ impl<'a> Words<'a> {
     /// Whether a solid begins here with a facet on the same line; its name may have a few words.
     fn is_solid_on_line(&self) -> bool {
         let mut words = self.clone();
-        let mut is_facet_next = || words.next().is_some() && words.line == self.line && words.is_facet();
+        let mut is_facet_next =
+            || words.next().is_some() && words.line == self.line && words.is_facet();
         self.is_next("solid") && (0..8).any(|_| is_facet_next())
     }
 
@@ -235,16 +309,18 @@ impl<'a> Words<'a> {
     fn expect(&mut self, word: &str) -> Result<(), ReadError> {
         match self.next() {
             Some(next) if next.eq_ignore_ascii_case(word.as_bytes()) => Ok(()),
-            Some(next) => {
-                Err(self.fault(&format!("expected `{word}`, found `{}`", shorten(&String::from_utf8_lossy(next)))))
-            }
+            Some(next) => Err(self.fault(&format!(
+                "expected `{word}`, found `{}`",
+                shorten(&String::from_utf8_lossy(next))
+            ))),
             None => Err(self.fault(&format!("expected `{word}`, found the end of the file"))),
         }
     }
 
     fn number(&mut self) -> Result<f32, ReadError> {
         let word = String::from_utf8_lossy(self.next().unwrap_or_default());
-        word.parse().map_err(|_| self.fault(&format!("`{}` is no number", shorten(&word))))
+        word.parse()
+            .map_err(|_| self.fault(&format!("`{}` is no number", shorten(&word))))
     }
 
     fn fault(&self, what: &str) -> ReadError {

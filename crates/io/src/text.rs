@@ -8,7 +8,10 @@ use crate::notice::Notices;
 /// U+FFFD.
 pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
     let wide = |number: fn([u8; 2]) -> u16| {
-        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| number([pair[0], pair[1]])).collect();
+        let units: Vec<u16> = bytes[2..]
+            .chunks_exact(2)
+            .map(|pair| number([pair[0], pair[1]]))
+            .collect();
         Cow::Owned(String::from_utf16_lossy(&units))
     };
     match bytes {
@@ -30,9 +33,16 @@ pub fn lines(text: &str) -> impl Iterator<Item = &str> {
         if rest.is_empty() {
             return None;
         }
-        let end = rest.bytes().position(|byte| byte == b'\n' || byte == b'\r').unwrap_or(rest.len());
+        let end = rest
+            .bytes()
+            .position(|byte| byte == b'\n' || byte == b'\r')
+            .unwrap_or(rest.len());
         let (line, after) = rest.split_at(end);
-        let end = if after.starts_with("\r\n") { 2 } else { after.len().min(1) };
+        let end = if after.starts_with("\r\n") {
+            2
+        } else {
+            after.len().min(1)
+        };
         rest = &after[end..];
         Some(line)
     })
@@ -44,7 +54,10 @@ pub(crate) fn without_padding<'t>(text: &'t str, notices: &mut Notices) -> &'t s
     let cut = text.trim_end_matches(|c: char| is_padding(c) || c.is_ascii_whitespace());
     let padding = text[cut.len()..].chars().filter(|&c| is_padding(c)).count();
     if padding > 0 {
-        notices.add(None, format!("{padding} bytes of padding after the text passed over"));
+        notices.add(
+            None,
+            format!("{padding} bytes of padding after the text passed over"),
+        );
         return cut;
     }
     text
@@ -52,7 +65,8 @@ pub(crate) fn without_padding<'t>(text: &'t str, notices: &mut Notices) -> &'t s
 
 /// The statement of a line: what stands before a comment.
 pub fn without_comment(line: &str) -> &str {
-    line.split_once('#').map_or(line, |(statement, _)| statement)
+    line.split_once('#')
+        .map_or(line, |(statement, _)| statement)
 }
 
 /// The fields of a line, without its comment.
@@ -62,7 +76,9 @@ pub fn fields(line: &str) -> Vec<&str> {
 
 /// One number, to the last bit; `nan` and `inf` are numbers here.
 pub fn number(field: &str) -> Result<f64, String> {
-    field.parse().map_err(|_| format!("`{}` is no number", shorten(field)))
+    field
+        .parse()
+        .map_err(|_| format!("`{}` is no number", shorten(field)))
 }
 
 /// Exactly `N` numbers.
@@ -79,5 +95,8 @@ pub fn numbers<const N: usize>(fields: &[&str]) -> Result<[f64; N], String> {
 
 /// The beginning of a field, for messages: damaged files have fields of any length.
 pub fn shorten(field: &str) -> &str {
-    field.char_indices().nth(40).map_or(field, |(end, _)| &field[..end])
+    field
+        .char_indices()
+        .nth(40)
+        .map_or(field, |(end, _)| &field[..end])
 }

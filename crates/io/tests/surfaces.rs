@@ -18,7 +18,8 @@ const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 #[track_caller]
 fn accepted(format: Format, content: impl AsRef<[u8]>) -> Mesh {
     let content = content.as_ref();
-    let loaded = read(content, format).unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(content)));
+    let loaded = read(content, format)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(content)));
     assert_eq!(loaded.notices, [], "{}", String::from_utf8_lossy(content));
     loaded.mesh
 }
@@ -33,7 +34,11 @@ fn all_formats_give_the_same_triangles() {
         for (name, bytes) in write::all_formats(&mesh) {
             let format = Format::of(name.as_ref()).unwrap();
             assert_eq!(corners(&accepted(format, &bytes)), corners(&mesh), "{name}");
-            assert_eq!(corners(&read(&bytes, None).unwrap().mesh), corners(&mesh), "{name} by its content");
+            assert_eq!(
+                corners(&read(&bytes, None).unwrap().mesh),
+                corners(&mesh),
+                "{name} by its content"
+            );
         }
     }
 }
@@ -109,8 +114,12 @@ fn text_may_be_utf_16() {
         (Format::Off, format!("OFF\n3 1 0\n{points}3 0 1 2\n")),
     ];
     for (format, text) in files {
-        let wide =
-            |bytes: fn(u16) -> [u8; 2]| format!("\u{feff}{text}").encode_utf16().flat_map(bytes).collect::<Vec<u8>>();
+        let wide = |bytes: fn(u16) -> [u8; 2]| {
+            format!("\u{feff}{text}")
+                .encode_utf16()
+                .flat_map(bytes)
+                .collect::<Vec<u8>>()
+        };
         for bytes in [wide(u16::to_le_bytes), wide(u16::to_be_bytes)] {
             assert_eq!(accepted(format, &bytes).len(), 1, "{text}");
             assert_eq!(read(&bytes, None).unwrap().mesh.len(), 1, "{text}");
@@ -129,8 +138,16 @@ fn packed_files_are_unpacked() {
         let packed = packed.finish().unwrap();
         let file = folder.join(format!("{name}.GZ"));
         std::fs::write(&file, &packed).unwrap();
-        assert_eq!(corners(&load(&file).unwrap().mesh), corners(&mesh), "{name}");
-        assert_eq!(corners(&read(&packed, None).unwrap().mesh), corners(&mesh), "{name}");
+        assert_eq!(
+            corners(&load(&file).unwrap().mesh),
+            corners(&mesh),
+            "{name}"
+        );
+        assert_eq!(
+            corners(&read(&packed, None).unwrap().mesh),
+            corners(&mesh),
+            "{name}"
+        );
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -139,17 +156,28 @@ fn packed_files_are_unpacked() {
 #[test]
 fn binary_bodies_begin_after_the_line_end_of_the_header() {
     let mesh = icosphere(1);
-    for (name, bytes) in
-        write::all_formats(&mesh).into_iter().filter(|(name, _)| ["little.ply", "big.Ply"].contains(name))
+    for (name, bytes) in write::all_formats(&mesh)
+        .into_iter()
+        .filter(|(name, _)| ["little.ply", "big.Ply"].contains(name))
     {
-        let end = bytes.windows(11).position(|window| window == b"end_header\n").unwrap() + 11;
+        let end = bytes
+            .windows(11)
+            .position(|window| window == b"end_header\n")
+            .unwrap()
+            + 11;
         for line_end in ["\r", "\r\n"] {
-            let header = String::from_utf8(bytes[..end].to_vec()).unwrap().replace('\n', line_end);
+            let header = String::from_utf8(bytes[..end].to_vec())
+                .unwrap()
+                .replace('\n', line_end);
             // The colour, which is first, is a line feed.
             let mut body = bytes[end..].to_vec();
             body[0] = b'\n';
             let bytes = [header.as_bytes(), &body].concat();
-            assert_eq!(corners(&accepted(Format::Ply, bytes)), corners(&mesh), "{name}");
+            assert_eq!(
+                corners(&accepted(Format::Ply, bytes)),
+                corners(&mesh),
+                "{name}"
+            );
         }
     }
 }
@@ -157,7 +185,12 @@ fn binary_bodies_begin_after_the_line_end_of_the_header() {
 #[test]
 fn meshes_are_scaled_and_turned() {
     let obj = format!("{SQUARE}v 1 2 3\nf 1 2 5\n");
-    let corner = |options: &ReadOptions| read_with(obj.as_bytes(), None, options).unwrap().mesh.triangle(0)[2];
+    let corner = |options: &ReadOptions| {
+        read_with(obj.as_bytes(), None, options)
+            .unwrap()
+            .mesh
+            .triangle(0)[2]
+    };
     let with = |up: Axis, scale: f64| ReadOptions::default().up(up).scale(scale);
     assert_eq!(corner(&ReadOptions::default()), DVec3::new(1.0, 2.0, 3.0));
     assert_eq!(corner(&with(Axis::Z, 0.1)), DVec3::new(0.1, 0.2, 0.1 * 3.0));
@@ -167,24 +200,38 @@ fn meshes_are_scaled_and_turned() {
     for up in [Axis::X, Axis::Y, Axis::Z] {
         let [x, y, z] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|[x, y, z]| {
             let obj = format!("v {x} {y} {z}\nv 0 0 0\nf 1 2 2\n");
-            read_with(obj.as_bytes(), None, &with(up, 1.0)).unwrap().mesh.triangle(0)[0]
+            read_with(obj.as_bytes(), None, &with(up, 1.0))
+                .unwrap()
+                .mesh
+                .triangle(0)[0]
         });
         assert_eq!(x.cross(y), z, "{up:?}");
     }
     for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = read_with(obj.as_bytes(), None, &with(Axis::Z, scale)).unwrap_err().to_string();
+        let error = read_with(obj.as_bytes(), None, &with(Axis::Z, scale))
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("must be finite and above 0"), "{error}");
     }
 }
 
 #[test]
 fn numbers_mean_what_they_mean_in_c() {
-    let of = |numbers: &str| accepted(Format::Ply, format!("{PLY}{numbers}\n0 0 0\n1 1 1\n3 0 1 2\n")).triangle(0)[0];
+    let of = |numbers: &str| {
+        accepted(
+            Format::Ply,
+            format!("{PLY}{numbers}\n0 0 0\n1 1 1\n3 0 1 2\n"),
+        )
+        .triangle(0)[0]
+    };
     for (numbers, expected) in [
         (".25 1. -.5", [0.25, 1.0, -0.5]),
         ("+.5e1 1.e-1 -0", [5.0, 0.1, 0.0]),
         ("1E2 00.5 4.9e-324", [100.0, 0.5, 5e-324]),
-        ("0.1000000000000000055 123456789012345678 1e-999", [0.1, 123_456_789_012_345_680.0, 0.0]),
+        (
+            "0.1000000000000000055 123456789012345678 1e-999",
+            [0.1, 123_456_789_012_345_680.0, 0.0],
+        ),
     ] {
         assert_eq!(of(numbers).to_array(), expected, "{numbers}");
     }
@@ -194,8 +241,14 @@ fn numbers_mean_what_they_mean_in_c() {
 #[test]
 fn coordinates_reach_the_last_bit() {
     for z in ["0.1", "0.1000000000000000055", "0.10000000000000002"] {
-        let obj = accepted(Format::Obj, format!("v 0 0 {z}\nv 1 0 {z}\nv 0 1 {z}\nf 1 2 3\n"));
-        let ply = accepted(Format::Ply, format!("{PLY}0 0 {z}\n1 0 {z}\n0 1 {z}\n3 0 1 2\n"));
+        let obj = accepted(
+            Format::Obj,
+            format!("v 0 0 {z}\nv 1 0 {z}\nv 0 1 {z}\nf 1 2 3\n"),
+        );
+        let ply = accepted(
+            Format::Ply,
+            format!("{PLY}0 0 {z}\n1 0 {z}\n0 1 {z}\n3 0 1 2\n"),
+        );
         assert_eq!(corners(&obj), corners(&ply));
         assert_eq!(obj.triangle(0)[0].z, z.parse::<f64>().unwrap());
     }
@@ -203,7 +256,8 @@ fn coordinates_reach_the_last_bit() {
 
 fn meets(a: &Mesh, b: &Mesh) -> bool {
     let (a, b) = (Tree::new(a.clone()), Tree::new(b.clone()));
-    let outcome = Query::new(&a, &b, Pose::IDENTITY).run(&mut Workspace::new(), Budget::unlimited());
+    let outcome =
+        Query::new(&a, &b, Pose::IDENTITY).run(&mut Workspace::new(), Budget::unlimited());
     matches!(outcome.verdict, Verdict::Intersecting { .. })
 }
 
@@ -212,14 +266,24 @@ fn meets(a: &Mesh, b: &Mesh) -> bool {
 fn a_concave_polygon_has_no_contact_in_empty_space() {
     let points = [[2, 0], [2, 1], [1, 1], [1, 2], [0, 2], [0, 0]];
     let obj: String = points.map(|[x, y]| format!("v {x} {y} 0\n")).concat() + "f 1 2 3 4 5 6\n";
-    let ply = PLY.replace("vertex 3", "vertex 6") + &points.map(|[x, y]| format!("{x} {y} 0\n")).concat();
-    let shapes = [accepted(Format::Obj, &obj), accepted(Format::Ply, ply + "6 0 1 2 3 4 5\n")];
-    let needle = |x: f64, y: f64| Mesh::from_f64([[x, y, -1.0], [x, y, 1.0], [x + 0.01, y, 1.0]], [[0, 1, 2]]).unwrap();
+    let ply =
+        PLY.replace("vertex 3", "vertex 6") + &points.map(|[x, y]| format!("{x} {y} 0\n")).concat();
+    let shapes = [
+        accepted(Format::Obj, &obj),
+        accepted(Format::Ply, ply + "6 0 1 2 3 4 5\n"),
+    ];
+    let needle = |x: f64, y: f64| {
+        Mesh::from_f64([[x, y, -1.0], [x, y, 1.0], [x + 0.01, y, 1.0]], [[0, 1, 2]]).unwrap()
+    };
     for shape in shapes {
         assert_eq!(shape.len(), 4);
-        for (x, y, expected) in
-            [(0.5, 0.5, true), (1.7, 0.7, true), (0.7, 1.7, true), (1.2, 1.2, false), (1.4, 1.1, false)]
-        {
+        for (x, y, expected) in [
+            (0.5, 0.5, true),
+            (1.7, 0.7, true),
+            (0.7, 1.7, true),
+            (1.2, 1.2, false),
+            (1.4, 1.1, false),
+        ] {
             assert_eq!(meets(&shape, &needle(x, y)), expected, "{x} {y}");
         }
     }
@@ -228,15 +292,29 @@ fn a_concave_polygon_has_no_contact_in_empty_space() {
 /// The square of the length of a line would be minutes.
 #[test]
 fn long_lines_take_no_longer_than_many() {
-    let facet = "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet ";
+    let facet =
+        "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet ";
     let start = Instant::now();
-    let mesh = accepted(Format::Stl, format!("solid one line {}endsolid one line", facet.repeat(100_000)));
+    let mesh = accepted(
+        Format::Stl,
+        format!("solid one line {}endsolid one line", facet.repeat(100_000)),
+    );
     assert_eq!(mesh.len(), 100_000);
     let names = "endsolid ".to_owned() + &"solid ".repeat(1_000_000);
-    assert_eq!(accepted(Format::Stl, format!("solid a {facet}{names}")).len(), 1);
+    assert_eq!(
+        accepted(Format::Stl, format!("solid a {facet}{names}")).len(),
+        1
+    );
     let spread = "f 1 2 3".to_owned() + &" \\\n 3".repeat(300_000);
-    assert_eq!(accepted(Format::Obj, format!("{SQUARE}{spread}\n")).len(), 300_001);
-    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+    assert_eq!(
+        accepted(Format::Obj, format!("{SQUARE}{spread}\n")).len(),
+        300_001
+    );
+    assert!(
+        start.elapsed() < Duration::from_secs(20),
+        "{:?}",
+        start.elapsed()
+    );
 }
 
 #[cfg(unix)]
@@ -257,6 +335,12 @@ fn file_names_may_be_any_bytes() {
 /// Triangles keep the order of the file, which names them in every answer.
 #[test]
 fn polygons_among_triangles_keep_the_order() {
-    let mesh = accepted(Format::Obj, format!("{SQUARE}v 0 0 1\nf 1 2 5\nf 1 2 3 4\nf 2 3 5\n"));
-    assert_eq!(mesh.triangles(), [[0, 1, 4], [0, 1, 2], [0, 2, 3], [1, 2, 4]]);
+    let mesh = accepted(
+        Format::Obj,
+        format!("{SQUARE}v 0 0 1\nf 1 2 5\nf 1 2 3 4\nf 2 3 5\n"),
+    );
+    assert_eq!(
+        mesh.triangles(),
+        [[0, 1, 4], [0, 1, 2], [0, 2, 3], [1, 2, 4]]
+    );
 }

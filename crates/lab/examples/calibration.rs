@@ -29,7 +29,10 @@ fn poses(folder: &Path) -> Result<Vec<Pose>, Failure> {
     let [a, b] = [files::mesh(folder, "a")?, files::mesh(folder, "b")?].map(Tree::new);
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
     let mut poses = Vec::new();
-    for pose in files::poses(&folder.join("poses.txt"))?.into_iter().filter_map(|listed| listed.entry.ok()) {
+    for pose in files::poses(&folder.join("poses.txt"))?
+        .into_iter()
+        .filter_map(|listed| listed.entry.ok())
+    {
         let query = Query::new(&a, &b, pose);
         let all = query.mode(Mode::All);
         let mut whole = all.run_with(&mut workspace, None, Budget::unlimited(), &clock);
@@ -44,7 +47,10 @@ fn poses(folder: &Path) -> Result<Vec<Pose>, Failure> {
                 *told = Some(query.estimate(&workspace, None)?.probability);
             }
         }
-        poses.push(Pose { told, met: whole.found > 0 });
+        poses.push(Pose {
+            told,
+            met: whole.found > 0,
+        });
     }
     Ok(poses)
 }
@@ -59,7 +65,9 @@ fn play(groups: impl Iterator<Item = Vec<(f64, bool)>>) -> [Chances; 2] {
             raw.0.push((told, met));
             corrected.0.push((calibration.apply(told), met));
         }
-        group.iter().for_each(|&(told, met)| calibration.learn(told, met));
+        group
+            .iter()
+            .for_each(|&(told, met)| calibration.learn(told, met));
         learned += group.len();
     }
     [raw, corrected]
@@ -67,7 +75,11 @@ fn play(groups: impl Iterator<Item = Vec<(f64, bool)>>) -> [Chances; 2] {
 
 /// Budget by budget, each moment learned at once.
 fn by_budget(poses: &[Pose]) -> [Chances; 2] {
-    let at = |i: usize| poses.iter().filter_map(move |pose| Some(vec![(pose.told[i]?, pose.met)]));
+    let at = |i: usize| {
+        poses
+            .iter()
+            .filter_map(move |pose| Some(vec![(pose.told[i]?, pose.met)]))
+    };
     play((0..PERCENT.len()).flat_map(at))
 }
 
@@ -76,7 +88,13 @@ fn by_pose(poses: &[Pose], seed: u64) -> [Chances; 2] {
     let mut random = Random::new(seed);
     let mut order: Vec<(f64, &Pose)> = poses.iter().map(|pose| (random.fraction(), pose)).collect();
     order.sort_by(|x, y| x.0.total_cmp(&y.0));
-    play(order.iter().map(|(_, pose)| pose.told.iter().flatten().map(|&told| (told, pose.met)).collect()))
+    play(order.iter().map(|(_, pose)| {
+        pose.told
+            .iter()
+            .flatten()
+            .map(|&told| (told, pose.met))
+            .collect()
+    }))
 }
 
 /// Columns of the table, each of one order: as told and corrected, budget by budget and pose by pose.
@@ -89,17 +107,28 @@ fn columns(poses: &[Pose], seed: u64) -> Columns {
 
 /// ECE and Brier score of each column, means over the orders.
 fn scores(orders: &[Columns]) -> [[f64; 2]; 4] {
-    let mean = |score: &dyn Fn(&Columns) -> f64| orders.iter().map(score).sum::<f64>() / orders.len() as f64;
-    [0, 1, 2, 3].map(|i| [mean(&|of| of[i].calibration_error()), mean(&|of| of[i].brier())])
+    let mean = |score: &dyn Fn(&Columns) -> f64| {
+        orders.iter().map(score).sum::<f64>() / orders.len() as f64
+    };
+    [0, 1, 2, 3].map(|i| {
+        [
+            mean(&|of| of[i].calibration_error()),
+            mean(&|of| of[i].brier()),
+        ]
+    })
 }
 
 fn row(name: &str, moments: usize, scores: [[f64; 2]; 4]) -> String {
-    let text = scores.map(|[ece, brier]| format!("{ece:.3} / {brier:.3}")).join(" | ");
+    let text = scores
+        .map(|[ece, brier]| format!("{ece:.3} / {brier:.3}"))
+        .join(" | ");
     format!("| {name} | {moments} | {text} |")
 }
 
 fn main() -> Result<(), Failure> {
-    println!("| case: ECE / Brier | moments | by budget: told | corrected | by pose: told | corrected |");
+    println!(
+        "| case: ECE / Brier | moments | by budget: told | corrected | by pose: told | corrected |"
+    );
     println!("|---|---|---|---|---|---|");
     // For each order, what was told of all cases.
     let mut together: Vec<Columns> = (0..ORDERS).map(|_| Columns::default()).collect();
@@ -114,18 +143,35 @@ fn main() -> Result<(), Failure> {
         }
         let orders: Vec<Columns> = (0..ORDERS).map(|seed| columns(&poses, seed)).collect();
         let scores = scores(&orders);
-        println!("{}", row(&folder.file_name().unwrap_or_default().to_string_lossy(), moments, scores));
+        println!(
+            "{}",
+            row(
+                &folder.file_name().unwrap_or_default().to_string_lossy(),
+                moments,
+                scores
+            )
+        );
         errors.push(scores.map(|[ece, _]| ece));
         total += moments;
-        for (all, of) in together.iter_mut().flatten().zip(orders.into_iter().flatten()) {
+        for (all, of) in together
+            .iter_mut()
+            .flatten()
+            .zip(orders.into_iter().flatten())
+        {
             all.0.extend(of.0);
         }
     }
-    println!("{}", row("**all moments together**", total, scores(&together)));
+    println!(
+        "{}",
+        row("**all moments together**", total, scores(&together))
+    );
     let of = |i: usize| errors.iter().map(move |errors| errors[i]);
     let mean = [0, 1, 2, 3].map(|i| format!("{:.3}", of(i).sum::<f64>() / errors.len() as f64));
     let worst = [0, 1, 2, 3].map(|i| format!("{:.3}", of(i).fold(0.0, f64::max)));
     println!("| **ECE of single cases: mean** | | {} |", mean.join(" | "));
-    println!("| **ECE of single cases: worst** | | {} |", worst.join(" | "));
+    println!(
+        "| **ECE of single cases: worst** | | {} |",
+        worst.join(" | ")
+    );
     Ok(())
 }

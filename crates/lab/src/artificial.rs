@@ -41,7 +41,13 @@ pub struct ArtificialNode<const D: usize> {
 impl<const D: usize> ArtificialTree<D> {
     /// The root, with its centre at the given point.
     pub fn root_at(&self, center: [f64; D]) -> ArtificialNode<D> {
-        ArtificialNode { center, extent: [1.0; D], alpha: self.alpha, height: self.depth, corners: self.corners }
+        ArtificialNode {
+            center,
+            extent: [1.0; D],
+            alpha: self.alpha,
+            height: self.depth,
+            corners: self.corners,
+        }
     }
 
     /// What Algorithm 1 visits in this tree and another whose root is at `offset` from the root of this one.
@@ -75,7 +81,13 @@ impl<const D: usize> BinaryNode for ArtificialNode<D> {
             Corners::Fixed => (0, [self.corners; 2]),
             Corners::Random(seed) => {
                 let mut random = Random::new(seed);
-                (random.bits(), [Corners::Random(random.bits()), Corners::Random(random.bits())])
+                (
+                    random.bits(),
+                    [
+                        Corners::Random(random.bits()),
+                        Corners::Random(random.bits()),
+                    ],
+                )
             }
         };
         let extent = array::from_fn(|k| self.extent[k] * self.alpha[k]);
@@ -85,7 +97,13 @@ impl<const D: usize> BinaryNode for ArtificialNode<D> {
                 let high = (signs >> (63 - k)) & 1 == u64::from(!second);
                 self.center[k] + if high { away } else { -away }
             });
-            Self { center, extent, alpha: self.alpha, height, corners: seeds[usize::from(second)] }
+            Self {
+                center,
+                extent,
+                alpha: self.alpha,
+                height,
+                corners: seeds[usize::from(second)],
+            }
         };
         Some([child(false), child(true)])
     }
@@ -97,13 +115,20 @@ mod tests {
     use crate::paper;
 
     fn tree<const D: usize>(alpha: [f64; D], depth: u32, corners: Corners) -> ArtificialTree<D> {
-        ArtificialTree { alpha, depth, corners }
+        ArtificialTree {
+            alpha,
+            depth,
+            corners,
+        }
     }
 
     fn level<const D: usize>(tree: &ArtificialTree<D>, level: u32) -> Vec<ArtificialNode<D>> {
         let mut nodes = vec![tree.root_at([0.0; D])];
         for _ in 0..level {
-            nodes = nodes.iter().flat_map(|node| node.children().unwrap()).collect();
+            nodes = nodes
+                .iter()
+                .flat_map(|node| node.children().unwrap())
+                .collect();
         }
         nodes
     }
@@ -117,10 +142,18 @@ mod tests {
                 for k in 0..3 {
                     assert_eq!(first.extent[k], parent.extent[k] * tree.alpha[k]);
                     let border = |child: &ArtificialNode<3>, side: f64| {
-                        child.center[k] + side * child.extent[k] - parent.center[k] - side * parent.extent[k]
+                        child.center[k] + side * child.extent[k]
+                            - parent.center[k]
+                            - side * parent.extent[k]
                     };
-                    let side = if first.center[k] < parent.center[k] { -0.5 } else { 0.5 };
-                    assert!(border(&first, side).abs() < 1e-15 && border(&second, -side).abs() < 1e-15);
+                    let side = if first.center[k] < parent.center[k] {
+                        -0.5
+                    } else {
+                        0.5
+                    };
+                    assert!(
+                        border(&first, side).abs() < 1e-15 && border(&second, -side).abs() < 1e-15
+                    );
                 }
             }
             assert!(level(&tree, 6).iter().all(|leaf| leaf.children().is_none()));
@@ -131,8 +164,12 @@ mod tests {
     fn random_corners_are_as_often_low_as_high_on_each_axis_by_itself() {
         let nodes = level(&tree([0.5; 3], 13, Corners::Random(9)), 12);
         let firsts = nodes.iter().map(|node| (node, node.children().unwrap()[0]));
-        let signs: Vec<[bool; 3]> = firsts.map(|(p, c)| array::from_fn(|k| c.center[k] > p.center[k])).collect();
-        let share = |of: &dyn Fn(&[bool; 3]) -> bool| signs.iter().filter(|s| of(s)).count() as f64 / 4096.0;
+        let signs: Vec<[bool; 3]> = firsts
+            .map(|(p, c)| array::from_fn(|k| c.center[k] > p.center[k]))
+            .collect();
+        let share = |of: &dyn Fn(&[bool; 3]) -> bool| {
+            signs.iter().filter(|s| of(s)).count() as f64 / 4096.0
+        };
         for (j, k) in [(0, 0), (1, 1), (2, 2)] {
             assert!((share(&|s| s[j] || s[k]) - 0.5).abs() < 0.03);
         }
@@ -144,7 +181,10 @@ mod tests {
     #[test]
     fn no_shrinking_visits_all_pairs() {
         let flat = tree([1.0; 3], 5, Corners::Fixed);
-        assert_eq!(flat.visits(&flat, [0.5; 3]).overlapping, [1, 4, 16, 64, 256, 1024]);
+        assert_eq!(
+            flat.visits(&flat, [0.5; 3]).overlapping,
+            [1, 4, 16, 64, 256, 1024]
+        );
         assert_eq!(flat.visits(&flat, [1.01, 0.0, 0.0]).bv_tests, 1);
         // Points in the corners of a square: only the two pairs of equal corners meet.
         let points = tree([0.0; 2], 1, Corners::Fixed);
@@ -159,11 +199,15 @@ mod tests {
         let total: u64 = (0..placements)
             .map(|_| {
                 let [a, b] = [(); 2].map(|()| tree(alpha, depth, Corners::Random(random.bits())));
-                a.visits(&b, [(); 3].map(|()| random.between(-1.0, 1.0))).total()
+                a.visits(&b, [(); 3].map(|()| random.between(-1.0, 1.0)))
+                    .total()
             })
             .sum();
         let mean = total as f64 / f64::from(placements);
         let expected = paper::eq11(alpha, depth);
-        assert!((mean / expected - 1.0).abs() < 0.05, "{mean} is not {expected}");
+        assert!(
+            (mean / expected - 1.0).abs() < 0.05,
+            "{mean} is not {expected}"
+        );
     }
 }

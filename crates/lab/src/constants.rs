@@ -41,6 +41,10 @@ impl Data {
 
     /// The numbers of cases, of poses, and of moments of queries.
     pub fn counts(&self) -> [usize; 3] {
-        [self.names.len(), self.poses, self.samples.len() + self.moments.len() + self.motions.len()]
+        [
+            self.names.len(),
+            self.poses,
+            self.samples.len() + self.moments.len() + self.motions.len(),
+        ]
     }
 }

@@ -24,7 +24,10 @@ pub fn overlap_probability(alpha: f64, level: u32, x: f64) -> f64 {
     } else if level == 0 {
         1.0
     } else {
-        let (below, step) = (|x: f64| overlap_probability(alpha, level - 1, x / alpha), 1.0 - alpha);
+        let (below, step) = (
+            |x: f64| overlap_probability(alpha, level - 1, x / alpha),
+            1.0 - alpha,
+        );
         0.25 * below(x - step) + 0.5 * below(x) + 0.25 * below(x + step)
     }
 }
@@ -97,8 +100,15 @@ impl DeltaTable {
 
     /// Tabulates levels `0..=depth` for alphas from [`Self::LEAST_ALPHA`] to 1: `(depth + 1) * 17160` bytes.
     pub fn new(depth: u32) -> Self {
-        let alpha = |i: usize| Self::LEAST_ALPHA + (1.0 - Self::LEAST_ALPHA) * i as f64 / (Self::ALPHAS - 1) as f64;
-        Self { axes: (0..Self::ALPHAS).map(|i| AxisTable::new(alpha(i), depth, Self::CELLS)).collect(), depth }
+        let alpha = |i: usize| {
+            Self::LEAST_ALPHA + (1.0 - Self::LEAST_ALPHA) * i as f64 / (Self::ALPHAS - 1) as f64
+        };
+        Self {
+            axes: (0..Self::ALPHAS)
+                .map(|i| AxisTable::new(alpha(i), depth, Self::CELLS))
+                .collect(),
+            depth,
+        }
     }
 
     /// Expected overlapping pairs of levels `0..=depth`, `4^l prod_k f_l(x_k; alpha_k)`, where the centres of the roots are
@@ -124,7 +134,8 @@ impl DeltaTable {
 
     /// `N_v` of two trees of this depth whose roots overlap by `delta` along x, the mean over all lateral offsets.
     pub fn visits_at_delta(&self, alpha: [f64; 3], delta: f64, depth: u32) -> f64 {
-        self.overlapping_pairs(alpha, [Some(1.0 - delta), None, None], depth).sum()
+        self.overlapping_pairs(alpha, [Some(1.0 - delta), None, None], depth)
+            .sum()
     }
 
     /// Interpolates `f_l / alpha^l` between two alphas of the grid.
@@ -146,7 +157,8 @@ fn interpolate(values: &[f64], x: f64) -> f64 {
     let last = values.len() - 1;
     let place = x.abs().min(1.0) * last as f64;
     let cell = (place as usize).min(last.saturating_sub(1));
-    let value = values[cell] + (values[(cell + 1).min(last)] - values[cell]) * (place - cell as f64);
+    let value =
+        values[cell] + (values[(cell + 1).min(last)] - values[cell]) * (place - cell as f64);
     if x < 0.0 { -value } else { value }
 }
 
@@ -161,7 +173,15 @@ mod tests {
         let f = overlap_probability;
         assert_eq!([f(0.5, 0, 0.9), f(0.5, 0, 1.1)], [1.0, 0.0]);
         // Level 1, alpha 1/2: the children's centres are x - 1/2, x, x + 1/2 apart, and meet within 1/2.
-        assert_eq!([f(0.5, 1, 0.0), f(0.5, 1, 0.25), f(0.5, 1, 0.75), f(0.5, 1, 1.0)], [1.0, 0.75, 0.25, 0.25]);
+        assert_eq!(
+            [
+                f(0.5, 1, 0.0),
+                f(0.5, 1, 0.25),
+                f(0.5, 1, 0.75),
+                f(0.5, 1, 1.0)
+            ],
+            [1.0, 0.75, 0.25, 0.25]
+        );
         // Without shrinking everything meets; touching roots touch in one of four pairs on each level.
         assert_eq!([f(1.0, 9, 1.0), f(0.7, 9, 1.0)], [1.0, 0.25f64.powi(9)]);
     }
@@ -171,8 +191,14 @@ mod tests {
         for (alpha, level) in [(0.5, 5), (0.7, 6), (0.9, 7)] {
             let n = 4000;
             let x = |i: u32| (f64::from(i) + 0.5) / f64::from(n);
-            let mean = (0..n).map(|i| overlap_probability(alpha, level, x(i))).sum::<f64>() / f64::from(n);
-            assert!((mean / f64::powi(alpha, level as i32) - 1.0).abs() < 1e-3, "{alpha} {level}: {mean}");
+            let mean = (0..n)
+                .map(|i| overlap_probability(alpha, level, x(i)))
+                .sum::<f64>()
+                / f64::from(n);
+            assert!(
+                (mean / f64::powi(alpha, level as i32) - 1.0).abs() < 1e-3,
+                "{alpha} {level}: {mean}"
+            );
             let table = AxisTable::new(alpha, level, 128);
             assert_eq!(table.depth(), level as usize);
             let whole = table.integral[table.integral.len() - 1];
@@ -186,7 +212,10 @@ mod tests {
         let low = x - 1.0 / cells as f64;
         let high = (x + 1.0 / cells as f64).min(1.0);
         let at = |i: i32| low + (high - low) * (f64::from(i) + 0.5) / f64::from(n);
-        (0..n).map(|i| overlap_probability(alpha, level, at(i))).sum::<f64>() / f64::from(n)
+        (0..n)
+            .map(|i| overlap_probability(alpha, level, at(i)))
+            .sum::<f64>()
+            / f64::from(n)
     }
 
     #[test]
@@ -195,9 +224,15 @@ mod tests {
             let table = AxisTable::new(alpha, 8, 64);
             for level in [0, 1, 4, 8] {
                 for x in [0.0, 0.1, 0.4, 0.75] {
-                    let (found, exact) = (table.overlap_probability(level as usize, x), averaged(alpha, level, x, 64));
+                    let (found, exact) = (
+                        table.overlap_probability(level as usize, x),
+                        averaged(alpha, level, x, 64),
+                    );
                     let scale = f64::powi(alpha, level as i32);
-                    assert!((found - exact).abs() < 0.03 * scale, "{alpha} {level} {x}: {found} is not {exact}");
+                    assert!(
+                        (found - exact).abs() < 0.03 * scale,
+                        "{alpha} {level} {x}: {found} is not {exact}"
+                    );
                 }
             }
             assert_eq!(table.overlap_probability(3, 1.01), 0.0);
@@ -208,24 +243,42 @@ mod tests {
     fn artificial_trees_visit_what_the_table_says() {
         let table = DeltaTable::new(9);
         let mut random = Random::new(11);
-        for (alpha, delta) in [([0.83, 0.76, 0.91], 0.33), ([0.7; 3], 0.87), ([0.91, 0.8, 0.62], 0.62)] {
+        for (alpha, delta) in [
+            ([0.83, 0.76, 0.91], 0.33),
+            ([0.7; 3], 0.87),
+            ([0.91, 0.8, 0.62], 0.62),
+        ] {
             let runs = 3000;
             let mut total = 0;
             for _ in 0..runs {
                 let corners = [(); 2].map(|()| Corners::Random(random.bits()));
-                let [a, b] = corners.map(|corners| ArtificialTree { alpha, depth: 9, corners });
+                let [a, b] = corners.map(|corners| ArtificialTree {
+                    alpha,
+                    depth: 9,
+                    corners,
+                });
                 let [y, z] = [(); 2].map(|()| random.between(-1.0, 1.0));
                 total += a.visits(&b, [1.0 - delta, y, z]).total();
             }
             let mean = total as f64 / f64::from(runs);
             let exact: f64 = (0..=9)
                 .map(|l| {
-                    paper::eq1(l, overlap_probability(alpha[0], l, 1.0 - delta) * (alpha[1] * alpha[2]).powi(l as i32))
+                    paper::eq1(
+                        l,
+                        overlap_probability(alpha[0], l, 1.0 - delta)
+                            * (alpha[1] * alpha[2]).powi(l as i32),
+                    )
                 })
                 .sum();
             let tabled = table.visits_at_delta(alpha, delta, 9);
-            assert!((mean / exact - 1.0).abs() < 0.08, "{alpha:?} {delta}: {mean} is not {exact}");
-            assert!((tabled / exact - 1.0).abs() < 0.08, "{alpha:?} {delta}: {tabled} is not {exact}");
+            assert!(
+                (mean / exact - 1.0).abs() < 0.08,
+                "{alpha:?} {delta}: {mean} is not {exact}"
+            );
+            assert!(
+                (tabled / exact - 1.0).abs() < 0.08,
+                "{alpha:?} {delta}: {tabled} is not {exact}"
+            );
         }
     }
 
@@ -234,8 +287,13 @@ mod tests {
         let table = DeltaTable::new(3);
         for alpha in [0.0, 0.1, 1.0, 2.0] {
             for x in [-2.0, -1.0, 0.0, 1.0, 2.0] {
-                let pairs: f64 = table.overlapping_pairs([alpha; 2], [Some(x), None], 9).sum();
-                assert!(pairs.is_finite() && pairs >= 0.0 && (pairs > 0.0) == (x.abs() <= 1.0), "{alpha} {x}: {pairs}");
+                let pairs: f64 = table
+                    .overlapping_pairs([alpha; 2], [Some(x), None], 9)
+                    .sum();
+                assert!(
+                    pairs.is_finite() && pairs >= 0.0 && (pairs > 0.0) == (x.abs() <= 1.0),
+                    "{alpha} {x}: {pairs}"
+                );
             }
         }
     }

@@ -42,9 +42,17 @@ impl Lab<'_> {
     /// How often artificial trees are sampled.
     fn effort(&self) -> Effort {
         if self.quick {
-            Effort { tests: 400_000, least: 8, most: 400 }
+            Effort {
+                tests: 400_000,
+                least: 8,
+                most: 400,
+            }
         } else {
-            Effort { tests: 30_000_000, least: 32, most: 4000 }
+            Effort {
+                tests: 30_000_000,
+                least: 32,
+                most: 4000,
+            }
         }
     }
 
@@ -87,11 +95,19 @@ pub fn run(settings: &Settings<'_>, out: &mut impl Write) -> Result<(), Failure>
     let ladders: Vec<Ladder> = if settings.ladders.is_empty() {
         ladder::built_in(quick)
     } else {
-        settings.ladders.iter().map(|files| ladder::load(files)).collect::<Result<_, _>>()?
+        settings
+            .ladders
+            .iter()
+            .map(|files| ladder::load(files))
+            .collect::<Result<_, _>>()?
     };
     report::create_folder(folder)?;
     let style = ProgressStyle::with_template("{msg:10} {bar:40} {pos}/{len} {elapsed}")?;
-    let lab = Lab { folder, quick, progress: ProgressBar::new(0).with_style(style) };
+    let lab = Lab {
+        folder,
+        quick,
+        progress: ProgressBar::new(0).with_style(style),
+    };
     let experiment = |name: &'static str, run: &dyn Fn() -> Result<Section, Failure>| {
         lab.progress.set_message(name);
         run()
@@ -110,7 +126,13 @@ pub fn run(settings: &Settings<'_>, out: &mut impl Write) -> Result<(), Failure>
     lab.progress.finish_and_clear();
     let page = page(sections, quick);
     report::write(&folder.join("index.html"), page.html())?;
-    for Section { title, lead, measured, .. } in &page.sections {
+    for Section {
+        title,
+        lead,
+        measured,
+        ..
+    } in &page.sections
+    {
         if let Lead::Claim(_, verdict) = lead {
             writeln!(out, "{title}: {}. {measured}", verdict.text())?;
         }
@@ -135,5 +157,9 @@ fn page(sections: Vec<Section>, quick: bool) -> Page {
             "A quick report: few samples, small trees. Its verdicts are for testing the program only.".to_owned(),
         );
     }
-    Page { title: "Expected cost of collision detection: the paper's claims, measured".to_owned(), intro, sections }
+    Page {
+        title: "Expected cost of collision detection: the paper's claims, measured".to_owned(),
+        intro,
+        sections,
+    }
 }

@@ -21,10 +21,21 @@ pub struct Listed<T> {
 /// # Errors
 /// If there is no such file, or no mesh in it.
 pub fn mesh(folder: &Path, stem: &str) -> Result<Mesh, Failure> {
-    let names = Format::EXTENSIONS.map(|extension| [format!("{stem}.{extension}"), format!("{stem}.{extension}.gz")]);
+    let names = Format::EXTENSIONS.map(|extension| {
+        [
+            format!("{stem}.{extension}"),
+            format!("{stem}.{extension}.gz"),
+        ]
+    });
     let mut files = names.as_flattened().iter().map(|name| folder.join(name));
     let file = files.find(|file| file.exists());
-    let file = file.ok_or_else(|| format!("{}: no mesh {}", folder.display(), names.as_flattened().join(" or ")))?;
+    let file = file.ok_or_else(|| {
+        format!(
+            "{}: no mesh {}",
+            folder.display(),
+            names.as_flattened().join(" or ")
+        )
+    })?;
     Ok(load(&file)?.mesh)
 }
 
@@ -57,22 +68,39 @@ pub fn rays(file: &Path, are_segments: bool) -> Result<Vec<Listed<Ray>>, FileErr
 fn parse_ray(fields: &[&str], is_segment: bool) -> Result<Ray, String> {
     let [x, y, z, u, v, w] = numbers(fields)?;
     let (origin, other) = ([x, y, z], [u, v, w]);
-    let ray = if is_segment { Ray::segment(origin, other) } else { Ray::new(origin, other) };
+    let ray = if is_segment {
+        Ray::segment(origin, other)
+    } else {
+        Ray::new(origin, other)
+    };
     ray.map_err(|error| error.to_string())
 }
 
-fn listed<T>(file: &Path, parse: impl Fn(&[&str]) -> Result<T, String>) -> Result<Vec<Listed<T>>, FileError> {
+fn listed<T>(
+    file: &Path,
+    parse: impl Fn(&[&str]) -> Result<T, String>,
+) -> Result<Vec<Listed<T>>, FileError> {
     let bytes = std::fs::read(file).map_err(|error| FileError::from_io(file, &error))?;
     let text = decode(&bytes);
-    let lines = lines(&text).map(fields).zip(1..).filter(|(fields, _)| !fields.is_empty());
-    Ok(lines.map(|(fields, line)| Listed { line, entry: parse(&fields) }).collect())
+    let lines = lines(&text)
+        .map(fields)
+        .zip(1..)
+        .filter(|(fields, _)| !fields.is_empty());
+    Ok(lines
+        .map(|(fields, line)| Listed {
+            line,
+            entry: parse(&fields),
+        })
+        .collect())
 }
 
 fn parse_motion(fields: &[&str]) -> Result<Motion, String> {
     let [start, rest] = match fields.len() {
         15 | 24 => fields.split_at(12).into(),
         count => {
-            return Err(format!("{count} fields instead of the 15 of a pose and a translation or the 24 of two poses"));
+            return Err(format!(
+                "{count} fields instead of the 15 of a pose and a translation or the 24 of two poses"
+            ));
         }
     };
     let start = parse(start).map_err(|what| format!("first pose: {what}"))?;

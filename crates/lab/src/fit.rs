@@ -17,11 +17,20 @@ impl Line {
         let n = points.len() as f64;
         let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / n;
         let middle = [mean(0), mean(1)];
-        let moment = |j: usize, k: usize| points.iter().map(|p| (p[j] - middle[j]) * (p[k] - middle[k])).sum::<f64>();
+        let moment = |j: usize, k: usize| {
+            points
+                .iter()
+                .map(|p| (p[j] - middle[j]) * (p[k] - middle[k]))
+                .sum::<f64>()
+        };
         let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
         let slope = xy / xx;
         let r_squared = if yy > 0.0 { slope * xy / yy } else { 1.0 };
-        (xx > 0.0 && slope.is_finite()).then(|| Self { intercept: middle[1] - slope * middle[0], slope, r_squared })
+        (xx > 0.0 && slope.is_finite()).then(|| Self {
+            intercept: middle[1] - slope * middle[0],
+            slope,
+            r_squared,
+        })
     }
 
     /// `y` at `x`.
@@ -65,7 +74,14 @@ mod tests {
     #[test]
     fn a_line_by_hand() {
         let line = Line::fit(&[[0.0, 0.0], [1.0, 2.0], [2.0, 1.0]]).unwrap();
-        assert_eq!(line, Line { intercept: 0.5, slope: 0.5, r_squared: 0.25 });
+        assert_eq!(
+            line,
+            Line {
+                intercept: 0.5,
+                slope: 0.5,
+                r_squared: 0.25
+            }
+        );
         assert_eq!(line.at(4.0), 2.5);
         assert_eq!(Line::fit(&[[1.0, 2.0], [3.0, 2.0]]).unwrap().r_squared, 1.0);
     }

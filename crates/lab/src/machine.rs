@@ -5,17 +5,29 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Processor, cores, build and date, in a line.
 pub fn describe() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let model = info
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let model = model.map_or(std::env::consts::ARCH, |(_, name)| name);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+    let build = if cfg!(debug_assertions) {
+        "debug"
+    } else {
+        "release"
+    };
     let version = env!("CARGO_PKG_VERSION");
-    format!("{model}, {cores} cores, {}, punctual {version} ({build} build), {}", std::env::consts::OS, today())
+    format!(
+        "{model}, {cores} cores, {}, punctual {version} ({build} build), {}",
+        std::env::consts::OS,
+        today()
+    )
 }
 
 /// The date, UTC, as `YYYY-MM-DD`.
 pub fn today() -> String {
-    let days = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs() / 86_400);
+    let days = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |time| time.as_secs() / 86_400);
     let [year, month, day] = date(days as i64);
     format!("{year:04}-{month:02}-{day:02}")
 }

@@ -22,7 +22,16 @@ impl Moments {
     pub fn of(extents: impl IntoIterator<Item = DVec3>) -> Self {
         let mut sums = [0.0; 8];
         for e in extents {
-            let products = [1.0, e.x, e.y, e.x * e.y, e.z, e.x * e.z, e.y * e.z, e.x * e.y * e.z];
+            let products = [
+                1.0,
+                e.x,
+                e.y,
+                e.x * e.y,
+                e.z,
+                e.x * e.z,
+                e.y * e.z,
+                e.x * e.y * e.z,
+            ];
             for (sum, product) in sums.iter_mut().zip(products) {
                 *sum += product;
             }
@@ -73,13 +82,21 @@ mod tests {
     #[test]
     fn eight_moments_are_the_double_sum() {
         let (a, b) = (boxes(13, 1), boxes(7, 2));
-        let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a.1 + b.1).element_product()));
+        let pairs = a
+            .iter()
+            .flat_map(|a| b.iter().map(move |b| (a.1 + b.1).element_product()));
         let double_sum = pairs.sum::<f64>() / 8.0;
         let fast = moments(&a).expected_overlaps(&moments(&b), DVec3::ONE, DVec3::ONE);
         assert!((fast / double_sum - 1.0).abs() < 1e-12);
         let (head, tail) = a.split_at(5);
         let merged = moments(head).merged(&moments(tail));
-        assert!(merged.0.iter().zip(moments(&a).0).all(|(m, n)| (m / n - 1.0).abs() < 1e-12));
+        assert!(
+            merged
+                .0
+                .iter()
+                .zip(moments(&a).0)
+                .all(|(m, n)| (m / n - 1.0).abs() < 1e-12)
+        );
     }
 
     #[test]
@@ -91,18 +108,28 @@ mod tests {
         let mut overlaps = 0;
         for _ in 0..placements {
             let offset = DVec3::from_array([(); 3].map(|()| random.between(-2.0, 2.0)));
-            let meets = |a: &(DVec3, DVec3), b: &(DVec3, DVec3)| (b.0 + offset - a.0).abs().cmple(a.1 + b.1).all();
-            overlaps += a.iter().map(|a| b.iter().filter(|b| meets(a, b)).count()).sum::<usize>();
+            let meets = |a: &(DVec3, DVec3), b: &(DVec3, DVec3)| {
+                (b.0 + offset - a.0).abs().cmple(a.1 + b.1).all()
+            };
+            overlaps += a
+                .iter()
+                .map(|a| b.iter().filter(|b| meets(a, b)).count())
+                .sum::<usize>();
         }
         let mean = overlaps as f64 / f64::from(placements);
-        assert!((mean / expected - 1.0).abs() < 0.03, "{mean} is not {expected}");
+        assert!(
+            (mean / expected - 1.0).abs() < 0.03,
+            "{mean} is not {expected}"
+        );
     }
 
     #[test]
     fn constant_alpha_gives_the_terms_of_equation_11() {
         let (alpha, root) = (DVec3::new(0.6, 0.8, 0.9), DVec3::new(1.0, 2.0, 3.0));
         let level = |l: i32| Moments::of((0..1 << l).map(|_| root * alpha.powf(f64::from(l))));
-        let sum: f64 = (0..=6).map(|l| level(l).expected_overlaps(&level(l), root, root)).sum();
+        let sum: f64 = (0..=6)
+            .map(|l| level(l).expected_overlaps(&level(l), root, root))
+            .sum();
         assert!((sum / paper::eq11(alpha.to_array(), 6) - 1.0).abs() < 1e-12);
     }
 }

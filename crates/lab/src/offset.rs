@@ -39,7 +39,13 @@ pub enum Centers {
 
 /// `O_l`: expected overlapping pairs of a box of `a` and one of `b`, where `b`'s frame has the axes `rotation` and the
 /// origin `offset` in `a`'s. Between 0 and `a.count * b.count`.
-pub fn overlapping_pairs(a: &LevelShape, b: &LevelShape, rotation: &DMat3, offset: DVec3, centers: Centers) -> f64 {
+pub fn overlapping_pairs(
+    a: &LevelShape,
+    b: &LevelShape,
+    rotation: &DMat3,
+    offset: DVec3,
+    centers: Centers,
+) -> f64 {
     let squares = DMat3::from_cols_array(&rotation.to_cols_array().map(|x| x * x));
     let half = a.half_extent + rotation.abs() * b.half_extent;
     let mean = (offset + *rotation * b.center - a.center).abs();
@@ -117,7 +123,10 @@ mod tests {
             for level in 0..12 {
                 let sum: f64 = (0..level).map(|j| step(j) * step(j)).sum();
                 let closed = artificial_variance(extent, alpha, level);
-                assert!((closed - sum).abs() < 1e-12 * extent * extent, "{extent} {alpha} {level}");
+                assert!(
+                    (closed - sum).abs() < 1e-12 * extent * extent,
+                    "{extent} {alpha} {level}"
+                );
             }
         }
     }
@@ -129,17 +138,33 @@ mod tests {
         let mut random = Random::new(1);
         let (mut squares, trees) = (DVec3::ZERO, 40.0);
         for _ in 0..trees as usize {
-            let tree = ArtificialTree { alpha, depth: level, corners: Corners::Random(random.bits()) };
+            let tree = ArtificialTree {
+                alpha,
+                depth: level,
+                corners: Corners::Random(random.bits()),
+            };
             let mut nodes = vec![tree.root_at([0.0; 3])];
             for _ in 0..level {
-                nodes = nodes.iter().flat_map(|node| node.children().unwrap()).collect();
+                nodes = nodes
+                    .iter()
+                    .flat_map(|node| node.children().unwrap())
+                    .collect();
             }
             assert_eq!(nodes.len() as f64, shape.count);
-            assert!((DVec3::from_array(nodes[9].extent()) * 0.5).abs_diff_eq(shape.half_extent, 1e-15));
-            squares += nodes.iter().map(|node| DVec3::from_array(node.center()).powf(2.0)).sum::<DVec3>();
+            assert!(
+                (DVec3::from_array(nodes[9].extent()) * 0.5).abs_diff_eq(shape.half_extent, 1e-15)
+            );
+            squares += nodes
+                .iter()
+                .map(|node| DVec3::from_array(node.center()).powf(2.0))
+                .sum::<DVec3>();
         }
         let variance = squares / shape.count / trees;
-        assert!((variance / shape.variance - 1.0).abs().max_element() < 0.1, "{variance} is not {}", shape.variance);
+        assert!(
+            (variance / shape.variance - 1.0).abs().max_element() < 0.1,
+            "{variance} is not {}",
+            shape.variance
+        );
     }
 
     /// The centre of a box drawn from a level, in its own frame.
@@ -158,32 +183,54 @@ mod tests {
         variance: DVec3::new(0.5, 0.1, 0.3),
     };
 
-    fn assert_boxes_meet_as_predicted(a: &LevelShape, b: &LevelShape, rotation: DMat3, centers: Centers) {
+    fn assert_boxes_meet_as_predicted(
+        a: &LevelShape,
+        b: &LevelShape,
+        rotation: DMat3,
+        centers: Centers,
+    ) {
         let mut random = Random::new(3);
-        for offset in [DVec3::ZERO, DVec3::new(-0.4, -0.5, 0.3), DVec3::new(0.6, -0.9, -0.4)] {
+        for offset in [
+            DVec3::ZERO,
+            DVec3::new(-0.4, -0.5, 0.3),
+            DVec3::new(0.6, -0.9, -0.4),
+        ] {
             let expected = overlapping_pairs(a, b, &rotation, offset, centers);
             let half = a.half_extent + rotation.abs() * b.half_extent;
             let draws = 200_000;
             let mut meets = || {
-                let (x, y) = (center(a, centers, &mut random), center(b, centers, &mut random));
+                let (x, y) = (
+                    center(a, centers, &mut random),
+                    center(b, centers, &mut random),
+                );
                 (rotation * y + offset - x).abs().cmple(half).all()
             };
             let share = (0..draws).filter(|_| meets()).count() as f64 / f64::from(draws);
             let found = share * a.count * b.count;
-            assert!((found / expected - 1.0).abs() < 0.1, "{centers:?} {offset}: {found} is not {expected}");
+            assert!(
+                (found / expected - 1.0).abs() < 0.1,
+                "{centers:?} {offset}: {found} is not {expected}"
+            );
         }
     }
 
     #[test]
     fn boxes_drawn_at_random_meet_as_often_as_predicted() {
         // Turned by a right angle, axes stay independent, whatever the distribution.
-        let b = LevelShape { center: DVec3::X, variance: DVec3::new(0.1, 0.4, 0.2), ..A };
+        let b = LevelShape {
+            center: DVec3::X,
+            variance: DVec3::new(0.1, 0.4, 0.2),
+            ..A
+        };
         let quarter = DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z);
         for centers in [Centers::Normal, Centers::Uniform] {
             assert_boxes_meet_as_predicted(&A, &b, quarter, centers);
         }
         // A round normal distribution stays one when it is turned.
-        let round = LevelShape { variance: DVec3::splat(0.2), ..b };
+        let round = LevelShape {
+            variance: DVec3::splat(0.2),
+            ..b
+        };
         let rotation = DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(-0.4);
         assert_boxes_meet_as_predicted(&A, &round, rotation, Centers::Normal);
     }
@@ -191,7 +238,11 @@ mod tests {
     #[test]
     fn the_normal_distribution_is_that_of_the_tables() {
         assert_eq!(normal_cdf(0.0), 0.5);
-        for (x, p) in [(1.0, 0.841_344_746_068_542_9), (-1.281_551_565_544_6, 0.1), (3.0, 0.998_650_101_968_369_9)] {
+        for (x, p) in [
+            (1.0, 0.841_344_746_068_542_9),
+            (-1.281_551_565_544_6, 0.1),
+            (3.0, 0.998_650_101_968_369_9),
+        ] {
             assert!((normal_cdf(x) - p).abs() < 1e-12, "{x}");
         }
     }
@@ -209,9 +260,15 @@ mod tests {
 
     #[test]
     fn boxes_without_spread_meet_or_do_not() {
-        let point = LevelShape { count: 8.0, half_extent: DVec3::ONE, center: DVec3::ZERO, variance: DVec3::ZERO };
+        let point = LevelShape {
+            count: 8.0,
+            half_extent: DVec3::ONE,
+            center: DVec3::ZERO,
+            variance: DVec3::ZERO,
+        };
         for centers in [Centers::Normal, Centers::Uniform] {
-            let at = |x: f64| overlapping_pairs(&point, &point, &DMat3::IDENTITY, DVec3::X * x, centers);
+            let at =
+                |x: f64| overlapping_pairs(&point, &point, &DMat3::IDENTITY, DVec3::X * x, centers);
             assert_eq!([at(0.0), at(2.0), at(2.1)], [64.0, 64.0, 0.0]);
         }
     }

@@ -14,7 +14,10 @@ pub fn eq1(level: u32, probability: f64) -> f64 {
 
 /// Eq 2: `N_v = sum_{l=1..d} N^(l)`, from the probabilities on levels `1..=d`.
 pub fn eq2(probabilities: &[f64]) -> f64 {
-    (1..).zip(probabilities).map(|(level, &p)| eq1(level, p)).sum()
+    (1..)
+        .zip(probabilities)
+        .map(|(level, &p)| eq1(level, p))
+        .sum()
 }
 
 /// Eq 7, two dimensions, the overlap along x bounded by 1: `N_v <= ((4 a_y)^(d+1) - 1) / (4 a_y - 1)`.
@@ -37,7 +40,9 @@ pub fn eq11(alpha: [f64; 3], depth: u32) -> f64 {
 /// Eq 9 and 11 with factors that differ from level to level, as the paper allows before it sets them equal:
 /// `N_v <= sum_l prod_{j<=l} 4 prod_k alpha_jk`, where `alphas[j - 1]` leads from level `j - 1` to level `j`.
 pub fn visits_per_level_alpha<const D: usize>(alphas: &[[f64; D]]) -> f64 {
-    alphas.iter().rev().fold(1.0, |below, alpha| 1.0 + 4.0 * alpha.iter().product::<f64>() * below)
+    alphas.iter().rev().fold(1.0, |below, alpha| {
+        1.0 + 4.0 * alpha.iter().product::<f64>() * below
+    })
 }
 
 /// `sum_{l=0..depth} q^l` by Horner's rule, which unlike `(q^(depth+1) - 1) / (q - 1)` is as accurate near `q = 1`.
@@ -73,12 +78,18 @@ mod tests {
     use super::*;
 
     fn close(found: f64, exact: f64) {
-        assert!((found / exact - 1.0).abs() < 1e-12, "{found} is not {exact}");
+        assert!(
+            (found / exact - 1.0).abs() < 1e-12,
+            "{found} is not {exact}"
+        );
     }
 
     #[test]
     fn one_level_is_all_pairs_times_the_probability() {
-        assert_eq!([eq1(0, 1.0), eq1(3, 0.25), eq1(13, 1.0)], [1.0, 16.0, 67_108_864.0]);
+        assert_eq!(
+            [eq1(0, 1.0), eq1(3, 0.25), eq1(13, 1.0)],
+            [1.0, 16.0, 67_108_864.0]
+        );
         assert_eq!(eq2(&[]), 0.0);
         assert_eq!(eq2(&[0.5, 0.25]), 4.0 * 0.5 + 16.0 * 0.25);
     }
@@ -103,7 +114,10 @@ mod tests {
         let alpha = [0.7, 0.8, 0.9];
         close(visits_per_level_alpha(&[alpha; 9]), eq11(alpha, 9));
         close(visits_per_level_alpha(&[[0.7, 0.8]; 9]), eq9([0.7, 0.8], 9));
-        close(visits_per_level_alpha(&[[0.5], [0.25]]), 1.0 + 2.0 + 2.0 * 1.0);
+        close(
+            visits_per_level_alpha(&[[0.5], [0.25]]),
+            1.0 + 2.0 + 2.0 * 1.0,
+        );
         assert_eq!(visits_per_level_alpha::<3>(&[]), 1.0);
     }
 
@@ -120,9 +134,13 @@ mod tests {
         assert_eq!(Growth::of(0.2), Growth::Constant);
         assert_eq!(Growth::of(0.5 * 0.5), Growth::Logarithmic);
         assert_eq!(Growth::of(1.0), Growth::Power(2.0));
-        let Growth::Power(root) = Growth::of(f64::sqrt(1.0 / 8.0)) else { panic!() };
+        let Growth::Power(root) = Growth::of(f64::sqrt(1.0 / 8.0)) else {
+            panic!()
+        };
         close(root, 0.5);
-        let Growth::Power(three_quarters) = Growth::of(0.75) else { panic!() };
+        let Growth::Power(three_quarters) = Growth::of(0.75) else {
+            panic!()
+        };
         close(three_quarters, 3f64.log2());
     }
 }

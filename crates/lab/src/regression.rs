@@ -44,7 +44,8 @@ pub fn logistic<const N: usize>(x: &[[f64; N]], y: &[f64], weights: &[f64], pull
             (z + (y - p) / slope, weight * slope)
         };
         let pulls = std::iter::repeat_n((0.0, pull * total), N - 1);
-        let (targets, weights): (Vec<f64>, Vec<f64>) = x.iter().zip(y).zip(weights).map(step).chain(pulls).unzip();
+        let (targets, weights): (Vec<f64>, Vec<f64>) =
+            x.iter().zip(y).zip(weights).map(step).chain(pulls).unzip();
         w = least_squares(&rows, &targets, &weights);
     }
     w
@@ -71,7 +72,10 @@ mod tests {
     fn quantiles_have_their_share_below() {
         let mut random = Random::new(2);
         let x: Vec<_> = (0..4000).map(|_| features(&mut random)).collect();
-        let y: Vec<_> = x.iter().map(|x| dot(&TRUE, x) + (1.0 + x[2]) * random.fraction()).collect();
+        let y: Vec<_> = x
+            .iter()
+            .map(|x| dot(&TRUE, x) + (1.0 + x[2]) * random.fraction())
+            .collect();
         for p in [0.1, 0.5, 0.9] {
             let w = quantile(&x, &y, p, 1e-3);
             close(w, [TRUE[0] + p, TRUE[1], TRUE[2] + p], 0.1);
@@ -85,13 +89,19 @@ mod tests {
         let mut random = Random::new(3);
         let x: Vec<_> = (0..20_000).map(|_| features(&mut random)).collect();
         let p = |x: &[f64; 3]| 1.0 / (1.0 + (-dot(&TRUE, x)).exp());
-        let y: Vec<_> = x.iter().map(|x| f64::from(random.fraction() < p(x))).collect();
+        let y: Vec<_> = x
+            .iter()
+            .map(|x| f64::from(random.fraction() < p(x)))
+            .collect();
         let ones = vec![1.0; x.len()];
         close(logistic(&x, &y, &ones, 1e-6), TRUE, 0.15);
         let shares: Vec<_> = x.iter().map(p).collect();
         close(logistic(&x, &shares, &ones, 1e-6), TRUE, 0.01);
         // All of one kind: sure, and finite.
         let w = logistic(&x, &vec![1.0; x.len()], &ones, 1e-6);
-        assert!(w.iter().all(|w| w.is_finite()) && dot(&w, &[1.0, 0.0, 0.5]) > 3.0, "{w:?}");
+        assert!(
+            w.iter().all(|w| w.is_finite()) && dot(&w, &[1.0, 0.0, 0.5]) > 3.0,
+            "{w:?}"
+        );
     }
 }

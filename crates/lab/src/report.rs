@@ -41,7 +41,10 @@ pub trait Draw {
     ///
     /// # Errors
     /// Those of the canvas.
-    fn draw<DB: DrawingBackend<ErrorType: 'static>>(&self, canvas: &DrawingArea<DB, Shift>) -> Result<(), Failure>;
+    fn draw<DB: DrawingBackend<ErrorType: 'static>>(
+        &self,
+        canvas: &DrawingArea<DB, Shift>,
+    ) -> Result<(), Failure>;
 }
 
 /// A drawing, rendered.
@@ -72,7 +75,10 @@ impl Picture {
         let canvas = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
         paint(drawing, &canvas)?;
         drop(canvas);
-        Ok(Self { svg: palette::with_dark_mode(&svg), png: encode(&pixels, width, height)? })
+        Ok(Self {
+            svg: palette::with_dark_mode(&svg),
+            png: encode(&pixels, width, height)?,
+        })
     }
 
     /// Writes `NAME.svg` and `NAME.png`.
@@ -118,7 +124,12 @@ pub fn write(file: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
 }
 
 /// Writes a CSV file: a header, and a line for each row. Fields must hold no comma.
-pub fn write_csv(folder: &Path, name: &str, header: &str, rows: &[Vec<String>]) -> Result<(), Failure> {
+pub fn write_csv(
+    folder: &Path,
+    name: &str,
+    header: &str,
+    rows: &[Vec<String>],
+) -> Result<(), Failure> {
     let file = folder.join(format!("{name}.csv"));
     let lines = std::iter::once(header.to_owned()).chain(rows.iter().map(|row| row.join(",")));
     write(&file, lines.map(|line| line + "\n").collect::<String>())
@@ -126,10 +137,18 @@ pub fn write_csv(folder: &Path, name: &str, header: &str, rows: &[Vec<String>]) 
 
 /// A number for people: three significant digits, whole from 1000 on.
 pub fn short(value: f64) -> String {
-    let digits = if value == 0.0 || !value.is_finite() { 0.0 } else { value.abs().log10().floor() };
+    let digits = if value == 0.0 || !value.is_finite() {
+        0.0
+    } else {
+        value.abs().log10().floor()
+    };
     let decimals = (2.0 - digits).clamp(0.0, 6.0) as usize;
     let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 #[cfg(test)]
@@ -137,7 +156,14 @@ mod tests {
     use super::*;
 
     fn shapes() -> Vec<Series> {
-        let points = vec![[1.0, 10.0], [2.0, 100.0], [3.0, -5.0], [4.0, f64::NAN], [5.0, 1e4], [6.0, 2e4]];
+        let points = vec![
+            [1.0, 10.0],
+            [2.0, 100.0],
+            [3.0, -5.0],
+            [4.0, f64::NAN],
+            [5.0, 1e4],
+            [6.0, 2e4],
+        ];
         let bars = vec![[1.0, 5.0, 20.0], [3.0, 50.0, 2000.0], [6.0, 1e4, 1e5]];
         let shapes = [
             Shape::Line(points.clone()),
@@ -147,7 +173,11 @@ mod tests {
             Shape::Intervals(bars),
             Shape::Columns(vec![[1.0, 2.0, 30.0], [2.0, 3.0, 300.0]]),
         ];
-        shapes.into_iter().enumerate().map(|(i, shape)| Series::new(format!("series {i}"), i, shape)).collect()
+        shapes
+            .into_iter()
+            .enumerate()
+            .map(|(i, shape)| Series::new(format!("series {i}"), i, shape))
+            .collect()
     }
 
     fn assert_drawn(drawing: &impl Draw, words: &[&str]) {
@@ -156,33 +186,65 @@ mod tests {
         for word in words {
             assert!(picture.svg.contains(word), "no {word}");
         }
-        let mut reader = png::Decoder::new(std::io::Cursor::new(&picture.png)).read_info().unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&picture.png))
+            .read_info()
+            .unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut pixels).unwrap();
         // The title stands alone in the uppermost 36 units.
         let title = &pixels[..(3 * 36 * PIXELS * drawing.size().0 * PIXELS) as usize];
-        let dark = title.chunks(3).filter(|p| p.iter().all(|&c| c < 120)).count();
+        let dark = title
+            .chunks(3)
+            .filter(|p| p.iter().all(|&c| c < 120))
+            .count();
         assert!(dark > 100, "text must show: {dark} dark pixels");
         assert_eq!(picture.png, Picture::render(drawing).unwrap().png);
     }
 
     #[test]
     fn every_shape_is_drawn_on_every_kind_of_axis() {
-        for y in [Axis::linear("up"), Axis::log("up"), Axis::log("up").range(20.0..1000.0)] {
-            let chart = Chart { title: "All <shapes>".into(), x: Axis::linear("along"), y, series: shapes() };
-            assert_drawn(&chart, &["along", "series 5", "polygon", "circle", "polyline"]);
+        for y in [
+            Axis::linear("up"),
+            Axis::log("up"),
+            Axis::log("up").range(20.0..1000.0),
+        ] {
+            let chart = Chart {
+                title: "All <shapes>".into(),
+                x: Axis::linear("along"),
+                y,
+                series: shapes(),
+            };
+            assert_drawn(
+                &chart,
+                &["along", "series 5", "polygon", "circle", "polyline"],
+            );
         }
-        let nothing = Chart { title: "Nothing".into(), x: Axis::log("n"), y: Axis::log("N"), series: vec![] };
+        let nothing = Chart {
+            title: "Nothing".into(),
+            x: Axis::log("n"),
+            y: Axis::log("N"),
+            series: vec![],
+        };
         assert_drawn(&nothing, &["Nothing"]);
     }
 
     #[test]
     fn each_colour_of_a_chart_has_a_dark_counterpart() {
         let (x, y) = (Axis::linear("x"), Axis::log("y"));
-        let svg = Picture::render(&Chart { title: "Dark".into(), x, y, series: shapes() }).unwrap().svg;
+        let svg = Picture::render(&Chart {
+            title: "Dark".into(),
+            x,
+            y,
+            series: shapes(),
+        })
+        .unwrap()
+        .svg;
         let (style, drawn) = svg.split_once("</style>").unwrap();
         assert!(style.contains("prefers-color-scheme:dark"));
-        let mut colors: Vec<&str> = drawn.split('"').filter(|text| text.starts_with('#')).collect();
+        let mut colors: Vec<&str> = drawn
+            .split('"')
+            .filter(|text| text.starts_with('#'))
+            .collect();
         colors.sort_unstable();
         colors.dedup();
         assert!(colors.len() > 6);
@@ -193,11 +255,18 @@ mod tests {
 
     #[test]
     fn long_titles_are_wrapped() {
-        let chart =
-            |title: &str| Chart { title: title.into(), x: Axis::linear(""), y: Axis::linear(""), series: vec![] };
+        let chart = |title: &str| Chart {
+            title: title.into(),
+            x: Axis::linear(""),
+            y: Axis::linear(""),
+            series: vec![],
+        };
         let [short, long] = [chart("Short"), chart(&"many words ".repeat(9))];
         assert!(long.size().1 > short.size().1);
-        assert_eq!(Picture::render(&long).unwrap().svg.matches("many").count(), 9);
+        assert_eq!(
+            Picture::render(&long).unwrap().svg.matches("many").count(),
+            9
+        );
     }
 
     #[test]
@@ -228,9 +297,18 @@ mod tests {
                 Block::Text("words".into()),
             ],
         };
-        let shown =
-            Section { id: "two".into(), lead: Lead::Shows("c over d".into()), blocks: vec![], ..section.clone() };
-        let html = Page { title: "T".into(), intro: vec!["hello".into()], sections: vec![section, shown] }.html();
+        let shown = Section {
+            id: "two".into(),
+            lead: Lead::Shows("c over d".into()),
+            blocks: vec![],
+            ..section.clone()
+        };
+        let html = Page {
+            title: "T".into(),
+            intro: vec!["hello".into()],
+            sections: vec![section, shown],
+        }
+        .html();
         for part in [
             "One &amp; only",
             "a &lt; b",
@@ -245,20 +323,40 @@ mod tests {
             assert!(html.contains(part), "no {part}");
         }
         // In the contents and at the claim; what is only shown has no verdict.
-        assert_eq!((html.matches("does not hold").count(), html.matches("<h3>Claim</h3>").count()), (2, 1));
+        assert_eq!(
+            (
+                html.matches("does not hold").count(),
+                html.matches("<h3>Claim</h3>").count()
+            ),
+            (2, 1)
+        );
         assert!(!html.contains("<?xml") && !html.contains("<script") && !html.contains("http"));
     }
 
     #[test]
     fn short_numbers() {
-        let values = [0.0, 0.001234, 0.5, 1.0, 12.345, 123.4, 1234.5, -0.25, f64::NAN];
-        let texts = ["0", "0.00123", "0.5", "1", "12.3", "123", "1234", "-0.25", "NaN"];
+        let values = [
+            0.0,
+            0.001234,
+            0.5,
+            1.0,
+            12.345,
+            123.4,
+            1234.5,
+            -0.25,
+            f64::NAN,
+        ];
+        let texts = [
+            "0", "0.00123", "0.5", "1", "12.3", "123", "1234", "-0.25", "NaN",
+        ];
         assert_eq!(values.map(short), texts);
     }
 
     #[test]
     fn files_that_cannot_be_written_are_named() {
-        let error = write(Path::new("no/such/folder/x.csv"), "").unwrap_err().to_string();
+        let error = write(Path::new("no/such/folder/x.csv"), "")
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("no/such/folder/x.csv"), "{error}");
     }
 }

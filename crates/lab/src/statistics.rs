@@ -9,7 +9,10 @@ pub fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// The value below which this fraction of the sorted values lies; NaN without any.
 pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
-    sorted.get((fraction * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
+    sorted
+        .get((fraction * last as f64).round() as usize)
+        .copied()
+        .unwrap_or(f64::NAN)
 }
 
 /// Ascending, without those that are not numbers.
@@ -26,14 +29,23 @@ mod tests {
     #[test]
     fn quantiles_by_hand() {
         let values = sorted([3.0, f64::NAN, 1.0, 2.0].into_iter());
-        assert_eq!([0.0, 0.5, 0.9, 1.0].map(|p| quantile(&values, p)), [1.0, 2.0, 3.0, 3.0]);
+        assert_eq!(
+            [0.0, 0.5, 0.9, 1.0].map(|p| quantile(&values, p)),
+            [1.0, 2.0, 3.0, 3.0]
+        );
         let values = sorted([3.0, 1.0, 2.0, 5.0, 4.0].into_iter());
-        assert_eq!([0.0, 0.5, 0.75, 1.0].map(|p| quantile(&values, p)), [1.0, 3.0, 4.0, 5.0]);
+        assert_eq!(
+            [0.0, 0.5, 0.75, 1.0].map(|p| quantile(&values, p)),
+            [1.0, 3.0, 4.0, 5.0]
+        );
         assert!(quantile(&[], 0.5).is_nan());
     }
 
     #[test]
     fn nothing_has_no_mean() {
-        assert_eq!([mean([1.0, 4.0].into_iter()), mean([].into_iter())], [Some(2.5), None]);
+        assert_eq!(
+            [mean([1.0, 4.0].into_iter()), mean([].into_iter())],
+            [Some(2.5), None]
+        );
     }
 }

@@ -47,10 +47,17 @@ impl Visits {
         self.overlapping[level] += 1;
         match (a.children(), b.children()) {
             (None, None) => self.leaf_pairs += 1,
-            (None, Some(of_b)) => of_b.into_iter().for_each(|b| self.traverse(a, b, level + 1)),
-            (Some(of_a), None) => of_a.into_iter().for_each(|a| self.traverse(a, b, level + 1)),
+            (None, Some(of_b)) => of_b
+                .into_iter()
+                .for_each(|b| self.traverse(a, b, level + 1)),
+            (Some(of_a), None) => of_a
+                .into_iter()
+                .for_each(|a| self.traverse(a, b, level + 1)),
             (Some(of_a), Some(of_b)) => {
-                of_a.into_iter().for_each(|a| of_b.into_iter().for_each(|b| self.traverse(a, b, level + 1)));
+                of_a.into_iter().for_each(|a| {
+                    of_b.into_iter()
+                        .for_each(|b| self.traverse(a, b, level + 1))
+                });
             }
         }
     }
@@ -75,26 +82,47 @@ mod tests {
 
         fn children(&self) -> Option<[Self; 2]> {
             let size = self.size / 2.0;
-            let child = |min| Self { min, size, depth: self.depth - 1 };
+            let child = |min| Self {
+                min,
+                size,
+                depth: self.depth - 1,
+            };
             (self.depth > 0).then(|| [child(self.min), child(self.min + size)])
         }
     }
 
     fn unit(min: f64, depth: u32) -> Interval {
-        Interval { min, size: 1.0, depth }
+        Interval {
+            min,
+            size: 1.0,
+            depth,
+        }
     }
 
     #[test]
     fn counts_by_hand() {
         let apart = Visits::count(unit(0.0, 5), unit(1.5, 5));
-        assert_eq!(apart, Visits { overlapping: vec![], bv_tests: 1, leaf_pairs: 0 });
+        assert_eq!(
+            apart,
+            Visits {
+                overlapping: vec![],
+                bv_tests: 1,
+                leaf_pairs: 0
+            }
+        );
         // Touching at one point: one pair a level.
         let touching = Visits::count(unit(0.0, 5), unit(1.0, 5));
-        assert_eq!((touching.overlapping, touching.bv_tests, touching.leaf_pairs), (vec![1; 6], 21, 1));
+        assert_eq!(
+            (touching.overlapping, touching.bv_tests, touching.leaf_pairs),
+            (vec![1; 6], 21, 1)
+        );
         // Coincident: on level l the 2^l intervals meet themselves and their neighbours.
         let same = Visits::count(unit(0.0, 4), unit(0.0, 4));
         assert_eq!(same.overlapping, [1, 4, 10, 22, 46]);
-        assert_eq!((same.total(), same.leaf_pairs, same.bv_tests), (83, 46, 1 + 4 * (83 - 46)));
+        assert_eq!(
+            (same.total(), same.leaf_pairs, same.bv_tests),
+            (83, 46, 1 + 4 * (83 - 46))
+        );
     }
 
     #[test]

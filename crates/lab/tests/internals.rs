@@ -8,7 +8,10 @@ use punctual::{Budget, Mesh, Mode, Order, Pose, Quantiles, Query, Tree, Workspac
 fn the_sequence_is_splitmix64() {
     // The reference implementation's first numbers for seed 1234567.
     let mut random = Random::new(1_234_567);
-    assert_eq!([random.bits(), random.bits()], [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]);
+    assert_eq!(
+        [random.bits(), random.bits()],
+        [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]
+    );
 }
 
 #[test]
@@ -28,10 +31,18 @@ fn fractions_are_uniform() {
 fn the_plane_through_points_is_found() {
     const TRUE: [f64; 3] = [0.5, -1.0, 2.0];
     let mut random = Random::new(1);
-    let x: Vec<_> = (0..9).map(|_| [1.0, random.between(-2.0, 2.0), random.fraction()]).collect();
-    let y: Vec<_> = x.iter().map(|x| x.iter().zip(TRUE).map(|(x, w)| x * w).sum::<f64>()).collect();
+    let x: Vec<_> = (0..9)
+        .map(|_| [1.0, random.between(-2.0, 2.0), random.fraction()])
+        .collect();
+    let y: Vec<_> = x
+        .iter()
+        .map(|x| x.iter().zip(TRUE).map(|(x, w)| x * w).sum::<f64>())
+        .collect();
     let w = least_squares(&x, &y, &[1.0; 9]);
-    assert!(w.iter().zip(TRUE).all(|(w, e)| (w - e).abs() < 1e-6), "{w:?}");
+    assert!(
+        w.iter().zip(TRUE).all(|(w, e)| (w - e).abs() < 1e-6),
+        "{w:?}"
+    );
     // A point of no weight does not count; features may depend on one another.
     let x = [[1.0, 1.0], [2.0, 2.0], [5.0, 0.0]];
     let w = least_squares(&x, &[2.0, 4.0, 99.0], &[1.0, 1.0, 0.0]);
@@ -69,14 +80,20 @@ fn at_first_the_history_counts_and_at_last_the_model() {
     let [few, many] = [8.0, 1e6];
     let first = left(few, Some(1024.0), 0.0);
     assert_eq!(first, left(many, Some(1024.0), 0.0));
-    assert!((first.p50 / 1024.0 - 1.0).abs() < 0.1 && first.p10 < 1024.0 && first.p90 > 1024.0, "{first:?}");
+    assert!(
+        (first.p50 / 1024.0 - 1.0).abs() < 0.1 && first.p10 < 1024.0 && first.p90 > 1024.0,
+        "{first:?}"
+    );
     for used in [1024.0, 1e6] {
         assert_eq!(left(many, Some(1024.0), used), left(many, None, used));
     }
     // Half of the way: the root of half of what the history says and half of what the model says.
     let half = left(many, Some(1024.0), 512.0).p50;
     let expected = (512.0 * left(many, None, 0.0).p50).sqrt();
-    assert!((half / expected - 1.0).abs() < 0.01, "{half} is not {expected}");
+    assert!(
+        (half / expected - 1.0).abs() < 0.01,
+        "{half} is not {expected}"
+    );
 }
 
 #[test]
@@ -84,14 +101,20 @@ fn small_numbers_do_no_harm() {
     for used in [0.0, 5.0, 100.0] {
         for previous in [0.0, 0.5, 100.0] {
             let Quantiles { p10, p50, p90 } = all_left(&front(0.0, used), Some(previous));
-            assert!(0.0 < p10 && p10 <= p50 && p50 <= p90 && p90 < 200.0, "{used} of {previous}: {p10} {p50} {p90}");
+            assert!(
+                0.0 < p10 && p10 <= p50 && p50 <= p90 && p90 < 200.0,
+                "{used} of {previous}: {p10} {p50} {p90}"
+            );
         }
     }
 }
 
 #[test]
 fn what_is_opened_is_what_every_order_opens() {
-    let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 32)), Tree::new(shapes::gear(9, 3)));
+    let (a, b) = (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
+        Tree::new(shapes::gear(9, 3)),
+    );
     let mut workspace = Workspace::new();
     for x in [0.0, 0.7, 1.3, 9.0] {
         let pose = Pose::new(DMat3::from_rotation_x(x), DVec3::new(x, 0.1, 0.0)).unwrap();
@@ -99,11 +122,22 @@ fn what_is_opened_is_what_every_order_opens() {
         for order in [Order::DepthFirst, Order::BreadthFirst] {
             let query = Query::new(&a, &b, pose).mode(Mode::All).order(order);
             let stats = query.run(&mut workspace, Budget::unlimited()).stats;
-            assert_eq!(opened.iter().map(|pair| u64::from(pair.bv_tests)).sum::<u64>(), stats.bv_tests);
+            assert_eq!(
+                opened
+                    .iter()
+                    .map(|pair| u64::from(pair.bv_tests))
+                    .sum::<u64>(),
+                stats.bv_tests
+            );
             let triangle_pairs: usize = opened.iter().map(|pair| pair.triangle_pairs.len()).sum();
             assert_eq!(triangle_pairs as u64, stats.primitive_tests);
         }
-        assert!(opened.iter().enumerate().all(|(i, pair)| pair.parent < i.max(1)));
+        assert!(
+            opened
+                .iter()
+                .enumerate()
+                .all(|(i, pair)| pair.parent < i.max(1))
+        );
     }
     let empty = Tree::new(Mesh::new([[0.0f32; 3]], []).unwrap());
     assert!(opened_pairs(&a, &empty, &Pose::IDENTITY).is_empty());

@@ -22,7 +22,11 @@ pub struct Answer {
 
 impl Answer {
     pub fn new(stop: StopReason, stats: &Stats) -> Self {
-        Self { stop, work: stats.work, elapsed: stats.elapsed }
+        Self {
+            stop,
+            work: stats.work,
+            elapsed: stats.elapsed,
+        }
     }
 }
 
@@ -64,11 +68,17 @@ impl Asked {
             let refits = tree.refits;
             (tree.into(), refits)
         };
-        Self { trees: [known(a), known(b)], pose }
+        Self {
+            trees: [known(a), known(b)],
+            pose,
+        }
     }
 
     pub fn clone_ref(&self, py: Python<'_>) -> Self {
-        Self { trees: [0, 1].map(|side| (self.trees[side].0.clone_ref(py), self.trees[side].1)), pose: self.pose }
+        Self {
+            trees: [0, 1].map(|side| (self.trees[side].0.clone_ref(py), self.trees[side].1)),
+            pose: self.pose,
+        }
     }
 
     /// The page that `show` makes of the trees, saved if a file is named. Made without the interpreter's lock.
@@ -81,21 +91,31 @@ impl Asked {
         show: impl FnOnce(&Bodies<'_>, &Pose) -> Result<punctual_view::View, ResumeError> + Send,
     ) -> PyResult<View> {
         let Some(Self { trees: known, pose }) = asked else {
-            return Err(value_error("the answer was pickled, which leaves the trees behind: it cannot be shown"));
+            return Err(value_error(
+                "the answer was pickled, which leaves the trees behind: it cannot be shown",
+            ));
         };
         let mut trees = Vec::new();
         for (name, (tree, refits)) in ["a", "b"].into_iter().zip(known) {
             let tree = tree.try_borrow(py)?;
             if tree.refits != *refits {
-                return Err(value_error(format_args!("{name} was refitted since it was asked about")));
+                return Err(value_error(format_args!(
+                    "{name} was refitted since it was asked about"
+                )));
             }
             trees.push(tree.arc.clone());
         }
         View::made(py, path, || {
             let trees = [&*trees[0], &*trees[1]];
-            let name =
-                |tree: &punctual::Tree| format!("mesh of {} triangles", punctual_view::count(tree.mesh().len() as u64));
-            show(&Bodies::new(trees.map(name), trees), pose).map_err(io::Error::other)?.html()
+            let name = |tree: &punctual::Tree| {
+                format!(
+                    "mesh of {} triangles",
+                    punctual_view::count(tree.mesh().len() as u64)
+                )
+            };
+            show(&Bodies::new(trees.map(name), trees), pose)
+                .map_err(io::Error::other)?
+                .html()
         })
     }
 }

@@ -3,8 +3,8 @@
 use crate::errors::value_error;
 use numpy::ndarray::{ArrayView1, Dimension, Ix2, Ix3};
 use numpy::{
-    Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray,
-    PyUntypedArrayMethods,
+    Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayMethods,
+    PyUntypedArray, PyUntypedArrayMethods,
 };
 use punctual::{Mesh, Pose};
 use pyo3::exceptions::PyTypeError;
@@ -15,7 +15,10 @@ use pyo3::sync::PyOnceLock;
 fn as_array<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
     static AS_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let py = given.py();
-    Ok(AS_ARRAY.import(py, "numpy", "asarray")?.call1((given,))?.cast_into()?)
+    Ok(AS_ARRAY
+        .import(py, "numpy", "asarray")?
+        .call1((given,))?
+        .cast_into()?)
 }
 
 /// An array with elements of this type and this many dimensions, converted if it has others of a kind that is fine.
@@ -26,12 +29,27 @@ fn converted<'py, T: Element, D: Dimension>(
     shape: &str,
 ) -> PyResult<Bound<'py, PyArray<T, D>>> {
     if !kinds.contains(&array.dtype().kind()) {
-        let expected = if kinds.contains(&b'f') { "real numbers" } else { "integers" };
-        return Err(PyTypeError::new_err(format!("{what}: dtype {}, expected {expected}", array.dtype())));
+        let expected = if kinds.contains(&b'f') {
+            "real numbers"
+        } else {
+            "integers"
+        };
+        return Err(PyTypeError::new_err(format!(
+            "{what}: dtype {}, expected {expected}",
+            array.dtype()
+        )));
     }
-    let converted = array.call_method1("astype", (numpy::dtype::<T>(array.py()), "K", "unsafe", false, false))?;
+    let converted = array.call_method1(
+        "astype",
+        (numpy::dtype::<T>(array.py()), "K", "unsafe", false, false),
+    )?;
     let typed = converted.cast_into();
-    typed.map_err(|_| value_error(format_args!("{what}: shape {:?}, expected {shape}", array.shape())))
+    typed.map_err(|_| {
+        value_error(format_args!(
+            "{what}: shape {:?}, expected {shape}",
+            array.shape()
+        ))
+    })
 }
 
 /// Floats of any size and integers; of as many dimensions as `D` has.
@@ -56,7 +74,10 @@ fn rows<'py, T: Element, D: Copy>(
     let array = array.try_readonly()?;
     let array = array.as_array();
     if array.ncols() != 3 {
-        return Err(value_error(format_args!("{what}: shape {:?}, expected (N, 3)", array.shape())));
+        return Err(value_error(format_args!(
+            "{what}: shape {:?}, expected (N, 3)",
+            array.shape()
+        )));
     }
     each(py, array.rows().into_iter(), |_, row| Ok(convert(row)))
 }
@@ -91,13 +112,19 @@ pub fn vectors(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f64; 3]>> 
     if has_no_rows(&array) {
         return Ok(Vec::new());
     }
-    rows(&floats(&array, what, "(N, 3)")?, what, |row| [row[0], row[1], row[2]])
+    rows(&floats(&array, what, "(N, 3)")?, what, |row| {
+        [row[0], row[1], row[2]]
+    })
 }
 
 /// Points or vectors, `(N, 3)`, or one for all, `(3,)`.
 pub fn vectors_or_one(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f64; 3]>> {
     let array = as_array(given)?;
-    if array.shape() == [3] { Ok(vec![numbers(&array, what)?]) } else { vectors(&array, what) }
+    if array.shape() == [3] {
+        Ok(vec![numbers(&array, what)?])
+    } else {
+        vectors(&array, what)
+    }
 }
 
 /// `N` numbers, such as a vector.
@@ -106,13 +133,19 @@ pub fn numbers<const N: usize>(given: &Bound<'_, PyAny>, what: &str) -> PyResult
     let array: Bound<'_, PyArray1<f64>> = floats(given, what, &expected)?;
     let read: [Option<f64>; N] = core::array::from_fn(|at| array.get_owned(at));
     if array.len() != N || read.contains(&None) {
-        return Err(value_error(format_args!("{what}: shape {:?}, expected {expected}", array.shape())));
+        return Err(value_error(format_args!(
+            "{what}: shape {:?}, expected {expected}",
+            array.shape()
+        )));
     }
     Ok(read.map(Option::unwrap_or_default))
 }
 
 /// `N` numbers, if they are given.
-pub fn numbers_if<const N: usize>(given: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Option<[f64; N]>> {
+pub fn numbers_if<const N: usize>(
+    given: Option<&Bound<'_, PyAny>>,
+    what: &str,
+) -> PyResult<Option<[f64; N]>> {
     given.map(|given| numbers(given, what)).transpose()
 }
 
@@ -161,11 +194,16 @@ impl<'py> FromPyObject<'_, 'py> for Transform {
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         let array = floats::<Ix2>(&given, "T", "(4, 4)")?;
         if array.shape() != [4, 4] {
-            return Err(value_error(format_args!("T: shape {:?}, expected (4, 4)", array.shape())));
+            return Err(value_error(format_args!(
+                "T: shape {:?}, expected (4, 4)",
+                array.shape()
+            )));
         }
         // Entry by entry: to borrow so small an array as a whole takes longer.
         let at = |row, column| array.get_owned([row, column]).unwrap_or(f64::NAN);
-        pose(at).map(Self).map_err(|fault| value_error(format_args!("T: {fault}")))
+        pose(at)
+            .map(Self)
+            .map_err(|fault| value_error(format_args!("T: {fault}")))
     }
 }
 
@@ -175,7 +213,8 @@ fn pose(at: impl Fn(usize, usize) -> f64) -> Result<Pose, String> {
     if last != [0.0, 0.0, 0.0, 1.0] {
         return Err(format!("row 3 is {last:?}, expected [0, 0, 0, 1]"));
     }
-    Pose::from_row_major(core::array::from_fn(|entry| at(entry / 4, entry % 4))).map_err(|error| error.to_string())
+    Pose::from_row_major(core::array::from_fn(|entry| at(entry / 4, entry % 4)))
+        .map_err(|error| error.to_string())
 }
 
 /// Poses, `(N, 4, 4)`, or one, `(4, 4)`.
@@ -189,11 +228,18 @@ impl<'py> FromPyObject<'_, 'py> for Transforms {
         if has_no_rows(&array) {
             return Ok(Self(Vec::new()));
         }
-        let rows = if array.ndim() == 2 { array.get_item(None::<()>)?.cast_into()? } else { array.clone() };
+        let rows = if array.ndim() == 2 {
+            array.get_item(None::<()>)?.cast_into()?
+        } else {
+            array.clone()
+        };
         let rows = floats::<Ix3>(&rows, "poses", "(N, 4, 4)")?.try_readonly()?;
         let view = rows.as_array();
         if view.shape()[1..] != [4, 4] {
-            return Err(value_error(format_args!("poses: shape {:?}, expected (N, 4, 4) or (4, 4)", array.shape())));
+            return Err(value_error(format_args!(
+                "poses: shape {:?}, expected (N, 4, 4) or (4, 4)",
+                array.shape()
+            )));
         }
         let checked = each(given.py(), view.outer_iter(), |row, matrix| {
             let at = |row, column| matrix[[row, column]];
@@ -258,6 +304,8 @@ pub mod bytes {
         let (shape, elements) = <(Vec<usize>, Vec<T>)>::deserialize(deserializer)?;
         let array = ArrayD::from_shape_vec(shape, elements).map_err(S::Error::custom)?;
         let array = array.into_dimensionality::<D>().map_err(S::Error::custom)?;
-        Ok(Python::attach(|py| PyArray::from_owned_array(py, array).unbind()))
+        Ok(Python::attach(|py| {
+            PyArray::from_owned_array(py, array).unbind()
+        }))
     }
 }

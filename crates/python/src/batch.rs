@@ -18,19 +18,35 @@ pub struct Worker<'m> {
 }
 
 pub fn check_threads(threads: usize) -> PyResult<()> {
-    if threads == 0 { Err(value_error("threads is 0, expected at least 1")) } else { Ok(()) }
+    if threads == 0 {
+        Err(value_error("threads is 0, expected at least 1"))
+    } else {
+        Ok(())
+    }
 }
 
 /// The workers for so many poses, the first for the calling thread. A memory goes along the poses in their order, so
 /// there is one worker then.
-pub fn workers(threads: usize, poses: usize, memory: Option<&mut PairMemory>) -> PyResult<Vec<Worker<'_>>> {
+pub fn workers(
+    threads: usize,
+    poses: usize,
+    memory: Option<&mut PairMemory>,
+) -> PyResult<Vec<Worker<'_>>> {
     check_threads(threads)?;
     if threads > 1 && memory.is_some() {
-        return Err(value_error("memory goes along the poses one by one: it needs threads=1"));
+        return Err(value_error(
+            "memory goes along the poses one by one: it needs threads=1",
+        ));
     }
-    let mut workers = vec![Worker { workspace: Box::new(Workspace::new()), memory }];
+    let mut workers = vec![Worker {
+        workspace: Box::new(Workspace::new()),
+        memory,
+    }];
     let more = threads.min(poses.div_ceil(BLOCK)).saturating_sub(1);
-    workers.extend((0..more).map(|_| Worker { workspace: Box::new(Workspace::new()), memory: None }));
+    workers.extend((0..more).map(|_| Worker {
+        workspace: Box::new(Workspace::new()),
+        memory: None,
+    }));
     Ok(workers)
 }
 
@@ -62,7 +78,9 @@ pub fn each<'m, R: Clone + Default + Send>(
     py.detach(|| {
         let clock = Attentive::new(&interrupt);
         thread::scope(|scope| {
-            let (own, others) = workers.split_first_mut().ok_or_else(|| value_error("no worker"))?;
+            let (own, others) = workers
+                .split_first_mut()
+                .ok_or_else(|| value_error("no worker"))?;
             let (working, ended) = mpsc::channel::<()>();
             let spawn = |other| {
                 let (working, work, interrupt) = (working.clone(), &work, &interrupt);
@@ -80,7 +98,9 @@ pub fn each<'m, R: Clone + Default + Send>(
                 let _ = clock.is_cancelled();
             }
             for other in others {
-                other.join().map_err(|_| value_error("a thread of the batch ended early"))??;
+                other
+                    .join()
+                    .map_err(|_| value_error("a thread of the batch ended early"))??;
             }
             Ok::<_, PyErr>(())
         })

@@ -39,8 +39,15 @@ struct Options {
 }
 
 impl Options {
-    fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree, pose: Pose) -> ContactQuery<'t> {
-        ContactQuery::new(a, b, pose).margin(self.margin).contact_limit(self.most)
+    fn query<'t>(
+        &self,
+        a: &'t punctual::Tree,
+        b: &'t punctual::Tree,
+        pose: Pose,
+    ) -> ContactQuery<'t> {
+        ContactQuery::new(a, b, pose)
+            .margin(self.margin)
+            .contact_limit(self.most)
     }
 }
 
@@ -55,32 +62,51 @@ impl Contacts {
     /// (N, 2, 3): the closest points, of A and of B. Of triangles that meet both are the middle of the segment.
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        points(py, self.found.iter().map(|contact| contact.points.map(|point| point.to_array())))
+        points(
+            py,
+            self.found
+                .iter()
+                .map(|contact| contact.points.map(|point| point.to_array())),
+        )
     }
 
     /// (N, 3): unit vectors from B to A.
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        table(py, self.found.iter().map(|contact| contact.normal.to_array()))
+        table(
+            py,
+            self.found.iter().map(|contact| contact.normal.to_array()),
+        )
     }
 
     /// (N, 2, 3): the unit normals of the triangle of A and of that of B, by the right-hand rule; NaN for one without area.
     #[getter]
     fn face_normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        points(py, self.faces.iter().map(|faces| faces.map(|normal| normal.unwrap_or(DVec3::NAN).to_array())))
+        points(
+            py,
+            self.faces
+                .iter()
+                .map(|faces| faces.map(|normal| normal.unwrap_or(DVec3::NAN).to_array())),
+        )
     }
 
     /// (N,): how far apart they are, ascending; 0 only if they meet.
     #[getter]
     fn distances<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        column(py, self.found.iter().map(|contact| contact.distance).collect())
+        column(
+            py,
+            self.found.iter().map(|contact| contact.distance).collect(),
+        )
     }
 
     /// (N, 2, 3): the ends of the segments in which triangles meet; NaN where they are apart.
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let ends =
-            |contact: &Contact| contact.segment.map_or([[f64::NAN; 3]; 2], |ends| ends.map(|end| end.to_array()));
+        let ends = |contact: &Contact| {
+            contact
+                .segment
+                .map_or([[f64::NAN; 3]; 2], |ends| ends.map(|end| end.to_array()))
+        };
         points(py, self.found.iter().map(ends))
     }
 
@@ -96,7 +122,12 @@ impl Contacts {
     /// written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
-        let Self { answer, asked, options, .. } = self;
+        let Self {
+            answer,
+            asked,
+            options,
+            ..
+        } = self;
         Asked::view(asked, py, path, |bodies, pose| {
             let [a, b] = bodies.trees();
             let most = (options.most < usize::MAX).then_some(options.most);
@@ -109,7 +140,11 @@ impl Contacts {
     }
 
     fn __repr__(&self) -> String {
-        format!("<punctual3d.Contacts: {}, {}>", self.found.len(), self.answer.stop)
+        format!(
+            "<punctual3d.Contacts: {}, {}>",
+            self.found.len(),
+            self.answer.stop
+        )
     }
 }
 
@@ -124,11 +159,17 @@ fn spend(
     let mut found: Vec<Contact> = workspace.drain_contacts().collect();
     while answer.stop == StopReason::PairsFull && found.len() < most && !clock.is_cancelled() {
         let left = limit.left(&punctual::Stats::default(), &answer.stats);
-        let Ok(next) = query.resume_with(workspace, left.budget(), clock) else { break };
+        let Ok(next) = query.resume_with(workspace, left.budget(), clock) else {
+            break;
+        };
         answer = next;
         found.extend(workspace.drain_contacts());
     }
-    found.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.triangles.cmp(&y.triangles)));
+    found.sort_by(|x, y| {
+        x.distance
+            .total_cmp(&y.distance)
+            .then(x.triangles.cmp(&y.triangles))
+    });
     if let Some(left_out) = found.get(most) {
         (answer.low, answer.stop) = (answer.low.min(left_out.distance), StopReason::PairsFull);
         found.truncate(most);
@@ -145,7 +186,11 @@ fn spend(
 /// types.
 #[pyfunction]
 #[pyo3(signature = (a, b, T=None, *, margin=0.0, limit=None, budget=None, work=None))]
-#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+#[expect(
+    non_snake_case,
+    clippy::too_many_arguments,
+    reason = "the names and arguments of the Python function"
+)]
 pub fn contacts<'py>(
     py: Python<'py>,
     a: Surface<'py>,
@@ -165,12 +210,28 @@ pub fn contacts<'py>(
     let (options, pose) = (Options { margin, most }, T.unwrap_or_default().0);
     let query = options.query(&a.arc, &b.arc, pose);
     let run = |clock: &dyn Clock| {
-        let (answer, found) = with_workspace(|workspace| spend(&query, workspace, (spent, clock), most));
-        let faces = found.iter().map(|contact| query.face_normals(contact.triangles)).collect();
+        let (answer, found) =
+            with_workspace(|workspace| spend(&query, workspace, (spent, clock), most));
+        let faces = found
+            .iter()
+            .map(|contact| query.face_normals(contact.triangles))
+            .collect();
         (answer, found, faces)
     };
     let (answer, found, faces) = spent.run(py, run)?;
     let base = Answer::new(answer.stop, &answer.stats);
     let asked = Some(Asked::new(a, b, pose));
-    Bound::new(py, (Contacts { answer, found, faces, asked, options }, base))
+    Bound::new(
+        py,
+        (
+            Contacts {
+                answer,
+                found,
+                faces,
+                asked,
+                options,
+            },
+            base,
+        ),
+    )
 }

@@ -43,10 +43,21 @@ impl DistanceOptions {
         ];
         finite(numbers)?;
         not_negative([("closer_than", limit)])?;
-        Ok(Self { absolute, relative, margins, limit, leave_contact_open })
+        Ok(Self {
+            absolute,
+            relative,
+            margins,
+            limit,
+            leave_contact_open,
+        })
     }
 
-    pub fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree, pose: Pose) -> punctual::DistanceQuery<'t> {
+    pub fn query<'t>(
+        &self,
+        a: &'t punctual::Tree,
+        b: &'t punctual::Tree,
+        pose: Pose,
+    ) -> punctual::DistanceQuery<'t> {
         let query = punctual::DistanceQuery::new(a, b, pose).margins(self.margins);
         let mut query = query.leave_contact_open(self.leave_contact_open);
         if let Some(length) = self.absolute {
@@ -86,7 +97,18 @@ impl Distance {
         options: DistanceOptions,
     ) -> PyResult<Bound<'_, Self>> {
         let base = Answer::new(answer.stop, &answer.stats);
-        Bound::new(py, (Self { answer, limit: options.limit, asked: Some(asked), options }, base))
+        Bound::new(
+            py,
+            (
+                Self {
+                    answer,
+                    limit: options.limit,
+                    asked: Some(asked),
+                    options,
+                },
+                base,
+            ),
+        )
     }
 }
 
@@ -110,7 +132,9 @@ impl Distance {
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let nearest = self.answer.nearest;
-        nearest.map(|nearest| table(py, nearest.points.map(|point| point.to_array()))).transpose()
+        nearest
+            .map(|nearest| table(py, nearest.points.map(|point| point.to_array())))
+            .transpose()
     }
 
     /// The closest triangles found, of A and of B; None if nothing was found yet.
@@ -131,7 +155,12 @@ impl Distance {
     /// written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
-        let Self { answer, asked, options, .. } = self;
+        let Self {
+            answer,
+            asked,
+            options,
+            ..
+        } = self;
         Asked::view(asked, py, path, |bodies, pose| {
             let [a, b] = bodies.trees();
             punctual_view::distance(bodies, options.query(a, b, *pose), pose, answer)
@@ -140,14 +169,20 @@ impl Distance {
 
     fn __bool__(&self) -> PyResult<bool> {
         let Some(limit) = self.limit else {
-            return Err(PyTypeError::new_err("a distance has no truth value: compare its bounds low and high"));
+            return Err(PyTypeError::new_err(
+                "a distance has no truth value: compare its bounds low and high",
+            ));
         };
         let what = format!("the surfaces are closer than {limit}");
-        self.answer.closer.ok_or_else(|| undecided(&what, self.answer.stop))
+        self.answer
+            .closer
+            .ok_or_else(|| undecided(&what, self.answer.stop))
     }
 
     fn __repr__(&self) -> String {
-        let punctual::Distance { low, high, stop, .. } = self.answer;
+        let punctual::Distance {
+            low, high, stop, ..
+        } = self.answer;
         format!("<punctual3d.Distance: {low} to {high}, {stop}>")
     }
 }
@@ -162,7 +197,9 @@ fn ask<'py>(
 ) -> PyResult<Bound<'py, Distance>> {
     let query = options.query(&a.arc, &b.arc, pose);
     let memory = lent(&mut memory);
-    let run = |clock: &dyn Clock| with_workspace(|workspace| query.run_with(workspace, memory, limit.budget(), clock));
+    let run = |clock: &dyn Clock| {
+        with_workspace(|workspace| query.run_with(workspace, memory, limit.budget(), clock))
+    };
     let answer = limit.run(py, run)?;
     Distance::new(py, answer, Asked::new(a, b, pose), options)
 }
@@ -179,7 +216,11 @@ fn ask<'py>(
 #[pyfunction]
 #[pyo3(signature = (a, b, T=None, *, absolute_tolerance=None, relative_tolerance=None, margins=None,
     leave_contact_open=false, budget=None, work=None, memory=None))]
-#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+#[expect(
+    non_snake_case,
+    clippy::too_many_arguments,
+    reason = "the names and arguments of the Python function"
+)]
 pub fn distance<'py>(
     py: Python<'py>,
     a: Surface<'py>,
@@ -193,15 +234,31 @@ pub fn distance<'py>(
     work: Option<u64>,
     memory: Option<PyRefMut<'_, Memory>>,
 ) -> PyResult<Bound<'py, Distance>> {
-    let options = DistanceOptions::new([absolute_tolerance, relative_tolerance], margins, None, leave_contact_open)?;
-    ask(py, [a, b], T.unwrap_or_default().0, options, Limit::new(budget, work)?, memory)
+    let options = DistanceOptions::new(
+        [absolute_tolerance, relative_tolerance],
+        margins,
+        None,
+        leave_contact_open,
+    )?;
+    ask(
+        py,
+        [a, b],
+        T.unwrap_or_default().0,
+        options,
+        Limit::new(budget, work)?,
+        memory,
+    )
 }
 
 /// Whether the surfaces of two trees are no farther apart than a length: the truth value of the result. Takes a
 /// fraction of the time of `distance`, whose other arguments it has.
 #[pyfunction]
 #[pyo3(signature = (a, b, length, T=None, *, margins=None, budget=None, work=None, memory=None))]
-#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+#[expect(
+    non_snake_case,
+    clippy::too_many_arguments,
+    reason = "the names and arguments of the Python function"
+)]
 pub fn closer_than<'py>(
     py: Python<'py>,
     a: Surface<'py>,
@@ -215,7 +272,14 @@ pub fn closer_than<'py>(
 ) -> PyResult<Bound<'py, Distance>> {
     not_negative([("length", Some(length))])?;
     let options = DistanceOptions::new([None; 2], margins, Some(length), false)?;
-    ask(py, [a, b], T.unwrap_or_default().0, options, Limit::new(budget, work)?, memory)
+    ask(
+        py,
+        [a, b],
+        T.unwrap_or_default().0,
+        options,
+        Limit::new(budget, work)?,
+        memory,
+    )
 }
 
 /// The same question as that of `distance`, or of `closer_than`, with buffers of its own (930 kB), so that it can be
@@ -242,7 +306,11 @@ impl DistanceQuery {
     #[new]
     #[pyo3(signature = (a, b, T=None, *, absolute_tolerance=None, relative_tolerance=None, margins=None,
         closer_than=None, leave_contact_open=false))]
-    #[expect(non_snake_case, clippy::too_many_arguments, reason = "the name of the Python argument")]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the name of the Python argument"
+    )]
     fn new(
         a: Surface<'_>,
         b: Surface<'_>,
@@ -257,7 +325,13 @@ impl DistanceQuery {
         let options = DistanceOptions::new(tolerances, margins, closer_than, leave_contact_open)?;
         let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
         let asked = Asked::new(a, b, T.unwrap_or_default().0);
-        Ok(Self { trees, asked, options, workspace: Box::new(Workspace::new()), aside: None })
+        Ok(Self {
+            trees,
+            asked,
+            options,
+            workspace: Box::new(Workspace::new()),
+            aside: None,
+        })
     }
 
     /// Runs from the start, within a budget of seconds or of units of work.
@@ -270,9 +344,17 @@ impl DistanceQuery {
         mut memory: Option<PyRefMut<'_, Memory>>,
     ) -> PyResult<Bound<'py, Distance>> {
         let limit = Limit::new(budget, work)?;
-        let Self { trees: [a, b], asked, options, workspace, .. } = self;
+        let Self {
+            trees: [a, b],
+            asked,
+            options,
+            workspace,
+            ..
+        } = self;
         let (query, memory) = (options.query(a, b, asked.pose), lent(&mut memory));
-        let answer = limit.run(py, |clock| query.run_with(workspace, memory, limit.budget(), clock))?;
+        let answer = limit.run(py, |clock| {
+            query.run_with(workspace, memory, limit.budget(), clock)
+        })?;
         Distance::new(py, answer, asked.clone_ref(py), *options)
     }
 
@@ -286,7 +368,13 @@ impl DistanceQuery {
         work: Option<u64>,
     ) -> PyResult<Bound<'py, Distance>> {
         let limit = Limit::new(budget, work)?;
-        let Self { trees: [a, b], asked, options, workspace, .. } = self;
+        let Self {
+            trees: [a, b],
+            asked,
+            options,
+            workspace,
+            ..
+        } = self;
         let query = options.query(a, b, asked.pose);
         let resume = |clock: &dyn Clock| query.resume_with(workspace, None, limit.budget(), clock);
         let answer = limit.run(py, resume)?.map_err(resume_error)?;
@@ -296,14 +384,20 @@ impl DistanceQuery {
     /// Units of work that it will take if nothing stops it.
     #[pyo3(signature = (*, memory=None))]
     fn predict(&self, memory: Option<PyRef<'_, Memory>>) -> Quantiles {
-        self.query().predict(memory.as_ref().map(|memory| &memory.0)).into()
+        self.query()
+            .predict(memory.as_ref().map(|memory| &memory.0))
+            .into()
     }
 
     /// What the last run left open, as far as can be guessed. Raises ResumeError before the first run.
     #[pyo3(signature = (*, memory=None))]
     fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<DistanceEstimate> {
         let memory = memory.as_ref().map(|memory| &memory.0);
-        Ok(self.query().estimate(&self.workspace, memory).map_err(resume_error)?.into())
+        Ok(self
+            .query()
+            .estimate(&self.workspace, memory)
+            .map_err(resume_error)?
+            .into())
     }
 
     /// Where the last run may have missed what is closer than its upper bound by more than the tolerance, after so many units
@@ -312,9 +406,20 @@ impl DistanceQuery {
     #[pyo3(signature = (*, work=0))]
     fn certificate(&mut self, work: u64) -> PyResult<Certificate> {
         if work == 0 {
-            return Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into());
+            return Ok(self
+                .query()
+                .certificate(&self.workspace)
+                .map_err(resume_error)?
+                .into());
         }
-        let Self { trees: [a, b], asked, options, workspace, aside, .. } = self;
+        let Self {
+            trees: [a, b],
+            asked,
+            options,
+            workspace,
+            aside,
+            ..
+        } = self;
         let query = options.query(a, b, asked.pose);
         let open = query.narrowed_certificate(workspace, aside.get_or_insert_default(), work);
         Ok(open.map_err(resume_error)?.into())

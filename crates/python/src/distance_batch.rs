@@ -56,14 +56,24 @@ struct Row {
 
 impl DistanceBatch {
     fn new(py: Python<'_>, rows: &[Row]) -> PyResult<Self> {
-        let numbers = |number: fn(&Row) -> f64| column(py, rows.iter().map(number).collect()).unbind();
+        let numbers =
+            |number: fn(&Row) -> f64| column(py, rows.iter().map(number).collect()).unbind();
         let triangles = |row: &Row| row.nearest.map_or([0; 2], |nearest| nearest.triangles);
-        let nearest =
-            |row: &Row| row.nearest.map_or([[f64::NAN; 3]; 2], |nearest| nearest.points.map(|point| point.to_array()));
+        let nearest = |row: &Row| {
+            row.nearest.map_or([[f64::NAN; 3]; 2], |nearest| {
+                nearest.points.map(|point| point.to_array())
+            })
+        };
         Ok(Self {
             low: numbers(|row| row.low),
             high: numbers(|row| row.high),
-            closer: column(py, rows.iter().map(|row| row.closer.map_or(-1, i8::from)).collect()).unbind(),
+            closer: column(
+                py,
+                rows.iter()
+                    .map(|row| row.closer.map_or(-1, i8::from))
+                    .collect(),
+            )
+            .unbind(),
             triangles: table(py, rows.iter().map(triangles))?.unbind(),
             points: points(py, rows.iter().map(nearest))?.unbind(),
             work: column(py, rows.iter().map(|row| row.work).collect()).unbind(),
@@ -80,7 +90,10 @@ impl DistanceBatch {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let [least, most] = span(&self.low.bind(py).to_vec()?, &self.high.bind(py).to_vec()?);
-        Ok(format!("<punctual3d.DistanceBatch: {} poses, {least} to {most}>", self.__len__(py)?))
+        Ok(format!(
+            "<punctual3d.DistanceBatch: {} poses, {least} to {most}>",
+            self.__len__(py)?
+        ))
     }
 }
 
@@ -96,7 +109,10 @@ impl DistanceBatch {
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, *, absolute_tolerance=None, relative_tolerance=None, margins=None, closer_than=None,
     leave_contact_open=false, budget=None, work=None, memory=None, threads=1))]
-#[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the arguments of the Python function"
+)]
 pub fn distance_batch(
     py: Python<'_>,
     a: Surface<'_>,
@@ -122,8 +138,21 @@ pub fn distance_batch(
         let query = options.query(a, b, poses[at]);
         let Worker { workspace, memory } = worker;
         let answer = query.run_with(workspace, memory.as_deref_mut(), limit.budget(), clock);
-        let Distance { low, high, nearest, closer, stats, .. } = answer;
-        Ok(Row { low, high, nearest, closer, work: stats.work })
+        let Distance {
+            low,
+            high,
+            nearest,
+            closer,
+            stats,
+            ..
+        } = answer;
+        Ok(Row {
+            low,
+            high,
+            nearest,
+            closer,
+            work: stats.work,
+        })
     })?;
     DistanceBatch::new(py, &rows)
 }

@@ -23,12 +23,17 @@ pub fn value_error(error: impl Display) -> PyErr {
 }
 
 /// Refuses numbers that are negative or no numbers, by name.
-pub fn not_negative(numbers: impl IntoIterator<Item = (&'static str, Option<f64>)>) -> PyResult<()> {
+pub fn not_negative(
+    numbers: impl IntoIterator<Item = (&'static str, Option<f64>)>,
+) -> PyResult<()> {
     for (what, number) in numbers {
         // NaN is not in order with 0.
-        if let Some(number) = number.filter(|number| !matches!(number.partial_cmp(&0.0), Some(order) if order.is_ge()))
+        if let Some(number) = number
+            .filter(|number| !matches!(number.partial_cmp(&0.0), Some(order) if order.is_ge()))
         {
-            return Err(value_error(format_args!("{what} is {number}, expected a number that is not negative")));
+            return Err(value_error(format_args!(
+                "{what} is {number}, expected a number that is not negative"
+            )));
         }
     }
     Ok(())
@@ -39,16 +44,22 @@ pub fn finite(numbers: impl IntoIterator<Item = (&'static str, Option<f64>)>) ->
     for (what, number) in numbers {
         not_negative([(what, number)])?;
         if number == Some(f64::INFINITY) {
-            return Err(value_error(format_args!("{what} is inf, expected a finite number")));
+            return Err(value_error(format_args!(
+                "{what} is inf, expected a finite number"
+            )));
         }
     }
     Ok(())
 }
 
 pub fn resume_error(_: punctual::ResumeError) -> PyErr {
-    ResumeError::new_err("the query has no run to go on with: it was not run, or its last run is complete")
+    ResumeError::new_err(
+        "the query has no run to go on with: it was not run, or its last run is complete",
+    )
 }
 
 pub fn undecided(what: &str, stop: punctual::StopReason) -> PyErr {
-    UndecidedError::new_err(format!("not known whether {what}: the query ended before ({stop})"))
+    UndecidedError::new_err(format!(
+        "not known whether {what}: the query ended before ({stop})"
+    ))
 }

@@ -26,7 +26,10 @@ impl From<punctual::Quantiles> for Quantiles {
 #[pymethods]
 impl Quantiles {
     fn __repr__(&self) -> String {
-        format!("Quantiles(p10={:.4}, p50={:.4}, p90={:.4})", self.p10, self.p50, self.p90)
+        format!(
+            "Quantiles(p10={:.4}, p50={:.4}, p90={:.4})",
+            self.p10, self.p50, self.p90
+        )
     }
 }
 
@@ -50,7 +53,10 @@ impl Prediction {
             bv_tests: prediction.bv_tests.into(),
             triangle_tests: prediction.triangle_tests.into(),
             work: prediction.work.into(),
-            time: prediction.time(costs).map(|nanoseconds| nanoseconds * 1e-9).into(),
+            time: prediction
+                .time(costs)
+                .map(|nanoseconds| nanoseconds * 1e-9)
+                .into(),
         }
     }
 }
@@ -59,8 +65,11 @@ impl Prediction {
 impl Prediction {
     fn __repr__(&self) -> String {
         let [bv_tests, triangle_tests, work, time] =
-            [self.bv_tests, self.triangle_tests, self.work, self.time].map(|number| number.__repr__());
-        format!("Prediction(bv_tests={bv_tests}, triangle_tests={triangle_tests}, work={work}, time={time})")
+            [self.bv_tests, self.triangle_tests, self.work, self.time]
+                .map(|number| number.__repr__());
+        format!(
+            "Prediction(bv_tests={bv_tests}, triangle_tests={triangle_tests}, work={work}, time={time})"
+        )
     }
 }
 
@@ -79,15 +88,26 @@ pub struct Estimate {
 impl Estimate {
     pub fn new(estimate: &punctual::Estimate, costs: &punctual::CostModel) -> Self {
         let remaining = Prediction::new(&estimate.remaining, costs);
-        Self { probability: estimate.probability, recall: estimate.recall, remaining }
+        Self {
+            probability: estimate.probability,
+            recall: estimate.recall,
+            remaining,
+        }
     }
 }
 
 #[pymethods]
 impl Estimate {
     fn __repr__(&self) -> String {
-        let Self { probability, recall, remaining } = self;
-        format!("Estimate(probability={probability:.4}, recall={recall:.4}, remaining={})", remaining.__repr__())
+        let Self {
+            probability,
+            recall,
+            remaining,
+        } = self;
+        format!(
+            "Estimate(probability={probability:.4}, recall={recall:.4}, remaining={})",
+            remaining.__repr__()
+        )
     }
 }
 
@@ -103,7 +123,10 @@ pub struct DistanceEstimate {
 
 impl From<punctual::DistanceEstimate> for DistanceEstimate {
     fn from(estimate: punctual::DistanceEstimate) -> Self {
-        Self { distance: estimate.distance.into(), remaining: estimate.remaining.into() }
+        Self {
+            distance: estimate.distance.into(),
+            remaining: estimate.remaining.into(),
+        }
     }
 }
 
@@ -138,7 +161,10 @@ impl From<punctual::Certificate<'_>> for Certificate {
             open_pairs: certificate.open_pairs(),
             upper_bound: certificate.upper_bound(),
             largest_extent: certificate.largest_extent(),
-            boxes: certificate.boxes().map(|open| [open.min.to_array(), open.max.to_array()]).collect(),
+            boxes: certificate
+                .boxes()
+                .map(|open| [open.min.to_array(), open.max.to_array()])
+                .collect(),
         }
     }
 }
@@ -153,7 +179,12 @@ impl Certificate {
     }
 
     fn __repr__(&self) -> String {
-        let Self { open_pairs, upper_bound, largest_extent, .. } = self;
+        let Self {
+            open_pairs,
+            upper_bound,
+            largest_extent,
+            ..
+        } = self;
         format!(
             "<punctual3d.Certificate: {open_pairs} open pairs, upper bound {upper_bound}, largest extent {largest_extent}>"
         )

@@ -34,7 +34,10 @@ impl Interrupt {
 
     /// The answer of the call, unless the user cancelled it.
     pub fn end<R>(self, answer: R) -> PyResult<R> {
-        self.raised.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(answer), Err)
+        self.raised
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+            .map_or(Ok(answer), Err)
     }
 }
 
@@ -59,7 +62,10 @@ pub struct Attentive<'i> {
 
 impl<'i> Attentive<'i> {
     pub fn new(interrupt: &'i Interrupt) -> Self {
-        Self { interrupt, looked: Cell::new(None) }
+        Self {
+            interrupt,
+            looked: Cell::new(None),
+        }
     }
 }
 
@@ -89,7 +95,10 @@ impl Clock for Attentive<'_> {
 }
 
 /// Runs what ends soon after the clock says that it is cancelled, without the interpreter's lock.
-pub fn cancellable<R: Send>(py: Python<'_>, run: impl FnOnce(&dyn Clock) -> R + Send) -> PyResult<R> {
+pub fn cancellable<R: Send>(
+    py: Python<'_>,
+    run: impl FnOnce(&dyn Clock) -> R + Send,
+) -> PyResult<R> {
     py.detach(|| {
         let interrupt = Interrupt::default();
         let answer = run(&Attentive::new(&interrupt));
@@ -100,7 +109,10 @@ pub fn cancellable<R: Send>(py: Python<'_>, run: impl FnOnce(&dyn Clock) -> R + 
 /// Runs what cannot be cancelled, such as the build of a tree, in a thread of its own. If the user cancels the call,
 /// nobody waits
 /// for that thread: it goes on to its end, and what it made is dropped.
-pub fn in_background<R: Send + 'static>(py: Python<'_>, run: impl FnOnce() -> R + Send + 'static) -> PyResult<R> {
+pub fn in_background<R: Send + 'static>(
+    py: Python<'_>,
+    run: impl FnOnce() -> R + Send + 'static,
+) -> PyResult<R> {
     py.detach(|| {
         let (made, result) = mpsc::channel();
         thread::Builder::new().spawn(move || made.send(run()))?;
@@ -109,7 +121,9 @@ pub fn in_background<R: Send + 'static>(py: Python<'_>, run: impl FnOnce() -> R 
                 Ok(result) => return Ok(result),
                 Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(PyRuntimeError::new_err("the thread of the call ended early"));
+                    return Err(PyRuntimeError::new_err(
+                        "the thread of the call ended early",
+                    ));
                 }
             }
         }

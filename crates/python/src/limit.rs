@@ -19,11 +19,15 @@ impl Limit {
         match (budget, work) {
             (None, None) => Ok(Self::None),
             (None, Some(work)) => Ok(Self::Work(work)),
-            (Some(_), Some(_)) => Err(value_error("budget and work: only one of them can be given")),
+            (Some(_), Some(_)) => Err(value_error(
+                "budget and work: only one of them can be given",
+            )),
             (Some(f64::INFINITY), None) => Ok(Self::None),
             (Some(seconds), None) => match Duration::try_from_secs_f64(seconds) {
                 Ok(time) => Ok(Self::Time(time)),
-                Err(_) => Err(value_error(format_args!("budget is {seconds}, expected seconds, not negative"))),
+                Err(_) => Err(value_error(format_args!(
+                    "budget is {seconds}, expected seconds, not negative"
+                ))),
             },
         }
     }
@@ -51,7 +55,11 @@ impl Limit {
     /// Runs a call by a clock. Without the interpreter's lock, unless the time is short: to get the lock back from
     /// another thread
     /// may take as long. Raises what the user cancels the call with.
-    pub fn run<R: Send>(self, py: Python<'_>, run: impl FnOnce(&dyn Clock) -> R + Send) -> PyResult<R> {
+    pub fn run<R: Send>(
+        self,
+        py: Python<'_>,
+        run: impl FnOnce(&dyn Clock) -> R + Send,
+    ) -> PyResult<R> {
         match self {
             Self::Time(time) if time < BETWEEN_LOOKS => Ok(run(&SystemClock::default())),
             Self::None | Self::Work(_) | Self::Time(_) => cancellable(py, run),

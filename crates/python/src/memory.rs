@@ -66,7 +66,10 @@ impl Memory {
             Some(false) => "apart",
             None => "never decided",
         };
-        format!("<punctual3d.Memory: {last}, {} frames undecided>", self.frames_undecided())
+        format!(
+            "<punctual3d.Memory: {last}, {} frames undecided>",
+            self.frames_undecided()
+        )
     }
 }
 

@@ -36,12 +36,29 @@ struct Options {
 }
 
 impl Options {
-    fn new(motion: Motion, tolerances: [Option<f64>; 2], margins: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn new(
+        motion: Motion,
+        tolerances: [Option<f64>; 2],
+        margins: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let margins = numbers_if(margins, "margins")?.unwrap_or_default();
         let ([tolerance, time_tolerance], [of_a, of_b]) = (tolerances, margins.map(Some));
-        let lengths = [("tolerance", tolerance), ("margins[0]", of_a), ("margins[1]", of_b)];
-        finite(lengths.into_iter().chain([("time_tolerance", time_tolerance)]))?;
-        Ok(Self { motion, margins, tolerance, time_tolerance })
+        let lengths = [
+            ("tolerance", tolerance),
+            ("margins[0]", of_a),
+            ("margins[1]", of_b),
+        ];
+        finite(
+            lengths
+                .into_iter()
+                .chain([("time_tolerance", time_tolerance)]),
+        )?;
+        Ok(Self {
+            motion,
+            margins,
+            tolerance,
+            time_tolerance,
+        })
     }
 
     fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree) -> punctual::MotionQuery<'t> {
@@ -57,9 +74,24 @@ impl Options {
 }
 
 impl Passage {
-    fn new(py: Python<'_>, answer: punctual::Passage, asked: Asked, options: Options) -> PyResult<Bound<'_, Self>> {
+    fn new(
+        py: Python<'_>,
+        answer: punctual::Passage,
+        asked: Asked,
+        options: Options,
+    ) -> PyResult<Bound<'_, Self>> {
         let base = Answer::new(answer.stop, &answer.stats);
-        Bound::new(py, (Self { answer, asked: Some(asked), options: Some(options) }, base))
+        Bound::new(
+            py,
+            (
+                Self {
+                    answer,
+                    asked: Some(asked),
+                    options: Some(options),
+                },
+                base,
+            ),
+        )
     }
 }
 
@@ -89,7 +121,11 @@ impl Passage {
     /// written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
-        let Self { answer, asked, options } = self;
+        let Self {
+            answer,
+            asked,
+            options,
+        } = self;
         Asked::view(asked, py, path, |bodies, _| {
             let [a, b] = bodies.trees();
             let options = options.as_ref().ok_or(punctual::ResumeError)?;
@@ -98,8 +134,15 @@ impl Passage {
     }
 
     fn __repr__(&self) -> String {
-        let punctual::Passage { free_until, touching_at, stop, .. } = self.answer;
-        let touching = touching_at.map_or("no contact found".to_owned(), |time| format!("touching at {time}"));
+        let punctual::Passage {
+            free_until,
+            touching_at,
+            stop,
+            ..
+        } = self.answer;
+        let touching = touching_at.map_or("no contact found".to_owned(), |time| {
+            format!("touching at {time}")
+        });
         format!("<punctual3d.Passage: free until {free_until}, {touching}, {stop}>")
     }
 }
@@ -115,11 +158,22 @@ pub fn path(
     let motion = match (to, velocity, turn) {
         (Some(end), None, None) if point.is_none() => Motion::screw(start.0, end.0),
         (Some(_), ..) => return Err(value_error("to: not together with velocity, turn or point")),
-        (None, None, None) => return Err(value_error("no motion: one of to, velocity and turn is needed")),
-        (None, _, None) if point.is_some() => return Err(value_error("point: only together with turn")),
+        (None, None, None) => {
+            return Err(value_error(
+                "no motion: one of to, velocity and turn is needed",
+            ));
+        }
+        (None, _, None) if point.is_some() => {
+            return Err(value_error("point: only together with turn"));
+        }
         (None, velocity, turn) => {
             let point = point.unwrap_or_else(|| start.0.translation().to_array());
-            Motion::turning(start.0, velocity.unwrap_or_default(), turn.unwrap_or_default(), point)
+            Motion::turning(
+                start.0,
+                velocity.unwrap_or_default(),
+                turn.unwrap_or_default(),
+                point,
+            )
         }
     };
     motion.map_err(value_error)
@@ -141,7 +195,11 @@ pub fn path(
 #[pyfunction]
 #[pyo3(signature = (a, b, T=None, *, to=None, velocity=None, turn=None, point=None, tolerance=None,
     time_tolerance=None, margins=None, budget=None, work=None, memory=None))]
-#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+#[expect(
+    non_snake_case,
+    clippy::too_many_arguments,
+    reason = "the names and arguments of the Python function"
+)]
 pub fn motion<'py>(
     py: Python<'py>,
     a: Surface<'py>,
@@ -159,11 +217,17 @@ pub fn motion<'py>(
     mut memory: Option<PyRefMut<'_, Memory>>,
 ) -> PyResult<Bound<'py, Passage>> {
     let start = T.unwrap_or_default();
-    let options = Options::new(path(start, to, [velocity, turn, point])?, [tolerance, time_tolerance], margins)?;
+    let options = Options::new(
+        path(start, to, [velocity, turn, point])?,
+        [tolerance, time_tolerance],
+        margins,
+    )?;
     let limit = Limit::new(budget, work)?;
     let query = options.query(&a.arc, &b.arc);
     let memory = lent(&mut memory);
-    let run = |clock: &dyn Clock| with_workspace(|workspace| query.run_with(workspace, memory, limit.budget(), clock));
+    let run = |clock: &dyn Clock| {
+        with_workspace(|workspace| query.run_with(workspace, memory, limit.budget(), clock))
+    };
     let answer = limit.run(py, run)?;
     Passage::new(py, answer, Asked::new(a, b, start.0), options)
 }
@@ -190,7 +254,11 @@ impl MotionQuery {
     #[new]
     #[pyo3(signature = (a, b, T=None, *, to=None, velocity=None, turn=None, point=None, tolerance=None,
         time_tolerance=None, margins=None))]
-    #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the names and arguments of the Python function"
+    )]
     fn new(
         a: Surface<'_>,
         b: Surface<'_>,
@@ -204,9 +272,18 @@ impl MotionQuery {
         margins: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let start = T.unwrap_or_default();
-        let options = Options::new(path(start, to, [velocity, turn, point])?, [tolerance, time_tolerance], margins)?;
+        let options = Options::new(
+            path(start, to, [velocity, turn, point])?,
+            [tolerance, time_tolerance],
+            margins,
+        )?;
         let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
-        Ok(Self { trees, asked: Asked::new(a, b, start.0), options, workspace: Box::new(Workspace::new()) })
+        Ok(Self {
+            trees,
+            asked: Asked::new(a, b, start.0),
+            options,
+            workspace: Box::new(Workspace::new()),
+        })
     }
 
     /// Runs from the start, within a budget of seconds or of units of work.
@@ -219,9 +296,16 @@ impl MotionQuery {
         mut memory: Option<PyRefMut<'_, Memory>>,
     ) -> PyResult<Bound<'py, Passage>> {
         let limit = Limit::new(budget, work)?;
-        let Self { trees: [a, b], asked, options, workspace } = self;
+        let Self {
+            trees: [a, b],
+            asked,
+            options,
+            workspace,
+        } = self;
         let (query, memory) = (options.query(a, b), lent(&mut memory));
-        let answer = limit.run(py, |clock| query.run_with(workspace, memory, limit.budget(), clock))?;
+        let answer = limit.run(py, |clock| {
+            query.run_with(workspace, memory, limit.budget(), clock)
+        })?;
         Passage::new(py, answer, asked.clone_ref(py), *options)
     }
 
@@ -235,7 +319,12 @@ impl MotionQuery {
         work: Option<u64>,
     ) -> PyResult<Bound<'py, Passage>> {
         let limit = Limit::new(budget, work)?;
-        let Self { trees: [a, b], asked, options, workspace } = self;
+        let Self {
+            trees: [a, b],
+            asked,
+            options,
+            workspace,
+        } = self;
         let query = options.query(a, b);
         let resume = |clock: &dyn Clock| query.resume_with(workspace, None, limit.budget(), clock);
         let answer = limit.run(py, resume)?.map_err(resume_error)?;
@@ -245,7 +334,9 @@ impl MotionQuery {
     /// Units of work that it will take if nothing stops it.
     #[pyo3(signature = (*, memory=None))]
     fn predict(&self, memory: Option<PyRef<'_, Memory>>) -> Quantiles {
-        self.query().predict(memory.as_ref().map(|memory| &memory.0)).into()
+        self.query()
+            .predict(memory.as_ref().map(|memory| &memory.0))
+            .into()
     }
 
     /// Units of work that the last run has still to do, as far as can be guessed. Raises ResumeError before the first
@@ -253,13 +344,21 @@ impl MotionQuery {
     #[pyo3(signature = (*, memory=None))]
     fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<Quantiles> {
         let memory = memory.as_ref().map(|memory| &memory.0);
-        Ok(self.query().estimate(&self.workspace, memory).map_err(resume_error)?.into())
+        Ok(self
+            .query()
+            .estimate(&self.workspace, memory)
+            .map_err(resume_error)?
+            .into())
     }
 
     /// Where the surfaces may still meet before the contact that the last run found, if any. Raises ResumeError before
     /// the first run.
     fn certificate(&self) -> PyResult<Certificate> {
-        Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into())
+        Ok(self
+            .query()
+            .certificate(&self.workspace)
+            .map_err(resume_error)?
+            .into())
     }
 
     fn __repr__(&self) -> String {

@@ -21,7 +21,9 @@ impl PushOut {
     /// ended before a push was found.
     #[getter]
     fn direction<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.0.push.map(|push| column(py, push.direction.to_array().to_vec()))
+        self.0
+            .push
+            .map(|push| column(py, push.direction.to_array().to_vec()))
     }
 
     /// How far; 0 if the surfaces do not meet anyway. None: no push was found.
@@ -36,7 +38,13 @@ impl PushOut {
     fn T<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let matrix = |push: punctual::Push| {
             let m = push.b_in_a.to_row_major();
-            table(py, [0, 1, 2].map(|row| [0, 1, 2, 3].map(|at| m[4 * row + at])).into_iter().chain([LAST]))
+            table(
+                py,
+                [0, 1, 2]
+                    .map(|row| [0, 1, 2, 3].map(|at| m[4 * row + at]))
+                    .into_iter()
+                    .chain([LAST]),
+            )
         };
         self.0.push.map(matrix).transpose()
     }
@@ -80,8 +88,21 @@ pub fn push_out<'py>(
 ) -> PyResult<Bound<'py, PushOut>> {
     let limit = Limit::new(budget, work)?;
     let (a, b) = (&*a.arc, &*b.arc);
-    let query = PushOutQuery::new(a, b, T.unwrap_or_default().0).query_limit(query_limit.unwrap_or(u32::MAX));
-    let run = |clock: &dyn Clock| with_workspace(|workspace| query.run_with(workspace, limit.budget(), clock));
+    let query = PushOutQuery::new(a, b, T.unwrap_or_default().0)
+        .query_limit(query_limit.unwrap_or(u32::MAX));
+    let run = |clock: &dyn Clock| {
+        with_workspace(|workspace| query.run_with(workspace, limit.budget(), clock))
+    };
     let found = limit.run(py, run)?;
-    Bound::new(py, (PushOut(found), Answer { stop: found.stop, work: found.work, elapsed: found.elapsed }))
+    Bound::new(
+        py,
+        (
+            PushOut(found),
+            Answer {
+                stop: found.stop,
+                work: found.work,
+                elapsed: found.elapsed,
+            },
+        ),
+    )
 }

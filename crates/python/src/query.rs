@@ -31,7 +31,9 @@ impl<'py> FromPyObject<'_, 'py> for ModeName {
             return Ok(Self(Mode::All));
         }
         let name: Cow<'_, str> = given.extract()?;
-        name.parse().map(Self).map_err(|error| value_error(format_args!("mode: {error}")))
+        name.parse()
+            .map(Self)
+            .map_err(|error| value_error(format_args!("mode: {error}")))
     }
 }
 
@@ -46,14 +48,23 @@ pub struct QueryOptions {
 impl QueryOptions {
     pub fn new(mode: Option<ModeName>, early: bool, prior: Option<f64>) -> PyResult<Self> {
         if let Some(share) = prior.filter(|share| !(0.0..=1.0).contains(share)) {
-            return Err(value_error(format_args!("prior is {share}, expected a share, 0 to 1")));
+            return Err(value_error(format_args!(
+                "prior is {share}, expected a share, 0 to 1"
+            )));
         }
         let mode = mode.map_or(Mode::Any, |ModeName(mode)| mode);
         Ok(Self { mode, early, prior })
     }
 
-    pub fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree, pose: Pose) -> punctual::Query<'t> {
-        let query = punctual::Query::new(a, b, pose).mode(self.mode).early(self.early);
+    pub fn query<'t>(
+        &self,
+        a: &'t punctual::Tree,
+        b: &'t punctual::Tree,
+        pose: Pose,
+    ) -> punctual::Query<'t> {
+        let query = punctual::Query::new(a, b, pose)
+            .mode(self.mode)
+            .early(self.early);
         match self.prior {
             Some(share) => query.prior(share),
             None => query,
@@ -113,7 +124,19 @@ impl Collision {
         options: QueryOptions,
     ) -> PyResult<Bound<'py, Self>> {
         let base = Answer::new(outcome.stop, &outcome.stats);
-        Bound::new(py, (Self { outcome, pairs, estimate, asked: Some(asked), options }, base))
+        Bound::new(
+            py,
+            (
+                Self {
+                    outcome,
+                    pairs,
+                    estimate,
+                    asked: Some(asked),
+                    options,
+                },
+                base,
+            ),
+        )
     }
 }
 
@@ -124,7 +147,9 @@ fn estimate(
     memory: Option<&PairMemory>,
     outcome: &Outcome,
 ) -> Result<Option<Estimate>, punctual::ResumeError> {
-    let estimate = is_stopped(outcome).then(|| query.estimate(workspace, memory)).transpose()?;
+    let estimate = is_stopped(outcome)
+        .then(|| query.estimate(workspace, memory))
+        .transpose()?;
     Ok(estimate.map(|estimate| Estimate::new(&estimate, &workspace.cost_model())))
 }
 
@@ -173,7 +198,10 @@ impl Collision {
     /// Probability that the surfaces meet: 1 or 0 where that is proven, an estimate where it is undecided.
     #[getter]
     fn probability(&self) -> f64 {
-        self.estimate.map_or(certainty(self.outcome.verdict), |estimate| estimate.probability)
+        self.estimate
+            .map_or(certainty(self.outcome.verdict), |estimate| {
+                estimate.probability
+            })
     }
 
     /// Expected share of the intersecting pairs that was found: 1 if the query finished, an estimate if it was stopped.
@@ -207,10 +235,21 @@ impl Collision {
     /// written.
     #[pyo3(signature = (path=None))]
     fn view(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<View> {
-        let Self { outcome, asked, options, .. } = self;
+        let Self {
+            outcome,
+            asked,
+            options,
+            ..
+        } = self;
         Asked::view(asked, py, path, |bodies, pose| {
             let [a, b] = bodies.trees();
-            punctual_view::pair(bodies, options.query(a, b, *pose), pose, options.mode, outcome)
+            punctual_view::pair(
+                bodies,
+                options.query(a, b, *pose),
+                pose,
+                options.mode,
+                outcome,
+            )
         })
     }
 
@@ -222,8 +261,16 @@ impl Collision {
     }
 
     fn __repr__(&self) -> String {
-        let Outcome { verdict, stop, found, .. } = self.outcome;
-        format!("<punctual3d.Collision: {verdict}, {found} found, {stop}, probability {:.3}>", self.probability())
+        let Outcome {
+            verdict,
+            stop,
+            found,
+            ..
+        } = self.outcome;
+        format!(
+            "<punctual3d.Collision: {verdict}, {found} found, {stop}, probability {:.3}>",
+            self.probability()
+        )
     }
 }
 
@@ -254,7 +301,11 @@ pub fn with_workspace<R>(run: impl FnOnce(&mut Workspace) -> R) -> R {
 /// Raises ValueError for a T that is not rigid, and TypeError for wrong types. `Query` is the same, to be resumed.
 #[pyfunction]
 #[pyo3(signature = (a, b, T=None, *, mode=None, budget=None, work=None, memory=None, early=false, prior=None))]
-#[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+#[expect(
+    non_snake_case,
+    clippy::too_many_arguments,
+    reason = "the names and arguments of the Python function"
+)]
 pub fn collide<'py>(
     py: Python<'py>,
     a: Surface<'py>,
@@ -272,10 +323,24 @@ pub fn collide<'py>(
     let query = options.query(&a.arc, &b.arc, pose);
     let (mut memory, mut pairs) = (lent(&mut memory), Vec::new());
     let mut run = |workspace: &mut Workspace, clock: &dyn Clock| {
-        let outcome = spend(&query, workspace, memory.as_deref_mut(), (limit, clock), &mut pairs, None)?;
-        Ok((outcome, estimate(&query, workspace, memory.as_deref(), &outcome)?))
+        let outcome = spend(
+            &query,
+            workspace,
+            memory.as_deref_mut(),
+            (limit, clock),
+            &mut pairs,
+            None,
+        )?;
+        Ok((
+            outcome,
+            estimate(&query, workspace, memory.as_deref(), &outcome)?,
+        ))
     };
-    let answer = limit.run(py, |clock| with_workspace(|workspace| run(workspace, clock)))?.map_err(resume_error)?;
+    let answer = limit
+        .run(py, |clock| {
+            with_workspace(|workspace| run(workspace, clock))
+        })?
+        .map_err(resume_error)?;
     Collision::new(py, answer, pairs, Asked::new(a, b, pose), options)
 }
 
@@ -307,12 +372,30 @@ impl Query {
         mut memory: Option<PyRefMut<'_, Memory>>,
         stopped: Option<Outcome>,
     ) -> PyResult<Bound<'py, Collision>> {
-        let Self { trees: [a, b], asked, options, workspace, pairs, outcome, .. } = self;
+        let Self {
+            trees: [a, b],
+            asked,
+            options,
+            workspace,
+            pairs,
+            outcome,
+            ..
+        } = self;
         let (query, mut memory) = (options.query(a, b, asked.pose), lent(&mut memory));
         let run = |clock: &dyn Clock| {
-            let now = spend(&query, workspace, memory.as_deref_mut(), (limit, clock), pairs, stopped)?;
+            let now = spend(
+                &query,
+                workspace,
+                memory.as_deref_mut(),
+                (limit, clock),
+                pairs,
+                stopped,
+            )?;
             *outcome = Some(now);
-            Ok(((now, estimate(&query, workspace, memory.as_deref(), &now)?), pairs.clone()))
+            Ok((
+                (now, estimate(&query, workspace, memory.as_deref(), &now)?),
+                pairs.clone(),
+            ))
         };
         let (answer, pairs) = limit.run(py, run)?.map_err(resume_error)?;
         Collision::new(py, answer, pairs, asked.clone_ref(py), *options)
@@ -336,7 +419,15 @@ impl Query {
         let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
         let asked = Asked::new(a, b, T.unwrap_or_default().0);
         let workspace = Box::new(Workspace::new());
-        Ok(Self { trees, asked, options, workspace, aside: None, pairs: Vec::new(), outcome: None })
+        Ok(Self {
+            trees,
+            asked,
+            options,
+            workspace,
+            aside: None,
+            pairs: Vec::new(),
+            outcome: None,
+        })
     }
 
     /// Runs from the start, within a budget of seconds or of units of work.
@@ -364,7 +455,10 @@ impl Query {
         memory: Option<PyRefMut<'_, Memory>>,
     ) -> PyResult<Bound<'py, Collision>> {
         let limit = Limit::new(budget, work)?;
-        let stopped = self.outcome.filter(is_stopped).ok_or_else(|| resume_error(punctual::ResumeError))?;
+        let stopped = self
+            .outcome
+            .filter(is_stopped)
+            .ok_or_else(|| resume_error(punctual::ResumeError))?;
         self.spend(py, limit, memory, Some(stopped))
     }
 
@@ -379,7 +473,10 @@ impl Query {
     #[pyo3(signature = (*, memory=None))]
     fn estimate(&self, memory: Option<PyRef<'_, Memory>>) -> PyResult<Estimate> {
         let memory = memory.as_ref().map(|memory| &memory.0);
-        let estimate = self.query().estimate(&self.workspace, memory).map_err(resume_error)?;
+        let estimate = self
+            .query()
+            .estimate(&self.workspace, memory)
+            .map_err(resume_error)?;
         Ok(Estimate::new(&estimate, &self.workspace.cost_model()))
     }
 
@@ -388,9 +485,20 @@ impl Query {
     #[pyo3(signature = (*, work=0))]
     fn certificate(&mut self, work: u64) -> PyResult<Certificate> {
         if work == 0 {
-            return Ok(self.query().certificate(&self.workspace).map_err(resume_error)?.into());
+            return Ok(self
+                .query()
+                .certificate(&self.workspace)
+                .map_err(resume_error)?
+                .into());
         }
-        let Self { trees: [a, b], asked, options, workspace, aside, .. } = self;
+        let Self {
+            trees: [a, b],
+            asked,
+            options,
+            workspace,
+            aside,
+            ..
+        } = self;
         let query = options.query(a, b, asked.pose);
         let open = query.narrowed_certificate(workspace, aside.get_or_insert_default(), work);
         Ok(open.map_err(resume_error)?.into())

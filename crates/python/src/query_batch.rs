@@ -45,7 +45,12 @@ pub struct CollisionBatch {
 /// How many meet, within their margins too, are apart, and are undecided.
 pub fn verdicts(codes: &[i8]) -> String {
     let count = |sign| codes.iter().filter(|&&code| code.signum() == sign).count();
-    format!("{} meet, {} apart, {} undecided", count(1), count(0), count(-1))
+    format!(
+        "{} meet, {} apart, {} undecided",
+        count(1),
+        count(0),
+        count(-1)
+    )
 }
 
 /// The answer for one pose, as small as it can be: there may be millions.
@@ -60,13 +65,20 @@ struct Row {
 
 impl Default for Row {
     fn default() -> Self {
-        Self { verdict: Verdict::Undecided, pairs: Vec::new(), work: 0, probability: 0.0, recall: 0.0 }
+        Self {
+            verdict: Verdict::Undecided,
+            pairs: Vec::new(),
+            work: 0,
+            probability: 0.0,
+            recall: 0.0,
+        }
     }
 }
 
 impl CollisionBatch {
     fn new(py: Python<'_>, rows: &[Row]) -> PyResult<Self> {
-        let numbers = |number: fn(&Row) -> f64| column(py, rows.iter().map(number).collect()).unbind();
+        let numbers =
+            |number: fn(&Row) -> f64| column(py, rows.iter().map(number).collect()).unbind();
         let counts = |count: fn(&Row) -> u64| column(py, rows.iter().map(count).collect()).unbind();
         let mut offsets = vec![0];
         offsets.extend(rows.iter().scan(0, |sum, row| {
@@ -75,7 +87,12 @@ impl CollisionBatch {
         }));
         Ok(Self {
             verdict: column(py, rows.iter().map(|row| code(row.verdict)).collect()).unbind(),
-            witness: table(py, rows.iter().map(|row| row.verdict.witness().unwrap_or_default()))?.unbind(),
+            witness: table(
+                py,
+                rows.iter()
+                    .map(|row| row.verdict.witness().unwrap_or_default()),
+            )?
+            .unbind(),
             found: counts(|row| row.pairs.len() as u64),
             pairs: table(py, rows.iter().flat_map(|row| row.pairs.iter().copied()))?.unbind(),
             offsets: column(py, offsets).unbind(),
@@ -95,7 +112,10 @@ impl CollisionBatch {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let verdicts = verdicts(&self.verdict.bind(py).to_vec()?);
-        Ok(format!("<punctual3d.CollisionBatch: {} poses, {verdicts}>", self.__len__(py)?))
+        Ok(format!(
+            "<punctual3d.CollisionBatch: {} poses, {verdicts}>",
+            self.__len__(py)?
+        ))
     }
 }
 
@@ -111,7 +131,10 @@ impl CollisionBatch {
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, *, mode=None, budget=None, work=None, memory=None, early=false, prior=None,
     threads=1))]
-#[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the arguments of the Python function"
+)]
 pub fn collide_batch(
     py: Python<'_>,
     a: Surface<'_>,
@@ -133,13 +156,22 @@ pub fn collide_batch(
     let rows = each(py, poses.len(), workers, |worker, clock, at| {
         let (query, mut pairs) = (options.query(a, b, poses[at]), Vec::new());
         let (workspace, memory) = (&mut worker.workspace, worker.memory.as_deref_mut());
-        let outcome = spend(&query, workspace, memory, (limit, clock), &mut pairs, None).map_err(resume_error)?;
+        let outcome = spend(&query, workspace, memory, (limit, clock), &mut pairs, None)
+            .map_err(resume_error)?;
         let (mut probability, mut recall) = (certainty(outcome.verdict), 1.0);
         if is_stopped(&outcome) {
-            let estimate = query.estimate(&worker.workspace, worker.memory.as_deref()).map_err(resume_error)?;
+            let estimate = query
+                .estimate(&worker.workspace, worker.memory.as_deref())
+                .map_err(resume_error)?;
             (probability, recall) = (estimate.probability, estimate.recall);
         }
-        Ok(Row { verdict: outcome.verdict, pairs, work: outcome.stats.work, probability, recall })
+        Ok(Row {
+            verdict: outcome.verdict,
+            pairs,
+            work: outcome.stats.work,
+            probability,
+            recall,
+        })
     })?;
     CollisionBatch::new(py, &rows)
 }

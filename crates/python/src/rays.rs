@@ -7,7 +7,10 @@ use crate::limit::Limit;
 use crate::query::with_workspace;
 use crate::tree::Surface;
 use numpy::PyArray1;
-use punctual::{Clock, Ray, RayBatch, RayBatchOutcome, RayHit, RayMode, RayQuery, Side, Stats, StopReason, Workspace};
+use punctual::{
+    Clock, Ray, RayBatch, RayBatchOutcome, RayHit, RayMode, RayQuery, Side, Stats, StopReason,
+    Workspace,
+};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -29,13 +32,24 @@ impl RayHits {
     /// (N,) int64: which of the rays given each row is of.
     #[getter]
     fn rays<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        column(py, self.rays.clone().unwrap_or_else(|| (0..self.hits.len() as i64).collect()))
+        column(
+            py,
+            self.rays
+                .clone()
+                .unwrap_or_else(|| (0..self.hits.len() as i64).collect()),
+        )
     }
 
     /// (N,) int64: the triangle that is hit, an index into the faces of the mesh; -1 for none.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        column(py, self.hits.iter().map(|hit| hit.map_or(-1, |hit| hit.triangle.into())).collect())
+        column(
+            py,
+            self.hits
+                .iter()
+                .map(|hit| hit.map_or(-1, |hit| hit.triangle.into()))
+                .collect(),
+        )
     }
 
     /// (N,) float64: the hit is at `origin + t * direction`, or at `origin + t * (end - origin)`; infinite for none.
@@ -43,14 +57,27 @@ impl RayHits {
     fn t<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let done = self.done;
         let none = |row| if row < done { f64::INFINITY } else { f64::NAN };
-        column(py, self.hits.iter().enumerate().map(|(row, hit)| hit.map_or(none(row), |hit| hit.t)).collect())
+        column(
+            py,
+            self.hits
+                .iter()
+                .enumerate()
+                .map(|(row, hit)| hit.map_or(none(row), |hit| hit.t))
+                .collect(),
+        )
     }
 
     /// (N,) int8: 1 if the ray comes from the side from which the corners appear counterclockwise, -1 from the other;
     /// 0 if it lies in the plane of the triangle, or hits none.
     #[getter]
     fn sides<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        column(py, self.hits.iter().map(|hit| hit.map_or(0, |hit| side(hit.side))).collect())
+        column(
+            py,
+            self.hits
+                .iter()
+                .map(|hit| hit.map_or(0, |hit| side(hit.side)))
+                .collect(),
+        )
     }
 
     /// The first so many rays are answered; all of them if `stop` is "finished".
@@ -65,7 +92,11 @@ impl RayHits {
 
     fn __repr__(slf: PyRef<'_, Self>) -> String {
         let count = slf.hits.iter().flatten().count();
-        format!("<punctual3d.RayHits: {count} hits, {} rays done, {}>", slf.done, slf.as_super().stop)
+        format!(
+            "<punctual3d.RayHits: {count} hits, {} rays done, {}>",
+            slf.done,
+            slf.as_super().stop
+        )
     }
 }
 
@@ -87,10 +118,23 @@ fn one(
     (limit, clock): (Limit, &dyn Clock),
 ) -> (RayHits, Answer) {
     let batch = RayBatch::new(tree, rays);
-    let batch = if mode == RayMode::Any { batch.any() } else { batch };
+    let batch = if mode == RayMode::Any {
+        batch.any()
+    } else {
+        batch
+    };
     let mut hits = vec![None; rays.len()];
-    let RayBatchOutcome { done, stop, stats, .. } = batch.run_with(workspace, &mut hits, limit.budget(), clock);
-    (RayHits { hits, rays: None, done }, Answer::new(stop, &stats))
+    let RayBatchOutcome {
+        done, stop, stats, ..
+    } = batch.run_with(workspace, &mut hits, limit.budget(), clock);
+    (
+        RayHits {
+            hits,
+            rays: None,
+            done,
+        },
+        Answer::new(stop, &stats),
+    )
 }
 
 /// Rays between two looks whether the user cancels the call.
@@ -115,13 +159,18 @@ fn all(
         let mut found: Vec<RayHit> = workspace.drain_ray_hits().collect();
         while cast.stop == StopReason::PairsFull {
             let left = limit.left(&Stats::default(), &cast.stats);
-            let Ok(next) = query.resume_with(workspace, left.budget(), clock) else { break };
+            let Ok(next) = query.resume_with(workspace, left.budget(), clock) else {
+                break;
+            };
             cast = next;
             found.extend(workspace.drain_ray_hits());
         }
         limit = limit.left(&Stats::default(), &cast.stats);
         answer.work += cast.stats.work;
-        answer.elapsed = cast.stats.elapsed.map(|elapsed| elapsed + answer.elapsed.unwrap_or_default());
+        answer.elapsed = cast
+            .stats
+            .elapsed
+            .map(|elapsed| elapsed + answer.elapsed.unwrap_or_default());
         if cast.stop != StopReason::Finished {
             answer.stop = cast.stop;
             break;
@@ -131,19 +180,29 @@ fn all(
         hits.extend(found.into_iter().map(Some));
         done += 1;
     }
-    (RayHits { hits, rays: Some(of_rays), done }, answer)
+    (
+        RayHits {
+            hits,
+            rays: Some(of_rays),
+            done,
+        },
+        answer,
+    )
 }
 
 /// The mode of rays by its name.
 pub fn ray_mode(name: &str) -> PyResult<RayMode> {
-    name.parse().map_err(|error| value_error(format_args!("mode: {error}")))
+    name.parse()
+        .map_err(|error| value_error(format_args!("mode: {error}")))
 }
 
 /// Refuses limits of t that are no numbers.
 pub fn not_nan([t_min, t_max]: [f64; 2]) -> PyResult<()> {
     for (limit, number) in [("t_min", t_min), ("t_max", t_max)] {
         if number.is_nan() {
-            return Err(value_error(format_args!("{limit} is NaN, expected a number")));
+            return Err(value_error(format_args!(
+                "{limit} is NaN, expected a number"
+            )));
         }
     }
     Ok(())
@@ -159,22 +218,35 @@ fn checked(
     let (what, targets) = match (directions, ends) {
         (Some(directions), None) => ("directions", directions),
         (None, Some(ends)) => ("ends", ends),
-        _ => return Err(value_error("directions and ends: one of them is needed, not both")),
+        _ => {
+            return Err(value_error(
+                "directions and ends: one of them is needed, not both",
+            ));
+        }
     };
     not_nan([t_min, t_max])?;
-    let (origins, targets) = (vectors_or_one(origins, "origins")?, vectors_or_one(targets, what)?);
+    let (origins, targets) = (
+        vectors_or_one(origins, "origins")?,
+        vectors_or_one(targets, what)?,
+    );
     let count = match (origins.len(), targets.len()) {
         (1, count) | (count, 1) => count,
         (count, other) if count == other => count,
         (origins, targets) => {
-            return Err(value_error(format_args!("{what}: {targets} rows, but origins has {origins}")));
+            return Err(value_error(format_args!(
+                "{what}: {targets} rows, but origins has {origins}"
+            )));
         }
     };
     // One stands for all.
     let of = |rows: &[[f64; 3]], row| if rows.len() == 1 { rows[0] } else { rows[row] };
     each(py, 0..count, |row, _| {
         let (origin, target) = (of(&origins, row), of(&targets, row));
-        let ray = if ends.is_some() { Ray::segment(origin, target) } else { Ray::new(origin, target) };
+        let ray = if ends.is_some() {
+            Ray::segment(origin, target)
+        } else {
+            Ray::new(origin, target)
+        };
         let ray = ray.map_err(|error| value_error(format_args!("ray {row}: {error}")))?;
         Ok(ray.within(t_min, t_max))
     })
@@ -195,7 +267,10 @@ fn checked(
 #[pyfunction]
 #[pyo3(signature = (tree, origins, directions=None, *, ends=None, mode="nearest", t_min=0.0, t_max=f64::INFINITY,
     budget=None, work=None))]
-#[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the arguments of the Python function"
+)]
 pub fn rays<'py>(
     py: Python<'py>,
     tree: Surface<'_>,
@@ -216,6 +291,8 @@ pub fn rays<'py>(
         RayMode::All => all(tree, &rays, workspace, spent),
         RayMode::Nearest | RayMode::Any => one(tree, &rays, mode, workspace, spent),
     };
-    let hits = limit.run(py, |clock| with_workspace(|workspace| run(workspace, (limit, clock))))?;
+    let hits = limit.run(py, |clock| {
+        with_workspace(|workspace| run(workspace, (limit, clock)))
+    })?;
     Bound::new(py, hits)
 }

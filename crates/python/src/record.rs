@@ -62,7 +62,9 @@ macro_rules! records {
 }
 
 records!(
-    [Collision, Distance, Contacts, Passage, PushOut, RayHits, BodyHits],
+    [
+        Collision, Distance, Contacts, Passage, PushOut, RayHits, BodyHits
+    ],
     [
         BodyContacts,
         Certificate,
@@ -83,7 +85,10 @@ records!(
 );
 
 fn written<'py>(py: Python<'py>, record: &impl Serialize) -> PyResult<Bound<'py, PyBytes>> {
-    Ok(PyBytes::new(py, &postcard::to_allocvec(record).map_err(value_error)?))
+    Ok(PyBytes::new(
+        py,
+        &postcard::to_allocvec(record).map_err(value_error)?,
+    ))
 }
 
 /// A record that another holds.

@@ -115,12 +115,19 @@ impl Report {
     fn new(py: Python<'_>, report: &punctual::Report) -> PyResult<Self> {
         let pairs = &report.pairs;
         let distance = |pair: &PairReport| pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
-        let counts = |count: fn(&PairReport) -> u64| column(py, pairs.iter().map(count).collect()).unbind();
+        let counts =
+            |count: fn(&PairReport) -> u64| column(py, pairs.iter().map(count).collect()).unbind();
         Ok(Self {
             frame: report.frame,
             bodies: names(py, pairs.iter().map(|pair| [pair.a, pair.b]))?,
             verdict: column(py, pairs.iter().map(|pair| code(pair.verdict)).collect()).unbind(),
-            witness: table(py, pairs.iter().map(|pair| pair.verdict.witness().unwrap_or_default()))?.unbind(),
+            witness: table(
+                py,
+                pairs
+                    .iter()
+                    .map(|pair| pair.verdict.witness().unwrap_or_default()),
+            )?
+            .unbind(),
             witness_distance: column(py, pairs.iter().map(distance).collect()).unbind(),
             found: counts(|pair| pair.found),
             probability: column(py, pairs.iter().map(|pair| pair.probability).collect()).unbind(),
@@ -145,7 +152,9 @@ impl Report {
         let codes = self.verdict.bind(py).to_vec()?;
         let (frame, pairs, verdicts) = (self.frame, codes.len(), verdicts(&codes));
         let whole = if self.whole { "whole" } else { "not whole" };
-        Ok(format!("<punctual3d.Report: frame {frame}, {pairs} pairs, {verdicts}, {whole}>"))
+        Ok(format!(
+            "<punctual3d.Report: frame {frame}, {pairs} pairs, {verdicts}, {whole}>"
+        ))
     }
 }
 
@@ -174,7 +183,11 @@ impl Scene {
         scene.set_max_pairs(usize::MAX);
         scene.set_mode(mode);
         scene.use_threads(threads)?;
-        Ok(Self { scene, threads, is_current: false })
+        Ok(Self {
+            scene,
+            threads,
+            is_current: false,
+        })
     }
 
     /// Puts a body into the scene and returns its name.
@@ -186,7 +199,11 @@ impl Scene {
     /// Raises ValueError for a T that is not rigid, an importance that is not a number, and a margin that is not a
     /// length from 0 to 2^1000.
     #[pyo3(signature = (tree, T=None, *, fixed=false, groups=u32::MAX, mask=u32::MAX, importance=0.0, margin=0.0))]
-    #[expect(non_snake_case, clippy::too_many_arguments, reason = "the names and arguments of the Python function")]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the names and arguments of the Python function"
+    )]
     fn insert(
         &mut self,
         tree: Surface<'_>,
@@ -198,14 +215,22 @@ impl Scene {
         margin: f64,
     ) -> PyResult<u64> {
         let (tree, Transform(pose)) = (Arc::clone(&tree.arc), T.unwrap_or_default());
-        let body = if fixed { Body::fixed(tree, pose) } else { Body::moving(tree, pose) };
-        let body = body.filter(Filter::new(groups, mask)).importance(importance).margin(margin);
+        let body = if fixed {
+            Body::fixed(tree, pose)
+        } else {
+            Body::moving(tree, pose)
+        };
+        let body = body
+            .filter(Filter::new(groups, mask))
+            .importance(importance)
+            .margin(margin);
         self.change(|scene| scene.insert(body)).map(BodyId::to_bits)
     }
 
     /// Takes a body out of the scene. Raises KeyError if it is not in it, as all that name one.
     fn remove(&mut self, body: u64) -> PyResult<()> {
-        self.change(|scene| scene.remove(BodyId::from_bits(body))).map(drop)
+        self.change(|scene| scene.remove(BodyId::from_bits(body)))
+            .map(drop)
     }
 
     /// Moves a body, which rests there.
@@ -220,7 +245,11 @@ impl Scene {
     fn set_poses(&mut self, bodies: Vec<u64>, poses: Transforms) -> PyResult<()> {
         let Transforms(poses) = poses;
         if bodies.len() != poses.len() {
-            return Err(value_error(format_args!("{} bodies, but {} poses", bodies.len(), poses.len())));
+            return Err(value_error(format_args!(
+                "{} bodies, but {} poses",
+                bodies.len(),
+                poses.len()
+            )));
         }
         self.change(|scene| scene.set_poses(ids(&bodies).into_iter().zip(poses)))
     }
@@ -248,12 +277,16 @@ impl Scene {
     ///
     /// Raises ValueError for a body and itself, and a tolerance that is not from 0 to 2^1000.
     fn measure(&mut self, x: u64, y: u64, tolerance: f64) -> PyResult<()> {
-        self.scene.measure(BodyId::from_bits(x), BodyId::from_bits(y), tolerance).map_err(scene_error)
+        self.scene
+            .measure(BodyId::from_bits(x), BodyId::from_bits(y), tolerance)
+            .map_err(scene_error)
     }
 
     /// Asks for the distance of two bodies no more.
     fn stop_measuring(&mut self, x: u64, y: u64) -> PyResult<()> {
-        self.scene.stop_measuring(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)
+        self.scene
+            .stop_measuring(BodyId::from_bits(x), BodyId::from_bits(y))
+            .map_err(scene_error)
     }
 
     /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1: `Report.passages`
@@ -300,18 +333,25 @@ impl Scene {
             Body::moving(Arc::clone(&tree.arc), *place).margin(margin)
         };
         let Transform(pose) = T.unwrap_or_default();
-        self.change(|scene| scene.insert_compound(pose, parts.iter().map(body))).map(CompoundId::to_bits)
+        self.change(|scene| scene.insert_compound(pose, parts.iter().map(body)))
+            .map(CompoundId::to_bits)
     }
 
     /// The names of the parts of a compound. Raises KeyError if it is not in the scene, as all that name one.
     fn parts(&self, compound: u64) -> PyResult<Vec<u64>> {
-        let parts = self.scene.parts(CompoundId::from_bits(compound)).map_err(scene_error)?;
+        let parts = self
+            .scene
+            .parts(CompoundId::from_bits(compound))
+            .map_err(scene_error)?;
         Ok(parts.map(BodyId::to_bits).collect())
     }
 
     /// The compound that a body is a part of; None if it is none.
     fn compound_of(&self, body: u64) -> PyResult<Option<u64>> {
-        let compound = self.scene.compound_of(BodyId::from_bits(body)).map_err(scene_error)?;
+        let compound = self
+            .scene
+            .compound_of(BodyId::from_bits(body))
+            .map_err(scene_error)?;
         Ok(compound.map(CompoundId::to_bits))
     }
 
@@ -351,12 +391,17 @@ impl Scene {
     ///
     /// Raises ValueError if both groups are one and the same body, and for a tolerance that is not from 0 to 2^1000.
     fn measure_groups(&mut self, x: Vec<u64>, y: Vec<u64>, tolerance: f64) -> PyResult<u64> {
-        self.scene.measure_groups(&ids(&x), &ids(&y), tolerance).map(MeasureId::to_bits).map_err(scene_error)
+        self.scene
+            .measure_groups(&ids(&x), &ids(&y), tolerance)
+            .map(MeasureId::to_bits)
+            .map_err(scene_error)
     }
 
     /// Asks for the distance of two groups no more. Raises KeyError if it is not asked for.
     fn stop_measuring_groups(&mut self, measure: u64) -> PyResult<()> {
-        self.scene.stop_measuring_groups(MeasureId::from_bits(measure)).map_err(scene_error)
+        self.scene
+            .stop_measuring_groups(MeasureId::from_bits(measure))
+            .map_err(scene_error)
     }
 
     /// Finds where bodies touch from the next frame on (`contact_points`): of all pairs that meet, or of two bodies.
@@ -365,7 +410,9 @@ impl Scene {
         match (x, y) {
             (None, None) => self.scene.find_contacts(),
             (Some(x), Some(y)) => {
-                self.scene.find_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
+                self.scene
+                    .find_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y))
+                    .map_err(scene_error)?;
             }
             _ => return Err(value_error("x and y: both bodies are needed, or none")),
         }
@@ -374,13 +421,18 @@ impl Scene {
 
     /// Does not ask for the contacts of two bodies any more, but as one of all pairs.
     fn stop_finding_contacts(&mut self, x: u64, y: u64) -> PyResult<()> {
-        self.scene.stop_finding_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)
+        self.scene
+            .stop_finding_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y))
+            .map_err(scene_error)
     }
 
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for (`find_contacts`); no
     /// points if they were found apart. Raises ValueError for a body and itself.
     fn contact_points(&self, py: Python<'_>, x: u64, y: u64) -> PyResult<ContactPoints> {
-        let found = self.scene.contact_points(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
+        let found = self
+            .scene
+            .contact_points(BodyId::from_bits(x), BodyId::from_bits(y))
+            .map_err(scene_error)?;
         ContactPoints::new(py, &found)
     }
 
@@ -388,7 +440,9 @@ impl Scene {
     /// 0 by default. Raises ValueError for another question, and an importance that is not finite.
     fn set_question_importance(&mut self, question: &str, importance: f32) -> PyResult<()> {
         let question = question.parse().map_err(value_error)?;
-        self.scene.set_question_importance(question, importance).map_err(scene_error)
+        self.scene
+            .set_question_importance(question, importance)
+            .map_err(scene_error)
     }
 
     /// Which bodies a ray or a segment hits, where they are now.
@@ -402,7 +456,10 @@ impl Scene {
     /// body that is far away.
     #[pyo3(signature = (origin, direction=None, *, end=None, mode="nearest", t_min=0.0, t_max=f64::INFINITY,
         groups=u32::MAX, mask=u32::MAX, budget=None, work=None))]
-    #[expect(clippy::too_many_arguments, reason = "the arguments of the Python function")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
     fn cast<'py>(
         &mut self,
         py: Python<'py>,
@@ -423,12 +480,18 @@ impl Scene {
         let ray = match (numbers_if(direction, "direction")?, numbers_if(end, "end")?) {
             (Some(direction), None) => Ray::new(origin, direction),
             (None, Some(end)) => Ray::segment(origin, end),
-            _ => return Err(value_error("direction and end: one of them is needed, not both")),
+            _ => {
+                return Err(value_error(
+                    "direction and end: one of them is needed, not both",
+                ));
+            }
         };
         let ray = SceneRay::new(ray.map_err(value_error)?.within(t_min, t_max)).mode(mode);
         let ray = ray.filter(Filter::new(groups, mask));
         let scene = &mut self.scene;
-        let cast = limit.run(py, |clock| scene.cast_with(&ray, limit.budget(), clock))?.map_err(scene_error)?;
+        let cast = limit
+            .run(py, |clock| scene.cast_with(&ray, limit.budget(), clock))?
+            .map_err(scene_error)?;
         BodyHits::new(py, cast, scene.ray_hits())
     }
 
@@ -440,7 +503,11 @@ impl Scene {
         let scene = &mut self.scene;
         let alone = self.threads == 1;
         limit.run(py, |clock| {
-            let _ = if alone { scene.detect_with(limit.budget(), clock) } else { scene.detect(limit.budget()) };
+            let _ = if alone {
+                scene.detect_with(limit.budget(), clock)
+            } else {
+                scene.detect(limit.budget())
+            };
         })?;
         self.is_current = true;
         Report::new(py, self.scene.report())
@@ -450,7 +517,10 @@ impl Scene {
     /// and each intersection that was not found lies in a box no longer than the second. Raises ValueError for a body and
     /// itself.
     fn certificate(&self, x: u64, y: u64) -> PyResult<(u64, f64)> {
-        let certificate = self.scene.certificate(BodyId::from_bits(x), BodyId::from_bits(y)).map_err(scene_error)?;
+        let certificate = self
+            .scene
+            .certificate(BodyId::from_bits(x), BodyId::from_bits(y))
+            .map_err(scene_error)?;
         Ok((certificate.upper_bound, certificate.largest_extent))
     }
 

@@ -18,11 +18,28 @@ pub struct BodyHits {
 
 impl BodyHits {
     /// The hits of a cast, of which `all` are those of mode "all".
-    pub fn new<'py>(py: Python<'py>, cast: SceneCast, all: &[BodyHit]) -> PyResult<Bound<'py, Self>> {
-        let mut hits = if all.is_empty() { Vec::from_iter(cast.hit) } else { all.to_vec() };
+    pub fn new<'py>(
+        py: Python<'py>,
+        cast: SceneCast,
+        all: &[BodyHit],
+    ) -> PyResult<Bound<'py, Self>> {
+        let mut hits = if all.is_empty() {
+            Vec::from_iter(cast.hit)
+        } else {
+            all.to_vec()
+        };
         let place = |hit: &BodyHit| (hit.body.index(), hit.on_body.triangle);
-        hits.sort_by(|x, y| x.on_body.t.total_cmp(&y.on_body.t).then(place(x).cmp(&place(y))));
-        let base = Answer { stop: cast.stop, work: cast.work, elapsed: cast.elapsed };
+        hits.sort_by(|x, y| {
+            x.on_body
+                .t
+                .total_cmp(&y.on_body.t)
+                .then(place(x).cmp(&place(y)))
+        });
+        let base = Answer {
+            stop: cast.stop,
+            work: cast.work,
+            elapsed: cast.elapsed,
+        };
         Bound::new(py, (Self { cast, hits }, base))
     }
 }
@@ -38,7 +55,13 @@ impl BodyHits {
     /// (N,) int64: the triangle that is hit, an index into the faces of the body's mesh.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        column(py, self.hits.iter().map(|hit| hit.on_body.triangle.into()).collect())
+        column(
+            py,
+            self.hits
+                .iter()
+                .map(|hit| hit.on_body.triangle.into())
+                .collect(),
+        )
     }
 
     /// (N,) float64: the hit is at `origin + t * direction`, or at `origin + t * (end - origin)`.
@@ -51,7 +74,10 @@ impl BodyHits {
     /// 0 if it lies in the plane of the triangle.
     #[getter]
     fn sides<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        column(py, self.hits.iter().map(|hit| side(hit.on_body.side)).collect())
+        column(
+            py,
+            self.hits.iter().map(|hit| side(hit.on_body.side)).collect(),
+        )
     }
 
     /// How many triangles were found to be hit; of mode "all", the rows.
@@ -72,7 +98,12 @@ impl BodyHits {
     }
 
     fn __repr__(&self) -> String {
-        let SceneCast { free_until, stop, .. } = self.cast;
-        format!("<punctual3d.BodyHits: {} hits, free until {free_until}, {stop}>", self.hits.len())
+        let SceneCast {
+            free_until, stop, ..
+        } = self.cast;
+        format!(
+            "<punctual3d.BodyHits: {} hits, free until {free_until}, {stop}>",
+            self.hits.len()
+        )
     }
 }

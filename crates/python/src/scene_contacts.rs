@@ -38,7 +38,9 @@ pub struct ContactPoints {
 impl ContactPoints {
     pub fn new(py: Python<'_>, found: &punctual::ContactPoints<'_>) -> PyResult<Self> {
         let points = found.points;
-        let of = |read: fn(&ContactPoint) -> [f64; 3]| PyResult::Ok(table(py, points.iter().map(read))?.unbind());
+        let of = |read: fn(&ContactPoint) -> [f64; 3]| {
+            PyResult::Ok(table(py, points.iter().map(read))?.unbind())
+        };
         Ok(Self {
             patches: column(py, points.iter().map(|point| point.patch).collect()).unbind(),
             triangles: table(py, points.iter().map(|point| point.triangles))?.unbind(),
@@ -60,6 +62,9 @@ impl ContactPoints {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let Self { low, age, .. } = self;
-        Ok(format!("<punctual3d.ContactPoints: {} points, others from {low} on, age {age}>", self.__len__(py)?))
+        Ok(format!(
+            "<punctual3d.ContactPoints: {} points, others from {low} on, age {age}>",
+            self.__len__(py)?
+        ))
     }
 }

@@ -93,20 +93,35 @@ pub struct PairPassages {
 }
 
 /// The names of the two bodies of each row.
-pub fn names(py: Python<'_>, pairs: impl IntoIterator<Item = [BodyId; 2]>) -> PyResult<Py<PyArray2<u64>>> {
+pub fn names(
+    py: Python<'_>,
+    pairs: impl IntoIterator<Item = [BodyId; 2]>,
+) -> PyResult<Py<PyArray2<u64>>> {
     Ok(table(py, pairs.into_iter().map(|pair| pair.map(BodyId::to_bits)))?.unbind())
 }
 
 /// Triangles of the two bodies of each row.
-fn triangles(py: Python<'_>, pairs: impl IntoIterator<Item = Option<[u32; 2]>>) -> PyResult<Py<PyArray2<i64>>> {
-    Ok(table(py, pairs.into_iter().map(|pair| pair.map_or([-1; 2], |pair| pair.map(i64::from))))?.unbind())
+fn triangles(
+    py: Python<'_>,
+    pairs: impl IntoIterator<Item = Option<[u32; 2]>>,
+) -> PyResult<Py<PyArray2<i64>>> {
+    Ok(table(
+        py,
+        pairs
+            .into_iter()
+            .map(|pair| pair.map_or([-1; 2], |pair| pair.map(i64::from))),
+    )?
+    .unbind())
 }
 
 impl BodyContacts {
     pub fn new(py: Python<'_>, contacts: &[BodyContact]) -> PyResult<Py<Self>> {
         let told = Self {
             bodies: names(py, contacts.iter().map(|contact| [contact.a, contact.b]))?,
-            phases: contacts.iter().map(|contact| contact.phase.to_string()).collect(),
+            phases: contacts
+                .iter()
+                .map(|contact| contact.phase.to_string())
+                .collect(),
             ages: column(py, contacts.iter().map(|contact| contact.age).collect()).unbind(),
         };
         Py::new(py, told)
@@ -129,10 +144,20 @@ impl PairDistances {
 impl GroupDistances {
     pub fn new(py: Python<'_>, groups: &[GroupDistance]) -> PyResult<Py<Self>> {
         let told = Self {
-            ids: column(py, groups.iter().map(|group| MeasureId::to_bits(group.id)).collect()).unbind(),
+            ids: column(
+                py,
+                groups
+                    .iter()
+                    .map(|group| MeasureId::to_bits(group.id))
+                    .collect(),
+            )
+            .unbind(),
             low: column(py, groups.iter().map(|group| group.low).collect()).unbind(),
             high: column(py, groups.iter().map(|group| group.high).collect()).unbind(),
-            bodies: groups.iter().map(|group| group.bodies.map(|[a, b]| (a.to_bits(), b.to_bits()))).collect(),
+            bodies: groups
+                .iter()
+                .map(|group| group.bodies.map(|[a, b]| (a.to_bits(), b.to_bits())))
+                .collect(),
             triangles: triangles(py, groups.iter().map(|group| group.triangles))?,
             open: column(py, groups.iter().map(|group| group.open as u64).collect()).unbind(),
         };
@@ -142,7 +167,10 @@ impl GroupDistances {
 
 impl PairPassages {
     pub fn new(py: Python<'_>, pairs: &[PairPassage]) -> PyResult<Py<Self>> {
-        let touching_at = pairs.iter().map(|pair| pair.touching_at.unwrap_or(f64::NAN)).collect();
+        let touching_at = pairs
+            .iter()
+            .map(|pair| pair.touching_at.unwrap_or(f64::NAN))
+            .collect();
         let told = Self {
             bodies: names(py, pairs.iter().map(|pair| [pair.a, pair.b]))?,
             free_until: column(py, pairs.iter().map(|pair| pair.free_until).collect()).unbind(),
@@ -176,7 +204,10 @@ impl PairDistances {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let [least, most] = span(&self.low.bind(py).to_vec()?, &self.high.bind(py).to_vec()?);
-        Ok(format!("<punctual3d.PairDistances: {} pairs, {least} to {most}>", self.__len__(py)?))
+        Ok(format!(
+            "<punctual3d.PairDistances: {} pairs, {least} to {most}>",
+            self.__len__(py)?
+        ))
     }
 }
 
@@ -188,7 +219,10 @@ impl GroupDistances {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let [least, most] = span(&self.low.bind(py).to_vec()?, &self.high.bind(py).to_vec()?);
-        Ok(format!("<punctual3d.GroupDistances: {} groups, {least} to {most}>", self.__len__()))
+        Ok(format!(
+            "<punctual3d.GroupDistances: {} groups, {least} to {most}>",
+            self.__len__()
+        ))
     }
 }
 
@@ -199,9 +233,23 @@ impl PairPassages {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let touching = self.touching_at.bind(py).to_vec()?.iter().filter(|time| !time.is_nan()).count();
-        let free = self.free_until.bind(py).to_vec()?.into_iter().reduce(f64::min).unwrap_or(f64::NAN);
+        let touching = self
+            .touching_at
+            .bind(py)
+            .to_vec()?
+            .iter()
+            .filter(|time| !time.is_nan())
+            .count();
+        let free = self
+            .free_until
+            .bind(py)
+            .to_vec()?
+            .into_iter()
+            .reduce(f64::min)
+            .unwrap_or(f64::NAN);
         let pairs = self.__len__(py)?;
-        Ok(format!("<punctual3d.PairPassages: {pairs} pairs, {touching} touch, all free until {free}>"))
+        Ok(format!(
+            "<punctual3d.PairPassages: {pairs} pairs, {touching} touch, all free until {free}>"
+        ))
     }
 }

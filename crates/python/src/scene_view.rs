@@ -6,18 +6,39 @@ use punctual_view::{Frame, Known, Shown, View, count, fact};
 /// Bodies at their poses, what the last report says of them, and where they touch.
 pub fn page(scene: &Scene) -> View {
     let report = scene.report();
-    let shown =
-        scene.bodies().map(|(id, body)| Shown { index: id.index(), name: format!("body {}", id.index()), body });
+    let shown = scene.bodies().map(|(id, body)| Shown {
+        index: id.index(),
+        name: format!("body {}", id.index()),
+        body,
+    });
     let bodies: Vec<_> = shown.collect();
     let poses: Vec<_> = bodies.iter().map(|shown| shown.body.pose).collect();
-    let found = report.pairs.iter().filter_map(|pair| scene.contact_points(pair.a, pair.b).ok());
+    let found = report
+        .pairs
+        .iter()
+        .filter_map(|pair| scene.contact_points(pair.a, pair.b).ok());
     // Older ones are of bodies where they were.
     let found = found.filter(|found| found.age == 0);
-    let contacts: Vec<_> =
-        found.flat_map(|found| found.points.iter().map(|point| [point.points[1], point.normal])).collect();
+    let contacts: Vec<_> = found
+        .flat_map(|found| {
+            found
+                .points
+                .iter()
+                .map(|point| [point.points[1], point.normal])
+        })
+        .collect();
     let known = Known::of(report);
-    let facts = vec![fact("Bodies", count(bodies.len() as u64)), fact("Work", count(report.work))];
+    let facts = vec![
+        fact("Bodies", count(bodies.len() as u64)),
+        fact("Work", count(report.work)),
+    ];
     let number = usize::try_from(report.frame).unwrap_or(usize::MAX);
-    let frame = Frame { number, poses: &poses, known: &known, contacts: &contacts, facts };
+    let frame = Frame {
+        number,
+        poses: &poses,
+        known: &known,
+        contacts: &contacts,
+        facts,
+    };
     punctual_view::scene("Which bodies meet".to_owned(), &bodies, &[frame])
 }

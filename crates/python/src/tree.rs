@@ -41,7 +41,10 @@ impl Tree {
 
 impl From<punctual::Tree> for Tree {
     fn from(tree: punctual::Tree) -> Self {
-        Self { arc: Arc::new(tree), refits: 0 }
+        Self {
+            arc: Arc::new(tree),
+            refits: 0,
+        }
     }
 }
 
@@ -50,7 +53,11 @@ fn options(effort: &str, neighbors: bool, extremes: bool) -> PyResult<BuildOptio
         "fast" => BuildOptions::fast_build(),
         "normal" => BuildOptions::default(),
         "best" => BuildOptions::best(),
-        _ => return Err(value_error(format_args!("effort: {effort:?} is none of fast, normal, best"))),
+        _ => {
+            return Err(value_error(format_args!(
+                "effort: {effort:?} is none of fast, normal, best"
+            )));
+        }
     };
     Ok(options.neighbors(neighbors).extremes(extremes))
 }
@@ -65,7 +72,11 @@ const LARGE_BYTES: usize = 20_000_000;
 fn built(py: Python<'_>, mesh: Mesh, options: BuildOptions) -> PyResult<punctual::Tree> {
     let is_large = mesh.len() > LARGE_MESH;
     let build = move || punctual::Tree::with_options(mesh, &options);
-    if is_large { in_background(py, build) } else { Ok(py.detach(build)) }
+    if is_large {
+        in_background(py, build)
+    } else {
+        Ok(py.detach(build))
+    }
 }
 
 /// An argument that is a tree, or a mesh that one is built from for this call.
@@ -88,13 +99,19 @@ impl<'py> FromPyObject<'_, 'py> for Surface<'py> {
         }
         let py = given.py();
         let part = |name| given.getattr_opt(name);
-        let (Some(vertices), Some(faces)) = (part(intern!(py, "vertices"))?, part(intern!(py, "faces"))?) else {
+        let (Some(vertices), Some(faces)) =
+            (part(intern!(py, "vertices"))?, part(intern!(py, "faces"))?)
+        else {
             let kind = given.get_type().name()?;
             return Err(PyTypeError::new_err(format!(
                 "{kind} is neither a punctual3d.Tree nor a mesh with vertices and faces, such as a trimesh.Trimesh"
             )));
         };
-        let tree = Tree::from(built(py, mesh(&vertices, &faces)?, BuildOptions::default())?);
+        let tree = Tree::from(built(
+            py,
+            mesh(&vertices, &faces)?,
+            BuildOptions::default(),
+        )?);
         Ok(Self(Bound::new(py, tree)?.try_borrow()?))
     }
 }
@@ -147,10 +164,12 @@ impl Tree {
         let options = options(effort, neighbors, extremes)?;
         let file = path.clone();
         let load = move || {
-            punctual_io::load(&file)
-                .map(|Loaded { mesh, notices, .. }| (punctual::Tree::with_options(mesh, &options), notices))
+            punctual_io::load(&file).map(|Loaded { mesh, notices, .. }| {
+                (punctual::Tree::with_options(mesh, &options), notices)
+            })
         };
-        let (tree, notices) = in_background(py, load)?.map_err(|error| PyOSError::new_err(error.to_string()))?;
+        let (tree, notices) =
+            in_background(py, load)?.map_err(|error| PyOSError::new_err(error.to_string()))?;
         for notice in notices {
             let text = CString::new(notice.in_file(&path))?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
@@ -163,7 +182,11 @@ impl Tree {
     fn from_bytes(_: &Bound<'_, PyType>, py: Python<'_>, bytes: PyBackedBytes) -> PyResult<Self> {
         let is_large = bytes.len() > LARGE_BYTES;
         let read = move || punctual::Tree::from_bytes(&bytes);
-        let tree = if is_large { in_background(py, read)? } else { py.detach(read) };
+        let tree = if is_large {
+            in_background(py, read)?
+        } else {
+            py.detach(read)
+        };
         tree.map(Self::from).map_err(value_error)
     }
 
@@ -172,8 +195,14 @@ impl Tree {
         PyBytes::new(py, &py.detach(|| self.arc.to_bytes()))
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        Ok((py.get_type::<Self>().getattr("from_bytes")?, (self.to_bytes(py),)))
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        Ok((
+            py.get_type::<Self>().getattr("from_bytes")?,
+            (self.to_bytes(py),),
+        ))
     }
 
     /// Moves the vertices: (V, 3), as many as before. Takes a fraction of the time of a build. Copies of this tree in
@@ -181,7 +210,8 @@ impl Tree {
     fn refit(&mut self, py: Python<'_>, vertices: &Bound<'_, PyAny>) -> PyResult<()> {
         let vertices = vectors(vertices, "vertices")?;
         let tree = &mut self.arc;
-        py.detach(|| Arc::make_mut(tree).refit_f64(&vertices)).map_err(value_error)?;
+        py.detach(|| Arc::make_mut(tree).refit_f64(&vertices))
+            .map_err(value_error)?;
         self.refits += 1;
         Ok(())
     }
@@ -190,7 +220,10 @@ impl Tree {
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mesh = self.arc.mesh();
-        table(py, (0..mesh.vertex_count()).map(|vertex| mesh.vertex(vertex).to_array()))
+        table(
+            py,
+            (0..mesh.vertex_count()).map(|vertex| mesh.vertex(vertex).to_array()),
+        )
     }
 
     /// The triangles, (F, 3), in the order given.
@@ -226,10 +259,13 @@ impl Tree {
 
     /// Whether all of both is the same: vertices, faces and how the tree was built.
     fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
-        let Ok(other) = other.cast::<Self>() else { return Ok(py.NotImplemented()) };
+        let Ok(other) = other.cast::<Self>() else {
+            return Ok(py.NotImplemented());
+        };
         let (tree, other) = (&self.arc, &other.try_borrow()?.arc);
         let is_same = Arc::ptr_eq(tree, other)
-            || tree.mesh().len() == other.mesh().len() && py.detach(|| tree.to_bytes() == other.to_bytes());
+            || tree.mesh().len() == other.mesh().len()
+                && py.detach(|| tree.to_bytes() == other.to_bytes());
         Ok(is_same.into_pyobject(py)?.to_owned().into_any().unbind())
     }
 

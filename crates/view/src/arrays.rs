@@ -33,7 +33,9 @@ impl Arrays {
     /// Where each array begins when they are packed.
     pub fn starts(&self) -> Vec<usize> {
         let lengths = self.0.iter().map(Vec::len);
-        lengths.scan(0, |end, length| Some(std::mem::replace(end, *end + length))).collect()
+        lengths
+            .scan(0, |end, length| Some(std::mem::replace(end, *end + length)))
+            .collect()
     }
 
     /// All words, little-endian.

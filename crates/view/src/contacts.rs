@@ -2,7 +2,9 @@
 
 use std::collections::HashSet;
 
-use punctual::{Aabb, Budget, Contact, ContactQuery, Contacts, Pose, ResumeError, Stats, StopReason, Workspace};
+use punctual::{
+    Aabb, Budget, Contact, ContactQuery, Contacts, Pose, ResumeError, Stats, StopReason, Workspace,
+};
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};
@@ -24,11 +26,34 @@ pub fn contacts(
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
-    let ([workspace, aside], drawn, around) = ([0; 2].map(|_| Workspace::new()), HashSet::new(), Aabb::EMPTY);
-    let mut steps = Steps { query, most, workspace, aside, placed, drawn, around, arrays };
+    let ([workspace, aside], drawn, around) = (
+        [0; 2].map(|_| Workspace::new()),
+        HashSet::new(),
+        Aabb::EMPTY,
+    );
+    let mut steps = Steps {
+        query,
+        most,
+        workspace,
+        aside,
+        placed,
+        drawn,
+        around,
+        arrays,
+    };
     let steps = climb(&mut steps, &mut stage, answer)?;
-    let layers = [("met", "contacts"), ("normal", "normals, from B to A"), ("box", NARROWED)];
-    Ok(View::of_query("Where two meshes touch", bodies, &layers, stage, steps))
+    let layers = [
+        ("met", "contacts"),
+        ("normal", "normals, from B to A"),
+        ("box", NARROWED),
+    ];
+    Ok(View::of_query(
+        "Where two meshes touch",
+        bodies,
+        &layers,
+        stage,
+        steps,
+    ))
 }
 
 struct Steps<'t> {
@@ -50,24 +75,36 @@ impl Steps<'_> {
         while said.stop == StopReason::PairsFull && self.most.is_none() {
             let found = self.workspace.contacts().len();
             self.workspace.reserve_contacts(2 * found);
-            said = self.query.resume(&mut self.workspace, Budget::work(until - said.stats.work))?;
+            said = self
+                .query
+                .resume(&mut self.workspace, Budget::work(until - said.stats.work))?;
         }
         Ok(said)
     }
 
     fn draw(&mut self, stage: &mut Stage) -> Value {
         let room = MOST_CONTACTS - self.drawn.len();
-        let new = self.workspace.contacts().filter(|contact| !self.drawn.contains(&contact.triangles));
+        let new = self
+            .workspace
+            .contacts()
+            .filter(|contact| !self.drawn.contains(&contact.triangles));
         let new: Vec<Contact> = new.take(room).copied().collect();
-        self.drawn.extend(new.iter().map(|contact| contact.triangles));
+        self.drawn
+            .extend(new.iter().map(|contact| contact.triangles));
         let long = NORMAL * stage.radius();
         let place = |contact: &Contact| contact.segment.unwrap_or(contact.points);
-        let normal = |contact: &Contact| [contact.points[1], contact.points[1] + long * contact.normal];
+        let normal =
+            |contact: &Contact| [contact.points[1], contact.points[1] + long * contact.normal];
         let [places, normals] = self.arrays;
         stage.segments(places, new.iter().map(place));
         stage.segments(normals, new.iter().map(normal));
-        self.around = self.around.union(&Aabb::from_points(new.iter().flat_map(place)));
-        json!([["normal", stage.arrays.so_far(normals)], ["met", stage.arrays.so_far(places)]])
+        self.around = self
+            .around
+            .union(&Aabb::from_points(new.iter().flat_map(place)));
+        json!([
+            ["normal", stage.arrays.so_far(normals)],
+            ["met", stage.arrays.so_far(places)]
+        ])
     }
 }
 
@@ -80,7 +117,10 @@ impl Stepwise for Steps<'_> {
     }
 
     fn resume(&mut self, stopped: &Contacts, until: u64) -> Result<Contacts, ResumeError> {
-        let said = self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?;
+        let said = self.query.resume(
+            &mut self.workspace,
+            Budget::work(until - stopped.stats.work),
+        )?;
         self.make_room(said, until)
     }
 
@@ -89,10 +129,22 @@ impl Stepwise for Steps<'_> {
     }
 
     fn look(&mut self, said: &Contacts, stage: &mut Stage) -> Result<Value, ResumeError> {
-        let certificate = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&said.stats))?;
+        let certificate = self.query.narrowed_certificate(
+            &self.workspace,
+            &mut self.aside,
+            aside(&said.stats),
+        )?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
-        let none = if certificate.open_pairs() > 0 { "none yet" } else { "none" };
-        let nearest = self.workspace.contacts().next().map_or(none.to_owned(), |contact| length(contact.distance));
+        let none = if certificate.open_pairs() > 0 {
+            "none yet"
+        } else {
+            "none"
+        };
+        let nearest = self
+            .workspace
+            .contacts()
+            .next()
+            .map_or(none.to_owned(), |contact| length(contact.distance));
         let lines = self.draw(stage);
         let drawn = self.drawn.len() as u64;
         let found = if said.found > drawn {
@@ -105,7 +157,11 @@ impl Stepwise for Steps<'_> {
             fact("Least distance found", nearest),
             fact(
                 "Missing ones are apart by",
-                if said.low.is_finite() { length(said.low) } else { "none is missing".into() },
+                if said.low.is_finite() {
+                    length(said.low)
+                } else {
+                    "none is missing".into()
+                },
             ),
         ];
         facts.extend(open);

@@ -1,6 +1,8 @@
 //! A query of a distance: the closest points found, and where closer ones may be.
 
-use punctual::{Aabb, Budget, Distance, DistanceQuery, Pose, ResumeError, Stats, StopReason, Workspace};
+use punctual::{
+    Aabb, Budget, Distance, DistanceQuery, Pose, ResumeError, Stats, StopReason, Workspace,
+};
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};
@@ -8,15 +10,38 @@ use crate::stage::{NARROWED, Stage, aside, fact, length, placed, tests};
 use crate::{Bodies, View};
 
 /// A page for a query of these bodies at this pose, which was answered so.
-pub fn distance(bodies: &Bodies, query: DistanceQuery, pose: &Pose, answer: &Distance) -> Result<View, ResumeError> {
+pub fn distance(
+    bodies: &Bodies,
+    query: DistanceQuery,
+    pose: &Pose,
+    answer: &Distance,
+) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies, pose);
     let [near, met] = [0; 2].map(|_| stage.arrays.add());
-    let mut steps = Steps { bodies, query, workspace: Workspace::new(), aside: Workspace::new(), placed, near, met };
+    let mut steps = Steps {
+        bodies,
+        query,
+        workspace: Workspace::new(),
+        aside: Workspace::new(),
+        placed,
+        near,
+        met,
+    };
     let steps = climb(&mut steps, &mut stage, answer)?;
-    let layers = [("met", "their triangles"), ("near", "closest points found"), ("box", NARROWED)];
-    Ok(View::of_query("How far two meshes are apart", bodies, &layers, stage, steps))
+    let layers = [
+        ("met", "their triangles"),
+        ("near", "closest points found"),
+        ("box", NARROWED),
+    ];
+    Ok(View::of_query(
+        "How far two meshes are apart",
+        bodies,
+        &layers,
+        stage,
+        steps,
+    ))
 }
 
 struct Steps<'t> {
@@ -39,7 +64,10 @@ impl Stepwise for Steps<'_> {
     }
 
     fn resume(&mut self, stopped: &Distance, until: u64) -> Result<Distance, ResumeError> {
-        self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))
+        self.query.resume(
+            &mut self.workspace,
+            Budget::work(until - stopped.stats.work),
+        )
     }
 
     fn reached(answer: &Distance) -> (StopReason, Stats) {
@@ -47,19 +75,29 @@ impl Stepwise for Steps<'_> {
     }
 
     fn look(&mut self, found: &Distance, stage: &mut Stage) -> Result<Value, ResumeError> {
-        let certificate = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&found.stats))?;
+        let certificate = self.query.narrowed_certificate(
+            &self.workspace,
+            &mut self.aside,
+            aside(&found.stats),
+        )?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
         let likely = self.query.estimate(&self.workspace, None)?.distance;
         let [least, most] = [likely.p10, likely.p90];
-        let likely =
-            if most.is_finite() { format!("{} to {}", length(least), length(most)) } else { "not known yet".into() };
+        let likely = if most.is_finite() {
+            format!("{} to {}", length(least), length(most))
+        } else {
+            "not known yet".into()
+        };
         let mut facts = vec![
             fact("Proven: at least", length(found.low)),
             fact("Proven: at most", length(found.high)),
             fact("Likely, 80 of 100", likely),
         ];
         if let Some(closer) = found.closer {
-            facts.push(fact("As close as asked for", if closer { "yes" } else { "no" }));
+            facts.push(fact(
+                "As close as asked for",
+                if closer { "yes" } else { "no" },
+            ));
         }
         facts.extend(open);
         facts.extend(tests(&found.stats));

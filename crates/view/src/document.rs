@@ -14,5 +14,8 @@ pub fn document(title: &str, style: &str, body: &str) -> String {
 
 /// A text as HTML has it, also between quotation marks.
 pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }

@@ -31,7 +31,9 @@ pub fn climb<Q: Stepwise>(
     answer: &Q::Answer,
 ) -> Result<(Vec<Value>, usize), ResumeError> {
     // A memory may have spared a finished answer a part of the work.
-    let answered = Some(answer).filter(|answer| goes_on::<Q>(answer)).map_or(u64::MAX, |answer| work::<Q>(answer));
+    let answered = Some(answer)
+        .filter(|answer| goes_on::<Q>(answer))
+        .map_or(u64::MAX, |answer| work::<Q>(answer));
     let total = work::<Q>(&query.begin(u64::MAX)?);
     let mut rungs = rungs(total, answered).into_iter();
     let (mut steps, mut start) = (Vec::new(), 0);
@@ -39,8 +41,16 @@ pub fn climb<Q: Stepwise>(
     loop {
         let (spent, goes_on) = (work::<Q>(&reached), goes_on::<Q>(&reached));
         let mut step = query.look(&reached, stage)?;
-        let share = if goes_on { spent as f64 / total.max(1) as f64 } else { 1.0 };
-        step["name"] = json!(format!("{} units, {} of the whole", count(spent), percent(share)));
+        let share = if goes_on {
+            spent as f64 / total.max(1) as f64
+        } else {
+            1.0
+        };
+        step["name"] = json!(format!(
+            "{} units, {} of the whole",
+            count(spent),
+            percent(share)
+        ));
         steps.push(step);
         if spent <= answered {
             start = steps.len() - 1;
@@ -48,7 +58,10 @@ pub fn climb<Q: Stepwise>(
         if !goes_on {
             return Ok((steps, start));
         }
-        reached = query.resume(&reached, rungs.find(|&rung| rung > spent).unwrap_or(u64::MAX))?;
+        reached = query.resume(
+            &reached,
+            rungs.find(|&rung| rung > spent).unwrap_or(u64::MAX),
+        )?;
     }
 }
 
@@ -57,14 +70,26 @@ fn work<Q: Stepwise>(answer: &Q::Answer) -> u64 {
 }
 
 fn goes_on<Q: Stepwise>(answer: &Q::Answer) -> bool {
-    matches!(Q::reached(answer).0, StopReason::WorkLimit | StopReason::Deadline)
+    matches!(
+        Q::reached(answer).0,
+        StopReason::WorkLimit | StopReason::Deadline
+    )
 }
 
 /// Budgets in geometric steps, and the one of the answer.
 fn rungs(total: u64, answered: u64) -> Vec<u64> {
     let total = total as f64;
-    let at = |i: u32| (total * (total / 4.0).max(1.0).powf(f64::from(i) / f64::from(RUNGS) - 1.0)) as u64;
-    let mut rungs: Vec<u64> = (1..RUNGS).map(at).chain([answered]).filter(|&rung| rung < total as u64).collect();
+    let at = |i: u32| {
+        (total
+            * (total / 4.0)
+                .max(1.0)
+                .powf(f64::from(i) / f64::from(RUNGS) - 1.0)) as u64
+    };
+    let mut rungs: Vec<u64> = (1..RUNGS)
+        .map(at)
+        .chain([answered])
+        .filter(|&rung| rung < total as u64)
+        .collect();
     rungs.sort_unstable();
     rungs.dedup();
     rungs

@@ -1,6 +1,8 @@
 //! A query of a motion: until when it is proven to be free, and where the meshes meet.
 
-use punctual::{Aabb, Budget, MotionQuery, Passage, Pose, ResumeError, Stats, StopReason, Workspace};
+use punctual::{
+    Aabb, Budget, MotionQuery, Passage, Pose, ResumeError, Stats, StopReason, Workspace,
+};
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};
@@ -13,14 +15,26 @@ const PARTS: usize = 128;
 /// A page for a query of these bodies, of which B moves, which was answered so.
 pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
-    let poses: Vec<Pose> = (0..=PARTS).map(|i| query.pose(i as f64 / PARTS as f64)).collect();
-    let bounds = poses.iter().fold(a.mesh().aabb(), |bounds, pose| bounds.union(&placed(b.mesh(), pose)));
+    let poses: Vec<Pose> = (0..=PARTS)
+        .map(|i| query.pose(i as f64 / PARTS as f64))
+        .collect();
+    let bounds = poses.iter().fold(a.mesh().aabb(), |bounds, pose| {
+        bounds.union(&placed(b.mesh(), pose))
+    });
     let mut stage = Stage::new(bounds);
     let placed = stage.bodies(bodies, &poses[0]);
-    let times =
-        [placed[1][1]].into_iter().chain(poses[1..].iter().map(|pose| stage.pose(placed[1][0], pose))).collect();
+    let times = [placed[1][1]]
+        .into_iter()
+        .chain(poses[1..].iter().map(|pose| stage.pose(placed[1][0], pose)))
+        .collect();
     let met = stage.arrays.add();
-    let mut steps = Steps { bodies, query, workspace: Workspace::new(), placed, met };
+    let mut steps = Steps {
+        bodies,
+        query,
+        workspace: Workspace::new(),
+        placed,
+        met,
+    };
     let steps = climb(&mut steps, &mut stage, answer)?;
     let layers = [
         ("start", "B at the start"),
@@ -28,8 +42,17 @@ pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<V
         ("met", "triangles that meet there"),
         ("box", "boxes where they may still meet first"),
     ];
-    let view = View::of_query("When two meshes meet on the way", bodies, &layers, stage, steps);
-    Ok(View { times: Some(times), ..view })
+    let view = View::of_query(
+        "When two meshes meet on the way",
+        bodies,
+        &layers,
+        stage,
+        steps,
+    );
+    Ok(View {
+        times: Some(times),
+        ..view
+    })
 }
 
 struct Steps<'t> {
@@ -49,7 +72,10 @@ impl Stepwise for Steps<'_> {
     }
 
     fn resume(&mut self, stopped: &Passage, until: u64) -> Result<Passage, ResumeError> {
-        self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))
+        self.query.resume(
+            &mut self.workspace,
+            Budget::work(until - stopped.stats.work),
+        )
     }
 
     fn reached(answer: &Passage) -> (StopReason, Stats) {
@@ -87,8 +113,10 @@ impl Stepwise for Steps<'_> {
         };
         let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
-        let mut facts =
-            vec![fact("Proven free until", format!("{:.6}", passage.free_until)), fact("Proven to touch at", touching)];
+        let mut facts = vec![
+            fact("Proven free until", format!("{:.6}", passage.free_until)),
+            fact("Proven to touch at", touching),
+        ];
         facts.extend(open);
         facts.extend(tests(&passage.stats));
         Ok(

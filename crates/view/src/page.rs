@@ -53,8 +53,21 @@ impl View {
         (steps, start): (Vec<Value>, usize),
     ) -> Self {
         let layers = layers.iter().map(|&(layer, text)| (layer, text.to_owned()));
-        let (title, key) = (bodies.title(what), bodies.key().into_iter().chain(layers).collect());
-        Self { title, key, stage, steps, start, slider: BUDGET, times: None, names: None, up: Up::Guess }
+        let (title, key) = (
+            bodies.title(what),
+            bodies.key().into_iter().chain(layers).collect(),
+        );
+        Self {
+            title,
+            key,
+            stage,
+            steps,
+            start,
+            slider: BUDGET,
+            times: None,
+            names: None,
+            up: Up::Guess,
+        }
     }
 
     /// Which way is up in the picture, [`Up::Guess`] without this.
@@ -77,7 +90,17 @@ impl View {
 
     /// Deflated: the length of a JSON text, that text, and the arrays that it names, all in words of 32 bits, little-endian.
     fn packed(&self) -> io::Result<Vec<u8>> {
-        let Self { key, stage, steps, start, slider, times, names, up, .. } = self;
+        let Self {
+            key,
+            stage,
+            steps,
+            start,
+            slider,
+            times,
+            names,
+            up,
+            ..
+        } = self;
         let mut text = json!({
             "key": key, "stage": stage.describe(), "steps": steps, "start": start, "slider": slider, "times": times,
             "names": names, "up": up.axis(stage.up),

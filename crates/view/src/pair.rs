@@ -2,7 +2,9 @@
 
 use std::collections::HashSet;
 
-use punctual::{Aabb, Budget, Mode, Outcome, Pose, Query, ResumeError, Stats, StopReason, Verdict, Workspace};
+use punctual::{
+    Aabb, Budget, Mode, Outcome, Pose, Query, ResumeError, Stats, StopReason, Verdict, Workspace,
+};
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};
@@ -16,7 +18,13 @@ const CAPACITY: [usize; 2] = [4096, 1 << 16];
 const FAR: u64 = 100;
 
 /// A page for a query of these bodies at this pose, which was answered so.
-pub fn pair(bodies: &Bodies, query: Query, pose: &Pose, mode: Mode, answer: &Outcome) -> Result<View, ResumeError> {
+pub fn pair(
+    bodies: &Bodies,
+    query: Query,
+    pose: &Pose,
+    mode: Mode,
+    answer: &Outcome,
+) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies, pose);
@@ -24,10 +32,28 @@ pub fn pair(bodies: &Bodies, query: Query, pose: &Pose, mode: Mode, answer: &Out
     let [queue, found] = CAPACITY;
     let [workspace, aside] = [0; 2].map(|_| Workspace::with_capacity(queue, found));
     let (found, met, around) = (Vec::new(), Default::default(), Aabb::EMPTY);
-    let mut steps = Steps { bodies, query, pose, mode, workspace, aside, found, met, around, placed, arrays };
+    let mut steps = Steps {
+        bodies,
+        query,
+        pose,
+        mode,
+        workspace,
+        aside,
+        found,
+        met,
+        around,
+        placed,
+        arrays,
+    };
     let steps = climb(&mut steps, &mut stage, answer)?;
     let layers = [("met", "triangles that meet"), ("box", NARROWED)];
-    Ok(View::of_query("Where two meshes meet", bodies, &layers, stage, steps))
+    Ok(View::of_query(
+        "Where two meshes meet",
+        bodies,
+        &layers,
+        stage,
+        steps,
+    ))
 }
 
 struct Steps<'t> {
@@ -55,7 +81,10 @@ impl Steps<'_> {
             if outcome.stop != StopReason::PairsFull {
                 return Ok(outcome);
             }
-            outcome = self.query.resume(&mut self.workspace, Budget::work(until - outcome.stats.work))?;
+            outcome = self.query.resume(
+                &mut self.workspace,
+                Budget::work(until - outcome.stats.work),
+            )?;
         }
     }
 
@@ -66,12 +95,24 @@ impl Steps<'_> {
         let mut surfaces = Vec::new();
         for (side, pose) in sides.iter().enumerate() {
             let mesh = self.bodies.trees[side].mesh();
-            let new: Vec<u32> = found.iter().map(|pair| pair[side]).filter(|&id| self.met[side].insert(id)).collect();
-            let corners = new.iter().flat_map(|&id| mesh.triangle(id as usize)).map(|p| pose.transform_point(p));
+            let new: Vec<u32> = found
+                .iter()
+                .map(|pair| pair[side])
+                .filter(|&id| self.met[side].insert(id))
+                .collect();
+            let corners = new
+                .iter()
+                .flat_map(|&id| mesh.triangle(id as usize))
+                .map(|p| pose.transform_point(p));
             self.around = self.around.union(&Aabb::from_points(corners));
             stage.triangles(self.arrays[side], mesh, new);
             let [mesh, pose] = self.placed[side];
-            surfaces.push(json!(["met", mesh, pose, stage.arrays.so_far(self.arrays[side])]));
+            surfaces.push(json!([
+                "met",
+                mesh,
+                pose,
+                stage.arrays.so_far(self.arrays[side])
+            ]));
         }
         surfaces
     }
@@ -87,7 +128,10 @@ impl Stepwise for Steps<'_> {
     }
 
     fn resume(&mut self, stopped: &Outcome, until: u64) -> Result<Outcome, ResumeError> {
-        let outcome = self.query.resume(&mut self.workspace, Budget::work(until - stopped.stats.work))?;
+        let outcome = self.query.resume(
+            &mut self.workspace,
+            Budget::work(until - stopped.stats.work),
+        )?;
         self.collect(outcome, until)
     }
 
@@ -97,19 +141,35 @@ impl Stepwise for Steps<'_> {
 
     fn look(&mut self, outcome: &Outcome, stage: &mut Stage) -> Result<Value, ResumeError> {
         let most = self.query.certificate(&self.workspace)?.upper_bound();
-        let narrowed = self.query.narrowed_certificate(&self.workspace, &mut self.aside, aside(&outcome.stats))?;
+        let narrowed = self.query.narrowed_certificate(
+            &self.workspace,
+            &mut self.aside,
+            aside(&outcome.stats),
+        )?;
         let estimate = self.query.estimate(&self.workspace, None)?;
         let (boxes, open, remark) = stage.open_boxes(&narrowed);
-        let (mut facts, mut remarks) = (vec![fact("Verdict", outcome.verdict.name())], Vec::from_iter(remark));
+        let (mut facts, mut remarks) = (
+            vec![fact("Verdict", outcome.verdict.name())],
+            Vec::from_iter(remark),
+        );
         if outcome.verdict == Verdict::Undecided {
             facts.push(fact("Probability to meet", percent(estimate.probability)));
         }
         if self.mode == Mode::All {
-            let bounds = [("Pairs, at most", most), ("After a tenth more work", narrowed.upper_bound())];
-            let far = bounds.iter().filter(|(_, bound)| *bound > FAR * outcome.found.max(1));
+            let bounds = [
+                ("Pairs, at most", most),
+                ("After a tenth more work", narrowed.upper_bound()),
+            ];
+            let far = bounds
+                .iter()
+                .filter(|(_, bound)| *bound > FAR * outcome.found.max(1));
             remarks.extend(far.map(|&(name, _)| fact(name, "says nothing yet")));
             // Of none, any share may be found.
-            let share = if outcome.found == 0 && most > 0 { "none found yet".into() } else { percent(estimate.recall) };
+            let share = if outcome.found == 0 && most > 0 {
+                "none found yet".into()
+            } else {
+                percent(estimate.recall)
+            };
             facts.extend([
                 fact("Pairs found", count(outcome.found)),
                 fact(bounds[0].0, count(bounds[0].1)),
@@ -118,7 +178,10 @@ impl Stepwise for Steps<'_> {
             ]);
         }
         facts.extend(open);
-        facts.push(fact("Longest of their edges", length(narrowed.largest_extent())));
+        facts.push(fact(
+            "Longest of their edges",
+            length(narrowed.largest_extent()),
+        ));
         facts.extend(tests(&outcome.stats));
         let mut surfaces = stage.both(&self.placed);
         surfaces.extend(self.draw_met(stage));

@@ -51,9 +51,16 @@ pub struct Known {
 impl Known {
     /// What this report says.
     pub fn of(report: &Report) -> Self {
-        let pairs = report.pairs.iter().map(|pair| ([pair.a.index(), pair.b.index()], pair.verdict));
+        let pairs = report
+            .pairs
+            .iter()
+            .map(|pair| ([pair.a.index(), pair.b.index()], pair.verdict));
         let unpaired = report.unplaced + report.unpaired;
-        Self { pairs: pairs.collect(), unlisted: report.unlisted, unpaired }
+        Self {
+            pairs: pairs.collect(),
+            unlisted: report.unlisted,
+            unpaired,
+        }
     }
 
     /// Whether bodies that are in no pair together are known not to meet.
@@ -66,7 +73,9 @@ impl Known {
     fn told(&self, places: &HashMap<usize, usize>) -> [Vec<[usize; 2]>; 3] {
         let mut pairs = [const { Vec::new() }; 3];
         for ([a, b], verdict) in &self.pairs {
-            let (Some(&a), Some(&b)) = (places.get(a), places.get(b)) else { continue };
+            let (Some(&a), Some(&b)) = (places.get(a), places.get(b)) else {
+                continue;
+            };
             match verdict {
                 Verdict::Intersecting { .. } => pairs[0].push([a, b]),
                 Verdict::Within { .. } => pairs[1].push([a, b]),
@@ -79,7 +88,10 @@ impl Known {
 
     fn facts(&self, [meeting, open]: [usize; 2]) -> [Fact; 4] {
         let lines = [
-            ("Pairs of boxes that overlap", self.pairs.len() + self.unlisted),
+            (
+                "Pairs of boxes that overlap",
+                self.pairs.len() + self.unlisted,
+            ),
             ("Of these, meeting", meeting),
             ("Not known", open + self.unlisted),
             ("Bodies not placed or not paired", self.unpaired),
@@ -96,13 +108,23 @@ pub fn stride(frames: usize) -> usize {
 /// A page for bodies, and what was reported of them.
 pub fn scene(title: String, bodies: &[Shown], frames: &[Frame]) -> View {
     let lying = |frame: &Frame, i: usize| placed(bodies[i].body.tree.mesh(), &frame.poses[i]);
-    let all = frames.iter().flat_map(|frame| (0..bodies.len()).map(move |i| lying(frame, i)));
+    let all = frames
+        .iter()
+        .flat_map(|frame| (0..bodies.len()).map(move |i| lying(frame, i)));
     let mut stage = Stage::new(all.fold(Aabb::EMPTY, |bounds, body| bounds.union(&body)));
     stage.up = guess_up(bodies, frames);
     let mut known = HashMap::new();
-    let mut mesh = |body: &Body| *known.entry(Arc::as_ptr(&body.tree)).or_insert_with(|| stage.mesh(body.tree.mesh()));
+    let mut mesh = |body: &Body| {
+        *known
+            .entry(Arc::as_ptr(&body.tree))
+            .or_insert_with(|| stage.mesh(body.tree.mesh()))
+    };
     let meshes: Vec<usize> = bodies.iter().map(|shown| mesh(shown.body)).collect();
-    let places: HashMap<usize, usize> = bodies.iter().enumerate().map(|(place, shown)| (shown.index, place)).collect();
+    let places: HashMap<usize, usize> = bodies
+        .iter()
+        .enumerate()
+        .map(|(place, shown)| (shown.index, place))
+        .collect();
     let [drawn, listed] = [0; 2].map(|_| stage.arrays.add());
     let steps = frames.iter().map(|frame| {
         let [intersecting, within, open] = frame.known.told(&places);
@@ -131,27 +153,62 @@ pub fn scene(title: String, bodies: &[Shown], frames: &[Frame]) -> View {
     });
     let steps = steps.collect();
     let has_margins = bodies.iter().any(|shown| shown.body.margin > 0.0);
-    let has_open =
-        frames.iter().flat_map(|frame| &frame.known.pairs).any(|(_, verdict)| *verdict == Verdict::Undecided);
+    let has_open = frames
+        .iter()
+        .flat_map(|frame| &frame.known.pairs)
+        .any(|(_, verdict)| *verdict == Verdict::Undecided);
     let key = [
         ("a", "meets no other: proven", true),
         ("b", "meets another: proven", true),
-        ("within", "within the margins of another: proven", has_margins),
+        (
+            "within",
+            "within the margins of another: proven",
+            has_margins,
+        ),
         ("doubt", "not known", true),
         ("fixed", "fixed bodies", true),
-        ("open", "lines between bodies of which it is not known", has_open),
-        ("normal", "normals where bodies touch", frames.iter().any(|frame| !frame.contacts.is_empty())),
+        (
+            "open",
+            "lines between bodies of which it is not known",
+            has_open,
+        ),
+        (
+            "normal",
+            "normals where bodies touch",
+            frames.iter().any(|frame| !frame.contacts.is_empty()),
+        ),
     ];
-    let key = key.iter().filter(|line| line.2).map(|&(layer, text, _)| (layer, text.to_owned())).collect();
+    let key = key
+        .iter()
+        .filter(|line| line.2)
+        .map(|&(layer, text, _)| (layer, text.to_owned()))
+        .collect();
     let names = Some(bodies.iter().map(|shown| shown.name.clone()).collect());
-    View { title, key, stage, steps, start: 0, slider: "Frame", times: None, names, up: Up::Guess }
+    View {
+        title,
+        key,
+        stage,
+        steps,
+        start: 0,
+        slider: "Frame",
+        times: None,
+        names,
+        up: Up::Guess,
+    }
 }
 
 fn guess_up(bodies: &[Shown], frames: &[Frame]) -> Guess {
     let poses = frames.first().map_or(&[][..], |frame| frame.poses);
-    let has_fixed = bodies.iter().any(|shown| shown.body.kind == BodyKind::Fixed);
-    let standing = bodies.iter().zip(poses).filter(|(shown, _)| !has_fixed || shown.body.kind == BodyKind::Fixed);
-    let standing: Vec<_> = standing.map(|(shown, pose)| (shown.body.tree.mesh(), pose)).collect();
+    let has_fixed = bodies
+        .iter()
+        .any(|shown| shown.body.kind == BodyKind::Fixed);
+    let standing = bodies
+        .iter()
+        .zip(poses)
+        .filter(|(shown, _)| !has_fixed || shown.body.kind == BodyKind::Fixed);
+    let standing: Vec<_> = standing
+        .map(|(shown, pose)| (shown.body.tree.mesh(), pose))
+        .collect();
     up::guess(bodies.iter().map(|shown| &*shown.name), &standing)
 }
 

@@ -51,21 +51,44 @@ pub fn aside(stats: &Stats) -> u64 {
 pub fn placed(mesh: &Mesh, pose: &Pose) -> Aabb {
     let Aabb { min, max, .. } = mesh.aabb();
     let side = |i: u8, bit: u8, from: f64, to: f64| if i & bit == 0 { from } else { to };
-    let corner = |i| DVec3::new(side(i, 1, min.x, max.x), side(i, 2, min.y, max.y), side(i, 4, min.z, max.z));
-    if mesh.is_empty() { Aabb::EMPTY } else { Aabb::from_points((0..8).map(|i| pose.transform_point(corner(i)))) }
+    let corner = |i| {
+        DVec3::new(
+            side(i, 1, min.x, max.x),
+            side(i, 2, min.y, max.y),
+            side(i, 4, min.z, max.z),
+        )
+    };
+    if mesh.is_empty() {
+        Aabb::EMPTY
+    } else {
+        Aabb::from_points((0..8).map(|i| pose.transform_point(corner(i))))
+    }
 }
 
 impl Stage {
     /// For bodies that stay within these bounds.
     pub fn new(bounds: Aabb) -> Self {
-        let (middle, radius) =
-            if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), 0.5 * bounds.extents().length()) };
+        let (middle, radius) = if bounds.is_empty() {
+            (DVec3::ZERO, 1.0)
+        } else {
+            (bounds.center(), 0.5 * bounds.extents().length())
+        };
         let mut arrays = Arrays::default();
         let (poses, boxes) = (arrays.add(), arrays.add());
         let radius = if radius > 0.0 { radius } else { 1.0 };
         let up = up::guess([].into_iter(), &[]);
         let (meshes, grids) = Default::default();
-        let mut stage = Self { arrays, up, bounds, middle, radius, meshes, poses, boxes, grids };
+        let mut stage = Self {
+            arrays,
+            up,
+            bounds,
+            middle,
+            radius,
+            meshes,
+            poses,
+            boxes,
+            grids,
+        };
         stage.add_grids();
         stage
     }
@@ -75,19 +98,32 @@ impl Stage {
         let [a, b] = bodies.trees.map(|tree| self.mesh(tree.mesh()));
         let names = bodies.names.iter().map(String::as_str);
         self.up = up::guess(names, &[(bodies.trees[0].mesh(), &Pose::IDENTITY)]);
-        [[a, self.pose(a, &Pose::IDENTITY)], [b, self.pose(b, b_in_a)]]
+        [
+            [a, self.pose(a, &Pose::IDENTITY)],
+            [b, self.pose(b, b_in_a)],
+        ]
     }
 
     /// Adds a mesh; its number.
     pub fn mesh(&mut self, mesh: &Mesh) -> usize {
-        let middle = if mesh.is_empty() { DVec3::ZERO } else { mesh.aabb().center() };
+        let middle = if mesh.is_empty() {
+            DVec3::ZERO
+        } else {
+            mesh.aabb().center()
+        };
         let array = self.arrays.add();
         let vertices = (0..mesh.vertex_count()).flat_map(|i| self.scaled(mesh.vertex(i) - middle));
         let vertices: Vec<_> = vertices.collect();
         let vertices = self.arrays.extend_floats(array, vertices);
         let array = self.arrays.add();
-        let triangles = self.arrays.extend(array, mesh.triangles().iter().flatten().copied());
-        self.meshes.push(Shown { middle, vertices, triangles });
+        let triangles = self
+            .arrays
+            .extend(array, mesh.triangles().iter().flatten().copied());
+        self.meshes.push(Shown {
+            middle,
+            vertices,
+            triangles,
+        });
         self.meshes.len() - 1
     }
 
@@ -95,7 +131,14 @@ impl Stage {
     pub fn pose(&mut self, mesh: usize, pose: &Pose) -> usize {
         let rows = pose.to_row_major();
         let shift = self.point(pose.transform_point(self.meshes[mesh].middle));
-        let row = |i: usize| [rows[4 * i] as f32, rows[4 * i + 1] as f32, rows[4 * i + 2] as f32, shift[i]];
+        let row = |i: usize| {
+            [
+                rows[4 * i] as f32,
+                rows[4 * i + 1] as f32,
+                rows[4 * i + 2] as f32,
+                shift[i],
+            ]
+        };
         let range = self.arrays.extend_floats(self.poses, (0..3).flat_map(row));
         range[1].as_u64().unwrap_or_default() as usize / 12
     }
@@ -120,13 +163,31 @@ impl Stage {
     }
 
     /// Appends triangles of a mesh to an array.
-    pub fn triangles(&mut self, array: usize, mesh: &Mesh, triangles: impl IntoIterator<Item = u32>) -> Value {
-        self.arrays.extend(array, triangles.into_iter().flat_map(|id| mesh.triangles()[id as usize]))
+    pub fn triangles(
+        &mut self,
+        array: usize,
+        mesh: &Mesh,
+        triangles: impl IntoIterator<Item = u32>,
+    ) -> Value {
+        self.arrays.extend(
+            array,
+            triangles
+                .into_iter()
+                .flat_map(|id| mesh.triangles()[id as usize]),
+        )
     }
 
     /// Appends segments to an array.
-    pub fn segments(&mut self, array: usize, segments: impl IntoIterator<Item = [DVec3; 2]>) -> Value {
-        let floats: Vec<_> = segments.into_iter().flatten().flat_map(|point| self.point(point)).collect();
+    pub fn segments(
+        &mut self,
+        array: usize,
+        segments: impl IntoIterator<Item = [DVec3; 2]>,
+    ) -> Value {
+        let floats: Vec<_> = segments
+            .into_iter()
+            .flatten()
+            .flat_map(|point| self.point(point))
+            .collect();
         self.arrays.extend_floats(array, floats)
     }
 
@@ -140,8 +201,14 @@ impl Stage {
         let mut boxes: Vec<_> = certificate.boxes().collect();
         let all = boxes.len();
         let is_bounded = boxes.iter().all(|open| open.extents().is_finite());
-        boxes.iter_mut().for_each(|open| *open = open.intersection(&self.bounds));
-        boxes.sort_by(|a, b| b.extents().max_element().total_cmp(&a.extents().max_element()));
+        boxes
+            .iter_mut()
+            .for_each(|open| *open = open.intersection(&self.bounds));
+        boxes.sort_by(|a, b| {
+            b.extents()
+                .max_element()
+                .total_cmp(&a.extents().max_element())
+        });
         boxes.dedup();
         boxes.truncate(MOST_BOXES);
         let remark = match all {
@@ -150,10 +217,21 @@ impl Stage {
             _ if all > MOST_BOXES => Some(format!("the {MOST_BOXES} largest are drawn")),
             _ => None,
         };
-        let floats: Vec<_> = boxes.iter().flat_map(|open| [open.min, open.max]).flat_map(|p| self.point(p)).collect();
+        let floats: Vec<_> = boxes
+            .iter()
+            .flat_map(|open| [open.min, open.max])
+            .flat_map(|p| self.point(p))
+            .collect();
         let [pairs, name] = ["Open pairs", "Open boxes"];
-        let facts = [fact(pairs, count(open as u64)), fact(name, count(all as u64))];
-        (self.arrays.extend_floats(self.boxes, floats), facts, remark.map(|text| fact(name, text)))
+        let facts = [
+            fact(pairs, count(open as u64)),
+            fact(name, count(all as u64)),
+        ];
+        (
+            self.arrays.extend_floats(self.boxes, floats),
+            facts,
+            remark.map(|text| fact(name, text)),
+        )
     }
 
     /// For each axis, squares on the ground below all that is shown if that axis is up: their side, and their lines.
@@ -165,7 +243,10 @@ impl Stage {
     fn grid(&mut self, up: usize, array: usize) -> Value {
         let along = [(up + 1) % 3, (up + 2) % 3];
         let Aabb { min, max, .. } = self.bounds;
-        let longest = along.map(|axis| max[axis] - min[axis]).into_iter().fold(0.0, f64::max);
+        let longest = along
+            .map(|axis| max[axis] - min[axis])
+            .into_iter()
+            .fold(0.0, f64::max);
         let side = round_length(if longest > 0.0 { longest } else { self.radius } / 10.0);
         let [first, last] = [min, max].map(|end| along.map(|axis| end[axis] / side));
         let (first, last) = (first.map(f64::floor), last.map(f64::ceil));
@@ -183,7 +264,9 @@ impl Stage {
         };
         let lines = steps(0).map(|i| [at(i, first[1]), at(i, last[1])]);
         let lines = lines.chain(steps(1).map(|j| [at(first[0], j), at(last[0], j)]));
-        let lines: Vec<_> = lines.filter(|ends| ends.iter().all(|end| end.is_finite())).collect();
+        let lines: Vec<_> = lines
+            .filter(|ends| ends.iter().all(|end| end.is_finite()))
+            .collect();
         json!([plain(side), self.segments(array, lines)])
     }
 
@@ -203,10 +286,18 @@ impl Stage {
 
     /// What the page has to know of meshes and poses.
     pub fn describe(&self) -> Value {
-        let ranges = |mesh: &Shown| json!({ "vertices": mesh.vertices, "triangles": mesh.triangles });
+        let ranges =
+            |mesh: &Shown| json!({ "vertices": mesh.vertices, "triangles": mesh.triangles });
         let meshes: Vec<_> = self.meshes.iter().map(ranges).collect();
-        let Aabb { min, max, .. } = if self.bounds.is_empty() { Aabb::from_points([DVec3::ZERO]) } else { self.bounds };
-        let (bounds, poses) = ([min, max].map(|end| self.point(end)), self.arrays.so_far(self.poses));
+        let Aabb { min, max, .. } = if self.bounds.is_empty() {
+            Aabb::from_points([DVec3::ZERO])
+        } else {
+            self.bounds
+        };
+        let (bounds, poses) = (
+            [min, max].map(|end| self.point(end)),
+            self.arrays.so_far(self.poses),
+        );
         json!({ "meshes": meshes, "bounds": bounds, "grids": self.grids, "poses": poses, "starts": self.arrays.starts() })
     }
 }
@@ -221,7 +312,10 @@ pub fn fact(name: &'static str, value: impl Into<String>) -> Fact {
 
 /// The lines of what a query did.
 pub fn tests(stats: &Stats) -> [Fact; 2] {
-    [fact("Box tests", count(stats.bv_tests)), fact("Triangle tests", count(stats.primitive_tests))]
+    [
+        fact("Box tests", count(stats.bv_tests)),
+        fact("Triangle tests", count(stats.primitive_tests)),
+    ]
 }
 
 /// A whole number for people.
@@ -252,12 +346,20 @@ pub fn length(number: f64) -> String {
 fn round_length(length: f64) -> f64 {
     let decade = length.log10().floor();
     let round = |digit: u32| format!("{digit}e{decade}").parse().unwrap_or(length);
-    [1, 2, 5, 10].map(round).into_iter().find(|&round| round >= length).unwrap_or(length)
+    [1, 2, 5, 10]
+        .map(round)
+        .into_iter()
+        .find(|&round| round >= length)
+        .unwrap_or(length)
 }
 
 /// A round length for people.
 fn plain(length: f64) -> String {
-    if (1e-4..1e6).contains(&length) { length.to_string() } else { format!("{length:e}") }
+    if (1e-4..1e6).contains(&length) {
+        length.to_string()
+    } else {
+        format!("{length:e}")
+    }
 }
 
 /// A share for people.

@@ -46,10 +46,15 @@ const BASE: f64 = 0.02;
 const CLEAR: [f64; 2] = [0.05, 2.0];
 
 /// The rule of [`Up::Guess`], for files of these names, and bodies that may lie or stand.
-pub(crate) fn guess<'n>(mut files: impl Iterator<Item = &'n str>, standing: &[(&Mesh, &Pose)]) -> Guess {
+pub(crate) fn guess<'n>(
+    mut files: impl Iterator<Item = &'n str>,
+    standing: &[(&Mesh, &Pose)],
+) -> Guess {
     let is_gltf = |name: &str| {
         let name = name.to_lowercase();
-        [".glb", ".gltf"].iter().any(|end| name.trim_end_matches(".gz").ends_with(end))
+        [".glb", ".gltf"]
+            .iter()
+            .any(|end| name.trim_end_matches(".gz").ends_with(end))
     };
     if files.any(is_gltf) {
         return (1, "glTF files have y up");
@@ -58,10 +63,18 @@ pub(crate) fn guess<'n>(mut files: impl Iterator<Item = &'n str>, standing: &[(&
     let bounds = Aabb::from_points(triangles.iter().flatten().copied());
     let (extents, areas) = (bounds.extents(), bases(&triangles, &bounds));
     let others = |values: DVec3, axis: usize| [values[(axis + 1) % 3], values[(axis + 2) % 3]];
-    let is_flat = |&axis: &usize| others(extents, axis).iter().all(|&other| extents[axis] < FLAT * other);
+    let is_flat = |&axis: &usize| {
+        others(extents, axis)
+            .iter()
+            .all(|&other| extents[axis] < FLAT * other)
+    };
     let [least, ratio] = CLEAR;
-    let has_base =
-        |&axis: &usize| areas[axis] >= least && others(areas, axis).iter().all(|other| areas[axis] >= ratio * other);
+    let has_base = |&axis: &usize| {
+        areas[axis] >= least
+            && others(areas, axis)
+                .iter()
+                .all(|other| areas[axis] >= ratio * other)
+    };
     match ((0..3).find(is_flat), (0..3).find(has_base)) {
         (Some(axis), _) => (axis, "it is flat across that"),
         (None, Some(axis)) => (axis, "it has a flat base across that"),
@@ -70,8 +83,12 @@ pub(crate) fn guess<'n>(mut files: impl Iterator<Item = &'n str>, standing: &[(&
 }
 
 fn triangles(standing: &[(&Mesh, &Pose)]) -> Vec<[DVec3; 3]> {
-    let bodies = standing.iter().flat_map(|(mesh, pose)| (0..mesh.len()).map(move |i| (mesh.triangle(i), pose)));
-    bodies.map(|(corners, pose)| corners.map(|corner| pose.transform_point(corner))).collect()
+    let bodies = standing
+        .iter()
+        .flat_map(|(mesh, pose)| (0..mesh.len()).map(move |i| (mesh.triangle(i), pose)));
+    bodies
+        .map(|(corners, pose)| corners.map(|corner| pose.transform_point(corner)))
+        .collect()
 }
 
 /// For each axis, how much the areas at its two ends differ, over the side of the bounding box there.
@@ -82,7 +99,8 @@ fn bases(triangles: &[[DVec3; 3]], &Aabb { min, max, .. }: &Aabb) -> DVec3 {
         let area = 0.5 * (q - p).cross(r - p).abs();
         let at_top = p.min(q).min(r).cmpge(max - height);
         let at_bottom = p.max(q).max(r).cmple(min + height);
-        ends += DVec3::select(at_top, area, DVec3::ZERO) - DVec3::select(at_bottom, area, DVec3::ZERO);
+        ends +=
+            DVec3::select(at_top, area, DVec3::ZERO) - DVec3::select(at_bottom, area, DVec3::ZERO);
     }
     ends.abs() / (extents.yzx() * extents.zxy())
 }
@@ -103,9 +121,26 @@ mod tests {
             (point[(up + 1) % 3], point[(up + 2) % 3], point[up]) = (a, b, height);
             point
         };
-        let vertices = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0), (0.4, 0.6, 1.0)];
-        let triangles = vec![[0, 2, 1], [0, 3, 2], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
-        Mesh::from_f64(vertices.map(|(a, b, height)| point(a, b, height)).to_vec(), triangles).unwrap()
+        let vertices = [
+            (0.0, 0.0, 0.0),
+            (1.0, 0.0, 0.0),
+            (1.0, 1.0, 0.0),
+            (0.0, 1.0, 0.0),
+            (0.4, 0.6, 1.0),
+        ];
+        let triangles = vec![
+            [0, 2, 1],
+            [0, 3, 2],
+            [0, 1, 4],
+            [1, 2, 4],
+            [2, 3, 4],
+            [3, 0, 4],
+        ];
+        Mesh::from_f64(
+            vertices.map(|(a, b, height)| point(a, b, height)).to_vec(),
+            triangles,
+        )
+        .unwrap()
     }
 
     #[test]
@@ -113,11 +148,23 @@ mod tests {
         let ring = shapes::torus(1.0, 0.1, 24);
         let turned = |rows: [f64; 12]| Pose::from_row_major(rows).unwrap();
         assert_eq!(of(&ring, Pose::IDENTITY), 2);
-        assert_eq!(of(&ring, turned([1., 0., 0., 5., 0., 0., -1., 0., 0., 1., 0., 0.])), 1);
+        assert_eq!(
+            of(
+                &ring,
+                turned([1., 0., 0., 5., 0., 0., -1., 0., 0., 1., 0., 0.])
+            ),
+            1
+        );
         for up in 0..3 {
             assert_eq!(of(&pyramid(up), Pose::IDENTITY), up);
             // Standing on its head it tells the same axis.
-            assert_eq!(of(&pyramid(up), turned([1., 0., 0., 0., 0., -1., 0., 0., 0., 0., -1., 0.])), up);
+            assert_eq!(
+                of(
+                    &pyramid(up),
+                    turned([1., 0., 0., 0., 0., -1., 0., 0., 0., 0., -1., 0.])
+                ),
+                up
+            );
         }
     }
 
@@ -128,9 +175,20 @@ mod tests {
         assert_eq!(guessed, (2, "nothing says otherwise"));
         assert_eq!(guess([].into_iter(), &[]).0, 2);
         for name in ["a.glb", "A.GLTF", "3: a.glb.gz"] {
-            assert_eq!(guess(["b.obj", name].into_iter(), &[(&pyramid(0), &Pose::IDENTITY)]).0, 1, "{name}");
+            assert_eq!(
+                guess(
+                    ["b.obj", name].into_iter(),
+                    &[(&pyramid(0), &Pose::IDENTITY)]
+                )
+                .0,
+                1,
+                "{name}"
+            );
         }
         assert_eq!(Up::default().axis(guessed), guessed);
-        assert_eq!([Up::X, Up::Y, Up::Z].map(|up| up.axis(guessed)), [0, 1, 2].map(|axis| (axis, "as told")));
+        assert_eq!(
+            [Up::X, Up::Y, Up::Z].map(|up| up.axis(guessed)),
+            [0, 1, 2].map(|axis| (axis, "as told"))
+        );
     }
 }

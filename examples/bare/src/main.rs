@@ -14,7 +14,9 @@ use core::time::Duration;
 
 use alloc::format;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Clock, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
+use punctual::{
+    Budget, Clock, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+};
 
 /// What this program asks of the outside.
 mod c {
@@ -78,7 +80,10 @@ struct Monotonic;
 
 impl Clock for Monotonic {
     fn now(&self) -> Duration {
-        let mut time = c::Time { seconds: 0, nanoseconds: 0 };
+        let mut time = c::Time {
+            seconds: 0,
+            nanoseconds: 0,
+        };
         // SAFETY: `time` is one, and outlives the call.
         unsafe { c::clock_gettime(c::MONOTONIC, &raw mut time) };
         Duration::new(time.seconds as u64, time.nanoseconds as u32)
@@ -98,7 +103,8 @@ fn ask() -> Result<bool, alloc::boxed::Box<dyn core::error::Error>> {
     let mut memory = PairMemory::new();
     let mut as_expected = true;
     for (shift, meet) in [(0.8, true), (9.0, false)] {
-        let query = Query::new(&knot, &ball, Pose::new(DMat3::IDENTITY, DVec3::X * shift)?).mode(Mode::All);
+        let query =
+            Query::new(&knot, &ball, Pose::new(DMat3::IDENTITY, DVec3::X * shift)?).mode(Mode::All);
         let budget = Budget::time(Duration::from_secs(1));
         let outcome = query.run_with(&mut workspace, Some(&mut memory), budget, &Monotonic);
         let spent = outcome.stats.elapsed.unwrap_or_default();
@@ -106,10 +112,12 @@ fn ask() -> Result<bool, alloc::boxed::Box<dyn core::error::Error>> {
             "{:?}, {} pairs, {} BV tests, {spent:?}\n",
             outcome.verdict, outcome.found, outcome.stats.bv_tests
         ));
-        as_expected &= outcome.stop == StopReason::Finished && meet == (outcome.verdict != Verdict::Separated);
+        as_expected &=
+            outcome.stop == StopReason::Finished && meet == (outcome.verdict != Verdict::Separated);
         // A budget of work needs no clock.
         let stopped = query.run(&mut workspace, Budget::work(50));
-        as_expected &= query.certificate(&workspace)?.upper_bound() >= outcome.found.max(stopped.found);
+        as_expected &=
+            query.certificate(&workspace)?.upper_bound() >= outcome.found.max(stopped.found);
     }
     // Without one there is no time: such a call does nothing, and says so.
     let query = Query::new(&knot, &ball, Pose::IDENTITY);

@@ -34,11 +34,22 @@ pub enum BodyError {
 impl fmt::Display for BodyError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoPositions => write!(f, "the mesh has no positions of three floats that can be read"),
-            Self::NoTriangles(topology) => write!(f, "the mesh is a {topology:?}, not of triangles"),
-            Self::Cut { corners } => write!(f, "the mesh has {corners} corners of triangles, no multiple of 3"),
+            Self::NoPositions => write!(
+                f,
+                "the mesh has no positions of three floats that can be read"
+            ),
+            Self::NoTriangles(topology) => {
+                write!(f, "the mesh is a {topology:?}, not of triangles")
+            }
+            Self::Cut { corners } => write!(
+                f,
+                "the mesh has {corners} corners of triangles, no multiple of 3"
+            ),
             Self::Mesh(error) => error.fmt(f),
-            Self::Scaled(scale) => write!(f, "the transform scales by {scale}: scale the mesh instead, once"),
+            Self::Scaled(scale) => write!(
+                f,
+                "the transform scales by {scale}: scale the mesh instead, once"
+            ),
             Self::Sheared => write!(f, "the transform shears: its axes are not at right angles"),
             Self::Pose(error) => error.fmt(f),
         }
@@ -57,8 +68,14 @@ pub fn mesh(mesh: &Mesh) -> Result<punctual::Mesh, BodyError> {
         _ => return Err(BodyError::NoPositions),
     };
     // Where a strip breaks off.
-    let (corners, restart) = match mesh.try_indices_option().map_err(|_| BodyError::NoPositions)? {
-        Some(Indices::U16(corners)) => (corners.iter().copied().map(u32::from).collect(), u32::from(u16::MAX)),
+    let (corners, restart) = match mesh
+        .try_indices_option()
+        .map_err(|_| BodyError::NoPositions)?
+    {
+        Some(Indices::U16(corners)) => (
+            corners.iter().copied().map(u32::from).collect(),
+            u32::from(u16::MAX),
+        ),
         Some(Indices::U32(corners)) => (corners.clone(), u32::MAX),
         None => ((0..positions.len() as u32).collect::<Vec<_>>(), u32::MAX),
     };
@@ -66,19 +83,34 @@ pub fn mesh(mesh: &Mesh) -> Result<punctual::Mesh, BodyError> {
         PrimitiveTopology::TriangleList => {
             let (triangles, rest) = corners.as_chunks::<3>();
             if !rest.is_empty() {
-                return Err(BodyError::Cut { corners: corners.len() });
+                return Err(BodyError::Cut {
+                    corners: corners.len(),
+                });
             }
             triangles.to_vec()
         }
-        PrimitiveTopology::TriangleStrip => corners.split(|&corner| corner == restart).flat_map(strip).collect(),
+        PrimitiveTopology::TriangleStrip => corners
+            .split(|&corner| corner == restart)
+            .flat_map(strip)
+            .collect(),
         other => return Err(BodyError::NoTriangles(other)),
     };
     punctual::Mesh::new(positions.iter().copied(), triangles).map_err(BodyError::Mesh)
 }
 
 fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
-    let turned = |(i, w): (usize, &[u32])| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] };
-    corners.windows(3).enumerate().map(turned).filter(|[p, q, r]| p != q && q != r && r != p)
+    let turned = |(i, w): (usize, &[u32])| {
+        if i % 2 == 0 {
+            [w[0], w[1], w[2]]
+        } else {
+            [w[1], w[0], w[2]]
+        }
+    };
+    corners
+        .windows(3)
+        .enumerate()
+        .map(turned)
+        .filter(|[p, q, r]| p != q && q != r && r != p)
 }
 
 /// Where a transform brings a body to, in its parent.
@@ -96,8 +128,15 @@ fn rigid(affine: Affine3A) -> Result<Pose, BodyError> {
     if !scale.abs_diff_eq(Vec3::ONE, RIGID) {
         return Err(BodyError::Scaled(scale));
     }
-    let [x, y, z] = [affine.matrix3.x_axis, affine.matrix3.y_axis, affine.matrix3.z_axis];
-    if [x.dot(y), y.dot(z), z.dot(x)].iter().any(|dot| dot.abs() > RIGID) {
+    let [x, y, z] = [
+        affine.matrix3.x_axis,
+        affine.matrix3.y_axis,
+        affine.matrix3.z_axis,
+    ];
+    if [x.dot(y), y.dot(z), z.dot(x)]
+        .iter()
+        .any(|dot| dot.abs() > RIGID)
+    {
         return Err(BodyError::Sheared);
     }
     Pose::from_quat(rotation.as_dquat(), translation.as_dvec3()).map_err(BodyError::Pose)
@@ -109,8 +148,13 @@ mod tests {
     use bevy_asset::RenderAssetUsages;
     use bevy_math::Quat;
 
-    const CORNERS: [[f32; 3]; 5] =
-        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 2.0, 0.5]];
+    const CORNERS: [[f32; 3]; 5] = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 2.0, 0.5],
+    ];
 
     fn bevy(topology: PrimitiveTopology, indices: Option<Indices>) -> Mesh {
         let mesh = Mesh::new(topology, RenderAssetUsages::default());
@@ -129,13 +173,28 @@ mod tests {
     fn lists_and_strips_keep_their_triangles_and_sides() {
         use PrimitiveTopology::{TriangleList, TriangleStrip};
         let list = [[0, 1, 2], [2, 1, 3]];
-        assert_eq!(triangles(TriangleList, Some(Indices::U16(vec![0, 1, 2, 2, 1, 3]))), list);
-        assert_eq!(triangles(TriangleList, Some(Indices::U32(vec![0, 1, 2, 2, 1, 3]))), list);
-        assert_eq!(triangles(TriangleStrip, None), [[0, 1, 2], [2, 1, 3], [2, 3, 4]]);
+        assert_eq!(
+            triangles(TriangleList, Some(Indices::U16(vec![0, 1, 2, 2, 1, 3]))),
+            list
+        );
+        assert_eq!(
+            triangles(TriangleList, Some(Indices::U32(vec![0, 1, 2, 2, 1, 3]))),
+            list
+        );
+        assert_eq!(
+            triangles(TriangleStrip, None),
+            [[0, 1, 2], [2, 1, 3], [2, 3, 4]]
+        );
         // With a corner twice, and with a break.
-        assert_eq!(triangles(TriangleStrip, Some(Indices::U16(vec![0, 1, 2, 2, 3, 4]))), [[0, 1, 2], [3, 2, 4]]);
+        assert_eq!(
+            triangles(TriangleStrip, Some(Indices::U16(vec![0, 1, 2, 2, 3, 4]))),
+            [[0, 1, 2], [3, 2, 4]]
+        );
         let broken = vec![0, 1, 2, u16::MAX, 1, 3, 2, 4];
-        assert_eq!(triangles(TriangleStrip, Some(Indices::U16(broken))), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        assert_eq!(
+            triangles(TriangleStrip, Some(Indices::U16(broken))),
+            [[0, 1, 2], [1, 3, 2], [2, 3, 4]]
+        );
     }
 
     #[test]
@@ -145,16 +204,28 @@ mod tests {
         assert_eq!(refused(LineList, None), BodyError::NoTriangles(LineList));
         assert_eq!(refused(TriangleList, None), BodyError::Cut { corners: 5 });
         let beyond = refused(TriangleList, Some(Indices::U32(vec![0, 1, 7])));
-        assert!(matches!(beyond, BodyError::Mesh(_)) && beyond.to_string().contains('7'), "{beyond}");
-        assert_eq!(mesh(&Mesh::new(TriangleList, RenderAssetUsages::default())).unwrap_err(), BodyError::NoPositions);
+        assert!(
+            matches!(beyond, BodyError::Mesh(_)) && beyond.to_string().contains('7'),
+            "{beyond}"
+        );
+        assert_eq!(
+            mesh(&Mesh::new(TriangleList, RenderAssetUsages::default())).unwrap_err(),
+            BodyError::NoPositions
+        );
         let scaled = pose(&Transform::from_scale(Vec3::new(1.0, 2.0, 1.0))).unwrap_err();
-        assert!(scaled.to_string().contains("scales by [1, 2, 1]"), "{scaled}");
+        assert!(
+            scaled.to_string().contains("scales by [1, 2, 1]"),
+            "{scaled}"
+        );
         let leaning = GlobalTransform::from(Affine3A::from_mat3(bevy_math::Mat3::from_cols(
             Vec3::X,
             Vec3::new(0.02, 1.0, 0.0).normalize(),
             Vec3::Z,
         )));
-        assert!(matches!(global_pose(&leaning), Err(BodyError::Sheared | BodyError::Scaled(_))));
+        assert!(matches!(
+            global_pose(&leaning),
+            Err(BodyError::Sheared | BodyError::Scaled(_))
+        ));
     }
 
     #[test]
@@ -168,11 +239,22 @@ mod tests {
         // A hundred steps of a hierarchy, with their rounding.
         let deep = (0..100).fold(GlobalTransform::IDENTITY, |all, _| all * turn);
         for (pose, moved) in [
-            (pose(&turn).unwrap(), turn.transform_point(Vec3::new(0.5, 0.7, -0.2))),
-            (global_pose(&deep).unwrap(), deep.transform_point(Vec3::new(0.5, 0.7, -0.2))),
+            (
+                pose(&turn).unwrap(),
+                turn.transform_point(Vec3::new(0.5, 0.7, -0.2)),
+            ),
+            (
+                global_pose(&deep).unwrap(),
+                deep.transform_point(Vec3::new(0.5, 0.7, -0.2)),
+            ),
         ] {
-            let ours = pose.transform_point([0.5f32 as f64, 0.7f32 as f64, -0.2f32 as f64]).as_vec3();
-            assert!((Vec3::from_array(ours.to_array()) - moved).length() < 1e-4, "{ours} {moved}");
+            let ours = pose
+                .transform_point([0.5f32 as f64, 0.7f32 as f64, -0.2f32 as f64])
+                .as_vec3();
+            assert!(
+                (Vec3::from_array(ours.to_array()) - moved).length() < 1e-4,
+                "{ours} {moved}"
+            );
         }
     }
 }

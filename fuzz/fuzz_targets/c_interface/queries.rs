@@ -51,21 +51,50 @@ unsafe extern "C" fn tick(context: *mut c_void) -> u64 {
 }
 
 /// A clock of the caller's, or now and then one without a function; none is the system's.
-pub fn clock(call: &mut Call, bytes: &mut Unstructured, context: &mut [u64; 2]) -> Result<Option<punctual_clock>> {
+pub fn clock(
+    call: &mut Call,
+    bytes: &mut Unstructured,
+    context: &mut [u64; 2],
+) -> Result<Option<punctual_clock>> {
     if bytes.arbitrary()? {
         return Ok(None);
     }
-    *context = [0, if bytes.arbitrary()? { 300 } else { bytes.arbitrary()? }];
+    *context = [
+        0,
+        if bytes.arbitrary()? {
+            300
+        } else {
+            bytes.arbitrary()?
+        },
+    ];
     let now = call.given(bytes, tick as unsafe extern "C" fn(*mut c_void) -> u64)?;
-    Ok(Some(punctual_clock { now, context: std::ptr::from_mut(context).cast() }))
+    Ok(Some(punctual_clock {
+        now,
+        context: std::ptr::from_mut(context).cast(),
+    }))
 }
 
 /// A budget, and whether it is enough for anything.
 pub fn budget(call: &mut Call, bytes: &mut Unstructured) -> Result<(punctual_budget, bool)> {
-    let limit = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { bytes.int_in_range(0..=5000)? };
+    let limit = if bytes.ratio(1, 8)? {
+        bytes.arbitrary()?
+    } else {
+        bytes.int_in_range(0..=5000)?
+    };
     let kind = call.value(bytes, 3)?;
-    let poll_interval = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { PUNCTUAL_MAX_STEP_WORK };
-    Ok((punctual_budget { limit, kind, poll_interval }, kind == punctual_budget_kind::Unlimited as u32))
+    let poll_interval = if bytes.ratio(1, 8)? {
+        bytes.arbitrary()?
+    } else {
+        PUNCTUAL_MAX_STEP_WORK
+    };
+    Ok((
+        punctual_budget {
+            limit,
+            kind,
+            poll_interval,
+        },
+        kind == punctual_budget_kind::Unlimited as u32,
+    ))
 }
 
 /// One call of a query, or of what a query needs.
@@ -77,7 +106,9 @@ pub fn play(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
         let made = Call::default().own(bytes, |out| punctual_memory_new(out))?;
         world.memories.extend(made);
     }
-    let Some(desk) = any(bytes, &world.desks)? else { return Ok(()) };
+    let Some(desk) = any(bytes, &world.desks)? else {
+        return Ok(());
+    };
     match bytes.int_in_range(0..=15)? {
         0 => {
             let desk = world.desks.swap_remove(desk);
@@ -102,19 +133,32 @@ fn furnish(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
     let mut capacity = || {
         let huge = bytes.ratio(1, 64)?;
         call.fault(huge, Status::OutOfMemory);
-        if huge { Ok(usize::MAX / bytes.int_in_range(1..=16)?) } else { bytes.int_in_range(0..=64) }
+        if huge {
+            Ok(usize::MAX / bytes.int_in_range(1..=16)?)
+        } else {
+            bytes.int_in_range(0..=64)
+        }
     };
     let (queue, pairs) = (capacity()?, capacity()?);
-    let made = call.own(bytes, |out| punctual_workspace_with_capacity(queue, pairs, out))?;
-    world.desks.extend(made.map(|workspace| Desk { workspace, run: None }));
+    let made = call.own(bytes, |out| {
+        punctual_workspace_with_capacity(queue, pairs, out)
+    })?;
+    world.desks.extend(made.map(|workspace| Desk {
+        workspace,
+        run: None,
+    }));
     Ok(())
 }
 
 fn remember(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
-    let Some(at) = any(bytes, &world.memories)? else { return Ok(()) };
+    let Some(at) = any(bytes, &world.memories)? else {
+        return Ok(());
+    };
     let mut call = Call::default();
     let memory = call.given(bytes, &*world.memories[at])?;
-    if let Some(facts) = call.fill(bytes, |out| unsafe { punctual_memory_describe(memory, out) })? {
+    if let Some(facts) = call.fill(bytes, |out| unsafe {
+        punctual_memory_describe(memory, out)
+    })? {
         assert!((-1..=1).contains(&facts.last_verdict) && facts.last_bv_tests >= -1);
     }
     if bytes.arbitrary()? {
@@ -133,9 +177,19 @@ fn remember(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
             box_update: cost()?,
             setup: cost()?,
         };
-        let numbers = [costs.bv_test, costs.triangle_test, costs.box_update, costs.setup];
-        call.fault(numbers.iter().any(|cost| !cost.is_finite()), Status::BadArgument);
-        let Some(desk) = world.desks.first_mut() else { return Ok(()) };
+        let numbers = [
+            costs.bv_test,
+            costs.triangle_test,
+            costs.box_update,
+            costs.setup,
+        ];
+        call.fault(
+            numbers.iter().any(|cost| !cost.is_finite()),
+            Status::BadArgument,
+        );
+        let Some(desk) = world.desks.first_mut() else {
+            return Ok(());
+        };
         let workspace = call.given(bytes, &mut *desk.workspace)?;
         // SAFETY: of the size that it says.
         call.judge(unsafe { punctual_workspace_set_cost_model(workspace, &costs) });
@@ -151,7 +205,10 @@ fn pairs(desk: &Desk, bytes: &mut Unstructured) -> Result<Option<Vec<[u32; 2]>>>
     let workspace = call.given(bytes, &*desk.workspace)?;
     let mut first = std::mem::MaybeUninit::uninit();
     let place = call.given(bytes, &mut first)?;
-    let Some(count) = call.make(bytes, |out| punctual_workspace_pairs(workspace, place, out))? else { return Ok(None) };
+    let Some(count) = call.make(bytes, |out| punctual_workspace_pairs(workspace, place, out))?
+    else {
+        return Ok(None);
+    };
     // SAFETY: a call that succeeds has written its outputs, and the workspace is not used meanwhile.
     let pairs = unsafe { slice::from_raw_parts(first.assume_init(), count) };
     let pairs: Vec<[u32; 2]> = pairs.iter().map(|pair| [pair.a, pair.b]).collect();
@@ -161,17 +218,27 @@ fn pairs(desk: &Desk, bytes: &mut Unstructured) -> Result<Option<Vec<[u32; 2]>>>
     };
     let mut all = [&run.drained[..], &pairs[..]].concat();
     all.sort_unstable();
-    assert!(all.windows(2).all(|two| two[0] != two[1]), "a pair was found twice");
-    assert!(all.iter().all(|pair| run.truth.binary_search(pair).is_ok()), "a false pair");
+    assert!(
+        all.windows(2).all(|two| two[0] != two[1]),
+        "a pair was found twice"
+    );
+    assert!(
+        all.iter().all(|pair| run.truth.binary_search(pair).is_ok()),
+        "a false pair"
+    );
     assert_eq!(run.outcome.found, all.len() as u64);
-    if run.outcome.stop == punctual_stop_reason::Finished && run.question.mode == punctual_mode::All as u32 {
+    if run.outcome.stop == punctual_stop_reason::Finished
+        && run.question.mode == punctual_mode::All as u32
+    {
         assert_eq!(all, run.truth);
     }
     Ok(Some(pairs))
 }
 
 fn drain(desk: &mut Desk, bytes: &mut Unstructured) -> Result<()> {
-    let Some(found) = pairs(desk, bytes)? else { return Ok(()) };
+    let Some(found) = pairs(desk, bytes)? else {
+        return Ok(());
+    };
     let mut call = Call::default();
     let workspace = call.given(bytes, &mut *desk.workspace)?;
     if call.judge(punctual_workspace_drain_pairs(workspace))
@@ -189,26 +256,49 @@ fn new_query(b_in_a: punctual_pose) -> punctual_query<'static> {
 
 /// A query between any two trees, with any options.
 fn question(world: &World, call: &mut Call, bytes: &mut Unstructured) -> Result<Option<Ask>> {
-    let (Some(a), Some(b)) = (any(bytes, &world.trees)?, any(bytes, &world.trees)?) else { return Ok(None) };
+    let (Some(a), Some(b)) = (any(bytes, &world.trees)?, any(bytes, &world.trees)?) else {
+        return Ok(None);
+    };
     let (b_in_a, valid) = pose(bytes)?;
     call.fault(valid.is_none(), Status::BadPose);
     let mut query = new_query(b_in_a);
     (query.mode, query.order) = (call.value(bytes, 2)?, call.value(bytes, 6)?);
     if bytes.arbitrary()? {
         query.seed = bytes.arbitrary()?;
-        query.pair_limit = if bytes.arbitrary()? { bytes.int_in_range(0..=4)? } else { bytes.arbitrary()? };
-        query.queue_threshold =
-            if bytes.ratio(1, 4)? { f32::from_bits(bytes.arbitrary()?) } else { bytes.arbitrary::<u8>()?.into() };
-        query.prior = if bytes.ratio(1, 4)? { f64::from_bits(bytes.arbitrary()?) } else { 0.5 };
+        query.pair_limit = if bytes.arbitrary()? {
+            bytes.int_in_range(0..=4)?
+        } else {
+            bytes.arbitrary()?
+        };
+        query.queue_threshold = if bytes.ratio(1, 4)? {
+            f32::from_bits(bytes.arbitrary()?)
+        } else {
+            bytes.arbitrary::<u8>()?.into()
+        };
+        query.prior = if bytes.ratio(1, 4)? {
+            f64::from_bits(bytes.arbitrary()?)
+        } else {
+            0.5
+        };
     }
-    call.fault(query.queue_threshold.is_nan() || query.prior.is_nan(), Status::BadArgument);
-    Ok(Some(Ask { trees: [a, b], query }))
+    call.fault(
+        query.queue_threshold.is_nan() || query.prior.is_nan(),
+        Status::BadArgument,
+    );
+    Ok(Some(Ask {
+        trees: [a, b],
+        query,
+    }))
 }
 
 impl Ask {
     fn of(&self, trees: &[Grown]) -> Question {
         let query = &self.query;
-        let seed = if query.order == punctual_order::Random as u32 { query.seed } else { 0 };
+        let seed = if query.order == punctual_order::Random as u32 {
+            query.seed
+        } else {
+            0
+        };
         Question {
             versions: self.trees.map(|at| trees[at].shape.version),
             b_in_a: query.b_in_a,
@@ -220,38 +310,79 @@ impl Ask {
     }
 
     /// With its trees, or now and then without one.
-    fn with<'t>(&self, trees: &'t [Grown], call: &mut Call, bytes: &mut Unstructured) -> Result<punctual_query<'t>> {
+    fn with<'t>(
+        &self,
+        trees: &'t [Grown],
+        call: &mut Call,
+        bytes: &mut Unstructured,
+    ) -> Result<punctual_query<'t>> {
         let [a, b] = self.trees.map(|at| &*trees[at].handle);
-        Ok(punctual_query { a: call.given(bytes, a)?, b: call.given(bytes, b)?, ..self.query })
+        Ok(punctual_query {
+            a: call.given(bytes, a)?,
+            b: call.given(bytes, b)?,
+            ..self.query
+        })
     }
 }
 
 fn ask(world: &mut World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
     let mut call = Call::default();
-    let Some(asked) = question(world, &mut call, bytes)? else { return super::surfaces::grow(world, bytes) };
+    let Some(asked) = question(world, &mut call, bytes)? else {
+        return super::surfaces::grow(world, bytes);
+    };
     start(world, desk, &asked, call, bytes, false)
 }
 
 /// The question that the workspace holds, if its trees are there; or now and then another.
-fn held(world: &World, desk: usize, call: &mut Call, bytes: &mut Unstructured) -> Result<Option<Ask>> {
-    let Some(run) = world.desks[desk].run.as_ref().filter(|_| !bytes.ratio(1, 8).unwrap_or(false)) else {
+fn held(
+    world: &World,
+    desk: usize,
+    call: &mut Call,
+    bytes: &mut Unstructured,
+) -> Result<Option<Ask>> {
+    let Some(run) = world.desks[desk]
+        .run
+        .as_ref()
+        .filter(|_| !bytes.ratio(1, 8).unwrap_or(false))
+    else {
         return question(world, call, bytes);
     };
-    let place = |version| world.trees.iter().position(|tree| tree.shape.version == version);
-    let [Some(a), Some(b)] = run.question.versions.map(place) else { return question(world, call, bytes) };
+    let place = |version| {
+        world
+            .trees
+            .iter()
+            .position(|tree| tree.shape.version == version)
+    };
+    let [Some(a), Some(b)] = run.question.versions.map(place) else {
+        return question(world, call, bytes);
+    };
     let mut query = new_query(run.question.b_in_a);
     (query.mode, query.queue_threshold) = (run.question.mode, run.question.queue_threshold);
     ((query.order, query.seed), query.pair_limit) = (run.question.order, run.question.pair_limit);
-    Ok(Some(Ask { trees: [a, b], query }))
+    Ok(Some(Ask {
+        trees: [a, b],
+        query,
+    }))
 }
 
 fn again(world: &mut World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
     let mut call = Call::default();
-    let Some(asked) = held(world, desk, &mut call, bytes)? else { return Ok(()) };
+    let Some(asked) = held(world, desk, &mut call, bytes)? else {
+        return Ok(());
+    };
     let question = asked.of(&world.trees);
-    let run = world.desks[desk].run.as_ref().filter(|run| run.question == question);
-    let complete = [punctual_stop_reason::Finished, punctual_stop_reason::FirstHit];
-    call.fault(run.is_none_or(|run| complete.contains(&run.outcome.stop)), Status::NotResumable);
+    let run = world.desks[desk]
+        .run
+        .as_ref()
+        .filter(|run| run.question == question);
+    let complete = [
+        punctual_stop_reason::Finished,
+        punctual_stop_reason::FirstHit,
+    ];
+    call.fault(
+        run.is_none_or(|run| complete.contains(&run.outcome.stop)),
+        Status::NotResumable,
+    );
     start(world, desk, &asked, call, bytes, true)
 }
 
@@ -263,19 +394,33 @@ fn start(
     bytes: &mut Unstructured,
     resume: bool,
 ) -> Result<()> {
-    let World { trees, desks, memories, .. } = world;
+    let World {
+        trees,
+        desks,
+        memories,
+        ..
+    } = world;
     let desk = &mut desks[desk];
     let query = asked.with(trees, &mut call, bytes)?;
     let mut context = [0; 2];
     let clock = clock(&mut call, bytes, &mut context)?;
     let (budget, unlimited) = budget(&mut call, bytes)?;
-    let memory = if bytes.arbitrary()? { memories.last_mut().map(|memory| &mut **memory) } else { None };
+    let memory = if bytes.arbitrary()? {
+        memories.last_mut().map(|memory| &mut **memory)
+    } else {
+        None
+    };
     let query = call.given(bytes, &query)?;
     let workspace = call.given(bytes, &mut *desk.workspace)?;
-    let run = if resume { punctual_query_resume } else { punctual_query_run };
+    let run = if resume {
+        punctual_query_resume
+    } else {
+        punctual_query_run
+    };
     // SAFETY: `context` outlives the call.
-    let Some(outcome) =
-        call.fill(bytes, |out| unsafe { run(raw(query), workspace, memory, budget, clock.as_ref(), out) })?
+    let Some(outcome) = call.fill(bytes, |out| unsafe {
+        run(raw(query), workspace, memory, budget, clock.as_ref(), out)
+    })?
     else {
         // The workspace is as it was.
         return pairs(desk, bytes).map(drop);
@@ -284,7 +429,8 @@ fn start(
     let (drained, truth) = last.map_or_else(
         || {
             let [a, b] = asked.trees.map(|at| &trees[at].shape.mesh);
-            let b_in_a = punctual::Pose::from_row_major(asked.query.b_in_a.m).expect("the call took it");
+            let b_in_a =
+                punctual::Pose::from_row_major(asked.query.b_in_a.m).expect("the call took it");
             (Vec::new(), reference::all_pairs(a, b, &b_in_a))
         },
         |run| (run.drained, run.truth),
@@ -292,52 +438,87 @@ fn start(
     let witness = [outcome.witness.a, outcome.witness.b];
     match outcome.verdict {
         punctual_verdict::Within => panic!("a query without margins"),
-        punctual_verdict::Intersecting => assert!(truth.binary_search(&witness).is_ok(), "a false witness"),
+        punctual_verdict::Intersecting => {
+            assert!(truth.binary_search(&witness).is_ok(), "a false witness")
+        }
         punctual_verdict::Separated => assert!(truth.is_empty() && witness == [0; 2], "they meet"),
         punctual_verdict::Undecided => assert!(!unlimited && outcome.found == 0),
     }
     let full = outcome.stop == punctual_stop_reason::PairsFull;
     assert!(!unlimited || full || outcome.verdict as u32 == if truth.is_empty() { 2 } else { 1 });
-    assert_eq!(outcome.stats.bv_tests_per_level.iter().sum::<u64>(), outcome.stats.bv_tests);
-    desk.run = Some(Run { question: asked.of(trees), outcome, drained, truth });
+    assert_eq!(
+        outcome.stats.bv_tests_per_level.iter().sum::<u64>(),
+        outcome.stats.bv_tests
+    );
+    desk.run = Some(Run {
+        question: asked.of(trees),
+        outcome,
+        drained,
+        truth,
+    });
     pairs(desk, bytes).map(drop)
 }
 
 /// What is open, and what is expected of it.
 fn left(world: &World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
     let mut call = Call::default();
-    let Some(asked) = held(world, desk, &mut call, bytes)? else { return Ok(()) };
-    let World { trees, desks, memories, .. } = world;
-    let memory = if bytes.arbitrary()? { memories.last().map(|memory| &**memory) } else { None };
+    let Some(asked) = held(world, desk, &mut call, bytes)? else {
+        return Ok(());
+    };
+    let World {
+        trees,
+        desks,
+        memories,
+        ..
+    } = world;
+    let memory = if bytes.arbitrary()? {
+        memories.last().map(|memory| &**memory)
+    } else {
+        None
+    };
     let desk = &desks[desk];
     let query = asked.with(trees, &mut call, bytes)?;
     let query = call.given(bytes, &query)?;
     if bytes.ratio(1, 4)? {
-        if let Some(expected) = call.make(bytes, |out| unsafe { punctual_query_predict(raw(query), memory, out) })? {
+        if let Some(expected) = call.make(bytes, |out| unsafe {
+            punctual_query_predict(raw(query), memory, out)
+        })? {
             assert_ordered(&expected);
         }
         return Ok(());
     }
-    let run = desk.run.as_ref().filter(|run| run.question == asked.of(trees));
+    let run = desk
+        .run
+        .as_ref()
+        .filter(|run| run.question == asked.of(trees));
     call.fault(run.is_none(), Status::NotResumable);
     let workspace = call.given(bytes, &*desk.workspace)?;
     if bytes.ratio(1, 3)? {
-        let Some(said) =
-            call.fill(bytes, |out| unsafe { punctual_query_estimate(raw(query), workspace, memory, out) })?
+        let Some(said) = call.fill(bytes, |out| unsafe {
+            punctual_query_estimate(raw(query), workspace, memory, out)
+        })?
         else {
             return Ok(());
         };
         assert_ordered(&said.remaining);
         let run = run.expect("the call took it");
-        assert!((0.0..=1.0).contains(&said.probability) && (0.0..=1.0).contains(&said.recall), "{said:?}");
+        assert!(
+            (0.0..=1.0).contains(&said.probability) && (0.0..=1.0).contains(&said.recall),
+            "{said:?}"
+        );
         match run.outcome.verdict {
-            punctual_verdict::Intersecting | punctual_verdict::Within => assert_eq!(said.probability, 1.0),
+            punctual_verdict::Intersecting | punctual_verdict::Within => {
+                assert_eq!(said.probability, 1.0)
+            }
             punctual_verdict::Separated => assert_eq!(said.probability, 0.0),
             punctual_verdict::Undecided => {}
         }
         return Ok(());
     }
-    let Some(open) = call.fill(bytes, |out| unsafe { punctual_query_certificate(raw(query), workspace, out) })? else {
+    let Some(open) = call.fill(bytes, |out| unsafe {
+        punctual_query_certificate(raw(query), workspace, out)
+    })?
+    else {
         return Ok(());
     };
     let run = run.expect("the call took it");
@@ -349,21 +530,29 @@ fn left(world: &World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
     let mut boxes = Vec::<punctual_aabb>::with_capacity(bytes.int_in_range(0..=40)?);
     let (first, capacity) = call.array(bytes, boxes.as_mut_ptr(), boxes.capacity())?;
     // SAFETY: there is room for as many as said, or it is refused.
-    let count =
-        call.make(bytes, |out| unsafe { punctual_query_open_boxes(raw(query), workspace, first, capacity, out) })?;
+    let count = call.make(bytes, |out| unsafe {
+        punctual_query_open_boxes(raw(query), workspace, first, capacity, out)
+    })?;
     let Some(count) = count else { return Ok(()) };
     assert!(count <= open.open_pairs);
     // SAFETY: as many were written as there is room for.
     unsafe { boxes.set_len(count.min(capacity)) };
     for punctual_aabb { min, max } in boxes {
         let longest = (max.x - min.x).max(max.y - min.y).max(max.z - min.z);
-        assert!(longest <= open.largest_extent, "{longest} is longer than {}", open.largest_extent);
+        assert!(
+            longest <= open.largest_extent,
+            "{longest} is longer than {}",
+            open.largest_extent
+        );
     }
     Ok(())
 }
 
 fn assert_ordered(said: &punctual_prediction) {
     for each in [said.bv_tests, said.triangle_tests, said.work] {
-        assert!(0.0 <= each.p10 && each.p10 <= each.p50 && each.p50 <= each.p90, "{said:?}");
+        assert!(
+            0.0 <= each.p10 && each.p10 <= each.p50 && each.p50 <= each.p90,
+            "{said:?}"
+        );
     }
 }

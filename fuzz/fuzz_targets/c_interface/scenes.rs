@@ -30,7 +30,9 @@ pub fn play(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
     if world.stages.is_empty() || (world.stages.len() < 2 && bytes.ratio(1, 16)?) {
         open(world, bytes)?;
     }
-    let Some(at) = any(bytes, &world.stages)? else { return Ok(()) };
+    let Some(at) = any(bytes, &world.stages)? else {
+        return Ok(());
+    };
     match bytes.int_in_range(0..=31)? {
         0 => {
             let stage = world.stages.swap_remove(at);
@@ -38,8 +40,11 @@ pub fn play(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
         }
         1 => {
             let mut call = Call::default();
-            let threads =
-                if bytes.arbitrary()? { bytes.int_in_range(0..=2)? } else { bytes.int_in_range(1025..=usize::MAX)? };
+            let threads = if bytes.arbitrary()? {
+                bytes.int_in_range(0..=2)?
+            } else {
+                bytes.int_in_range(1025..=usize::MAX)?
+            };
             call.fault(threads > 1024, Status::BadArgument);
             call.doubt(Status::NoThread);
             let scene = call.given(bytes, &mut *world.stages[at].scene)?;
@@ -55,7 +60,12 @@ fn open(world: &mut World, bytes: &mut Unstructured) -> Result<()> {
     let mut call = Call::default();
     let (mode, reach) = (call.value(bytes, 2)?, call.value(bytes, 2)?);
     let made = call.own(bytes, |out| punctual_scene_new(mode, reach, out))?;
-    world.stages.extend(made.map(|scene| Stage { scene, mode, actors: Vec::new(), removed: Vec::new() }));
+    world.stages.extend(made.map(|scene| Stage {
+        scene,
+        mode,
+        actors: Vec::new(),
+        removed: Vec::new(),
+    }));
     Ok(())
 }
 
@@ -75,8 +85,11 @@ fn importance(call: &mut Call, bytes: &mut Unstructured) -> Result<f32> {
 
 fn change(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> {
     let (stage, trees) = (&mut world.stages[at], &mut world.trees);
-    let Some(tree) = any(bytes, trees)? else { return super::surfaces::grow(world, bytes) };
-    let Some(actor) = any(bytes, &stage.actors)?.filter(|&actor| actor >= 8 || !bytes.ratio(1, 3).unwrap_or(false))
+    let Some(tree) = any(bytes, trees)? else {
+        return super::surfaces::grow(world, bytes);
+    };
+    let Some(actor) = any(bytes, &stage.actors)?
+        .filter(|&actor| actor >= 8 || !bytes.ratio(1, 3).unwrap_or(false))
     else {
         return stage.insert(&trees[tree], bytes);
     };
@@ -98,7 +111,10 @@ fn change(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> 
             }
         }
         3 => {
-            let (scene, handle) = (call.given(bytes, scene)?, call.given(bytes, &*trees[tree].handle)?);
+            let (scene, handle) = (
+                call.given(bytes, scene)?,
+                call.given(bytes, &*trees[tree].handle)?,
+            );
             if call.judge(punctual_scene_set_tree(scene, id, handle)) {
                 known.shape = trees[tree].shape.clone();
             }
@@ -119,14 +135,22 @@ fn change(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> 
         }
         6 => {
             let scene = call.given(bytes, &*scene)?;
-            if let Some(body) = call.fill(bytes, |out| unsafe { punctual_scene_body(scene, id, out) })? {
+            if let Some(body) =
+                call.fill(bytes, |out| unsafe { punctual_scene_body(scene, id, out) })?
+            {
                 known.compare(&body);
             }
         }
         7 => {
             let scene = call.given(bytes, &*scene)?;
             if let Some(handle) = call.own(bytes, |out| punctual_scene_tree(scene, id, out))? {
-                let old = std::mem::replace(&mut trees[tree], Grown { handle, shape: known.shape.clone() });
+                let old = std::mem::replace(
+                    &mut trees[tree],
+                    Grown {
+                        handle,
+                        shape: known.shape.clone(),
+                    },
+                );
                 punctual_tree_free(Some(old.handle));
             }
         }
@@ -137,7 +161,13 @@ fn change(world: &mut World, at: usize, bytes: &mut Unstructured) -> Result<()> 
 
 impl Actor {
     fn compare(&self, body: &punctual_body) {
-        let has = (body.pose, body.kind, body.groups, body.mask, body.importance);
+        let has = (
+            body.pose,
+            body.kind,
+            body.groups,
+            body.mask,
+            body.importance,
+        );
         let of = &self.body;
         assert_eq!(has, (of.pose, of.kind, of.groups, of.mask, of.importance));
         assert!(body.tree.is_none());
@@ -152,17 +182,23 @@ impl Actor {
     ) -> Result<()> {
         let mut wide = vertices(&self.shape.mesh, bytes)?;
         let is_narrow = bytes.arbitrary()?;
-        let narrow = if is_narrow { narrowed(&mut wide) } else { Vec::new() };
+        let narrow = if is_narrow {
+            narrowed(&mut wide)
+        } else {
+            Vec::new()
+        };
         let new = moved(&self.shape.mesh, &wide);
         call.fault(new.is_none(), Status::BadMesh);
         let scene = call.given(bytes, scene)?;
         // SAFETY: as long as said, or refused.
         let status = unsafe {
             if is_narrow {
-                let (first, count) = call.array(bytes, narrow.as_ptr().cast_mut().cast(), narrow.len())?;
+                let (first, count) =
+                    call.array(bytes, narrow.as_ptr().cast_mut().cast(), narrow.len())?;
                 punctual_scene_refit_f32(scene, id, first, count)
             } else {
-                let (first, count) = call.array(bytes, wide.as_ptr().cast_mut().cast(), wide.len())?;
+                let (first, count) =
+                    call.array(bytes, wide.as_ptr().cast_mut().cast(), wide.len())?;
                 punctual_scene_refit_f64(scene, id, first, count)
             }
         };
@@ -175,13 +211,22 @@ impl Actor {
 
 impl Stage {
     /// The id of an actor; now and then of a body that is gone, or never was.
-    fn id(&self, actor: usize, call: &mut Call, bytes: &mut Unstructured) -> Result<punctual_body_id> {
+    fn id(
+        &self,
+        actor: usize,
+        call: &mut Call,
+        bytes: &mut Unstructured,
+    ) -> Result<punctual_body_id> {
         let stranger = bytes.ratio(1, 12)?;
         call.fault(stranger, Status::NoSuchBody);
         Ok(match (stranger, any(bytes, &self.removed)?) {
             (false, _) => self.actors[actor].id,
             (true, Some(gone)) if bytes.arbitrary()? => self.removed[gone],
-            (true, _) => punctual_body_id { index: bytes.int_in_range(0..=9)?, generation: 0xdead, scene: 0 },
+            (true, _) => punctual_body_id {
+                index: bytes.int_in_range(0..=9)?,
+                generation: 0xdead,
+                scene: 0,
+            },
         })
     }
 
@@ -195,12 +240,29 @@ impl Stage {
             body.importance = importance(&mut call, bytes)?;
             (body.groups, body.mask) = (bytes.int_in_range(0..=3)?, bytes.int_in_range(0..=3)?);
         }
-        let with = punctual_body { tree: call.given(bytes, &*tree.handle)?, ..body };
-        let (scene, with) = (call.given(bytes, &mut *self.scene)?, call.given(bytes, &with)?);
-        if let Some(id) = call.make(bytes, |out| unsafe { punctual_scene_insert(scene, asked(with), out) })? {
-            let used = self.actors.iter().map(|actor| &actor.id).chain(&self.removed).any(|other| *other == id);
+        let with = punctual_body {
+            tree: call.given(bytes, &*tree.handle)?,
+            ..body
+        };
+        let (scene, with) = (
+            call.given(bytes, &mut *self.scene)?,
+            call.given(bytes, &with)?,
+        );
+        if let Some(id) = call.make(bytes, |out| unsafe {
+            punctual_scene_insert(scene, asked(with), out)
+        })? {
+            let used = self
+                .actors
+                .iter()
+                .map(|actor| &actor.id)
+                .chain(&self.removed)
+                .any(|other| *other == id);
             assert!(!used, "{id:?} was in use before");
-            self.actors.push(Actor { id, shape: tree.shape.clone(), body });
+            self.actors.push(Actor {
+                id,
+                shape: tree.shape.clone(),
+                body,
+            });
         }
         Ok(())
     }
@@ -214,27 +276,49 @@ impl Stage {
         let scene = call.given(bytes, &mut *self.scene)?;
         // The report may be null, so this is not a call that must write.
         let mut out = sized(0);
-        let place = if bytes.ratio(1, 16)? { null_mut() } else { out.as_mut_ptr() };
+        let place = if bytes.ratio(1, 16)? {
+            null_mut()
+        } else {
+            out.as_mut_ptr()
+        };
         // SAFETY: `context` outlives the call.
         if !call.judge(unsafe { punctual_scene_detect(scene, budget, clock.as_ref(), place) }) {
             return Ok(());
         }
         let mut call = Call::default();
         let scene = call.given(bytes, &*self.scene)?;
-        let Some(report) = call.fill(bytes, |out| unsafe { punctual_scene_report(scene, out) })? else { return Ok(()) };
+        let Some(report) = call.fill(bytes, |out| unsafe { punctual_scene_report(scene, out) })?
+        else {
+            return Ok(());
+        };
         let mut pairs: Vec<punctual_pair_report> = Vec::with_capacity(report.pair_count);
-        let (first, room, size) = (pairs.as_mut_ptr(), pairs.capacity(), size_of::<punctual_pair_report>());
+        let (first, room, size) = (
+            pairs.as_mut_ptr(),
+            pairs.capacity(),
+            size_of::<punctual_pair_report>(),
+        );
         let mut call = Call::default();
         let scene = call.given(bytes, &*self.scene)?;
         // SAFETY: there is room for as many as said.
-        let count = call.make(bytes, |out| unsafe { punctual_scene_pairs(scene, first, size, room, out) })?;
+        let count = call.make(bytes, |out| unsafe {
+            punctual_scene_pairs(scene, first, size, room, out)
+        })?;
         let Some(count) = count else { return Ok(()) };
         assert_eq!(count, report.pair_count);
         // SAFETY: as many were written.
         unsafe { pairs.set_len(count) };
-        let decided = pairs.iter().filter(|pair| pair.verdict != punctual_verdict::Undecided).count();
-        let intersecting = pairs.iter().filter(|pair| pair.verdict == punctual_verdict::Intersecting).count();
-        assert_eq!((report.decided, report.intersecting), (decided, intersecting));
+        let decided = pairs
+            .iter()
+            .filter(|pair| pair.verdict != punctual_verdict::Undecided)
+            .count();
+        let intersecting = pairs
+            .iter()
+            .filter(|pair| pair.verdict == punctual_verdict::Intersecting)
+            .count();
+        assert_eq!(
+            (report.decided, report.intersecting),
+            (decided, intersecting)
+        );
         self.actors.sort_by_key(|actor| actor.id.index);
         self.list(bytes)?;
         let whole = (report.unplaced, report.unpaired, report.unlisted) == (0, 0, 0);
@@ -256,12 +340,18 @@ impl Stage {
         let mut ids = Vec::<punctual_body_id>::with_capacity(bytes.int_in_range(0..=9)?);
         let (first, capacity) = call.array(bytes, ids.as_mut_ptr(), ids.capacity())?;
         // SAFETY: there is room for as many as said, or it is refused.
-        let count = call.make(bytes, |out| unsafe { punctual_scene_bodies(scene, first, capacity, out) })?;
+        let count = call.make(bytes, |out| unsafe {
+            punctual_scene_bodies(scene, first, capacity, out)
+        })?;
         let Some(count) = count else { return Ok(()) };
         assert_eq!(count, self.actors.len());
         // SAFETY: as many were written as there is room for.
         unsafe { ids.set_len(count.min(capacity)) };
-        assert!(ids.iter().zip(&self.actors).all(|(id, actor)| *id == actor.id));
+        assert!(
+            ids.iter()
+                .zip(&self.actors)
+                .all(|(id, actor)| *id == actor.id)
+        );
         Ok(())
     }
 
@@ -275,21 +365,28 @@ impl Stage {
     ) -> Result<()> {
         let mut call = Call::default();
         let scene = call.given(bytes, &*self.scene)?;
-        let (mut again, size) = (MaybeUninit::<punctual_pair_report>::uninit(), size_of::<punctual_pair_report>());
+        let (mut again, size) = (
+            MaybeUninit::<punctual_pair_report>::uninit(),
+            size_of::<punctual_pair_report>(),
+        );
         let place = call.given(bytes, again.as_mut_ptr())?.unwrap_or(null_mut());
-        let listed = call.make(bytes, |out| unsafe { punctual_scene_pair(scene, b.id, a.id, place, size, out) })?;
+        let listed = call.make(bytes, |out| unsafe {
+            punctual_scene_pair(scene, b.id, a.id, place, size, out)
+        })?;
         if let Some(listed) = listed {
             assert_eq!(listed, pair.is_some());
             // SAFETY: written if it is listed.
             assert!(!listed || pair == Some(&unsafe { again.assume_init() }));
         }
         let (x, y) = (&a.body, &b.body);
-        let moving = x.kind == punctual_body_kind::Moving as u32 || y.kind == punctual_body_kind::Moving as u32;
+        let moving = x.kind == punctual_body_kind::Moving as u32
+            || y.kind == punctual_body_kind::Moving as u32;
         if !moving || x.groups & y.mask == 0 || y.groups & x.mask == 0 {
             assert!(pair.is_none(), "they may not meet");
             return Ok(());
         }
-        let [of_a, of_b] = [x, y].map(|body| Pose::from_row_major(body.pose.m).expect("the scene took it"));
+        let [of_a, of_b] =
+            [x, y].map(|body| Pose::from_row_major(body.pose.m).expect("the scene took it"));
         let b_in_a = of_a.inverse().and_then(|inverse| inverse.compose(&of_b));
         let b_in_a = b_in_a.expect("any two bodies have a relative pose");
         let truth = reference::all_pairs(&a.shape.mesh, &b.shape.mesh, &b_in_a);
@@ -299,18 +396,29 @@ impl Stage {
         };
         let witness = [pair.witness.a, pair.witness.b];
         match pair.verdict {
-            punctual_verdict::Intersecting => assert!(truth.binary_search(&witness).is_ok(), "a false witness"),
-            punctual_verdict::Within => assert!(x.margin > 0.0 || y.margin > 0.0, "within no margins"),
-            punctual_verdict::Separated => assert!(truth.is_empty() && witness == [0; 2], "they meet"),
+            punctual_verdict::Intersecting => {
+                assert!(truth.binary_search(&witness).is_ok(), "a false witness")
+            }
+            punctual_verdict::Within => {
+                assert!(x.margin > 0.0 || y.margin > 0.0, "within no margins")
+            }
+            punctual_verdict::Separated => {
+                assert!(truth.is_empty() && witness == [0; 2], "they meet")
+            }
             punctual_verdict::Undecided => assert!(!unlimited, "undecided"),
         }
-        assert!((0.0..=1.0).contains(&pair.probability) && (0.0..=1.0).contains(&pair.recall), "{pair:?}");
+        assert!(
+            (0.0..=1.0).contains(&pair.probability) && (0.0..=1.0).contains(&pair.recall),
+            "{pair:?}"
+        );
         let found = truth.len() as u64;
         assert!(pair.found <= found);
         assert!(!pair.complete || self.mode == punctual_mode::Any as u32 || pair.found == found);
         let mut call = Call::default();
         let scene = call.given(bytes, &*self.scene)?;
-        if let Some(open) = call.fill(bytes, |out| unsafe { punctual_scene_certificate(scene, b.id, a.id, out) })? {
+        if let Some(open) = call.fill(bytes, |out| unsafe {
+            punctual_scene_certificate(scene, b.id, a.id, out)
+        })? {
             assert!(open.upper_bound >= found || (pair.complete && open.upper_bound >= pair.found));
         }
         Ok(())

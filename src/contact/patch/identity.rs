@@ -32,8 +32,10 @@ pub(crate) struct PatchMemory {
 impl PatchMemory {
     /// Makes room for the patches of so many contacts.
     pub fn reserve(&mut self, contacts: usize) {
-        self.known.reserve_exact((2 * contacts).saturating_sub(self.known.len()));
-        self.ids.reserve_exact(contacts.saturating_sub(self.ids.len()));
+        self.known
+            .reserve_exact((2 * contacts).saturating_sub(self.known.len()));
+        self.ids
+            .reserve_exact(contacts.saturating_sub(self.ids.len()));
     }
 
     /// Forgets the patches. No id is given out again.
@@ -89,10 +91,17 @@ impl Identities {
     pub fn assign(&mut self, patches: &mut [Patch], contacts: &[Contact]) {
         self.list(patches, contacts);
         self.link();
-        let Self { before: PatchMemory { known, ids, next }, now, links } = self;
+        let Self {
+            before: PatchMemory { known, ids, next },
+            now,
+            links,
+        } = self;
         patches.iter_mut().for_each(|patch| patch.id = NO_ID);
         for link in links {
-            hand_down(&mut ids[link.before as usize], &mut patches[link.now as usize]);
+            hand_down(
+                &mut ids[link.before as usize],
+                &mut patches[link.now as usize],
+            );
         }
         if patches.iter().any(|patch| patch.id == NO_ID) {
             // Those left have only triangles of many patches in common, and no contacts: these take turns.
@@ -103,7 +112,9 @@ impl Identities {
                     if patch.id != NO_ID {
                         continue;
                     }
-                    let Some(free) = left.find(|&patch| ids[patch] != NO_ID) else { break };
+                    let Some(free) = left.find(|&patch| ids[patch] != NO_ID) else {
+                        break;
+                    };
                     hand_down(&mut ids[free], patch);
                 }
             }
@@ -123,9 +134,20 @@ impl Identities {
     fn list(&mut self, patches: &[Patch], contacts: &[Contact]) {
         self.now.clear();
         for (patch, of) in (0..).zip(patches) {
-            for &Contact { triangles: [a, b], .. } in &contacts[of.range()] {
-                self.now.push(Part { triangle: (0, a), patch, other: b });
-                self.now.push(Part { triangle: (1, b), patch, other: a });
+            for &Contact {
+                triangles: [a, b], ..
+            } in &contacts[of.range()]
+            {
+                self.now.push(Part {
+                    triangle: (0, a),
+                    patch,
+                    other: b,
+                });
+                self.now.push(Part {
+                    triangle: (1, b),
+                    patch,
+                    other: a,
+                });
             }
         }
         self.now.sort_unstable();
@@ -136,10 +158,14 @@ impl Identities {
         let Self { before, now, links } = self;
         links.clear();
         for [before, now] in common(&mut before.known, now) {
-            let [patches_before, patches_now] = [&*before, &*now].map(|parts| by_patch(parts).count());
+            let [patches_before, patches_now] =
+                [&*before, &*now].map(|parts| by_patch(parts).count());
             if patches_before * patches_now <= LINKS_PER_PATCH * (patches_before + patches_now) {
                 for before in by_patch(before) {
-                    links.extend(by_patch(now).map(|now| Link::new(before[0], now[0], before.len().min(now.len()))));
+                    links.extend(
+                        by_patch(now)
+                            .map(|now| Link::new(before[0], now[0], before.len().min(now.len()))),
+                    );
                 }
             } else {
                 link_contacts(before, now, links);
@@ -151,13 +177,19 @@ impl Identities {
             kept.contacts += if is_same { next.contacts } else { 0 };
             is_same
         });
-        links.sort_unstable_by_key(|link| (core::cmp::Reverse(link.contacts), link.before, link.now));
+        links.sort_unstable_by_key(|link| {
+            (core::cmp::Reverse(link.contacts), link.before, link.now)
+        });
     }
 }
 
 impl Link {
     fn new(before: Part, now: Part, contacts: usize) -> Self {
-        Self { before: before.patch, now: now.patch, contacts: contacts as u32 }
+        Self {
+            before: before.patch,
+            now: now.patch,
+            contacts: contacts as u32,
+        }
     }
 }
 
@@ -174,17 +206,21 @@ fn by_patch(parts: &[Part]) -> impl Iterator<Item = &[Part]> {
 }
 
 /// The parts of each triangle that patches of both frames have, before and now.
-fn common<'p>(before: &'p mut [Part], now: &'p mut [Part]) -> impl Iterator<Item = [&'p mut [Part]; 2]> {
+fn common<'p>(
+    before: &'p mut [Part],
+    now: &'p mut [Part],
+) -> impl Iterator<Item = [&'p mut [Part]; 2]> {
     let mut rest = before;
-    now.chunk_by_mut(|x, y| x.triangle == y.triangle).filter_map(move |now| {
-        let triangle = now[0].triangle;
-        let from = core::mem::take(&mut rest);
-        let start = from.partition_point(|part| part.triangle < triangle);
-        let end = start + from[start..].partition_point(|part| part.triangle == triangle);
-        let (head, tail) = from.split_at_mut(end);
-        rest = tail;
-        (start < end).then(|| [&mut head[start..], now])
-    })
+    now.chunk_by_mut(|x, y| x.triangle == y.triangle)
+        .filter_map(move |now| {
+            let triangle = now[0].triangle;
+            let from = core::mem::take(&mut rest);
+            let start = from.partition_point(|part| part.triangle < triangle);
+            let end = start + from[start..].partition_point(|part| part.triangle == triangle);
+            let (head, tail) = from.split_at_mut(end);
+            rest = tail;
+            (start < end).then(|| [&mut head[start..], now])
+        })
 }
 
 /// Links patches by the contacts of a triangle that are there in both frames.

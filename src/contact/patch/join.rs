@@ -21,8 +21,12 @@ pub(super) struct Joined {
 impl Joined {
     pub fn reserve(&mut self, contacts: usize) {
         self.parents.reserve(contacts);
-        self.corners.iter_mut().for_each(|corners| corners.reserve(3 * contacts));
-        self.firsts.slots.reserve((18 * contacts).next_power_of_two());
+        self.corners
+            .iter_mut()
+            .for_each(|corners| corners.reserve(3 * contacts));
+        self.firsts
+            .slots
+            .reserve((18 * contacts).next_power_of_two());
         self.ends.reserve(contacts);
         self.members.reserve(contacts);
     }
@@ -35,7 +39,10 @@ impl Joined {
         let corners = &self.corners;
         let pair = |i: u32| {
             let (contact, combination) = (i / 9 * 3, i % 9);
-            [corners[0][(contact + combination / 3) as usize], corners[1][(contact + combination % 3) as usize]]
+            [
+                corners[0][(contact + combination / 3) as usize],
+                corners[1][(contact + combination % 3) as usize],
+            ]
         };
         self.parents.clear();
         self.parents.extend(0..contacts.len() as u32);
@@ -54,7 +61,11 @@ impl Joined {
         // NaN equals nothing, so contacts of another mesh have no neighbors.
         let triangle = |contact: &Contact| {
             let id = contact.triangles[side] as usize;
-            if id < mesh.len() { mesh.triangle(id) } else { [DVec3::NAN; 3] }
+            if id < mesh.len() {
+                mesh.triangle(id)
+            } else {
+                [DVec3::NAN; 3]
+            }
         };
         self.firsts.clear(3 * contacts.len());
         self.corners[side].clear();
@@ -68,7 +79,12 @@ impl Joined {
 
     /// Lists the members group by group, groups in the order of their first members.
     fn sort_by_group(&mut self) -> usize {
-        let Self { parents, ends, members, .. } = self;
+        let Self {
+            parents,
+            ends,
+            members,
+            ..
+        } = self;
         ends.clear();
         // From here on a parent is a group. The first of each comes before the others.
         for i in 0..parents.len() {
@@ -130,7 +146,8 @@ impl Firsts {
     /// Empties it, with room for so many things.
     fn clear(&mut self, count: usize) {
         self.slots.clear();
-        self.slots.resize((2 * count).next_power_of_two(), Self::FREE);
+        self.slots
+            .resize((2 * count).next_power_of_two(), Self::FREE);
     }
 
     /// The first thing that is the same as `i`: that is `i` itself if there was none before.
@@ -149,7 +166,10 @@ impl Firsts {
 
 /// Both zeros are the same place.
 fn hash(point: DVec3) -> u64 {
-    (point + DVec3::ZERO).to_array().into_iter().fold(0, |hash, x| mixed(hash ^ x.to_bits()))
+    (point + DVec3::ZERO)
+        .to_array()
+        .into_iter()
+        .fold(0, |hash, x| mixed(hash ^ x.to_bits()))
 }
 
 /// All bits of the result depend on all bits of `x`.

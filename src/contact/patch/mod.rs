@@ -133,7 +133,12 @@ impl Patches {
     /// feet), only contacts with the same triangle count for that; which of such patches gets which id is arbitrary if
     /// they
     /// have nothing else in common.
-    pub fn update<'c>(&mut self, a: &Tree, b: &Tree, contacts: impl IntoIterator<Item = &'c Contact>) {
+    pub fn update<'c>(
+        &mut self,
+        a: &Tree,
+        b: &Tree,
+        contacts: impl IntoIterator<Item = &'c Contact>,
+    ) {
         self.given.clear();
         self.given.extend(contacts.into_iter().copied());
         let count = self.joined.join([a.mesh(), b.mesh()], &self.given);
@@ -141,9 +146,15 @@ impl Patches {
         self.patches.clear();
         for members in self.joined.groups(count) {
             let first = self.contacts.len();
-            self.contacts.extend(members.iter().map(|&i| self.given[i as usize]));
+            self.contacts
+                .extend(members.iter().map(|&i| self.given[i as usize]));
             let contacts = first as u32..self.contacts.len() as u32;
-            self.patches.push(Patch::new(&self.contacts[first..], contacts, &mut self.reduction, self.limit));
+            self.patches.push(Patch::new(
+                &self.contacts[first..],
+                contacts,
+                &mut self.reduction,
+                self.limit,
+            ));
         }
         self.identities.assign(&mut self.patches, &self.contacts);
     }
@@ -165,7 +176,10 @@ impl Patches {
     /// always the one that spans the largest triangle with an edge of the convex polygon of all before; fewer where
     /// nothing
     /// more is added.
-    pub fn points_of<'p>(&'p self, patch: &'p Patch) -> impl ExactSizeIterator<Item = &'p Contact> + Clone {
+    pub fn points_of<'p>(
+        &'p self,
+        patch: &'p Patch,
+    ) -> impl ExactSizeIterator<Item = &'p Contact> + Clone {
         let contacts = self.contacts_of(patch);
         // A patch that was read with `serde` may name others.
         let exist = patch.points.iter().all(|&i| (i as usize) < contacts.len());
@@ -176,19 +190,44 @@ impl Patches {
 
 impl Patch {
     /// Of these contacts, nearest first, at least one.
-    fn new(contacts: &[Contact], range: Range<u32>, reduction: &mut Reduction, limit: usize) -> Self {
-        let length_of = |contact: &Contact| contact.segment.map_or(0.0, |[start, end]| length(end - start));
+    fn new(
+        contacts: &[Contact],
+        range: Range<u32>,
+        reduction: &mut Reduction,
+        limit: usize,
+    ) -> Self {
+        let length_of = |contact: &Contact| {
+            contact
+                .segment
+                .map_or(0.0, |[start, end]| length(end - start))
+        };
         let whole: f64 = contacts.iter().map(length_of).sum();
         let weight = |contact: &Contact| {
-            if whole > 0.0 { length_of(contact) / whole } else { 1.0 / contacts.len() as f64 }
+            if whole > 0.0 {
+                length_of(contact) / whole
+            } else {
+                1.0 / contacts.len() as f64
+            }
         };
         let middle = |contact: &Contact| 0.5 * contact.points[0] + 0.5 * contact.points[1];
-        let centroid = contacts.iter().map(|contact| weight(contact) * middle(contact)).sum();
-        let normal: DVec3 = contacts.iter().map(|contact| weight(contact) * contact.normal).sum();
-        let normal = if normal.length() > CANCELED { normal.normalize() } else { contacts[0].normal };
+        let centroid = contacts
+            .iter()
+            .map(|contact| weight(contact) * middle(contact))
+            .sum();
+        let normal: DVec3 = contacts
+            .iter()
+            .map(|contact| weight(contact) * contact.normal)
+            .sum();
+        let normal = if normal.length() > CANCELED {
+            normal.normalize()
+        } else {
+            contacts[0].normal
+        };
         let steps = contacts.iter().filter_map(|contact| contact.segment);
         let sum: DVec3 = steps.map(|[start, end]| end - start).sum();
-        let ends = contacts.iter().flat_map(|contact| contact.segment.unwrap_or(contact.points));
+        let ends = contacts
+            .iter()
+            .flat_map(|contact| contact.segment.unwrap_or(contact.points));
         Self {
             id: 0,
             distance: contacts[0].distance,

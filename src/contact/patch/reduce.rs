@@ -36,7 +36,9 @@ struct Edge {
 impl Ord for Edge {
     fn cmp(&self, other: &Self) -> Ordering {
         let key = |edge: &Self| (edge.contact, edge.ends);
-        self.gain.total_cmp(&other.gain).then_with(|| key(other).cmp(&key(self)))
+        self.gain
+            .total_cmp(&other.gain)
+            .then_with(|| key(other).cmp(&key(self)))
     }
 }
 
@@ -73,14 +75,21 @@ impl Reduction {
     /// an edge of
     /// the convex polygon of those before. Of equal ones the first is taken, and none that adds less than a rounding.
     /// `O(n)` for up to four points, `O(n log n)` for any number.
-    pub fn points(&mut self, contacts: &[Contact], normal: DVec3, limit: usize) -> SmallVec<[u32; 4]> {
+    pub fn points(
+        &mut self,
+        contacts: &[Contact],
+        normal: DVec3,
+        limit: usize,
+    ) -> SmallVec<[u32; 4]> {
         let mut chosen: SmallVec<[u32; 4]> = smallvec![0];
         if limit == 1 || !self.place(contacts, normal) {
             return chosen;
         }
         let lengths = (0..).zip(self.places.iter().map(|place| place.length()));
         let farthest = lengths.reduce(|best, other| if other.1 > best.1 { other } else { best });
-        let Some((second, _)) = farthest.filter(|(_, length)| *length > ROUNDING) else { return chosen };
+        let Some((second, _)) = farthest.filter(|(_, length)| *length > ROUNDING) else {
+            return chosen;
+        };
         chosen.push(second);
         self.ring.extend([[1, 1], [0, 0]]);
         self.look([[0, 1], [1, 0]], &chosen);
@@ -109,9 +118,13 @@ impl Reduction {
         let (x, y) = normal.any_orthonormal_pair();
         let middle = |contact: &Contact| 0.5 * contact.points[0] + 0.5 * contact.points[1];
         let from_first = |contact: &Contact| middle(contact) - middle(&contacts[0]);
-        let reach = contacts.iter().map(|contact| from_first(contact).abs().max_element()).fold(0.0, f64::max);
+        let reach = contacts
+            .iter()
+            .map(|contact| from_first(contact).abs().max_element())
+            .fold(0.0, f64::max);
         let places = contacts.iter().map(|contact| from_first(contact) / reach);
-        self.places.extend(places.map(|v| DVec2::new(x.dot(v), y.dot(v))));
+        self.places
+            .extend(places.map(|v| DVec2::new(x.dot(v), y.dot(v))));
         reach > 0.0
     }
 
@@ -123,13 +136,22 @@ impl Reduction {
             self.looks += 1;
             let contact = if self.looks <= LOOKS {
                 let gains = (0..).zip(self.places.iter().map(|&place| gain(place)));
-                gains.fold((0, 0.0), |best, other| if other.1 > best.1 { other } else { best }).0
+                gains
+                    .fold(
+                        (0, 0.0),
+                        |best, other| if other.1 > best.1 { other } else { best },
+                    )
+                    .0
             } else {
                 self.hull.farthest(&self.places, to - from)
             };
             let gain = gain(self.places[contact as usize]);
             if gain > ROUNDING {
-                self.edges.push(Edge { gain, contact, ends });
+                self.edges.push(Edge {
+                    gain,
+                    contact,
+                    ends,
+                });
             }
         }
     }
@@ -139,7 +161,8 @@ impl Reduction {
     /// neighbors there.
     fn insert(&mut self, new: u32, [mut from, mut to]: [u32; 2], chosen: &[u32]) -> [u32; 2] {
         let place = |i: u32| self.places[chosen[i as usize] as usize];
-        let is_outside = |from: u32, to: u32| (place(new) - place(from)).perp_dot(place(to) - place(from)) > 0.0;
+        let is_outside =
+            |from: u32, to: u32| (place(new) - place(from)).perp_dot(place(to) - place(from)) > 0.0;
         loop {
             let [before, _] = self.ring[from as usize];
             if before == to || !is_outside(before, from) {
@@ -233,35 +256,64 @@ mod tests {
 
     #[test]
     fn the_nearest_and_the_corners_of_a_square() {
-        let mut contacts: Vec<_> = (0..49).map(|i| at(f64::from(i % 7), f64::from(i / 7))).collect();
+        let mut contacts: Vec<_> = (0..49)
+            .map(|i| at(f64::from(i % 7), f64::from(i / 7)))
+            .collect();
         // The nearest is in the middle.
         contacts.swap(0, 24);
         let mut chosen = Reduction::default().points(&contacts, DVec3::Z, 5);
         assert_eq!(chosen[0], 0);
         chosen.sort_unstable();
-        assert_eq!(chosen[..], [0, 6, 24, 42, 48], "index 24 holds what was first: a corner");
+        assert_eq!(
+            chosen[..],
+            [0, 6, 24, 42, 48],
+            "index 24 holds what was first: a corner"
+        );
         for limit in 1..5 {
-            assert_eq!(Reduction::default().points(&contacts, DVec3::Z, limit).len(), limit);
+            assert_eq!(
+                Reduction::default()
+                    .points(&contacts, DVec3::Z, limit)
+                    .len(),
+                limit
+            );
         }
     }
 
     #[test]
     fn a_line_has_two_ends_and_a_point_is_alone() {
-        let line: Vec<_> = (0..9).map(|i| at(0.1 * f64::from(i), 0.3 * f64::from(i))).collect();
+        let line: Vec<_> = (0..9)
+            .map(|i| at(0.1 * f64::from(i), 0.3 * f64::from(i)))
+            .collect();
         assert_eq!(Reduction::default().points(&line, DVec3::Z, 4)[..], [0, 8]);
-        assert_eq!(Reduction::default().points(&[at(1.0, 2.0); 3], DVec3::Z, 4)[..], [0]);
+        assert_eq!(
+            Reduction::default().points(&[at(1.0, 2.0); 3], DVec3::Z, 4)[..],
+            [0]
+        );
     }
 
     /// All contacts and all edges of the polygon of the chosen, each time again.
     fn naive(places: &[DVec2], limit: usize) -> Vec<u32> {
         let place = |i: u32| places[i as usize];
-        let gain = |i: u32, [from, to]: [u32; 2]| (place(i) - place(from)).perp_dot(place(to) - place(from));
-        let best = |best: (u32, f64), other: (u32, f64)| if other.1 > best.1 { other } else { best };
+        let gain = |i: u32, [from, to]: [u32; 2]| {
+            (place(i) - place(from)).perp_dot(place(to) - place(from))
+        };
+        let best =
+            |best: (u32, f64), other: (u32, f64)| if other.1 > best.1 { other } else { best };
         let all = 0..places.len() as u32;
-        let mut chosen = Vec::from([0, all.clone().map(|i| (i, place(i).length())).fold((0, 0.0), best).0]);
+        let mut chosen = Vec::from([
+            0,
+            all.clone()
+                .map(|i| (i, place(i).length()))
+                .fold((0, 0.0), best)
+                .0,
+        ]);
         while chosen.len() < limit {
-            let pairs = chosen.iter().flat_map(|&i| chosen.iter().map(move |&j| [i, j]));
-            let is_edge = |&[from, to]: &[u32; 2]| from != to && chosen.iter().all(|&k| gain(k, [from, to]) < 1e-13);
+            let pairs = chosen
+                .iter()
+                .flat_map(|&i| chosen.iter().map(move |&j| [i, j]));
+            let is_edge = |&[from, to]: &[u32; 2]| {
+                from != to && chosen.iter().all(|&k| gain(k, [from, to]) < 1e-13)
+            };
             let edges: Vec<_> = pairs.filter(is_edge).collect();
             let most = |i| edges.iter().map(|&edge| gain(i, edge)).fold(0.0, f64::max);
             let (next, gain) = all.clone().map(|i| (i, most(i))).fold((0, 0.0), best);
@@ -277,7 +329,9 @@ mod tests {
     fn the_largest_triangle_each_time_for_any_limit() {
         let mut state = 1_u64;
         let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (state >> 40) as f64 / (1 << 23) as f64 - 1.0
         };
         let mut longest = 0;
@@ -287,7 +341,8 @@ mod tests {
                 (0, x, y) => DVec2::new(x, y),
                 (kind, angle, depth) => {
                     let (sin, cos) = (core::f64::consts::PI * angle).sin_cos();
-                    (1.0 - 0.03 * depth * depth) * DVec2::new(cos, if kind == 1 { sin } else { 0.01 * sin })
+                    (1.0 - 0.03 * depth * depth)
+                        * DVec2::new(cos, if kind == 1 { sin } else { 0.01 * sin })
                 }
             };
             let mut places: Vec<DVec2> = (0..60).map(place).collect();
@@ -296,9 +351,16 @@ mod tests {
             let contacts: Vec<_> = places.iter().map(|place| at(place.x, place.y)).collect();
             let mut reduction = Reduction::default();
             let all = reduction.points(&contacts, DVec3::Z, usize::MAX);
-            assert_eq!(all[..], naive(&reduction.places, usize::MAX), "trial {trial}");
+            assert_eq!(
+                all[..],
+                naive(&reduction.places, usize::MAX),
+                "trial {trial}"
+            );
             for limit in 1..all.len() {
-                assert_eq!(reduction.points(&contacts, DVec3::Z, limit)[..], all[..limit]);
+                assert_eq!(
+                    reduction.points(&contacts, DVec3::Z, limit)[..],
+                    all[..limit]
+                );
             }
             longest = longest.max(all.len());
         }

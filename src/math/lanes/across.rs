@@ -24,5 +24,13 @@ macro_rules! extreme {
         }
     };
 }
-extreme!(least, fast_min, "The least number of each column; none of them is NaN.");
-extreme!(greatest, fast_max, "The greatest number of each column; none of them is NaN.");
+extreme!(
+    least,
+    fast_min,
+    "The least number of each column; none of them is NaN."
+);
+extreme!(
+    greatest,
+    fast_max,
+    "The greatest number of each column; none of them is NaN."
+);

@@ -108,7 +108,8 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn join(self, low: f32x4, high: f32x4) -> __m256 {
         let (low, high): (__m128, __m128) = (cast(low), cast(high));
-        self.avx._mm256_insertf128_ps::<1>(self.avx._mm256_castps128_ps256(low), high)
+        self.avx
+            ._mm256_insertf128_ps::<1>(self.avx._mm256_castps128_ps256(low), high)
     }
     #[inline(always)]
     fn halves(self, x: __m256) -> [f32x4; 2] {
@@ -165,23 +166,39 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn widen(self, x: __m256) -> [__m256d; 2] {
-        let (low, high) = (self.avx._mm256_castps256_ps128(x), self.avx._mm256_extractf128_ps::<1>(x));
-        [self.avx._mm256_cvtps_pd(low), self.avx._mm256_cvtps_pd(high)]
+        let (low, high) = (
+            self.avx._mm256_castps256_ps128(x),
+            self.avx._mm256_extractf128_ps::<1>(x),
+        );
+        [
+            self.avx._mm256_cvtps_pd(low),
+            self.avx._mm256_cvtps_pd(high),
+        ]
     }
     #[inline(always)]
     fn narrow(self, x: [__m256d; 2]) -> __m256 {
-        let (low, high) = (self.avx._mm256_cvtpd_ps(x[0]), self.avx._mm256_cvtpd_ps(x[1]));
-        self.avx._mm256_insertf128_ps::<1>(self.avx._mm256_castps128_ps256(low), high)
+        let (low, high) = (
+            self.avx._mm256_cvtpd_ps(x[0]),
+            self.avx._mm256_cvtpd_ps(x[1]),
+        );
+        self.avx
+            ._mm256_insertf128_ps::<1>(self.avx._mm256_castps128_ps256(low), high)
     }
     #[inline(always)]
     fn less_d(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
         let avx = self.avx;
-        [avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a[0], b[0]), avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a[1], b[1])]
+        [
+            avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a[0], b[0]),
+            avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a[1], b[1]),
+        ]
     }
     #[inline(always)]
     fn abs_d(self, a: [__m256d; 2]) -> [__m256d; 2] {
         let sign = self.avx._mm256_set1_pd(-0.0);
-        [self.avx._mm256_andnot_pd(sign, a[0]), self.avx._mm256_andnot_pd(sign, a[1])]
+        [
+            self.avx._mm256_andnot_pd(sign, a[0]),
+            self.avx._mm256_andnot_pd(sign, a[1]),
+        ]
     }
     #[inline(always)]
     fn mask_d(self, a: [__m256d; 2]) -> u32 {
@@ -202,7 +219,10 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn inverse_root_q(self, a: __m256d) -> __m256d {
         let half = self.avx2._mm256_srli_epi64::<1>(cast(a));
-        cast(self.avx2._mm256_sub_epi64(self.avx._mm256_set1_epi64x(INVERSE_ROOT as i64), half))
+        cast(
+            self.avx2
+                ._mm256_sub_epi64(self.avx._mm256_set1_epi64x(INVERSE_ROOT as i64), half),
+        )
     }
     #[inline(always)]
     fn narrow_q(self, a: __m256d) -> f32x4 {

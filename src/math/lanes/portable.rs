@@ -41,7 +41,11 @@ fn root(x: f64x2) -> f64x2 {
         target_feature = "simd128",
         all(target_feature = "neon", target_arch = "aarch64")
     ));
-    if is_right { x.sqrt() } else { f64x2::new(x.to_array().map(libm::sqrt)) }
+    if is_right {
+        x.sqrt()
+    } else {
+        f64x2::new(x.to_array().map(libm::sqrt))
+    }
 }
 
 /// Operations on two vectors.
@@ -153,14 +157,20 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     }
     #[inline(always)]
     fn transpose(self, rows: [F<N>; 4]) -> [F<N>; 4] {
-        let halves: [_; N] = core::array::from_fn(|half| f32x4::transpose(rows.map(|row| row[half])));
+        let halves: [_; N] =
+            core::array::from_fn(|half| f32x4::transpose(rows.map(|row| row[half])));
         core::array::from_fn(|i| halves.map(|columns| columns[i]))
     }
     #[inline(always)]
     fn pack(self, rows: [F<N>; 4]) -> [F<N>; 3] {
         let halves: [_; N] = core::array::from_fn(|half| {
-            let [[a, b, c, _], [d, e, f, _], [g, h, i, _], [j, k, l, _]] = rows.map(|row| row[half].to_array());
-            [f32x4::new([a, b, c, d]), f32x4::new([e, f, g, h]), f32x4::new([i, j, k, l])]
+            let [[a, b, c, _], [d, e, f, _], [g, h, i, _], [j, k, l, _]] =
+                rows.map(|row| row[half].to_array());
+            [
+                f32x4::new([a, b, c, d]),
+                f32x4::new([e, f, g, h]),
+                f32x4::new([i, j, k, l]),
+            ]
         });
         core::array::from_fn(|i| halves.map(|packed| packed[i]))
     }
@@ -217,7 +227,11 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     }
     #[inline(always)]
     fn inverse_root_q(self, a: Q) -> Q {
-        self.load_q(&self.store_q(a).map(|x| f64::from_bits(INVERSE_ROOT - (x.to_bits() >> 1))))
+        self.load_q(
+            &self
+                .store_q(a)
+                .map(|x| f64::from_bits(INVERSE_ROOT - (x.to_bits() >> 1))),
+        )
     }
     #[inline(always)]
     fn narrow_q(self, a: Q) -> f32x4 {

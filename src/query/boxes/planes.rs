@@ -44,18 +44,22 @@ impl Planes {
     #[inline(always)]
     pub fn put<L: Lanes>(&mut self, lanes: L, Triangles { rows, view, skew }: &Triangles) {
         let [t0, t1, t2, t3, t4, t5, t6, t7] = rows;
-        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] =
-            per_axis!(i => F8::columns(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
+        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = per_axis!(i => F8::columns(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
         let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
-        let p = per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
+        let p =
+            per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
         let e = per_axis!(k => dot(axes[k], [ex, ey, ez]));
         let f = per_axis!(k => dot(axes[k], [fx, fy, fz]));
-        let (zero, margin) = (F8::splat(lanes, 0.0), F8::splat(lanes, view.margin.as_array()[0]));
+        let (zero, margin) = (
+            F8::splat(lanes, 0.0),
+            F8::splat(lanes, view.margin.as_array()[0]),
+        );
         let normal = cross(e, f);
         let least = F8::splat(lanes, LEAST_EDGE_SLOP);
         let blur = (largest(e) + least) * (largest(f) + least) * F8::splat(lanes, *skew);
         let size = per_axis!(k => normal[k].abs());
-        let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0)) + F8::splat(lanes, UNDERFLOW);
+        let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0))
+            + F8::splat(lanes, UNDERFLOW);
         per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).put(&mut self.boxes.low[k]));
         per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).put(&mut self.boxes.high[k]));
         per_axis!(k => p[k].put(&mut self.corner[k]));
@@ -136,7 +140,10 @@ impl Plane {
     #[inline(always)]
     pub fn depths<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, slabs: &Slabs<L>) -> [F8<L>; 2] {
         let [distance, reach] = self.across(lanes, boxes);
-        [slabs.gap(lanes, self.low, self.high), reach - distance.abs()]
+        [
+            slabs.gap(lanes, self.low, self.high),
+            reach - distance.abs(),
+        ]
     }
 
     /// How far from the plane the middles of boxes are, negative on the other side, and how far the boxes reach; times the
@@ -144,9 +151,13 @@ impl Plane {
     #[inline(always)]
     pub fn across<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> [F8<L>; 2] {
         let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, self.corner[k]));
-        let distance = dot(per_axis!(k => F8::splat(lanes, self.normal[k])), from_corner);
+        let distance = dot(
+            per_axis!(k => F8::splat(lanes, self.normal[k])),
+            from_corner,
+        );
         let reach = dot(per_axis!(k => F8::splat(lanes, self.reach[k])), boxes.half)
-            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs()) * F8::splat(lanes, self.blur)
+            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs())
+                * F8::splat(lanes, self.blur)
             + F8::splat(lanes, self.slack);
         [distance, reach]
     }

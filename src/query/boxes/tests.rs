@@ -23,14 +23,29 @@ impl Kernel for EightAndOne<'_> {
 
 #[test]
 fn a_triangle_alone_has_the_same_bits_as_among_eight() {
-    let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 16)), Tree::new(shapes::gear(9, 2)));
-    let pose = Pose::new(DMat3::from_rotation_x(0.7) * DMat3::from_rotation_z(0.4), DVec3::new(0.3, 0.1, -0.2));
+    let (a, b) = (
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 16)),
+        Tree::new(shapes::gear(9, 2)),
+    );
+    let pose = Pose::new(
+        DMat3::from_rotation_x(0.7) * DMat3::from_rotation_z(0.4),
+        DVec3::new(0.3, 0.1, -0.2),
+    );
     let relation = Relation::new(&a, &b, &pose.unwrap());
-    for (eight, node) in a.triangles().chunks_exact(WIDTH).zip(b.nodes().iter().cycle()) {
-        let view = Views::between(&a.nodes()[0], node, &relation).triangles_of_a(node, &relation.place);
+    for (eight, node) in a
+        .triangles()
+        .chunks_exact(WIDTH)
+        .zip(b.nodes().iter().cycle())
+    {
+        let view =
+            Views::between(&a.nodes()[0], node, &relation).triangles_of_a(node, &relation.place);
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
             let rows = core::array::from_fn(|i| &eight[i].0);
-            instructions.run(EightAndOne(Triangles { rows, view, skew: relation.skew }));
+            instructions.run(EightAndOne(Triangles {
+                rows,
+                view,
+                skew: relation.skew,
+            }));
         }
     }
 }

@@ -25,9 +25,13 @@ fn fan(random: &mut Random, corner: DVec3, normal: DVec3) -> Tree {
         vertices.push(corner + aside + normal * (random.fraction() * height - aside.dot(normal)));
     }
     // Something far off, so that the fan is not around the middle.
-    vertices.extend([1.0, 1.01, 1.02].map(|far| corner + normal * far - far * corner.dot(normal) * normal));
+    vertices.extend(
+        [1.0, 1.01, 1.02].map(|far| corner + normal * far - far * corner.dot(normal) * normal),
+    );
     let apart = 2 * count as u32 + 1;
-    let triangles = (0..count as u32).map(|i| [0, 2 * i + 1, 2 * i + 2]).chain([[apart, apart + 1, apart + 2]]);
+    let triangles = (0..count as u32)
+        .map(|i| [0, 2 * i + 1, 2 * i + 2])
+        .chain([[apart, apart + 1, apart + 2]]);
     Tree::new(Mesh::from_f64(vertices, triangles).unwrap())
 }
 
@@ -41,18 +45,26 @@ struct Touching {
 impl Touching {
     fn new(random: &mut Random) -> Self {
         let drift = [0.0, 1e-6, 3e-4][random.bits() as usize % 3];
-        let skewed = DMat3::from_cols_array(&core::array::from_fn(|_| drift * random.between(-1.0, 1.0)));
+        let skewed =
+            DMat3::from_cols_array(&core::array::from_fn(|_| drift * random.between(-1.0, 1.0)));
         let turn = rotation(random) * (DMat3::IDENTITY + skewed);
         let pose = Pose::new(turn, 2.0 * vector(random)).unwrap();
-        let normal =
-            if random.bits().is_multiple_of(4) { DVec3::Y } else { vector(random).try_normalize().unwrap_or(DVec3::Z) };
+        let normal = if random.bits().is_multiple_of(4) {
+            DVec3::Y
+        } else {
+            vector(random).try_normalize().unwrap_or(DVec3::Z)
+        };
         let in_b = turn.transpose() * normal;
         let corner = vector(random);
         let b = fan(random, corner, in_b.normalize());
         // To the bit where that of B is placed.
         let a = fan(random, pose.transform_point(corner), -normal);
         let relation = Relation::new(&a, &b, &pose);
-        Self { trees: [a, b], relation, normal }
+        Self {
+            trees: [a, b],
+            relation,
+            normal,
+        }
     }
 
     /// Pairs of nodes that hold triangles of the fans.
@@ -60,7 +72,11 @@ impl Touching {
         let [a, b] = [0, 1].map(|side| {
             let tree = &self.trees[side];
             let apart = tree.triangles().len() as u32 - 1;
-            let holds = move |node: &&Node| tree.ids()[node.triangle_range()].iter().any(|&id| id != apart);
+            let holds = move |node: &&Node| {
+                tree.ids()[node.triangle_range()]
+                    .iter()
+                    .any(|&id| id != apart)
+            };
             tree.nodes().iter().filter(holds)
         });
         a.flat_map(move |a| b.clone().map(move |b| [a, b]))
@@ -74,20 +90,33 @@ fn boxes_with_a_common_point_are_never_parted() {
     let (mut without, mut all) = ([0; 3], 0);
     for case in 0..20_000 {
         let touching = Touching::new(&mut random);
-        let Touching { relation, normal, .. } = &touching;
+        let Touching {
+            relation, normal, ..
+        } = &touching;
         for [a, b] in touching.pairs() {
             let views = Views::between(a, b, relation);
             assert!(gap(a, b, &views, relation) <= 0.0, "case {case}");
             let off = *normal + 1e-6 * vector(&mut random);
-            let DMat3 { x_axis, y_axis, z_axis } = a.rotation().as_dmat3();
+            let DMat3 {
+                x_axis,
+                y_axis,
+                z_axis,
+            } = a.rotation().as_dmat3();
             for direction in [*normal, off, x_axis, y_axis, z_axis] {
-                assert!(gap_of([a, b], relation, direction, ROUNDING) <= 0.0, "case {case}");
+                assert!(
+                    gap_of([a, b], relation, direction, ROUNDING) <= 0.0,
+                    "case {case}"
+                );
                 for (count, part) in without.iter_mut().zip([0.0, 1.0 / 16.0, 1.0 / 8.0]) {
-                    *count += usize::from(gap_of([a, b], relation, direction, part * ROUNDING) > 0.0);
+                    *count +=
+                        usize::from(gap_of([a, b], relation, direction, part * ROUNDING) > 0.0);
                 }
                 all += 1;
             }
         }
     }
-    assert!(without.iter().all(|&count| count > 10), "{without:?} of {all} lost");
+    assert!(
+        without.iter().all(|&count| count > 10),
+        "{without:?} of {all} lost"
+    );
 }

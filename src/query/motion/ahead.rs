@@ -20,17 +20,29 @@ pub(crate) struct Ahead<'m> {
 
 impl<'m> Ahead<'m> {
     pub fn new([a, b]: [&Tree; 2], options: &'m MotionOptions, state: &MotionState) -> Self {
-        let (course, margin) = (Course::new(a, b, options.of_a.as_ref(), &options.of_b), options.margin);
+        let (course, margin) = (
+            Course::new(a, b, options.of_a.as_ref(), &options.of_b),
+            options.margin,
+        );
         let until = state.contact().map_or(1.0, |contact| contact.time);
-        Self { course, margin, piece: state.piece, from: state.free_until(), until }
+        Self {
+            course,
+            margin,
+            piece: state.piece,
+            from: state.free_until(),
+            until,
+        }
     }
 
     /// The pieces after the one at hand in which the meshes may meet first.
     pub fn later(self, trees: [&Tree; 2]) -> impl Iterator<Item = u32> {
         let later = self.piece.saturating_add(1)..self.course.pieces;
-        later.map(move |i| (i, self.course.piece(i))).filter_map(move |(i, piece)| {
-            (piece.begin < self.until && !self.course.is_clear(&piece, trees, self.margin)).then_some(i)
-        })
+        later
+            .map(move |i| (i, self.course.piece(i)))
+            .filter_map(move |(i, piece)| {
+                (piece.begin < self.until && !self.course.is_clear(&piece, trees, self.margin))
+                    .then_some(i)
+            })
     }
 
     /// A box around a part of B on its way through a piece (the one at hand if none is given), margins included; `at` gives the
@@ -39,13 +51,17 @@ impl<'m> Ahead<'m> {
         let piece = self.course.piece(piece.unwrap_or(self.piece));
         let bounds = at(&self.course.pose(piece.middle));
         let (center, half) = (bounds.center(), bounds.extents() * 0.5);
-        let ends = [self.from.max(piece.begin), self.until.min(piece.end)].map(|time| time - piece.middle);
+        let ends =
+            [self.from.max(piece.begin), self.until.min(piece.end)].map(|time| time - piece.middle);
         let longest = ends[0].abs().max(ends[1].abs());
         // As in `docs/numerics.md`, "Motion": its points go as its middle does, but for this.
         let off = longest * self.course.spin * half.length() + self.course.bend(longest);
         let off = off * (1.0 + 1e-9) + 4.0 * self.course.rounding + self.margin;
         let velocity = self.course.twist(piece.middle).at(center);
         let way = Aabb::from_points(ends.map(|time| center + velocity * time));
-        Aabb { min: way.min - half - DVec3::splat(off), max: way.max + half + DVec3::splat(off) }
+        Aabb {
+            min: way.min - half - DVec3::splat(off),
+            max: way.max + half + DVec3::splat(off),
+        }
     }
 }

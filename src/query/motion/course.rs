@@ -83,7 +83,8 @@ impl<'m> Course<'m> {
         let to_middle = of_b.arm() + middle;
         let from_axis = to_middle.length() + box_b.1;
         // How fast B's points go around its axis, wherever along it they are.
-        let around = of_b.turn().cross(to_middle).length() + spin_b * (box_b.1 + 8.0 * f64::EPSILON * from_axis);
+        let around = of_b.turn().cross(to_middle).length()
+            + spin_b * (box_b.1 + 8.0 * f64::EPSILON * from_axis);
         let largest = |v: DVec3| v.abs().max_element();
         let far = |motion: &Motion| {
             let angle = motion.turn().length();
@@ -109,9 +110,11 @@ impl<'m> Course<'m> {
             let arm = of_a.arm().length();
             let way = (of_b.velocity() - of_a.velocity()).length();
             let own = way + around;
-            let from_axis_of_a = of_b.start().translation() + middle - (of_a.start().translation() - of_a.arm());
-            let between =
-                (of_b.start().translation() - of_a.start().translation()).length() + arm + of_b.arm().length();
+            let from_axis_of_a =
+                of_b.start().translation() + middle - (of_a.start().translation() - of_a.arm());
+            let between = (of_b.start().translation() - of_a.start().translation()).length()
+                + arm
+                + of_b.arm().length();
             let apart = from_axis + arm + between + way;
             course.rounding = (course.rounding + 2.0 * far(of_a) + (1.0 + spin_a) * apart) * 2.0;
             // How fast A's turn would take B's points along.
@@ -122,17 +125,36 @@ impl<'m> Course<'m> {
             course.wobble = spin_a * course.spin;
             course.speed = own + along;
             course.acceleration += spin_a * (2.0 * own + along);
-            course.jerk += 3.0 * spin_a * spin_b * around + spin_a * spin_a * (2.0 * own + course.speed);
+            course.jerk +=
+                3.0 * spin_a * spin_b * around + spin_a * spin_a * (2.0 * own + course.speed);
             course.drift = 4.0 * of_a.deviation() * (together * apart + course.acceleration);
         }
         let size = course.radii[0] + course.radii[1];
-        course.rounding = 16.0 * f64::EPSILON * (course.rounding + largest(box_a.0) + box_a.1) + f64::MIN_POSITIVE;
-        let Self { spin, speed, acceleration, jerk, .. } = &mut course;
+        course.rounding = 16.0 * f64::EPSILON * (course.rounding + largest(box_a.0) + box_a.1)
+            + f64::MIN_POSITIVE;
+        let Self {
+            spin,
+            speed,
+            acceleration,
+            jerk,
+            ..
+        } = &mut course;
         for bound in [spin, speed, acceleration, jerk] {
             *bound *= STRETCH;
         }
-        let Self { spin, wobble, speed, acceleration, jerk, drift, .. } = course;
-        if ![spin, wobble, speed, acceleration, jerk, drift, size].iter().all(|bound| bound.is_finite()) {
+        let Self {
+            spin,
+            wobble,
+            speed,
+            acceleration,
+            jerk,
+            drift,
+            ..
+        } = course;
+        if ![spin, wobble, speed, acceleration, jerk, drift, size]
+            .iter()
+            .all(|bound| bound.is_finite())
+        {
             course.rounding = f64::INFINITY;
         }
         course.pieces = course.count_pieces(size);
@@ -141,7 +163,13 @@ impl<'m> Course<'m> {
 
     /// How many pieces the motion of meshes of this size together is cut into.
     fn count_pieces(&self, size: f64) -> u32 {
-        let Self { spin, wobble, speed, jerk, .. } = *self;
+        let Self {
+            spin,
+            wobble,
+            speed,
+            jerk,
+            ..
+        } = *self;
         // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
         let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);
         let turn = spin / TURN;
@@ -153,7 +181,11 @@ impl<'m> Course<'m> {
             return 1;
         }
         let pieces = pieces.max(libm::round(turn * libm::sqrt(turn)));
-        let pieces = if bends > 1.0 { pieces.max(libm::cbrt(bends)) } else { pieces };
+        let pieces = if bends > 1.0 {
+            pieces.max(libm::cbrt(bends))
+        } else {
+            pieces
+        };
         (libm::ceil(pieces.min(MOST_PIECES)) as u32).max(1)
     }
 
@@ -175,7 +207,12 @@ impl<'m> Course<'m> {
         let (of_b, turn) = (self.of_b, self.of_b.turn());
         let Some(of_a) = &self.of_a else {
             let shift = velocity(of_b, DVec3::ZERO);
-            return Twist { shift, turn, pull: turn.cross(shift - of_b.velocity()), change: DVec3::ZERO };
+            return Twist {
+                shift,
+                turn,
+                pull: turn.cross(shift - of_b.velocity()),
+                change: DVec3::ZERO,
+            };
         };
         // Of a point of B at A's origin, in the world and then against A.
         let (pose, turn_a) = (of_a.pose(time), of_a.turn());
@@ -198,19 +235,32 @@ impl<'m> Course<'m> {
     /// The number of the piece that does not end before a time, or of all pieces: of time 1.
     pub fn piece_at(&self, time: f64) -> u32 {
         let i = (time * f64::from(self.pieces)) as u32;
-        if time < 1.0 { i.min(self.pieces - 1) } else { self.pieces }
+        if time < 1.0 {
+            i.min(self.pieces - 1)
+        } else {
+            self.pieces
+        }
     }
 
     pub fn piece(&self, i: u32) -> Piece {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
         let (middle, length) = (begin + (end - begin) / 2.0, end - begin);
-        let Self { speed, spin, radii, .. } = *self;
+        let Self {
+            speed, spin, radii, ..
+        } = *self;
         let near = SPOT * (radii[0] + radii[1]);
         let is_on_the_spot = self.of_a.is_none()
             && speed * length < near
             && (spin * radii[1] > TURNING * speed || spin > 0.0 && speed < near);
         let at = if is_on_the_spot { begin } else { middle };
-        Piece { begin, end, middle, is_on_the_spot, at, pose: self.pose(at) }
+        Piece {
+            begin,
+            end,
+            middle,
+            is_on_the_spot,
+            at,
+            pose: self.pose(at),
+        }
     }
 
     /// By how much a point of B may leave the straight line that it is on at the moment of the twist, `half` of a unit of time
@@ -234,7 +284,11 @@ impl<'m> Course<'m> {
 
     /// The velocity of the axis that all points of B go around; `None`: there is no such axis, since both bodies move.
     pub fn of_axis(&self) -> Option<DVec3> {
-        if self.of_a.is_none() { Some(self.of_b.velocity()) } else { None }
+        if self.of_a.is_none() {
+            Some(self.of_b.velocity())
+        } else {
+            None
+        }
     }
 
     /// How fast the axis that all points of B go around goes across itself.
@@ -273,7 +327,8 @@ impl Piece {
 
     /// When part `i` of `parts` of the same length ends, rounded up.
     pub fn end_of_part(&self, i: u32, parts: u32) -> f64 {
-        let end = self.begin + self.length() * (f64::from(i + 1) / f64::from(parts)) + 4.0 * f64::EPSILON;
+        let end =
+            self.begin + self.length() * (f64::from(i + 1) / f64::from(parts)) + 4.0 * f64::EPSILON;
         smaller(end, self.end)
     }
 
@@ -301,11 +356,16 @@ mod tests {
         let mut random = Random::new(6);
         let mut closest = [0.0_f64; 3];
         for round in 0..300 {
-            let mut next = |size: f64| DVec3::from_array([(); 3].map(|()| random.between(-size, size)));
+            let mut next =
+                |size: f64| DVec3::from_array([(); 3].map(|()| random.between(-size, size)));
             let away = next([0.0, 3.0, 30.0][round % 3]);
             let mesh = shapes::icosphere(0);
-            let vertices: Vec<_> = (0..mesh.vertex_count()).map(|i| mesh.vertex(i) + away).collect();
-            let mesh = crate::Mesh::from_f64(vertices.iter().copied(), mesh.triangles().iter().copied()).unwrap();
+            let vertices: Vec<_> = (0..mesh.vertex_count())
+                .map(|i| mesh.vertex(i) + away)
+                .collect();
+            let mesh =
+                crate::Mesh::from_f64(vertices.iter().copied(), mesh.triangles().iter().copied())
+                    .unwrap();
             let tree = Tree::new(mesh);
             let mut motion = || {
                 let start = Pose::unchecked(glam::DMat3::from_rotation_x(next(3.0).x), next(4.0));
@@ -315,16 +375,24 @@ mod tests {
             let course = Course::new(&tree, &tree, (round % 2 == 0).then_some(&of_a), &of_b);
             for vertex in vertices {
                 let (time, step) = (random.between(0.05, 0.95), 1e-4);
-                let [before, now, after] =
-                    [time - step, time, time + step].map(|time| course.pose(time).transform_point(vertex));
+                let [before, now, after] = [time - step, time, time + step]
+                    .map(|time| course.pose(time).transform_point(vertex));
                 let velocity = (after - before) / (2.0 * step);
                 let acceleration = (after - 2.0 * now + before) / (step * step);
                 let twist = course.twist(time);
-                assert!((velocity - twist.at(now)).length() < 1e-5 * course.speed, "{velocity} {twist:?}");
+                assert!(
+                    (velocity - twist.at(now)).length() < 1e-5 * course.speed,
+                    "{velocity} {twist:?}"
+                );
                 let off = acceleration - twist.acceleration(now);
-                assert!(off.length() < 1e-5 * (course.acceleration + course.speed), "{acceleration} {off} {twist:?}");
+                assert!(
+                    off.length() < 1e-5 * (course.acceleration + course.speed),
+                    "{acceleration} {off} {twist:?}"
+                );
                 let later = time + 1e-3;
-                let later = course.twist(later).acceleration(course.pose(later).transform_point(vertex));
+                let later = course
+                    .twist(later)
+                    .acceleration(course.pose(later).transform_point(vertex));
                 let jerk = (later - twist.acceleration(now)) / 1e-3;
                 let shares = [
                     velocity.length() / course.speed,
@@ -334,6 +402,9 @@ mod tests {
                 closest = core::array::from_fn(|i| closest[i].max(shares[i]));
             }
         }
-        assert!(closest.iter().all(|share| (0.7..1.0).contains(share)), "{closest:?}");
+        assert!(
+            closest.iter().all(|share| (0.7..1.0).contains(share)),
+            "{closest:?}"
+        );
     }
 }

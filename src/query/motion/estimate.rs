@@ -23,12 +23,20 @@ impl MotionQuery<'_> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this motion and these options.
-    pub fn estimate(&self, workspace: &Workspace, memory: Option<&PairMemory>) -> Result<Quantiles, ResumeError> {
+    pub fn estimate(
+        &self,
+        workspace: &Workspace,
+        memory: Option<&PairMemory>,
+    ) -> Result<Quantiles, ResumeError> {
         self.holds(workspace)?;
         let state = &workspace.motion;
         let touching_at = state.contact().map(|contact| contact.time);
         let passing = self.passing(workspace.work(), state.free_until(), touching_at);
-        Ok(if workspace.run.stopped { self.work_left(&passing, memory) } else { Quantiles::default() })
+        Ok(if workspace.run.stopped {
+            self.work_left(&passing, memory)
+        } else {
+            Quantiles::default()
+        })
     }
 
     #[doc(hidden)]
@@ -37,8 +45,9 @@ impl MotionQuery<'_> {
         let until = touching_at.unwrap_or(1.0);
         let (from, left) = (free_until.min(until), (until - free_until).max(0.0));
         let size = self.a.unit().length() + self.b.unit().length();
-        let [first, last] =
-            [from, until].map(|time| course.pose(time).transform_point(self.b.unit().origin) - self.a.unit().origin);
+        let [first, last] = [from, until].map(|time| {
+            course.pose(time).transform_point(self.b.unit().origin) - self.a.unit().origin
+        });
         let way = last - first;
         let nearest = first + way * (-first.dot(way) / way.length_squared()).clamp(0.0, 1.0);
         let pairs = self.a.mesh().len() as f64 * self.b.mesh().len() as f64;
@@ -47,14 +56,19 @@ impl MotionQuery<'_> {
             pieces: f64::from(course.pieces) * left,
             way: course.speed * left / size,
             apart: first.length() / size,
-            nearest: if way == DVec3::ZERO { first.length() } else { nearest.length() } / size,
+            nearest: if way == DVec3::ZERO {
+                first.length()
+            } else {
+                nearest.length()
+            } / size,
             work: work as f64,
             open: touching_at.map(|_| left / self.tolerance_in_time(&course)),
         }
     }
 
     fn work_left(&self, passing: &Passing, memory: Option<&PairMemory>) -> Quantiles {
-        let previous = memory.and_then(|memory| memory.last_work_of(Sought::Motion, self.a, self.b));
+        let previous =
+            memory.and_then(|memory| memory.last_work_of(Sought::Motion, self.a, self.b));
         passing::work_left(passing, previous.map(|work| work as f64))
     }
 }

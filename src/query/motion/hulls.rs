@@ -85,15 +85,33 @@ const START: f32 = BEGIN - SLOP;
 impl<'s> Hulls<'s> {
     #[inline(always)]
     pub fn new(cut: f32, least: f32, span: &'s Span, views: &'s mut Views<[f32; 8]>) -> Self {
-        Self { cut, least, span, views, bulge: 0.0, margins: [0.0; 2], are_apart: false }
+        Self {
+            cut,
+            least,
+            span,
+            views,
+            bulge: 0.0,
+            margins: [0.0; 2],
+            are_apart: false,
+        }
     }
 
     /// How the children of the opened node and those of the other go.
     #[inline(always)]
     fn passing(&self, is_a: bool) -> [Passing<'_>; 2] {
         // In memory, as in [`crate::query::expand`].
-        let (Views { of_a, of_b }, [in_a, in_b]) = (core::hint::black_box(&*self.views), self.margins);
-        let (of_a, of_b) = (Passing { view: of_a, margin: in_b }, Passing { view: of_b, margin: in_a });
+        let (Views { of_a, of_b }, [in_a, in_b]) =
+            (core::hint::black_box(&*self.views), self.margins);
+        let (of_a, of_b) = (
+            Passing {
+                view: of_a,
+                margin: in_b,
+            },
+            Passing {
+                view: of_b,
+                margin: in_a,
+            },
+        );
         if is_a { [of_a, of_b] } else { [of_b, of_a] }
     }
 }
@@ -112,7 +130,10 @@ impl Passing<'_> {
             let (begin, end) = (self.along(lanes, boxes, k), self.along(lanes, boxes, 4 + k));
             [begin[0].min(end[0]), begin[1].max(end[1])]
         });
-        Slabs { low: [x[0], y[0], z[0]], high: [x[1], y[1], z[1]] }
+        Slabs {
+            low: [x[0], y[0], z[0]],
+            high: [x[1], y[1], z[1]],
+        }
     }
 
     /// The ends of boxes along axis `k` at the begin, or at the end along the axis of entry `4 + k`.
@@ -143,33 +164,64 @@ impl BoxTest for Hulls<'_> {
     /// With the test of own boxes: of those that are apart no views are asked for.
     #[inline(always)]
     fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, _relation: &Relation) -> Views {
-        let Span { places, scale, skew, length, turn, bulge, .. } = self.span;
+        let Span {
+            places,
+            scale,
+            skew,
+            length,
+            turn,
+            bulge,
+            ..
+        } = self.span;
         let [in_a, in_b] = places.margin;
         let of_b = View::at_both(lanes, a, b, places);
         let of_a = of_b.inverse(lanes, in_b);
         let [way_of_b, way_of_a] = Way::of_both(lanes, [a, b], [&of_b, &of_a], *scale);
         let halves = [a.own_half, b.own_half * f32x4::splat(*scale)];
-        let (sizes, way) = ([sum(halves[0]), sum(halves[1])], longer(way_of_a.way(), way_of_b.way()));
+        let (sizes, way) = (
+            [sum(halves[0]), sum(halves[1])],
+            longer(way_of_a.way(), way_of_b.way()),
+        );
         let (size, apart, views) = (sizes[0] + sizes[1], way_of_b.places, Views { of_a, of_b });
         self.bulge = 0.127 * turn * (way + turn * larger(sizes[0], sizes[1])) + bulge;
         // One branch for both: neither can be guessed.
-        self.are_apart = f32x4::splat(self.bulge).simd_lt(way_of_a.gap().fast_max(way_of_b.gap())).any()
+        self.are_apart = f32x4::splat(self.bulge)
+            .simd_lt(way_of_a.gap().fast_max(way_of_b.gap()))
+            .any()
             || edge_axes::are_slim(a, b) && {
-                let bends = (0.376 + 0.127 * turn) * way + 0.127 * turn * (sum(apart.halves()[0]) + size);
-                edge_axes::part_at_both(lanes, halves, apart, &views.of_b, *skew, turn * bends + bulge)
+                let bends =
+                    (0.376 + 0.127 * turn) * way + 0.127 * turn * (sum(apart.halves()[0]) + size);
+                edge_axes::part_at_both(
+                    lanes,
+                    halves,
+                    apart,
+                    &views.of_b,
+                    *skew,
+                    turn * bends + bulge,
+                )
             };
         if !self.are_apart {
             self.margins = [in_a + self.bulge, in_b + self.bulge];
             let time_of_gap = 0.999 * length / (way + turn * size + 2.0 * (in_a + in_b));
             let [x, y, z] = xyz(way_of_a.gap_at_begin().fast_max(way_of_b.gap_at_begin()));
-            self.least = larger(self.least, (larger(larger(x, y), z) - self.bulge) * time_of_gap + START);
+            self.least = larger(
+                self.least,
+                (larger(larger(x, y), z) - self.bulge) * time_of_gap + START,
+            );
             *self.views = views.store();
         }
         views.first()
     }
 
     #[inline(always)]
-    fn own<L: Lanes>(&mut self, _lanes: L, _a: &Node, _b: &Node, _views: &Views, _scale: f32) -> bool {
+    fn own<L: Lanes>(
+        &mut self,
+        _lanes: L,
+        _a: &Node,
+        _b: &Node,
+        _views: &Views,
+        _scale: f32,
+    ) -> bool {
         !self.are_apart && self.least < self.cut
     }
 
@@ -196,7 +248,9 @@ impl BoxTest for Hulls<'_> {
         keys[0][0] = self.least;
         let mut pairs = 0;
         for i in bits(alive_x) {
-            let overlap = y_hull.gap_at(lanes, &x_rows, i).min(y_rows.gap_at(lanes, &x_hull, i));
+            let overlap = y_hull
+                .gap_at(lanes, &x_rows, i)
+                .min(y_rows.gap_at(lanes, &x_hull, i));
             pairs |= u64::from(!overlap.mask() & alive_y) << (WIDTH * i);
         }
         pairs
@@ -279,10 +333,18 @@ struct Way<L: Lanes> {
 impl<L: Lanes> Way<L> {
     /// The way of B's box, and that of A's.
     #[inline(always)]
-    fn of_both(lanes: L, [a, b]: [&Node; 2], [of_b, of_a]: [&View<F8<L>>; 2], scale: f32) -> [Self; 2] {
+    fn of_both(
+        lanes: L,
+        [a, b]: [&Node; 2],
+        [of_b, of_a]: [&View<F8<L>>; 2],
+        scale: f32,
+    ) -> [Self; 2] {
         let scale = F8::splat(lanes, scale);
         let (a_center, a_half) = (F8::twice(lanes, a.own_center), F8::twice(lanes, a.own_half));
-        let (b_center, b_half) = (F8::twice(lanes, b.own_center) * scale, F8::twice(lanes, b.own_half) * scale);
+        let (b_center, b_half) = (
+            F8::twice(lanes, b.own_center) * scale,
+            F8::twice(lanes, b.own_half) * scale,
+        );
         let apart = of_b.origin - a_center;
         let scaled = per_axis!(k => of_b.columns[k] * scale);
         // Else the compiler spreads entries in registers.
@@ -294,7 +356,8 @@ impl<L: Lanes> Way<L> {
             },
             Self {
                 places: of_a.vector(apart) + b_center,
-                halves: dot(sizes(&of_a.columns), each(lanes, &a.own_half)) + (b_half + of_a.margin),
+                halves: dot(sizes(&of_a.columns), each(lanes, &a.own_half))
+                    + (b_half + of_a.margin),
             },
         ]
     }
@@ -308,7 +371,10 @@ impl<L: Lanes> Way<L> {
     /// How far both boxes stay apart, axis by axis.
     #[inline(always)]
     fn gap(&self) -> f32x4 {
-        let ([x, y], [u, v]) = ((self.places - self.halves).halves(), (self.places + self.halves).halves());
+        let ([x, y], [u, v]) = (
+            (self.places - self.halves).halves(),
+            (self.places + self.halves).halves(),
+        );
         x.fast_min(y).fast_max(-u.fast_max(v))
     }
 
@@ -334,8 +400,13 @@ fn sizes<L: Lanes>(columns: &V8<L>) -> V8<L> {
 #[inline(always)]
 fn longer(u: f32x4, v: f32x4) -> f32 {
     let ([a, b, c, _], [d, e, f, _]) = (u.abs().to_array(), v.abs().to_array());
-    let (x, y, z) = (f32x4::new([a, d, b, e]), f32x4::new([b, e, b, e]), f32x4::new([c, f, c, f]));
-    let lengths = x.fast_max(y).fast_max(z) * f32x4::splat(0.586) + (x + y + z) * f32x4::splat(0.4143);
+    let (x, y, z) = (
+        f32x4::new([a, d, b, e]),
+        f32x4::new([b, e, b, e]),
+        f32x4::new([c, f, c, f]),
+    );
+    let lengths =
+        x.fast_max(y).fast_max(z) * f32x4::splat(0.586) + (x + y + z) * f32x4::splat(0.4143);
     let [u, v, ..] = lengths.to_array();
     larger(u, v)
 }

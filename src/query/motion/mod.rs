@@ -83,8 +83,19 @@ impl<'t> MotionQuery<'t> {
     #[must_use]
     #[inline]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
-        let options = MotionOptions { of_a: None, of_b: b_in_a, length: None, time: 0.0, margin: 0.0 };
-        Self { a, b, options, fault: None }
+        let options = MotionOptions {
+            of_a: None,
+            of_b: b_in_a,
+            length: None,
+            time: 0.0,
+            margin: 0.0,
+        };
+        Self {
+            a,
+            b,
+            options,
+            fault: None,
+        }
     }
 
     /// Asks about two bodies that both move, in the world or any other common frame.
@@ -150,8 +161,18 @@ impl<'t> MotionQuery<'t> {
     /// [`MotionQuery::run`] with what is remembered of the pair, and will be for the next motion: the triangles that met first.
     /// While the way of B's points is less than what the memory knows of the distance at the start
     /// ([`PairMemory::clearance`]), the motion is free without a search.
-    pub fn run_with_memory(&self, workspace: &mut Workspace, memory: &mut PairMemory, budget: Budget) -> Passage {
-        self.run_with(workspace, Some(memory), budget.by_system(), &crate::query::SYSTEM)
+    pub fn run_with_memory(
+        &self,
+        workspace: &mut Workspace,
+        memory: &mut PairMemory,
+        budget: Budget,
+    ) -> Passage {
+        self.run_with(
+            workspace,
+            Some(memory),
+            budget.by_system(),
+            &crate::query::SYSTEM,
+        )
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
@@ -160,7 +181,11 @@ impl<'t> MotionQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
-    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<Passage, ResumeError> {
+    pub fn resume(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+    ) -> Result<Passage, ResumeError> {
         self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
     }
 
@@ -204,8 +229,14 @@ impl<'t> MotionQuery<'t> {
         workspace.clear();
         workspace.run.begin(self.key(), Strategy::NONE);
         let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
-        let free_until = if is_empty { 1.0 } else { memory.map_or(0.0, |memory| self.clear_until(course, memory)) };
-        workspace.motion.begin(&self.options, self.tolerance_in_time(course), free_until);
+        let free_until = if is_empty {
+            1.0
+        } else {
+            memory.map_or(0.0, |memory| self.clear_until(course, memory))
+        };
+        workspace
+            .motion
+            .begin(&self.options, self.tolerance_in_time(course), free_until);
         workspace.motion.piece = course.piece_at(free_until);
         if workspace.motion.piece < course.pieces {
             workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
@@ -216,7 +247,11 @@ impl<'t> MotionQuery<'t> {
     fn clear_until(&self, course: &Course, memory: &PairMemory) -> f64 {
         let known = memory.clearance(self.a, self.b, &course.pose(0.0));
         let way = known - self.options.margin - 4.0 * course.rounding;
-        if way > 0.0 { smaller(way * (1.0 - 1e-9) / course.speed, 1.0) } else { 0.0 }
+        if way > 0.0 {
+            smaller(way * (1.0 - 1e-9) / course.speed, 1.0)
+        } else {
+            0.0
+        }
     }
 
     /// Begins a run that a scene goes on with: [`MotionQuery::advance`].
@@ -237,31 +272,51 @@ impl<'t> MotionQuery<'t> {
     /// Proven by the run in the workspace: the triangles that meet first are no farther apart then. 0 only if they
     /// intersect.
     pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
-        workspace.motion.contact().map_or(f64::INFINITY, |contact| contact.distance)
+        workspace
+            .motion
+            .contact()
+            .map_or(f64::INFINITY, |contact| contact.distance)
     }
 
     /// Whether the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
-        workspace.run.holds_stopped(&self.key()).is_ok() && workspace.motion.options == Some(self.options)
+        workspace.run.holds_stopped(&self.key()).is_ok()
+            && workspace.motion.options == Some(self.options)
     }
 
     /// Where the surfaces may still meet before the contact that the last run of this query in `workspace` found, if any.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this motion and these options.
-    pub fn certificate<'w>(&'w self, workspace: &'w Workspace) -> Result<Certificate<'w>, ResumeError> {
+    pub fn certificate<'w>(
+        &'w self,
+        workspace: &'w Workspace,
+    ) -> Result<Certificate<'w>, ResumeError> {
         self.holds(workspace)?;
-        Ok(Certificate::new([self.a, self.b], Place::Moving(&self.options), workspace))
+        Ok(Certificate::new(
+            [self.a, self.b],
+            Place::Moving(&self.options),
+            workspace,
+        ))
     }
 
     /// Whether the workspace has the last run of this query.
     fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
-        if workspace.motion.options == Some(self.options) { Ok(()) } else { Err(ResumeError) }
+        if workspace.motion.options == Some(self.options) {
+            Ok(())
+        } else {
+            Err(ResumeError)
+        }
     }
 
     fn course(&self) -> Course<'_> {
-        Course::new(self.a, self.b, self.options.of_a.as_ref(), &self.options.of_b)
+        Course::new(
+            self.a,
+            self.b,
+            self.options.of_a.as_ref(),
+            &self.options.of_b,
+        )
     }
 
     fn key(&self) -> Key {
@@ -271,16 +326,37 @@ impl<'t> MotionQuery<'t> {
     /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
     /// not matter then, so that neighbors which meet at the same time are not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
-        let length = self.options.length.unwrap_or_else(|| self.default_tolerance());
+        let length = self
+            .options
+            .length
+            .unwrap_or_else(|| self.default_tolerance());
         // No time is known better than the places are.
-        let time = self.options.time.max(length.max(8.0 * course.rounding) / course.speed);
-        0.5 * if time > LEAST_TOLERANCE { time.min(1.0) } else { LEAST_TOLERANCE }
+        let time = self
+            .options
+            .time
+            .max(length.max(8.0 * course.rounding) / course.speed);
+        0.5 * if time > LEAST_TOLERANCE {
+            time.min(1.0)
+        } else {
+            LEAST_TOLERANCE
+        }
     }
 
     fn default_tolerance(&self) -> f64 {
-        let sizes = [self.a, self.b].map(|tree| if tree.size() > 0.0 { tree.size() } else { self.options.margin });
+        let sizes = [self.a, self.b].map(|tree| {
+            if tree.size() > 0.0 {
+                tree.size()
+            } else {
+                self.options.margin
+            }
+        });
         let least = smaller(sizes[0], sizes[1]);
-        DEFAULT_TOLERANCE * if least > 0.0 { least } else { 0.5 * (sizes[0] + sizes[1]) }
+        DEFAULT_TOLERANCE
+            * if least > 0.0 {
+                least
+            } else {
+                0.5 * (sizes[0] + sizes[1])
+            }
     }
 
     /// Spends a budget on the run in the workspace, piece after piece.
@@ -314,7 +390,12 @@ impl<'t> MotionQuery<'t> {
         self.outcome(workspace, stop)
     }
 
-    fn spend_on_piece(&self, course: &Course, workspace: &mut Workspace, deadline: &mut Deadline) -> StopReason {
+    fn spend_on_piece(
+        &self,
+        course: &Course,
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> StopReason {
         let piece = course.piece(workspace.motion.piece);
         let trees = [self.a, self.b];
         if course.is_clear(&piece, trees, self.options.margin) {
@@ -325,7 +406,9 @@ impl<'t> MotionQuery<'t> {
             let stop = deadline.stop(workspace.work());
             if stop.is_none() {
                 workspace.run.stats.work += WORK_PER_PIECE;
-                workspace.motion.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+                workspace
+                    .motion
+                    .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
             }
             deadline.end(workspace.work());
             workspace.run.stopped = stop.is_some();
@@ -336,9 +419,19 @@ impl<'t> MotionQuery<'t> {
         let (margin, middle) = (self.options.margin, OnceCell::new());
         let mut span = span(trees, course, &piece, &relation, margin, &workspace.motion);
         let place = (trees, course, &piece);
-        let question = Sweep::new(place, &relation, margin, &workspace.motion, &mut span, &middle);
-        let stop = Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
-        workspace.motion.bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+        let question = Sweep::new(
+            place,
+            &relation,
+            margin,
+            &workspace.motion,
+            &mut span,
+            &middle,
+        );
+        let stop =
+            Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
+        workspace
+            .motion
+            .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
         stop
     }
 
@@ -362,7 +455,10 @@ impl Workspace {
     /// Prepares the buffers for a piece of a motion, in which these triangles may meet.
     fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
         self.front.clear();
-        self.search.begin_pairs(guess.map(|pair| Bounded { low: f32::NEG_INFINITY, ..Bounded::unknown(pair) }));
+        self.search.begin_pairs(guess.map(|pair| Bounded {
+            low: f32::NEG_INFINITY,
+            ..Bounded::unknown(pair)
+        }));
         self.testing = guess.is_some();
         self.front.push(Pair::new(0, 0));
     }

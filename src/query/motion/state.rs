@@ -25,7 +25,16 @@ pub(crate) struct Followed {
 impl Followed {
     /// A pair that may meet between two times, to be looked at over a span of time.
     pub fn new(pair: [u32; 2], [from, until]: [f64; 2], span: f64) -> Self {
-        Self { pair, from, until, span, longest: 0.0, phase: Phase::Window, steps: 0, doubts: 0 }
+        Self {
+            pair,
+            from,
+            until,
+            span,
+            longest: 0.0,
+            phase: Phase::Window,
+            steps: 0,
+            doubts: 0,
+        }
     }
 }
 
@@ -88,7 +97,16 @@ impl MotionState {
     /// Begins with a time before which there is no contact.
     pub fn begin(&mut self, options: &MotionOptions, tolerance: f64, free_until: f64) {
         // Not as a whole: it is large, and most of it need not be written.
-        let Self { options: asked, piece, tolerance: half, free_until: free, done, contact, followed, .. } = self;
+        let Self {
+            options: asked,
+            piece,
+            tolerance: half,
+            free_until: free,
+            done,
+            contact,
+            followed,
+            ..
+        } = self;
         (*asked, *piece, *half, *free) = (Some(*options), 0, tolerance, free_until);
         (*done, *contact, *followed) = (f64::INFINITY, None, None);
     }
@@ -108,7 +126,9 @@ impl MotionState {
 
     /// What is free until then does not matter any more.
     pub fn cut(&self) -> f64 {
-        self.contact.map_or(f64::INFINITY, |contact| (contact.time - 2.0 * self.tolerance).max(0.0))
+        self.contact.map_or(f64::INFINITY, |contact| {
+            (contact.time - 2.0 * self.tolerance).max(0.0)
+        })
     }
 
     /// Whether a pair matters that does not meet before `from`. Whether surfaces meet at the start is no question of tolerance.
@@ -144,9 +164,16 @@ impl MotionState {
             None => f32::INFINITY,
             Some(bucket) => least_key(bucket),
         };
-        let pairs = search.waiting.iter().chain(&search.proposed).map(|left| left.low);
+        let pairs = search
+            .waiting
+            .iter()
+            .chain(&search.proposed)
+            .map(|left| left.low);
         let left = piece.time(pairs.fold(nodes.min(at_hand), f32::min));
-        let followed = self.followed.as_ref().map_or(f64::INFINITY, |followed| followed.from);
+        let followed = self
+            .followed
+            .as_ref()
+            .map_or(f64::INFINITY, |followed| followed.from);
         self.free_until = self.free_until.max(left.min(followed).min(self.done));
     }
 }
@@ -160,7 +187,11 @@ pub(super) fn bucket(key: f32) -> usize {
 
 /// The least time of a bucket.
 pub(super) fn least_key(bucket: usize) -> f32 {
-    if bucket == 0 { f32::NEG_INFINITY } else { (bucket - 1) as f32 / (BUCKETS - 2) as f32 - 0.5 - f32::EPSILON }
+    if bucket == 0 {
+        f32::NEG_INFINITY
+    } else {
+        (bucket - 1) as f32 / (BUCKETS - 2) as f32 - 0.5 - f32::EPSILON
+    }
 }
 
 #[cfg(test)]
@@ -172,7 +203,10 @@ mod tests {
         for i in 0..=10_000 {
             let key = i as f32 / 10_000.0 - 0.5;
             let bucket = bucket(key);
-            assert!(bucket < BUCKETS && least_key(bucket) <= key && key <= least_key(bucket) + 0.01, "{key} {bucket}");
+            assert!(
+                bucket < BUCKETS && least_key(bucket) <= key && key <= least_key(bucket) + 0.01,
+                "{key} {bucket}"
+            );
         }
     }
 }

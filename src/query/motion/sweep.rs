@@ -14,8 +14,8 @@ use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::math::tolerance::ROUNDING;
 use crate::model::cost::{
-    WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST,
-    WORK_PER_WINDOW, WORK_PER_WINDOW_TEST,
+    WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_SWEPT_EXPANSION,
+    WORK_PER_SWEPT_TEST, WORK_PER_WINDOW, WORK_PER_WINDOW_TEST,
 };
 use crate::query::boxes::Keys;
 use crate::query::expand::{Sink, expand};
@@ -69,21 +69,48 @@ impl<'q> Sweep<'q> {
         middle: &'q OnceCell<Middle>,
     ) -> Self {
         let (cut, tolerance) = (cut(piece, state), state.tolerance());
-        Self { trees, course, piece, relation, span, middle, margin, tolerance, cut }
+        Self {
+            trees,
+            course,
+            piece,
+            relation,
+            span,
+            middle,
+            margin,
+            tolerance,
+            cut,
+        }
     }
 
     /// After a contact was found.
     fn update(&mut self, state: &MotionState) {
-        let Self { trees, course, piece, relation, margin, .. } = *self;
+        let Self {
+            trees,
+            course,
+            piece,
+            relation,
+            margin,
+            ..
+        } = *self;
         self.cut = cut(piece, state);
         *self.span = span(trees, course, piece, relation, margin, state);
     }
 
     fn middle(&self) -> &Middle {
         self.middle.get_or_init(|| {
-            let Self { trees: [a, b], course, piece, relation, margin, .. } = self;
-            let relation =
-                if piece.is_on_the_spot { Relation::new(a, b, &course.pose(piece.middle)) } else { **relation };
+            let Self {
+                trees: [a, b],
+                course,
+                piece,
+                relation,
+                margin,
+                ..
+            } = self;
+            let relation = if piece.is_on_the_spot {
+                Relation::new(a, b, &course.pose(piece.middle))
+            } else {
+                **relation
+            };
             let glide = glide(course, piece, &relation, a.unit().origin, *margin);
             Middle { relation, glide }
         })
@@ -106,7 +133,11 @@ pub(super) fn span(
     state: &MotionState,
 ) -> Option<Span> {
     let until = state.cut().clamp(piece.begin, piece.end);
-    if piece.is_on_the_spot { Span::new(course, trees, piece, relation, until, margin) } else { None }
+    if piece.is_on_the_spot {
+        Span::new(course, trees, piece, relation, until, margin)
+    } else {
+        None
+    }
 }
 
 impl Question for Traversal<'_, '_, Sweep<'_>> {
@@ -117,7 +148,12 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let Self { question, workspace, keys, .. } = self;
+        let Self {
+            question,
+            workspace,
+            keys,
+            ..
+        } = self;
         let mut least = f32::NEG_INFINITY;
         if self.origin == Origin::Queue {
             least = workspace.front.popped_key();
@@ -131,19 +167,37 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
             }
             // What goes on the stack for lack of room has no bound any more.
             if workspace.front.room() < WIDTH * WIDTH {
-                workspace.motion.bound(&workspace.front, &workspace.search, question.piece, least);
+                workspace
+                    .motion
+                    .bound(&workspace.front, &workspace.search, question.piece, least);
             }
         }
         let trees = [self.a, self.b];
-        let Workspace { front, search, motion, run, .. } = &mut **workspace;
+        let Workspace {
+            front,
+            search,
+            motion,
+            run,
+            ..
+        } = &mut **workspace;
         if let Some(span) = &*question.span {
-            let mut children = Children::<true> { front, search, run, keys };
+            let mut children = Children::<true> {
+                front,
+                search,
+                run,
+                keys,
+            };
             let mut hulls = Hulls::new(question.cut, least, span, &mut motion.views);
             expand(lanes, pair, trees, self.relation, &mut hulls, &mut children);
             least = hulls.least;
         } else {
             let Middle { relation, glide } = question.middle();
-            let mut children = Children::<false> { front, search, run, keys };
+            let mut children = Children::<false> {
+                front,
+                search,
+                run,
+                keys,
+            };
             let mut windows = Windows::new(question.cut, least, glide, relation);
             expand(lanes, pair, trees, relation, &mut windows, &mut children);
             least = windows.least;
@@ -156,7 +210,10 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
         let workspace = &*self.workspace;
         let left = workspace.search.waiting.len();
         left >= WIDTH
-            || any && (left > 0 || !workspace.search.proposed.is_empty() || workspace.motion.followed.is_some())
+            || any
+                && (left > 0
+                    || !workspace.search.proposed.is_empty()
+                    || workspace.motion.followed.is_some())
     }
 
     #[inline(always)]
@@ -170,8 +227,10 @@ impl Question for Traversal<'_, '_, Sweep<'_>> {
         let workspace = &mut *self.workspace;
         let (search, state) = (&workspace.search, &workspace.motion);
         let last = workspace.front.is_empty() && !search.waiting.is_empty();
-        workspace.testing =
-            state.followed.is_some() || !search.proposed.is_empty() || search.waiting.len() >= WIDTH || last;
+        workspace.testing = state.followed.is_some()
+            || !search.proposed.is_empty()
+            || search.waiting.len() >= WIDTH
+            || last;
         state.is_decided().then_some(StopReason::Finished)
     }
 }
@@ -198,7 +257,15 @@ impl Traversal<'_, '_, Sweep<'_>> {
             return;
         }
         let (a, b) = (rows(self.a, pairs, 0), rows(self.b, pairs, 1));
-        let (enter, alive) = windows(lanes, a, b, &relation.triangles, glide, *cut, first.is_some());
+        let (enter, alive) = windows(
+            lanes,
+            a,
+            b,
+            &relation.triangles,
+            glide,
+            *cut,
+            first.is_some(),
+        );
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += if first.is_some() { 0 } else { count as u64 };
         stats.work += count as u64 * WORK_PER_WINDOW_TEST;
@@ -214,7 +281,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 let from = piece.time(larger_known(enter[first as usize % WIDTH], low));
                 let until = piece.end_of_part(last, WIDTH as u32);
                 if from < until {
-                    let followed = Followed::new(pair, [from, until], piece.length() / WIDTH as f64);
+                    let followed =
+                        Followed::new(pair, [from, until], piece.length() / WIDTH as f64);
                     self.workspace.motion.followed = Some(followed);
                 }
             }
@@ -228,15 +296,26 @@ impl Traversal<'_, '_, Sweep<'_>> {
     fn pass_rest(&mut self, known: f32) {
         if self.workspace.motion.contact().is_some() {
             let Sweep { piece, cut, .. } = &self.question;
-            self.workspace.motion.pass(piece.time(larger_known(*cut, known)));
+            self.workspace
+                .motion
+                .pass(piece.time(larger_known(*cut, known)));
         }
     }
 
     #[inline(never)]
-    fn propose(&mut self, pairs: &[[u32; 2]], keys: &[f32; WIDTH], enter: &[f32; WIDTH], alive: u32) {
+    fn propose(
+        &mut self,
+        pairs: &[[u32; 2]],
+        keys: &[f32; WIDTH],
+        enter: &[f32; WIDTH],
+        alive: u32,
+    ) {
         let mut proposed: ArrayVec<Bounded, WIDTH> = (0..pairs.len())
             .filter(|i| alive >> i & 1 != 0)
-            .map(|i| Bounded { low: larger_known(enter[i], keys[i]), ..Bounded::unknown(pairs[i]) })
+            .map(|i| Bounded {
+                low: larger_known(enter[i], keys[i]),
+                ..Bounded::unknown(pairs[i])
+            })
             .collect();
         proposed.sort_unstable_by(|x, y| y.low.total_cmp(&x.low).then(y.pair.cmp(&x.pair)));
         self.workspace.search.proposed = proposed;
@@ -259,11 +338,26 @@ impl Traversal<'_, '_, Sweep<'_>> {
 
     /// When a pair may meet in the span at hand, by its edges or the direction in which it is closest; the next step.
     fn narrow(&mut self, mut followed: Followed) -> Option<Followed> {
-        let Followed { pair, from, until, span, phase, .. } = followed;
-        let Sweep { course, margin, tolerance, .. } = &self.question;
+        let Followed {
+            pair,
+            from,
+            until,
+            span,
+            phase,
+            ..
+        } = followed;
+        let Sweep {
+            course,
+            margin,
+            tolerance,
+            ..
+        } = &self.question;
         let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
         let [of_a, of_b] = &mut self.workspace.corners;
-        let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
+        let (a, of_b) = (
+            of_a.of(self.a, pair[0], |v| v),
+            of_b.of(self.b, pair[1], |v| v),
+        );
         let at = |time| placed(course, of_b, time);
         let span = span.min(until - from);
         let (half, middle) = (span / 2.0, from + span / 2.0);
@@ -273,7 +367,14 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let velocities = b.map(|corner| twist.at(corner));
         let tilt = course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length());
         let (bends, rest) = (course.bends(&twist, &b, half), course.bend_besides(half));
-        let swept = Swept::new(a, &b, velocities, bends, rest + 2.0 * course.rounding + margin, half);
+        let swept = Swept::new(
+            a,
+            &b,
+            velocities,
+            bends,
+            rest + 2.0 * course.rounding + margin,
+            half,
+        );
         let bend = rest + bends.map(DVec3::length).into_iter().fold(0.0, f64::max);
         followed.steps += 1;
         let window = if phase == Phase::Direction {
@@ -281,14 +382,22 @@ impl Traversal<'_, '_, Sweep<'_>> {
             swept.on(closest_or_meeting(a, &at(from)).direction, [-half, half])
         } else {
             stats.work += WORK_PER_WINDOW;
-            swept.window(if state.cut() > 0.0 { state.cut() - middle } else { f64::INFINITY })
+            swept.window(if state.cut() > 0.0 {
+                state.cut() - middle
+            } else {
+                f64::INFINITY
+            })
         };
         let Some([enter, leave]) = window else {
             // Free for this span.
-            (followed.from, followed.span, followed.phase) = (from + span, 4.0 * span, Phase::Window);
+            (followed.from, followed.span, followed.phase) =
+                (from + span, 4.0 * span, Phase::Window);
             return (followed.from < until).then_some(followed);
         };
-        let (enter, leave) = ((middle + enter).max(from), (middle + leave).min(from + span));
+        let (enter, leave) = (
+            (middle + enter).max(from),
+            (middle + leave).min(from + span),
+        );
         followed.from = enter;
         if !state.matters(enter) {
             state.pass(enter);
@@ -310,17 +419,40 @@ impl Traversal<'_, '_, Sweep<'_>> {
 
     /// Whether a pair meets at a moment; if not, the next step.
     fn look_for_contact(&mut self, mut followed: Followed, moment: usize) -> Option<Followed> {
-        let Followed { pair, from, until, longest, .. } = followed;
-        let Sweep { course, margin, tolerance, .. } = &self.question;
+        let Followed {
+            pair,
+            from,
+            until,
+            longest,
+            ..
+        } = followed;
+        let Sweep {
+            course,
+            margin,
+            tolerance,
+            ..
+        } = &self.question;
         let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
         let [of_a, of_b] = &mut self.workspace.corners;
-        let (a, of_b) = (of_a.of(self.a, pair[0], |v| v), of_b.of(self.b, pair[1], |v| v));
+        let (a, of_b) = (
+            of_a.of(self.a, pair[0], |v| v),
+            of_b.of(self.b, pair[1], |v| v),
+        );
         stats.exact_tests += 1;
-        stats.work += WORK_PER_EXACT_TEST + if *margin > 0.0 { WORK_PER_CLOSEST_POINTS } else { 0 };
+        stats.work += WORK_PER_EXACT_TEST
+            + if *margin > 0.0 {
+                WORK_PER_CLOSEST_POINTS
+            } else {
+                0
+            };
         let time = from + longest * MOMENTS[moment];
         if let Some(distance) = meet(a, &placed(course, of_b, time), *margin) {
             state.pass(from);
-            state.touch(Contact { time, pair, distance });
+            state.touch(Contact {
+                time,
+                pair,
+                distance,
+            });
             self.question.update(&self.workspace.motion);
             return None;
         }
@@ -362,7 +494,9 @@ fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> Option<f64> {
     if triangles_intersect(a, b) {
         return Some(0.0);
     }
-    (margin > 0.0).then(|| closest(a, b).of_apart(a, b).high).filter(|&distance| distance <= margin)
+    (margin > 0.0)
+        .then(|| closest(a, b).of_apart(a, b).high)
+        .filter(|&distance| distance <= margin)
 }
 
 /// Where the children of an opened pair go. If they are alike, all have the first key of the table.
@@ -392,13 +526,24 @@ impl<const ALIKE: bool> Sink for Children<'_, ALIKE> {
             return self.front.push_all(hits, child);
         }
         for bit in bits(hits) {
-            self.place(child(bit as u32), if ALIKE { self.keys[0][0] } else { self.keys.as_flattened()[bit % 64] });
+            self.place(
+                child(bit as u32),
+                if ALIKE {
+                    self.keys[0][0]
+                } else {
+                    self.keys.as_flattened()[bit % 64]
+                },
+            );
         }
     }
 
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, column: usize) {
-        let key = if ALIKE { self.keys[0][0] } else { least_of_column(self.keys, &pair, column) };
+        let key = if ALIKE {
+            self.keys[0][0]
+        } else {
+            least_of_column(self.keys, &pair, column)
+        };
         self.place(pair, key);
     }
 
@@ -407,7 +552,8 @@ impl<const ALIKE: bool> Sink for Children<'_, ALIKE> {
         if ALIKE {
             self.search.wait(hits, first, |_| self.keys[0][0]);
         } else {
-            self.search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
+            self.search
+                .wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
         }
     }
 }

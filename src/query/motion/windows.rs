@@ -9,7 +9,9 @@ use super::course::{Course, Piece};
 use crate::math::bits;
 use crate::math::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
-use crate::query::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat};
+use crate::query::boxes::{
+    BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat,
+};
 use crate::query::edge_axes;
 use crate::query::views::{Relation, View, Views, cross, yzx, zxy};
 use crate::tree::{Node, WIDTH, xyz};
@@ -30,7 +32,13 @@ const HALF_A_PIECE: f32 = 0.505;
 const LEAST_SPEED: f32 = 1e-37;
 
 /// A piece of motion as `f32` sees it, in A's unit coordinates.
-pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin: DVec3, margin: f64) -> Glide {
+pub(super) fn glide(
+    course: &Course,
+    piece: &Piece,
+    relation: &Relation,
+    origin: DVec3,
+    margin: f64,
+) -> Glide {
     let (length, unit) = (piece.length(), relation.unit);
     let twist = course.twist(piece.middle);
     let velocity = twist.at(origin) * (length / unit);
@@ -51,7 +59,10 @@ pub(super) fn glide(course: &Course, piece: &Piece, relation: &Relation, origin:
         }
     } else {
         // Beyond `f32`, or of unknown size: everything may meet at any time.
-        Glide { bulge: 1e15, ..Glide::NONE }
+        Glide {
+            bulge: 1e15,
+            ..Glide::NONE
+        }
     }
 }
 
@@ -96,9 +107,17 @@ impl Drift {
         // What is slower than this counts as this fast.
         let least = sum(velocity) * 1e-6 + 1e-20;
         let size = f32x4::ONE / velocity.abs().fast_max(f32x4::splat(least));
-        let inverse = velocity.simd_lt(f32x4::ZERO).select(size, f32x4::ZERO - size);
+        let inverse = velocity
+            .simd_lt(f32x4::ZERO)
+            .select(size, f32x4::ZERO - size);
         let margin = margin + f32x4::splat(least);
-        Self { inverse, size, extra: size * margin + f32x4::splat(SLOP), velocity, margin }
+        Self {
+            inverse,
+            size,
+            extra: size * margin + f32x4::splat(SLOP),
+            velocity,
+            margin,
+        }
     }
 
     /// The ends of boxes in time; `sign` is -1 where they are of B and those that they meet of A.
@@ -118,14 +137,29 @@ impl Drift {
     fn wide_ends<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, sign: f32) -> Slabs<L> {
         let Slabs { low, high } = self.ends(lanes, boxes, sign);
         let extra = splat(lanes, self.extra);
-        Slabs { low: sub(low, extra), high: add(high, extra) }
+        Slabs {
+            low: sub(low, extra),
+            high: add(high, extra),
+        }
     }
 
     /// The same of a single box, eight times.
     #[inline(always)]
-    fn ends_of_one<L: Lanes>(&self, lanes: L, (center, half): (f32x4, f32x4), extra: f32x4, sign: f32) -> Slabs<L> {
-        let (center, half) = (center * self.inverse * f32x4::splat(sign), half * self.size + extra);
-        Slabs { low: splat(lanes, center - half), high: splat(lanes, center + half) }
+    fn ends_of_one<L: Lanes>(
+        &self,
+        lanes: L,
+        (center, half): (f32x4, f32x4),
+        extra: f32x4,
+        sign: f32,
+    ) -> Slabs<L> {
+        let (center, half) = (
+            center * self.inverse * f32x4::splat(sign),
+            half * self.size + extra,
+        );
+        Slabs {
+            low: splat(lanes, center - half),
+            high: splat(lanes, center + half),
+        }
     }
 
     /// The ends of a triangle's box in time, eight times.
@@ -133,24 +167,39 @@ impl Drift {
     fn ends_of_triangle<L: Lanes>(&self, lanes: L, plane: &Plane, sign: f32) -> Slabs<L> {
         let inverse = self.inverse * f32x4::splat(sign);
         let [u, v] = [plane.low, plane.high].map(|[x, y, z]| f32x4::new([x, y, z, 0.0]) * inverse);
-        Slabs { low: splat(lanes, u.fast_min(v)), high: splat(lanes, u.fast_max(v)) }
+        Slabs {
+            low: splat(lanes, u.fast_min(v)),
+            high: splat(lanes, u.fast_max(v)),
+        }
     }
 
     /// When boxes reach across the plane of a triangle.
     #[inline(always)]
-    fn through_plane<L: Lanes>(&self, lanes: L, plane: &Plane, boxes: &Boxes<L>, sign: f32) -> [F8<L>; 2] {
-        let ([x, y, z], [u, v, w], [p, q, r]) = (plane.normal, xyz(self.velocity), xyz(self.margin));
+    fn through_plane<L: Lanes>(
+        &self,
+        lanes: L,
+        plane: &Plane,
+        boxes: &Boxes<L>,
+        sign: f32,
+    ) -> [F8<L>; 2] {
+        let ([x, y, z], [u, v, w], [p, q, r]) =
+            (plane.normal, xyz(self.velocity), xyz(self.margin));
         let (length, speed) = (x.abs() + y.abs() + z.abs(), u.abs() + v.abs() + w.abs());
         let along = (x * u + y * v + z * w) * sign;
         let least = length * speed * 1e-6 + LEAST_SPEED;
         let size = 1.0 / along.abs().max(least);
         let inverse = if along < 0.0 { size } else { -size };
-        let margin = x.abs() * p + y.abs() * q + z.abs() * r + plane.blur * (2.0 * (p + q + r) + speed);
+        let margin =
+            x.abs() * p + y.abs() * q + z.abs() * r + plane.blur * (2.0 * (p + q + r) + speed);
         let slack = plane.slack + margin + least;
         let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, plane.corner[k]));
-        let distance = dot(per_axis!(k => F8::splat(lanes, plane.normal[k])), from_corner);
+        let distance = dot(
+            per_axis!(k => F8::splat(lanes, plane.normal[k])),
+            from_corner,
+        );
         let reach = dot(per_axis!(k => F8::splat(lanes, plane.reach[k])), boxes.half)
-            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs()) * F8::splat(lanes, plane.blur)
+            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs())
+                * F8::splat(lanes, plane.blur)
             + F8::splat(lanes, slack);
         let middle = distance * F8::splat(lanes, inverse);
         let half = reach * F8::splat(lanes, size) + F8::splat(lanes, SLOP);
@@ -189,23 +238,45 @@ impl Way {
     #[inline(always)]
     fn seen(&self, view: &View) -> Self {
         let [velocity, turn, bend] = [self.velocity, self.turn, self.bend].map(|v| view.vector(v));
-        Self { velocity, turn, bend, margin: self.margin }
+        Self {
+            velocity,
+            turn,
+            bend,
+            margin: self.margin,
+        }
     }
 }
 
 impl<'g> Windows<'g> {
     #[inline(always)]
     pub fn new(cut: f32, least: f32, glide: &'g Glide, relation: &Relation) -> Self {
-        Self { cut, least, skew: relation.skew, glide, in_a: Drift::NONE, in_b: Drift::NONE }
+        Self {
+            cut,
+            least,
+            skew: relation.skew,
+            glide,
+            in_a: Drift::NONE,
+            in_b: Drift::NONE,
+        }
     }
 
     /// How a part of B at `place` passes, as A's node sees it.
     #[inline(always)]
     fn way(&self, a: &Node, views: &Views, place: f32x4) -> Way {
-        let Glide { spin, wobble, bulge, .. } = *self.glide;
+        let Glide {
+            spin,
+            wobble,
+            bulge,
+            ..
+        } = *self.glide;
         let seen = |v: [f32; 4]| views.direction(a, f32x4::new(v)).0;
         let shift = seen(self.glide.shift);
-        let mut way = Way { velocity: shift, turn: f32x4::ZERO, bend: f32x4::ZERO, margin: bulge };
+        let mut way = Way {
+            velocity: shift,
+            turn: f32x4::ZERO,
+            bend: f32x4::ZERO,
+            margin: bulge,
+        };
         let mut speed = sum(shift);
         if spin > 0.0 {
             way.turn = seen(self.glide.turn);
@@ -247,7 +318,10 @@ impl<'g> Windows<'g> {
     #[inline(always)]
     fn key<L: Lanes>(&self, lanes: L, [enter, leave]: [F8<L>; 2]) -> F8<L> {
         let gone = leave.less(enter.max(F8::splat(lanes, BEGIN)));
-        gone.select(F8::splat(lanes, f32::INFINITY), enter.max(F8::splat(lanes, self.least)))
+        gone.select(
+            F8::splat(lanes, f32::INFINITY),
+            enter.max(F8::splat(lanes, self.least)),
+        )
     }
 
     /// The same after comparisons along the axes of both.
@@ -265,7 +339,11 @@ impl<'g> Windows<'g> {
     /// boxes against the former's.
     #[inline(always)]
     fn drifts(&self, is_a: bool) -> (&Drift, &Drift, f32) {
-        if is_a { (&self.in_a, &self.in_b, 1.0) } else { (&self.in_b, &self.in_a, -1.0) }
+        if is_a {
+            (&self.in_a, &self.in_b, 1.0)
+        } else {
+            (&self.in_b, &self.in_a, -1.0)
+        }
     }
 }
 
@@ -291,8 +369,16 @@ impl BoxTest for Windows<'_> {
             return false;
         }
         // Directions are off by the skew of their sum, which may be seen up to the root of 3 shorter.
-        self.in_b = self.drift(&way.seen(&views.of_a), b_half, views.of_a.margin, 2.0 * self.skew);
-        let of_b = self.in_b.window(b_center - views.of_a.point(a_center), views.of_a.half(a_half) + b_half);
+        self.in_b = self.drift(
+            &way.seen(&views.of_a),
+            b_half,
+            views.of_a.margin,
+            2.0 * self.skew,
+        );
+        let of_b = self.in_b.window(
+            b_center - views.of_a.point(a_center),
+            views.of_a.half(a_half) + b_half,
+        );
         (enter, leave) = (enter.max(of_b[0]), leave.min(of_b[1]));
         if leave < enter.max(BEGIN) || enter >= self.cut {
             return false;
@@ -316,12 +402,22 @@ impl BoxTest for Windows<'_> {
 
     #[inline(always)]
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64 {
-        lanes.run(Both { windows: self, facing, alive, keys })
+        lanes.run(Both {
+            windows: self,
+            facing,
+            alive,
+            keys,
+        })
     }
 
     #[inline(always)]
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
-        let Facing { nodes: [opened, _], views: [of_opened, of_other], scales, is_a } = facing;
+        let Facing {
+            nodes: [opened, _],
+            views: [of_opened, of_other],
+            scales,
+            is_a,
+        } = facing;
         let (in_opened, in_other, sign) = self.drifts(is_a);
         let children = Boxes::children(lanes, opened, scales[0]);
         let (center, half) = facing.other();
@@ -329,7 +425,10 @@ impl BoxTest for Windows<'_> {
         let other = in_opened.ends_of_one(lanes, other, in_opened.extra, sign);
         let of_opened_axes = between(&other, &in_opened.ends(lanes, &children, sign));
         let other = in_other.ends_of_one(lanes, (center, half), in_other.extra, sign);
-        let of_other_axes = between(&other, &in_other.ends(lanes, &children.seen(lanes, of_opened), sign));
+        let of_other_axes = between(
+            &other,
+            &in_other.ends(lanes, &children.seen(lanes, of_opened), sign),
+        );
         let key = self.key_of_both(lanes, [of_opened_axes, of_other_axes]);
         keys[0] = key.store();
         self.soon(lanes, key) & opened.valid()
@@ -350,7 +449,11 @@ impl BoxTest for Windows<'_> {
         let node = facing.nodes[1];
         let boxes = Boxes::children(lanes, node, facing.scales[1]);
         let ends = drift.wide_ends(lanes, &boxes, sign);
-        let planes = if alive.is_power_of_two() { None } else { Some(Planes::new(lanes, &triangles)) };
+        let planes = if alive.is_power_of_two() {
+            None
+        } else {
+            Some(Planes::new(lanes, &triangles))
+        };
         let mut pairs = 0;
         for i in bits(alive).map(|i| i % WIDTH) {
             let plane = match &planes {
@@ -361,7 +464,10 @@ impl BoxTest for Windows<'_> {
             if self.soon(lanes, self.key(lanes, of_axes)) & node.valid() == 0 {
                 continue;
             }
-            let key = self.key_of_both(lanes, [of_axes, drift.through_plane(lanes, &plane, &boxes, sign)]);
+            let key = self.key_of_both(
+                lanes,
+                [of_axes, drift.through_plane(lanes, &plane, &boxes, sign)],
+            );
             keys[i] = key.store();
             pairs |= u64::from(self.soon(lanes, key) & node.valid()) << (WIDTH * i);
         }
@@ -382,13 +488,28 @@ impl Kernel for Both<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> u64 {
-        let Self { windows, facing, alive: [alive_x, alive_y], keys } = self;
-        let Facing { nodes: [x, y], views: [of_x, of_y], scales, is_a } = facing;
+        let Self {
+            windows,
+            facing,
+            alive: [alive_x, alive_y],
+            keys,
+        } = self;
+        let Facing {
+            nodes: [x, y],
+            views: [of_x, of_y],
+            scales,
+            is_a,
+        } = facing;
         let (in_x, in_y, sign) = windows.drifts(is_a);
         let y_rows = Boxes::children(lanes, y, scales[1]);
         let y_in_x = in_x.wide_ends(lanes, &y_rows.seen(lanes, of_y), sign);
         let scale = f32x4::splat(scales[0]);
-        let own = in_x.ends_of_one(lanes, (x.own_center * scale, x.own_half * scale), f32x4::ZERO, sign);
+        let own = in_x.ends_of_one(
+            lanes,
+            (x.own_center * scale, x.own_half * scale),
+            f32x4::ZERO,
+            sign,
+        );
         let alive_y = alive_y & windows.soon(lanes, windows.key(lanes, between(&y_in_x, &own)));
         if alive_y == 0 {
             return 0;

@@ -65,15 +65,27 @@ impl Beam {
         }
         let (unit, per_unit) = (power_of_two(exponent), power_of_two(-exponent));
         let [t_min, t_max] = ray.limits();
-        let end = if ray.is_segment() && t_max > 1.0 { per_unit } else { t_max * per_unit };
+        let end = if ray.is_segment() && t_max > 1.0 {
+            per_unit
+        } else {
+            t_max * per_unit
+        };
         let (mut entry, mut last) = (0.0, end);
         if reach > NEAR {
             // Where a component is 0 and the origin in a plane of the cube, these are no numbers, and change nothing.
             let side = DVec3::splat(1.0 + CUBE_MARGIN + 2.0 * slop);
             let inverse = 1.0 / direction;
             let (one, other) = ((-side - origin) * inverse, (side - origin) * inverse);
-            entry = later(later(later(entry, one.x, other.x), one.y, other.y), one.z, other.z);
-            last = earlier(earlier(earlier(last, one.x, other.x), one.y, other.y), one.z, other.z);
+            entry = later(
+                later(later(entry, one.x, other.x), one.y, other.y),
+                one.z,
+                other.z,
+            );
+            last = earlier(
+                earlier(earlier(last, one.x, other.x), one.y, other.y),
+                one.z,
+                other.z,
+            );
         }
         let slack = 1e-6 + 4e-11 * (entry + reach + 4.0);
         let left = last - entry + slack;
@@ -82,7 +94,11 @@ impl Beam {
         self.shaft.slop = slop as f32;
         self.from = ((t_min * per_unit - entry - slack) as f32).clamp(0.0, LARGEST_PARAMETER);
         let left = left as f32;
-        self.to = if left > 0.0 { left.min(LARGEST_PARAMETER) } else { -1.0 };
+        self.to = if left > 0.0 {
+            left.min(LARGEST_PARAMETER)
+        } else {
+            -1.0
+        };
         (self.entry, self.unit, self.slack) = (entry, unit, slack);
         self.margin = MARGIN + slop as f32;
     }
@@ -95,7 +111,11 @@ impl Beam {
 
     /// For what `f32` cannot hold: every box is entered at once and every triangle is in doubt.
     pub const BLIND: Self = Self {
-        shaft: Shaft { origin: [0.0; 3], direction: [1.0; 3], slop: 1e30 },
+        shaft: Shaft {
+            origin: [0.0; 3],
+            direction: [1.0; 3],
+            slop: 1e30,
+        },
         from: 0.0,
         to: LARGEST_PARAMETER,
         entry: 0.0,
@@ -113,7 +133,9 @@ impl Beam {
     #[inline(always)]
     pub fn cut(&mut self, t: f64) {
         if self.unit > 0.0 {
-            self.to = self.to.min((t / self.unit - self.entry + self.slack) as f32);
+            self.to = self
+                .to
+                .min((t / self.unit - self.entry + self.slack) as f32);
         }
     }
 
@@ -126,7 +148,10 @@ impl Beam {
         };
         let direction = seen(self.shaft.direction);
         let sizes = direction.abs().fast_max(f32x4::splat(LEAST_COMPONENT));
-        [seen(self.shaft.origin), (f32x4::splat(1.0) / sizes).flip_signs(direction)]
+        [
+            seen(self.shaft.origin),
+            (f32x4::splat(1.0) / sizes).flip_signs(direction),
+        ]
     }
 
     /// Where it enters the boxes of a node's children, no earlier than the node, and which of them it enters before `to`, a bit
@@ -141,8 +166,14 @@ impl Beam {
             let half = (F8::read(lanes, &node.half[k]) + margin) * inverse.abs();
             [middle - half, middle + half]
         });
-        let enter = spans[0][0].max(spans[1][0]).max(spans[2][0]).max(F8::splat(lanes, entry.max(self.from)));
-        let leave = spans[0][1].min(spans[1][1]).min(spans[2][1]).min(F8::splat(lanes, self.to));
+        let enter = spans[0][0]
+            .max(spans[1][0])
+            .max(spans[2][0])
+            .max(F8::splat(lanes, entry.max(self.from)));
+        let leave = spans[0][1]
+            .min(spans[1][1])
+            .min(spans[2][1])
+            .min(F8::splat(lanes, self.to));
         (enter.store(), !leave.less(enter).mask() & node.valid())
     }
 }

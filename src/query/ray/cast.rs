@@ -13,8 +13,8 @@ use crate::math::Ray;
 use crate::math::bits;
 use crate::math::lanes::Lanes;
 use crate::model::cost::{
-    MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE, WORK_PER_RAY_TEST,
-    WORK_PER_RAY_TRIANGLE,
+    MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE,
+    WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
 };
 use crate::query::expand;
 use crate::query::outcome::{LEVELS, StopReason};
@@ -39,7 +39,13 @@ pub(super) struct Cast<'q> {
 impl<'q> Cast<'q> {
     /// Goes on with the first of some rays, of which there is at least one.
     pub fn new(rays: &'q [Ray], mode: RayMode, hits: &'q mut [Option<RayHit>]) -> Self {
-        Self { mode, rays, hits: hits.iter_mut(), lane: WIDTH - 1, is_first: true }
+        Self {
+            mode,
+            rays,
+            hits: hits.iter_mut(),
+            lane: WIDTH - 1,
+            is_first: true,
+        }
     }
 }
 
@@ -59,8 +65,10 @@ pub(super) fn entry(pair: &Pair) -> f32 {
 /// Most nodes that are opened in one step, each a child of the one before.
 const NODES_PER_STEP: u64 = 3;
 
-const _: () =
-    assert!(MAX_STEP_WORK >= WORK_PER_RAY + NODES_PER_STEP * WORK_PER_RAY_NODE + WIDTH as u64 * WORK_PER_RAY_TRIANGLE);
+const _: () = assert!(
+    MAX_STEP_WORK
+        >= WORK_PER_RAY + NODES_PER_STEP * WORK_PER_RAY_NODE + WIDTH as u64 * WORK_PER_RAY_TRIANGLE
+);
 
 impl Question for Traversal<'_, '_, Cast<'_>> {
     const ASKS_OF_FLUSHING: bool = false;
@@ -106,7 +114,9 @@ impl Question for Traversal<'_, '_, Cast<'_>> {
         }
         let suspect = state.suspects.pop();
         self.workspace.testing = !self.workspace.rays.suspects.is_empty();
-        suspect.filter(|suspect| suspect.enter <= self.ready().beam.to).and_then(|suspect| self.examine(suspect))
+        suspect
+            .filter(|suspect| suspect.enter <= self.ready().beam.to)
+            .and_then(|suspect| self.examine(suspect))
     }
 }
 
@@ -121,10 +131,19 @@ impl Traversal<'_, '_, Cast<'_>> {
             return None;
         }
         let node = &self.a.nodes()[index as usize];
-        let Ready { beam, enter, entered } = &self.workspace.rays.ready[self.question.lane];
-        let (enter, entered) = if index == ROOT { (*enter, *entered) } else { beam.enter(lanes, node, entry) };
+        let Ready {
+            beam,
+            enter,
+            entered,
+        } = &self.workspace.rays.ready[self.question.lane];
+        let (enter, entered) = if index == ROOT {
+            (*enter, *entered)
+        } else {
+            beam.enter(lanes, node, entry)
+        };
         let stats = &mut self.workspace.run.stats;
-        stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] += u64::from(node.children);
+        stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] +=
+            u64::from(node.children);
         stats.work += WORK_PER_RAY_NODE;
         if entered == 0 {
             return None;
@@ -135,10 +154,19 @@ impl Traversal<'_, '_, Cast<'_>> {
         let count = u64::from(node.children);
         stats.primitive_tests += count;
         stats.work += WORK_PER_RAY_TRIANGLE * count;
-        let found = candidates(lanes, expand::rows(self.a, node), &beam.shaft, [beam.from, beam.to]);
+        let found = candidates(
+            lanes,
+            expand::rows(self.a, node),
+            &beam.shaft,
+            [beam.from, beam.to],
+        );
         for lane in bits(found.may_meet & entered) {
             let (triangle, faces) = (node.first_child + lane as u32, found.faces(lane));
-            self.workspace.rays.suspects.push(Suspect { triangle, enter: enter[lane], faces });
+            self.workspace.rays.suspects.push(Suspect {
+                triangle,
+                enter: enter[lane],
+                faces,
+            });
         }
         None
     }
@@ -156,7 +184,10 @@ impl Traversal<'_, '_, Cast<'_>> {
         let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
         // Nobody asks for this copy of the kind: it is read so that the node is near when the pair is popped.
         let nodes = self.a.nodes();
-        let waiting = |pair: Pair| Pair { alive: [nodes[pair.nodes[0] as usize].is_cluster.into(), 0], ..pair };
+        let waiting = |pair: Pair| Pair {
+            alive: [nodes[pair.nodes[0] as usize].is_cluster.into(), 0],
+            ..pair
+        };
         let front = &mut self.workspace.front;
         let first = next();
         if count == 1 {
@@ -186,9 +217,15 @@ impl Traversal<'_, '_, Cast<'_>> {
 
     /// Tests a triangle in `f64`.
     #[inline(always)]
-    fn examine(&mut self, Suspect { triangle, faces, .. }: Suspect) -> Option<StopReason> {
+    fn examine(
+        &mut self,
+        Suspect {
+            triangle, faces, ..
+        }: Suspect,
+    ) -> Option<StopReason> {
         let id = self.a.ids()[triangle as usize];
-        let (found, was_exact) = Aim::new(&self.question.rays[0]).hit(&self.a.mesh().triangle(id as usize), faces);
+        let (found, was_exact) =
+            Aim::new(&self.question.rays[0]).hit(&self.a.mesh().triangle(id as usize), faces);
         let stats = &mut self.workspace.run.stats;
         stats.work += WORK_PER_RAY_TEST;
         if was_exact {
@@ -197,7 +234,11 @@ impl Traversal<'_, '_, Cast<'_>> {
             self.deadline.allow_for_long_step();
         }
         let (t, side) = found?;
-        let hit = RayHit { triangle: id, t, side };
+        let hit = RayHit {
+            triangle: id,
+            t,
+            side,
+        };
         let workspace = &mut *self.workspace;
         workspace.run.found += 1;
         let state = &mut workspace.rays;
@@ -219,7 +260,13 @@ impl Traversal<'_, '_, Cast<'_>> {
     /// Goes on with the next ray of the batch, if there is one.
     #[inline(always)]
     fn next_ray(&mut self) -> Option<(Pair, Origin)> {
-        let Cast { rays, hits, lane, is_first, .. } = &mut self.question;
+        let Cast {
+            rays,
+            hits,
+            lane,
+            is_first,
+            ..
+        } = &mut self.question;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
         let state = &mut self.workspace.rays;
         // Piece by piece, as it was found: a load of what several stores wrote waits until all are in the cache.
@@ -243,7 +290,12 @@ impl Traversal<'_, '_, Cast<'_>> {
     /// Finds out where the ray at hand enters the root, and the rays that are made ready with it.
     #[inline(always)]
     fn meet_root<L: Lanes>(&mut self, lanes: L) {
-        let Cast { rays, lane, is_first, .. } = self.question;
+        let Cast {
+            rays,
+            lane,
+            is_first,
+            ..
+        } = self.question;
         self.workspace.run.stats.work += WORK_PER_RAY;
         let ready = &mut self.workspace.rays.ready;
         if is_first {
@@ -275,15 +327,25 @@ mod tests {
         #[inline(always)]
         fn run<L: Lanes>(self, lanes: L) -> Candidates {
             let Self(tree, node, beam) = self;
-            candidates(lanes, expand::rows(tree, node), &beam.shaft, [beam.from, beam.to])
+            candidates(
+                lanes,
+                expand::rows(tree, node),
+                &beam.shaft,
+                [beam.from, beam.to],
+            )
         }
     }
 
     /// On which side the line from `origin` to `target` passes the edges of a triangle.
     fn exact_sides([origin, target]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> [i8; 3] {
-        let point = |v: DVec3| Coord3D { x: v.x, y: v.y, z: v.z };
+        let point = |v: DVec3| Coord3D {
+            x: v.x,
+            y: v.y,
+            z: v.z,
+        };
         let determinant = |p, q| orient3d(point(target), point(p), point(q), point(origin));
-        [determinant(a, b), determinant(b, c), determinant(c, a)].map(|x| i8::from(x > 0.0) - i8::from(x < 0.0))
+        [determinant(a, b), determinant(b, c), determinant(c, a)]
+            .map(|x| i8::from(x > 0.0) - i8::from(x < 0.0))
     }
 
     /// Segments past points of edges, from near and far, off by all that lies between certain and in doubt.
@@ -293,14 +355,23 @@ mod tests {
         let tree = Tree::new(shapes::torus_knot(2, 3, 0.2, 30));
         let (mut certain, mut in_doubt) = (0, 0);
         for node in tree.nodes().iter().filter(|node| node.is_cluster) {
-            let corners = |lane: u32| tree.mesh().triangle(tree.ids()[(node.first_child + lane) as usize] as usize);
-            for (far, power) in [0.1, 1.0, 1e3, 1e7].into_iter().flat_map(|far| (1..30).map(move |power| (far, power)))
+            let corners = |lane: u32| {
+                tree.mesh()
+                    .triangle(tree.ids()[(node.first_child + lane) as usize] as usize)
+            };
+            for (far, power) in [0.1, 1.0, 1e3, 1e7]
+                .into_iter()
+                .flat_map(|far| (1..30).map(move |power| (far, power)))
             {
-                let mut vector = || DVec3::from_array([(); 3].map(|()| random.fraction() * 2.0 - 1.0));
+                let mut vector =
+                    || DVec3::from_array([(); 3].map(|()| random.fraction() * 2.0 - 1.0));
                 let [a, b, _] = corners(0);
                 let (origin, off) = (a + vector() * far, vector());
                 let target = a.lerp(b, off.x * 0.5 + 0.5) + off * 0.5_f64.powi(power);
-                let beam = Beam::new(tree.unit(), &Ray::segment(origin, target).expect("another point"));
+                let beam = Beam::new(
+                    tree.unit(),
+                    &Ray::segment(origin, target).expect("another point"),
+                );
                 for instructions in [Instructions::detect(), Instructions::PORTABLE] {
                     let found = instructions.run(Cluster(&tree, node, &beam));
                     for lane in 0..node.children.into() {
@@ -314,6 +385,9 @@ mod tests {
                 }
             }
         }
-        assert!(certain > 5_000 && in_doubt > 5_000, "{certain} certain, {in_doubt} in doubt");
+        assert!(
+            certain > 5_000 && in_doubt > 5_000,
+            "{certain} certain, {in_doubt} in doubt"
+        );
     }
 }

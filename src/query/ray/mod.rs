@@ -54,7 +54,11 @@ impl<'t> RayQuery<'t> {
     /// Asks for the nearest hit of `ray`, which is in the frame of the tree's mesh.
     #[must_use]
     pub fn new(tree: &'t Tree, ray: Ray) -> Self {
-        Self { tree, ray, mode: RayMode::Nearest }
+        Self {
+            tree,
+            ray,
+            mode: RayMode::Nearest,
+        }
     }
 
     /// Asks for the nearest hit, for any, or for all.
@@ -76,12 +80,21 @@ impl<'t> RayQuery<'t> {
     ///
     /// # Errors
     /// If the last run in this workspace was not of this tree, this ray and this mode, or is complete.
-    pub fn resume(&self, workspace: &mut Workspace, budget: Budget) -> Result<RayCast, ResumeError> {
+    pub fn resume(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+    ) -> Result<RayCast, ResumeError> {
         self.resume_with(workspace, budget.by_system(), &crate::query::SYSTEM)
     }
 
     /// [`RayQuery::run`] by a clock of the caller's.
-    pub fn run_with(&self, workspace: &mut Workspace, budget: Budget, clock: &dyn Clock) -> RayCast {
+    pub fn run_with(
+        &self,
+        workspace: &mut Workspace,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> RayCast {
         let mut deadline = Deadline::of(budget, clock);
         self.begin(workspace);
         self.spend(workspace, &mut deadline)
@@ -97,13 +110,23 @@ impl<'t> RayQuery<'t> {
         budget: Budget,
         clock: &dyn Clock,
     ) -> Result<RayCast, ResumeError> {
-        holds(self.tree, workspace, core::slice::from_ref(&self.ray), self.mode)?;
+        holds(
+            self.tree,
+            workspace,
+            core::slice::from_ref(&self.ray),
+            self.mode,
+        )?;
         Ok(self.spend(workspace, &mut Deadline::of(budget, clock)))
     }
 
     /// Prepares the workspace for a run.
     pub(crate) fn begin(&self, workspace: &mut Workspace) {
-        begin(self.tree, workspace, core::slice::from_ref(&self.ray), self.mode);
+        begin(
+            self.tree,
+            workspace,
+            core::slice::from_ref(&self.ray),
+            self.mode,
+        );
     }
 
     /// Goes on with the run in the workspace until it is over or the deadline stops it.
@@ -114,7 +137,13 @@ impl<'t> RayQuery<'t> {
         let free_until = self.mode.free_until(&self.ray, hit, open);
         let is_first = self.mode == RayMode::Any && hit.is_some() && stop.is_final();
         let stop = if is_first { StopReason::FirstHit } else { stop };
-        RayCast { hit, found, free_until, stop, stats: workspace.stats() }
+        RayCast {
+            hit,
+            found,
+            free_until,
+            stop,
+            stats: workspace.stats(),
+        }
     }
 }
 
@@ -141,7 +170,11 @@ impl<'t> RayBatch<'t> {
     /// Asks for the nearest hit of each ray.
     #[must_use]
     pub fn new(tree: &'t Tree, rays: &'t [Ray]) -> Self {
-        Self { tree, rays, mode: RayMode::Nearest }
+        Self {
+            tree,
+            rays,
+            mode: RayMode::Nearest,
+        }
     }
 
     /// Asks for any hit of each ray.
@@ -153,7 +186,12 @@ impl<'t> RayBatch<'t> {
 
     /// Runs within a budget, by the clock of the system, and writes the hits of the rays that are done into `hits`. If one of
     /// the two slices is longer, the rest of it is left alone. It does not allocate, lock or panic.
-    pub fn run(&self, workspace: &mut Workspace, hits: &mut [Option<RayHit>], budget: Budget) -> RayBatchOutcome {
+    pub fn run(
+        &self,
+        workspace: &mut Workspace,
+        hits: &mut [Option<RayHit>],
+        budget: Budget,
+    ) -> RayBatchOutcome {
         self.run_with(workspace, hits, budget.by_system(), &crate::query::SYSTEM)
     }
 
@@ -210,7 +248,11 @@ impl<'t> RayBatch<'t> {
         deadline: &mut Deadline,
     ) -> RayBatchOutcome {
         let (stop, _) = spend(self.tree, workspace, self.answered(hits), hits, deadline);
-        RayBatchOutcome { done: workspace.rays.done, stop, stats: workspace.stats() }
+        RayBatchOutcome {
+            done: workspace.rays.done,
+            stop,
+            stats: workspace.stats(),
+        }
     }
 }
 
@@ -234,11 +276,17 @@ fn begin(tree: &Tree, workspace: &mut Workspace, rays: &[Ray], mode: RayMode) {
 }
 
 /// Whether the workspace holds a stopped run of these rays.
-fn holds(tree: &Tree, workspace: &Workspace, rays: &[Ray], mode: RayMode) -> Result<(), ResumeError> {
+fn holds(
+    tree: &Tree,
+    workspace: &Workspace,
+    rays: &[Ray],
+    mode: RayMode,
+) -> Result<(), ResumeError> {
     workspace.run.holds_stopped(&key(tree))?;
     let state = &workspace.rays;
-    let is_same =
-        state.mode == mode && state.done + state.after + 1 == rays.len() && rays.get(state.done) == state.ray.as_ref();
+    let is_same = state.mode == mode
+        && state.done + state.after + 1 == rays.len()
+        && rays.get(state.done) == state.ray.as_ref();
     if is_same { Ok(()) } else { Err(ResumeError) }
 }
 
@@ -271,7 +319,15 @@ fn spend(
         if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
             beam.cut(hit.t);
         }
-        Traversal::new(question, [tree; 2], &Pose::IDENTITY, &Relation::BLIND, workspace, deadline).advance()
+        Traversal::new(
+            question,
+            [tree; 2],
+            &Pose::IDENTITY,
+            &Relation::BLIND,
+            workspace,
+            deadline,
+        )
+        .advance()
     };
     workspace.run.took(deadline.elapsed());
     let state = &mut workspace.rays;
@@ -281,7 +337,9 @@ fn spend(
         return (stop, f64::INFINITY);
     }
     let entries = workspace.front.iter().map(|pair| entry(&pair));
-    let first = entries.chain(state.suspects.iter().map(|suspect| suspect.enter)).fold(f32::INFINITY, f32::min);
+    let first = entries
+        .chain(state.suspects.iter().map(|suspect| suspect.enter))
+        .fold(f32::INFINITY, f32::min);
     let ray = &rays[state.done];
     state.ray = Some(*ray);
     (stop, Beam::new(tree.unit(), ray).t(first))

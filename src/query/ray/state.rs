@@ -111,6 +111,7 @@ impl RayState {
     }
 
     pub fn reserve(&mut self, hits: usize) {
-        self.hits.reserve_exact(hits.saturating_sub(self.hits.len()));
+        self.hits
+            .reserve_exact(hits.saturating_sub(self.hits.len()));
     }
 }

@@ -19,7 +19,11 @@ pub(crate) struct Ready {
 }
 
 impl Ready {
-    pub const NONE: Self = Self { beam: Beam::BLIND, enter: [0.0; WIDTH], entered: 0 };
+    pub const NONE: Self = Self {
+        beam: Beam::BLIND,
+        enter: [0.0; WIDTH],
+        entered: 0,
+    };
 
     #[inline(always)]
     pub fn meet_root<L: Lanes>(&mut self, lanes: L, root: &Node) {
@@ -36,7 +40,12 @@ const LEAST_RATIO: f64 = 1e-150;
 
 /// Makes the first of some rays ready, of which there is at least one.
 #[inline(always)]
-pub(super) fn make_ready<L: Lanes>(lanes: L, tree: &Tree, rays: &[Ray], ready: &mut [Ready; WIDTH]) {
+pub(super) fn make_ready<L: Lanes>(
+    lanes: L,
+    tree: &Tree,
+    rays: &[Ray],
+    ready: &mut [Ready; WIDTH],
+) {
     let last = rays.len() - 1;
     let rays = per_lane!(i => &rays[last.min(i)]);
     let (unit, root) = (tree.unit(), &tree.nodes()[0]);
@@ -86,7 +95,10 @@ impl<L: Lanes> Volley<L> {
         let power = size.and(splat(f64::INFINITY));
         let inverse_power = splat(1.0) / power;
         let direction = scaled(direction, inverse_power);
-        let (of_unit, per_unit) = (inverse_power * splat(power_of_two(unit.exponent)), power * scale);
+        let (of_unit, per_unit) = (
+            inverse_power * splat(power_of_two(unit.exponent)),
+            power * scale,
+        );
 
         let reach = origin[0].abs().max(origin[1].abs()).max(origin[2].abs());
         let slop = splat(8.0 * f64::EPSILON) * reach;
@@ -96,7 +108,11 @@ impl<L: Lanes> Volley<L> {
             .and(slop.less(splat(LARGEST_SLOP)))
             .and((size * splat(LEAST_RATIO)).less(least))
             .mask();
-        let is_plain = if unit.exponent.abs() <= LARGEST_UNIT { is_plain } else { 0 };
+        let is_plain = if unit.exponent.abs() <= LARGEST_UNIT {
+            is_plain
+        } else {
+            0
+        };
 
         let (mut entry, mut leave) = (splat(0.0), end * per_unit);
         let is_far = splat(NEAR).less(reach);
@@ -117,7 +133,9 @@ impl<L: Lanes> Volley<L> {
         let left = (leave - entry + slack).narrow();
         let from = (first * per_unit - entry - slack).narrow();
         let narrow = |x: f32| F8::splat(lanes, x);
-        let to = narrow(0.0).less(left).select(left.min(narrow(LARGEST_PARAMETER)), narrow(-1.0));
+        let to = narrow(0.0)
+            .less(left)
+            .select(left.min(narrow(LARGEST_PARAMETER)), narrow(-1.0));
         let slop = slop.narrow();
         Self {
             lanes,
@@ -138,7 +156,9 @@ impl<L: Lanes> Volley<L> {
     #[inline(always)]
     fn enter(&self, root: &Node) -> ([[f32; WIDTH]; WIDTH], [u8; WIDTH]) {
         let splat = |x: f32| F8::splat(self.lanes, x);
-        let seen = |v: &V8<L>, axis: [f32; 3]| v[0] * splat(axis[0]) + v[1] * splat(axis[1]) + v[2] * splat(axis[2]);
+        let seen = |v: &V8<L>, axis: [f32; 3]| {
+            v[0] * splat(axis[0]) + v[1] * splat(axis[1]) + v[2] * splat(axis[2])
+        };
         let origin = per_axis!(k => seen(&self.origin, root.axis(k)));
         let inverse = per_axis!(k => {
             let direction = seen(&self.direction, root.axis(k));
@@ -163,21 +183,38 @@ impl<L: Lanes> Volley<L> {
             [a, b, c, d, e, f, g, h]
         });
         let valid = u64::from(root.valid() as u8) * 0x0101_0101_0101_0101;
-        (enter, (transposed(!u64::from_le_bytes(missed)) & valid).to_le_bytes())
+        (
+            enter,
+            (transposed(!u64::from_le_bytes(missed)) & valid).to_le_bytes(),
+        )
     }
 
     #[inline(always)]
     fn store(&self, ready: &mut [Ready; WIDTH]) {
         let ([x, y, z], [u, v, w]) = (self.origin, self.direction);
-        let (origins, directions) = (F8::rows([x, y, z, self.slop]), F8::rows([u, v, w, self.margin]));
+        let (origins, directions) = (
+            F8::rows([x, y, z, self.slop]),
+            F8::rows([u, v, w, self.margin]),
+        );
         let (from, to) = (self.from.store(), self.to.store());
         let (entry, unit, slack) = (self.entry.store(), self.unit.store(), self.slack.store());
         let mut i = 0;
         while i < WIDTH {
             let ([x, y, z, slop], [u, v, w, margin]) = (origins[i], directions[i]);
-            let shaft = Shaft { origin: [x, y, z], direction: [u, v, w], slop };
-            ready[i].beam =
-                Beam { shaft, from: from[i], to: to[i], margin, entry: entry[i], unit: unit[i], slack: slack[i] };
+            let shaft = Shaft {
+                origin: [x, y, z],
+                direction: [u, v, w],
+                slop,
+            };
+            ready[i].beam = Beam {
+                shaft,
+                from: from[i],
+                to: to[i],
+                margin,
+                entry: entry[i],
+                unit: unit[i],
+                slack: slack[i],
+            };
             i += 1;
         }
     }
@@ -188,12 +225,17 @@ type Columns = ([[f64; WIDTH]; 3], [[f64; WIDTH]; 3], [[f64; WIDTH]; 2]);
 /// Origins and directions of rays, component by component, and from where to where they go.
 #[inline(always)]
 fn columns(rays: [&Ray; WIDTH]) -> Columns {
-    let (mut origins, mut directions, mut limits) = ([[0.0; WIDTH]; 3], [[0.0; WIDTH]; 3], [[0.0; WIDTH]; 2]);
+    let (mut origins, mut directions, mut limits) =
+        ([[0.0; WIDTH]; 3], [[0.0; WIDTH]; 3], [[0.0; WIDTH]; 2]);
     let mut i = 0;
     while i < WIDTH {
         let ray = rays[i];
         let (origin, direction, [first, last]) = (ray.origin(), ray.direction(), ray.limits());
-        let last = if ray.is_segment() && last > 1.0 { 1.0 } else { last };
+        let last = if ray.is_segment() && last > 1.0 {
+            1.0
+        } else {
+            last
+        };
         let mut k = 0;
         while k < 3 {
             (origins[k][i], directions[k][i]) = (origin[k], direction[k]);
@@ -237,12 +279,25 @@ mod tests {
     }
 
     fn bits(ready: &Ready) -> ([u64; 3], [u32; 10], Option<[u32; WIDTH]>, u32) {
-        let Beam { shaft, from, to, entry, unit, slack, margin } = ready.beam;
+        let Beam {
+            shaft,
+            from,
+            to,
+            entry,
+            unit,
+            slack,
+            margin,
+        } = ready.beam;
         let ([x, y, z], [u, v, w]) = (shaft.origin, shaft.direction);
         // Of one that misses the cube nothing else is read.
         let enter = (to >= 0.0).then(|| ready.enter.map(f32::to_bits));
         let numbers = [x, y, z, u, v, w, shaft.slop, from, to, margin].map(f32::to_bits);
-        ([entry, unit, slack].map(f64::to_bits), numbers, enter, if to >= 0.0 { ready.entered } else { 0 })
+        (
+            [entry, unit, slack].map(f64::to_bits),
+            numbers,
+            enter,
+            if to >= 0.0 { ready.entered } else { 0 },
+        )
     }
 
     /// Near and far, long and short, along axes and planes, segments and limits.
@@ -263,8 +318,13 @@ mod tests {
                     if i % 5 == 0 {
                         direction = (DVec3::splat(0.1) - origin) * length;
                     }
-                    rays.extend(Ray::new(origin, direction).map(|ray| ray.within(0.0, [0.7, f64::INFINITY][i % 2])));
-                    rays.extend(Ray::segment(origin, direction).map(|ray| ray.within(number(), 2.0)));
+                    rays.extend(
+                        Ray::new(origin, direction)
+                            .map(|ray| ray.within(0.0, [0.7, f64::INFINITY][i % 2])),
+                    );
+                    rays.extend(
+                        Ray::segment(origin, direction).map(|ray| ray.within(number(), 2.0)),
+                    );
                 }
             }
         }

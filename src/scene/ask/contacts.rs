@@ -123,14 +123,33 @@ impl Scene {
             None => self.is_looked_at(x, y)? && frame > 0,
         };
         if is_apart {
-            return Ok(ContactPoints { points: &[], low: f64::INFINITY, age: 0 });
+            return Ok(ContactPoints {
+                points: &[],
+                low: f64::INFINITY,
+                age: 0,
+            });
         }
         let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
-        let touch = self.pairs.touch(key).filter(|touch| touch.since > 0 && !is_of_another);
+        let touch = self
+            .pairs
+            .touch(key)
+            .filter(|touch| touch.since > 0 && !is_of_another);
         let Some(touch) = touch else {
-            return Ok(ContactPoints { points: &[], low: 0.0, age: frame });
+            return Ok(ContactPoints {
+                points: &[],
+                low: 0.0,
+                age: frame,
+            });
         };
-        let age = if touch.since >= self.bodies.last_change(key) { 0 } else { frame - touch.since };
-        Ok(ContactPoints { points: &touch.points, low: touch.low, age })
+        let age = if touch.since >= self.bodies.last_change(key) {
+            0
+        } else {
+            frame - touch.since
+        };
+        Ok(ContactPoints {
+            points: &touch.points,
+            low: touch.low,
+            age,
+        })
     }
 }

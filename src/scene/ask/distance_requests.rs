@@ -27,8 +27,11 @@ impl DistanceRequest {
     /// Whether the pair is known to be no closer than the groups are, as far as the tolerance tells, or else how far apart it
     /// is.
     pub fn is_settled(&self, near: &Near) -> bool {
-        let Bounds { low, high, below, .. } = near.bounds;
-        let is_measured = near.is_of_query && (high == 0.0 || below > 0.0 && (high <= below || below >= self.ceiling));
+        let Bounds {
+            low, high, below, ..
+        } = near.bounds;
+        let is_measured = near.is_of_query
+            && (high == 0.0 || below > 0.0 && (high <= below || below >= self.ceiling));
         is_measured || !self.by_itself && low >= self.ceiling - self.tolerance
     }
 }
@@ -47,7 +50,12 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    const FREE: Self = Self { id: None, pairs: 0, closest: None, ceiling: f64::INFINITY };
+    const FREE: Self = Self {
+        id: None,
+        pairs: 0,
+        closest: None,
+        ceiling: f64::INFINITY,
+    };
 
     fn forget(&mut self, key: PairKey) {
         self.pairs -= 1;
@@ -68,23 +76,36 @@ pub(crate) struct DistanceRequests {
 
 impl DistanceRequests {
     fn place(&self, key: PairKey, asker: Asker) -> Result<usize, usize> {
-        self.pairs.binary_search_by_key(&(key, asker), |&(key, asker, _)| (key, asker))
+        self.pairs
+            .binary_search_by_key(&(key, asker), |&(key, asker, _)| (key, asker))
     }
 
     /// Who asks for the distance of a pair, and with which tolerance.
     pub fn askers(&self, key: PairKey) -> impl Iterator<Item = (Asker, f64)> {
         let from = self.pairs.partition_point(|&(other, ..)| other < key);
-        let of_pair = self.pairs[from..].iter().take_while(move |&&(other, ..)| other == key);
+        let of_pair = self.pairs[from..]
+            .iter()
+            .take_while(move |&&(other, ..)| other == key);
         of_pair.map(|&(_, asker, tolerance)| (asker, tolerance))
     }
 
     /// What is asked of a pair, if its distance is.
     pub fn wanted(&self, key: PairKey) -> Option<DistanceRequest> {
         let all = self.askers(key).map(|(asker, tolerance)| match asker {
-            Asker::Pair => DistanceRequest { tolerance, ceiling: f64::INFINITY, by_itself: true, of_groups: false },
+            Asker::Pair => DistanceRequest {
+                tolerance,
+                ceiling: f64::INFINITY,
+                by_itself: true,
+                of_groups: false,
+            },
             Asker::Groups(number) => {
                 let ceiling = self.groups[number as usize].ceiling;
-                DistanceRequest { tolerance, ceiling, by_itself: false, of_groups: true }
+                DistanceRequest {
+                    tolerance,
+                    ceiling,
+                    by_itself: false,
+                    of_groups: true,
+                }
             }
         });
         all.reduce(|x, y| DistanceRequest {
@@ -118,7 +139,12 @@ impl DistanceRequests {
     }
 
     /// Asks for the least distance of pairs of bodies, ascending.
-    pub fn insert_groups(&mut self, keys: &[PairKey], tolerance: f64, scene: SceneNumber) -> MeasureId {
+    pub fn insert_groups(
+        &mut self,
+        keys: &[PairKey],
+        tolerance: f64,
+        scene: SceneNumber,
+    ) -> MeasureId {
         let id = MeasureId::new(self.count, scene);
         self.count += 1;
         let free = self.groups.iter().position(|group| group.id.is_none());
@@ -126,15 +152,25 @@ impl DistanceRequests {
             self.groups.push(Group::FREE);
             self.groups.len() - 1
         });
-        self.groups[number] = Group { id: Some(id), pairs: keys.len(), ..Group::FREE };
-        self.pairs.extend(keys.iter().map(|&key| (key, Asker::Groups(number as u32), tolerance)));
+        self.groups[number] = Group {
+            id: Some(id),
+            pairs: keys.len(),
+            ..Group::FREE
+        };
+        self.pairs.extend(
+            keys.iter()
+                .map(|&key| (key, Asker::Groups(number as u32), tolerance)),
+        );
         self.pairs.sort_by_key(|&(key, asker, _)| (key, asker));
         id
     }
 
     /// Asks for it no more; the bodies of these pairs.
     pub fn remove_groups(&mut self, id: MeasureId) -> Result<Vec<u32>, SceneError> {
-        let number = self.groups.iter().position(|group| group.id.is_some_and(|known| known.is(id)));
+        let number = self
+            .groups
+            .iter()
+            .position(|group| group.id.is_some_and(|known| known.is(id)));
         let number = number.ok_or(SceneError::NoSuchMeasure { measure: id })?;
         self.groups[number] = Group::FREE;
         let of_it = Asker::Groups(number as u32);
@@ -146,7 +182,12 @@ impl DistanceRequests {
     }
 
     pub fn forget(&mut self, body: u32) {
-        let Self { pairs, groups, of_pairs, .. } = self;
+        let Self {
+            pairs,
+            groups,
+            of_pairs,
+            ..
+        } = self;
         pairs.retain(|&(key, asker, _)| {
             let stays = !bodies_of(key).contains(&body);
             match asker {
@@ -159,10 +200,15 @@ impl DistanceRequests {
     }
 
     pub fn has_body(&self, body: u32) -> bool {
-        self.pairs.iter().any(|&(key, ..)| bodies_of(key).contains(&body))
+        self.pairs
+            .iter()
+            .any(|&(key, ..)| bodies_of(key).contains(&body))
     }
 
     pub fn keys(&self, of: Asker) -> impl Iterator<Item = PairKey> {
-        self.pairs.iter().filter(move |&&(_, asker, _)| asker == of).map(|&(key, ..)| key)
+        self.pairs
+            .iter()
+            .filter(move |&&(_, asker, _)| asker == of)
+            .map(|&(key, ..)| key)
     }
 }

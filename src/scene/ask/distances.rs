@@ -87,7 +87,10 @@ impl Scene {
         bodies.renew(x.index, true, frame)?;
         bodies.renew(y.index, true, frame)?;
         self.pairs.insert(&[key]);
-        reserve(&mut self.report.distances, self.bodies.distance_requests.of_pairs);
+        reserve(
+            &mut self.report.distances,
+            self.bodies.distance_requests.of_pairs,
+        );
         Ok(())
     }
 
@@ -97,12 +100,19 @@ impl Scene {
     /// If a body is not in the scene, or both are the same.
     pub fn stop_measuring(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
-        if !self.bodies.distance_requests.askers(key).any(|(asker, _)| asker == Asker::Pair) {
+        if !self
+            .bodies
+            .distance_requests
+            .askers(key)
+            .any(|(asker, _)| asker == Asker::Pair)
+        {
             return Ok(());
         }
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
         bodies.distance_requests.remove(key, Asker::Pair);
-        [x, y].into_iter().try_for_each(|id| bodies.stop_measuring(id.index, frame))
+        [x, y]
+            .into_iter()
+            .try_for_each(|id| bodies.stop_measuring(id.index, frame))
     }
 
     /// Asks for the least distance between two groups of bodies in every frame from now on: a robot and what stands around it,
@@ -139,14 +149,23 @@ impl Scene {
     ///
     /// # Errors
     /// If a body is not in the scene, both groups are one and the same body, or the tolerance is not from 0 to 2^1000.
-    pub fn measure_groups(&mut self, x: &[BodyId], y: &[BodyId], tolerance: f64) -> Result<MeasureId, SceneError> {
+    pub fn measure_groups(
+        &mut self,
+        x: &[BodyId],
+        y: &[BodyId],
+        tolerance: f64,
+    ) -> Result<MeasureId, SceneError> {
         let mut keys = Vec::with_capacity(x.len() * y.len());
         for &id in x.iter().chain(y) {
             self.bodies.get(id)?;
             checks::length(id, tolerance)?;
         }
         for &a in x {
-            keys.extend(y.iter().filter(|&&b| b != a).map(|b| pair_key(a.index, b.index)));
+            keys.extend(
+                y.iter()
+                    .filter(|&&b| b != a)
+                    .map(|b| pair_key(a.index, b.index)),
+            );
         }
         if let ([a, ..], [_, ..], []) = (x, y, &keys[..]) {
             return Err(SceneError::OneBody { body: *a });
@@ -154,10 +173,15 @@ impl Scene {
         keys.sort_unstable();
         keys.dedup();
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        let id = bodies.distance_requests.insert_groups(&keys, tolerance, bodies.scene);
-        x.iter().chain(y).try_for_each(|body| bodies.renew(body.index, true, frame))?;
+        let id = bodies
+            .distance_requests
+            .insert_groups(&keys, tolerance, bodies.scene);
+        x.iter()
+            .chain(y)
+            .try_for_each(|body| bodies.renew(body.index, true, frame))?;
         self.pairs.insert(&keys);
-        self.schedule.reserve_groups(self.bodies.distance_requests.groups.len(), &mut self.report);
+        self.schedule
+            .reserve_groups(self.bodies.distance_requests.groups.len(), &mut self.report);
         Ok(id)
     }
 
@@ -169,7 +193,9 @@ impl Scene {
         let frame = self.next_frame();
         self.edit(|bodies| {
             let stopped = bodies.distance_requests.remove_groups(id)?;
-            stopped.into_iter().try_for_each(|body| bodies.stop_measuring(body, frame))
+            stopped
+                .into_iter()
+                .try_for_each(|body| bodies.stop_measuring(body, frame))
         })
     }
 }
@@ -195,9 +221,17 @@ impl Bodies {
             let closest = self.distance_requests.groups[number].closest;
             let closest = closest.filter(|&(key, ..)| self.may_meet(bodies_of(key)));
             let of_last = closest.map_or(f64::INFINITY, |(key, bounds, since)| {
-                if self.last_change(key) <= since { bounds.high } else { self.carried(key, bounds, since, frame).high }
+                if self.last_change(key) <= since {
+                    bounds.high
+                } else {
+                    self.carried(key, bounds, since, frame).high
+                }
             });
-            let ceiling = if of_last < f64::INFINITY { of_last } else { self.farthest(number, deadline) };
+            let ceiling = if of_last < f64::INFINITY {
+                of_last
+            } else {
+                self.farthest(number, deadline)
+            };
             let group = &mut self.distance_requests.groups[number];
             (group.ceiling, group.closest) = (ceiling, closest.filter(|_| of_last < f64::INFINITY));
         }

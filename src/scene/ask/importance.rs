@@ -18,7 +18,11 @@ impl Bodies {
     /// What the question that comes next adds to the importance of a pair; it is looked for only if it matters.
     #[inline]
     pub fn weight(&self, key: PairKey, kind: TurnKind) -> f32 {
-        if self.weights.any { self.weights.of[self.question(key, kind) as usize] } else { 0.0 }
+        if self.weights.any {
+            self.weights.of[self.question(key, kind) as usize]
+        } else {
+            0.0
+        }
     }
 
     #[cold]
@@ -56,7 +60,11 @@ impl Scene {
     ///
     /// # Errors
     /// If the importance is infinite or NaN.
-    pub fn set_question_importance(&mut self, question: PairQuestion, importance: f32) -> Result<(), SceneError> {
+    pub fn set_question_importance(
+        &mut self,
+        question: PairQuestion,
+        importance: f32,
+    ) -> Result<(), SceneError> {
         if !importance.is_finite() {
             return Err(SceneError::QuestionImportanceNotFinite { question });
         }

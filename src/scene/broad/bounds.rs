@@ -23,7 +23,9 @@ const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 /// It is that of the boxes below the root, which fit more closely than the root's own when they are turned. Lanes without a
 /// child hold the middle of the mesh's box.
 pub(crate) fn at(tree: &Tree, pose: &Pose) -> Aabb {
-    let Some(root) = tree.nodes().first() else { return Aabb::EMPTY };
+    let Some(root) = tree.nodes().first() else {
+        return Aabb::EMPTY;
+    };
     let (unit, local) = (tree.unit().length(), tree.unit().origin);
     // The axes of the scene in the frame of the boxes.
     let axes = (*pose.rotation() * root.rotation().as_dmat3()).transpose();
@@ -31,7 +33,10 @@ pub(crate) fn at(tree: &Tree, pose: &Pose) -> Aabb {
     let origin = pose.transform_point(local);
     let magnitude = local.abs().max_element() + pose.translation().abs().max_element() + 4.0 * unit;
     let margin = DVec3::splat(MARGIN * magnitude + UNIT_MARGIN * unit + UNDERFLOW);
-    Aabb { min: origin + low * unit - margin, max: origin + high * unit + margin }
+    Aabb {
+        min: origin + low * unit - margin,
+        max: origin + high * unit + margin,
+    }
 }
 
 /// A box around all places that the mesh takes on its way from `from` to `to`, at a constant velocity and turn: along the
@@ -54,7 +59,10 @@ pub(crate) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     let bulge = angle / 8.0 * (distance * (angle / 2.0) / libm::sin(angle / 2.0) + radius * angle);
     // What is not quite a rotation is not quite the screw.
     let bulge = DVec3::splat((bulge + 4.0 * deviation * (distance + radius)) * (1.0 + 1e-9));
-    Aabb { min: ends.min - bulge, max: ends.max + bulge }
+    Aabb {
+        min: ends.min - bulge,
+        max: ends.max + bulge,
+    }
 }
 
 /// A box around all places that the mesh takes in a motion.
@@ -74,20 +82,32 @@ pub(crate) fn on_way(tree: &Tree, motion: &Motion) -> Aabb {
     let arm = start.transform_point(min + max) - start.translation() + motion.arm();
     let stretch = 1.0 + 2.0 * motion.deviation();
     let radius = length((motion.turn() / angle).cross(arm)) + length(max - min) * stretch;
-    let lengths = length(motion.arm()) + length(motion.velocity()) + length(start.translation()) + radius;
-    let bulge = radius * (angle * angle / 8.0).min(2.0) * (1.0 + 1e-9) + 512.0 * f64::EPSILON * lengths;
-    Aabb { min: ends.min - bulge, max: ends.max + bulge }
+    let lengths =
+        length(motion.arm()) + length(motion.velocity()) + length(start.translation()) + radius;
+    let bulge =
+        radius * (angle * angle / 8.0).min(2.0) * (1.0 + 1e-9) + 512.0 * f64::EPSILON * lengths;
+    Aabb {
+        min: ends.min - bulge,
+        max: ends.max + bulge,
+    }
 }
 
 /// A box around what is thickened by a margin. That is a sum more for each corner; the margins of the box have room for it.
 pub(crate) fn thickened(bounds: Aabb, margin: f64) -> Aabb {
     let margin = margin * (1.0 + 4.0 * f64::EPSILON);
-    Aabb { min: bounds.min - margin, max: bounds.max + margin }
+    Aabb {
+        min: bounds.min - margin,
+        max: bounds.max + margin,
+    }
 }
 
 /// The angle between two rotations, 0 to pi.
 fn turn(from: &DMat3, to: &DMat3) -> f64 {
-    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *to * from.transpose();
+    let DMat3 {
+        x_axis: x,
+        y_axis: y,
+        z_axis: z,
+    } = *to * from.transpose();
     let sine = DVec3::new(y.z - z.y, z.x - x.z, x.y - y.x).length();
     libm::atan2(sine, x.x + y.y + z.z - 1.0)
 }
@@ -106,6 +126,9 @@ fn reach(node: &Node, directions: [DVec3; 3]) -> (DVec3, DVec3) {
         let reach = dot(per_axis!(k => F8::splat(Portable {}, direction[k].abs())), half);
         (middle - reach, middle + reach)
     });
-    let (low, high) = (least(per_axis!(i => ends[i].0)), greatest(per_axis!(i => ends[i].1)));
+    let (low, high) = (
+        least(per_axis!(i => ends[i].0)),
+        greatest(per_axis!(i => ends[i].1)),
+    );
     (Vec3::from(low).as_dvec3(), Vec3::from(high).as_dvec3())
 }

@@ -87,7 +87,13 @@ impl Build {
             } else if let Some(partition) = self.partition.take() {
                 self.partition(partition, proxies)
             } else if let Some(range) = self.ranges.pop() {
-                let newest = |body| if news[body as usize] == Change::None { 0 } else { generation };
+                let newest = |body| {
+                    if news[body as usize] == Change::None {
+                        0
+                    } else {
+                        generation
+                    }
+                };
                 self.split(range, nodes, proxies, newest);
                 self.open = nodes.len();
                 STEP.min(range.end - range.begin)
@@ -104,7 +110,10 @@ impl Build {
     /// Collects the next bodies that are there; of how many it was looked at.
     fn collect(&mut self, proxies: &mut [Proxy]) -> usize {
         let end = self.bodies.min(self.collected + STEP);
-        for (proxy, body) in proxies[self.collected..end].iter_mut().zip(self.collected as u32..) {
+        for (proxy, body) in proxies[self.collected..end]
+            .iter_mut()
+            .zip(self.collected as u32..)
+        {
             proxy.leaf = NONE;
             if !proxy.fat.is_empty() {
                 self.order.push(body);
@@ -113,13 +122,24 @@ impl Build {
         let count = end - self.collected;
         self.collected = end;
         if end == self.bodies && !self.order.is_empty() {
-            self.ranges.push(Range { begin: 0, end: self.order.len(), parent: NONE, second: false });
+            self.ranges.push(Range {
+                begin: 0,
+                end: self.order.len(),
+                parent: NONE,
+                second: false,
+            });
         }
         count
     }
 
     /// Makes the node of a range; `newest` is the generation of a body.
-    fn split(&mut self, range: Range, nodes: &mut Vec<Node>, proxies: &mut [Proxy], newest: impl Fn(u32) -> u16) {
+    fn split(
+        &mut self,
+        range: Range,
+        nodes: &mut Vec<Node>,
+        proxies: &mut [Proxy],
+        newest: impl Fn(u32) -> u16,
+    ) {
         let at = nodes.len() as u32;
         if range.second {
             nodes[range.parent as usize].second = at;
@@ -133,24 +153,42 @@ impl Build {
         nodes.push(Node::inner(range.parent));
         if order.len() > STEP {
             let part = [range.begin, range.end];
-            let whole =
-                Partition { range, node: at, part, axis: 0, pivot: (0.0, 0), split: range.begin, at: range.begin };
-            self.partition = Some(Partition { axis: longest_axis(order, proxies), ..whole });
+            let whole = Partition {
+                range,
+                node: at,
+                part,
+                axis: 0,
+                pivot: (0.0, 0),
+                split: range.begin,
+                at: range.begin,
+            };
+            self.partition = Some(Partition {
+                axis: longest_axis(order, proxies),
+                ..whole
+            });
             self.choose_pivot(proxies);
         } else {
             let axis = longest_axis(order, proxies);
             let half = order.len() / 2;
-            order.select_nth_unstable_by(half, |&x, &y| compare(key(proxies, x, axis), key(proxies, y, axis)));
+            order.select_nth_unstable_by(half, |&x, &y| {
+                compare(key(proxies, x, axis), key(proxies, y, axis))
+            });
             self.descend(range, range.begin + half, at);
         }
     }
 
     /// Chooses the median of a sample of the part at hand.
     fn choose_pivot(&mut self, proxies: &[Proxy]) {
-        let Some(partition) = &mut self.partition else { return };
+        let Some(partition) = &mut self.partition else {
+            return;
+        };
         let [begin, end] = partition.part;
-        let sample = self.order[begin..end].iter().step_by((end - begin).div_ceil(SAMPLE));
-        let mut keys: ArrayVec<_, SAMPLE> = sample.map(|&body| key(proxies, body, partition.axis)).collect();
+        let sample = self.order[begin..end]
+            .iter()
+            .step_by((end - begin).div_ceil(SAMPLE));
+        let mut keys: ArrayVec<_, SAMPLE> = sample
+            .map(|&body| key(proxies, body, partition.axis))
+            .collect();
         keys.sort_unstable_by(|&x, &y| compare(x, y));
         (partition.pivot, partition.split, partition.at) = (keys[keys.len() / 2], begin, begin);
     }
@@ -158,7 +196,14 @@ impl Build {
     /// Compares the next bodies with the pivot; after the last of them the range is split, or a part of it is partitioned anew.
     /// How many bodies there were.
     fn partition(&mut self, mut partition: Partition, proxies: &[Proxy]) -> usize {
-        let Partition { range, node, part: [begin, end], axis, pivot, .. } = partition;
+        let Partition {
+            range,
+            node,
+            part: [begin, end],
+            axis,
+            pivot,
+            ..
+        } = partition;
         let count = STEP.min(end - partition.at);
         for at in partition.at..partition.at + count {
             if compare(key(proxies, self.order[at], axis), pivot).is_lt() {
@@ -178,7 +223,11 @@ impl Build {
             return count;
         }
         // The part that holds the half is smaller than before: a median of many has some below it.
-        partition.part = if split < range.begin + quarter { [split, end] } else { [begin, split] };
+        partition.part = if split < range.begin + quarter {
+            [split, end]
+        } else {
+            [begin, split]
+        };
         self.partition = Some(partition);
         self.choose_pivot(proxies);
         count
@@ -186,8 +235,18 @@ impl Build {
 
     /// Leaves the halves of a range to the next steps, the first one first: its root is the next node.
     fn descend(&mut self, range: Range, middle: usize, parent: u32) {
-        self.ranges.push(Range { begin: middle, end: range.end, parent, second: true });
-        self.ranges.push(Range { begin: range.begin, end: middle, parent, second: false });
+        self.ranges.push(Range {
+            begin: middle,
+            end: range.end,
+            parent,
+            second: true,
+        });
+        self.ranges.push(Range {
+            begin: range.begin,
+            end: middle,
+            parent,
+            second: false,
+        });
     }
 
     /// Makes the boxes of the last nodes fit that do not yet: children come after their parents. How many nodes.
@@ -219,5 +278,7 @@ fn compare(x: (f64, u32), y: (f64, u32)) -> core::cmp::Ordering {
 /// The axis along which the middles lie farthest apart, by a sample of them.
 fn longest_axis(order: &[u32], proxies: &[Proxy]) -> usize {
     let sample = order.iter().step_by(order.len().div_ceil(SAMPLE));
-    Aabb::from_points(sample.map(|&body| middle(proxies, body))).extents().max_position()
+    Aabb::from_points(sample.map(|&body| middle(proxies, body)))
+        .extents()
+        .max_position()
 }

@@ -83,7 +83,11 @@ impl FatTree {
     pub fn renew(&mut self, body: u32, proxy: &mut Proxy, is_near: bool) {
         self.moves += 1;
         if (proxy.leaf as usize) < self.nodes.len() {
-            self.set_leaf(proxy.leaf, if is_near { proxy.fat } else { Aabb::EMPTY }, proxy.moving);
+            self.set_leaf(
+                proxy.leaf,
+                if is_near { proxy.fat } else { Aabb::EMPTY },
+                proxy.moving,
+            );
             if is_near {
                 return;
             }
@@ -92,7 +96,8 @@ impl FatTree {
         if !proxy.fat.is_empty() {
             proxy.leaf = self.nodes.len() as u32;
             self.roots.push(proxy.leaf);
-            self.nodes.push(Node::leaf(body, proxy, NONE, self.generation));
+            self.nodes
+                .push(Node::leaf(body, proxy, NONE, self.generation));
         }
     }
 
@@ -105,7 +110,11 @@ impl FatTree {
             return;
         }
         let mut at = leaf;
-        while let Some(node) = self.nodes.get_mut(at as usize).filter(|node| node.newest != self.generation) {
+        while let Some(node) = self
+            .nodes
+            .get_mut(at as usize)
+            .filter(|node| node.newest != self.generation)
+        {
             node.newest = self.generation;
             at = node.parent;
         }
@@ -113,19 +122,27 @@ impl FatTree {
 
     /// The box in the tree of a body that is there.
     pub fn bounds(&self, proxy: &Proxy) -> Aabb {
-        self.nodes.get(proxy.leaf as usize).map_or(Aabb::EMPTY, |leaf| leaf.bounds)
+        self.nodes
+            .get(proxy.leaf as usize)
+            .map_or(Aabb::EMPTY, |leaf| leaf.bounds)
     }
 
     /// Roots of the trees, each with its box.
     pub fn roots(&self) -> impl Iterator<Item = (u32, &Aabb)> {
-        self.roots.iter().map(|&root| (root, &self.nodes[root as usize].bounds))
+        self.roots
+            .iter()
+            .map(|&root| (root, &self.nodes[root as usize].bounds))
     }
 
     /// The children of a node with their boxes, or the body of a leaf.
     pub fn below(&self, at: u32) -> Result<[(u32, &Aabb); 2], u32> {
         let node = &self.nodes[at as usize];
         let child = |at: u32| (at, &self.nodes[at as usize].bounds);
-        if node.second == NONE { Err(node.body) } else { Ok([child(at + 1), child(node.second)]) }
+        if node.second == NONE {
+            Err(node.body)
+        } else {
+            Ok([child(at + 1), child(node.second)])
+        }
     }
 
     /// Begins to bring the tree up to date, its newcomers being renewed, of bodies of indices below `bodies`: whether it is to be
@@ -149,8 +166,15 @@ impl FatTree {
     }
 
     /// Builds the tree of all bodies that are there; whether it is done.
-    pub fn build(&mut self, proxies: &mut [Proxy], news: &[Change], deadline: &mut Deadline) -> bool {
-        let done = self.build.advance(&mut self.nodes, proxies, news, self.generation, deadline);
+    pub fn build(
+        &mut self,
+        proxies: &mut [Proxy],
+        news: &[Change],
+        deadline: &mut Deadline,
+    ) -> bool {
+        let done = self
+            .build
+            .advance(&mut self.nodes, proxies, news, self.generation, deadline);
         if done && !self.nodes.is_empty() {
             self.roots.push(0);
         }
@@ -166,7 +190,9 @@ impl FatTree {
             }
             // Children come after their parents, and one after the other they come fast from memory.
             let first = self.unswept.saturating_sub(SWEEP);
-            (first..self.unswept).rev().for_each(|at| Node::fit(&mut self.nodes, at));
+            (first..self.unswept)
+                .rev()
+                .for_each(|at| Node::fit(&mut self.nodes, at));
             deadline.spend(WORK_PER_REFIT * (self.unswept - first).div_ceil(SWEEP / STEP) as u64);
             self.unswept = first;
         }
@@ -204,8 +230,19 @@ impl FatTree {
         deadline: &mut Deadline,
     ) -> Searched {
         const WORK: u64 = STEP as u64 * WORK_PER_SEARCH;
-        let Self { nodes, stack, generation, .. } = self;
-        let mut search = Search { nodes, generation: *generation, bodies, stack, found };
+        let Self {
+            nodes,
+            stack,
+            generation,
+            ..
+        } = self;
+        let mut search = Search {
+            nodes,
+            generation: *generation,
+            bodies,
+            stack,
+            found,
+        };
         loop {
             if search.found.len() + MOST_FOUND > most {
                 return Searched::Full;
@@ -222,7 +259,9 @@ impl FatTree {
                 continue;
             }
             let [i, j] = self.next_roots;
-            let Some(&root) = self.roots.get(i) else { return Searched::All };
+            let Some(&root) = self.roots.get(i) else {
+                return Searched::All;
+            };
             if i == j {
                 search.within(root);
                 self.next_roots = [i + 1, 0];
@@ -248,7 +287,10 @@ impl Search<'_> {
     #[inline(always)]
     fn within(&mut self, at: u32) {
         let node = &self.nodes[at as usize];
-        self.push([at; 2], (node.newest == self.generation) & node.moving & (node.second != NONE));
+        self.push(
+            [at; 2],
+            (node.newest == self.generation) & node.moving & (node.second != NONE),
+        );
     }
 
     /// Pairs of one body below each of two nodes.
@@ -256,7 +298,10 @@ impl Search<'_> {
     fn across(&mut self, x: u32, y: u32) {
         let (a, b) = (&self.nodes[x as usize], &self.nodes[y as usize]);
         let new = (a.newest == self.generation) | (b.newest == self.generation);
-        self.push([x, y], new & (a.moving | b.moving) & a.bounds.intersects(&b.bounds));
+        self.push(
+            [x, y],
+            new & (a.moving | b.moving) & a.bounds.intersects(&b.bounds),
+        );
     }
 
     /// Branch-free: a branch on `keep` would often be mispredicted.

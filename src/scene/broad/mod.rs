@@ -105,13 +105,15 @@ impl Broad {
     /// Whether another body was in the slot when the pairs known were found.
     #[inline(always)]
     fn is_another(&self, body: u32) -> bool {
-        self.proxies[body as usize].next == Change::Body || !self.purged && self.news[body as usize] == Change::Body
+        self.proxies[body as usize].next == Change::Body
+            || !self.purged && self.news[body as usize] == Change::Body
     }
 
     /// Whether what is known of a pair is of another body than it has now.
     #[inline(always)]
     pub fn is_of_another(&self, bodies: &Bodies, pair: [u32; 2]) -> bool {
-        pair.into_iter().any(|body| bodies.facts(body).is_another() || self.is_another(body))
+        pair.into_iter()
+            .any(|body| bodies.facts(body).is_another() || self.is_another(body))
     }
 
     /// Whether a pair is compared without its distance being asked for, by what was placed last: one of its bodies
@@ -128,7 +130,9 @@ impl Broad {
 
     /// Whether all partners of a body may be known.
     pub fn is_closed(&self, body: u32) -> bool {
-        self.proxies.get(body as usize).is_some_and(|proxy| !proxy.open)
+        self.proxies
+            .get(body as usize)
+            .is_some_and(|proxy| !proxy.open)
     }
 
     /// Whether there were more pairs than there may be.
@@ -139,7 +143,9 @@ impl Broad {
     /// Whether two bodies overlap and may meet, by what the tree has of them.
     pub fn overlap(&self, bodies: &Bodies, [a, b]: [u32; 2]) -> bool {
         let [x, y] = [a, b].map(|body| &self.proxies[body as usize]);
-        (x.moving || y.moving) && self.tree.bounds(x).intersects(&self.tree.bounds(y)) && bodies.may_meet([a, b])
+        (x.moving || y.moving)
+            && self.tree.bounds(x).intersects(&self.tree.bounds(y))
+            && bodies.may_meet([a, b])
     }
 
     /// The tree, if its boxes hold those of all bodies but the [unsettled](Broad::is_unsettled) ones; not while it is built.
@@ -154,8 +160,14 @@ impl Broad {
 
     /// The unsettled bodies, each once.
     pub fn unsettled(&self) -> impl Iterator<Item = u32> {
-        let newcomers = self.newcomers.iter().copied().filter(|&body| !self.proxies[body as usize].waiting);
-        self.waiting.iter().chain(newcomers.filter(|&body| self.is_unsettled(body)))
+        let newcomers = self
+            .newcomers
+            .iter()
+            .copied()
+            .filter(|&body| !self.proxies[body as usize].waiting);
+        self.waiting
+            .iter()
+            .chain(newcomers.filter(|&body| self.is_unsettled(body)))
     }
 
     /// Makes room for bodies of indices below `bodies`.
@@ -190,8 +202,15 @@ impl Broad {
         if inside && news <= Change::None && !bounds.is_empty() {
             return;
         }
-        let slack = DVec3::splat(if moving { SLACK * bounds.extents().max_element() } else { 0.0 });
-        proxy.fat = Aabb { min: bounds.min - slack, max: bounds.max + slack };
+        let slack = DVec3::splat(if moving {
+            SLACK * bounds.extents().max_element()
+        } else {
+            0.0
+        });
+        proxy.fat = Aabb {
+            min: bounds.min - slack,
+            max: bounds.max + slack,
+        };
         proxy.next = proxy.next.max(news).max(Change::Place);
         if !proxy.waiting {
             self.waiting.push(body, importance);
@@ -219,17 +238,26 @@ impl Broad {
     /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: a portion of them is in
     /// [`Broad::found`] then. `None`: none is left, or the deadline came first. `known`: pairs known, and the most that there
     /// may be.
-    pub fn find(&mut self, bodies: &Bodies, known: [usize; 2], deadline: &mut Deadline) -> Option<()> {
+    pub fn find(
+        &mut self,
+        bodies: &Bodies,
+        known: [usize; 2],
+        deadline: &mut Deadline,
+    ) -> Option<()> {
         loop {
             self.stage = match self.stage {
                 Stage::Idle => self.begin_generation(known[0], deadline)?,
                 Stage::Renew(next) => self.renew(next, deadline)?,
-                Stage::Build => self.tree.build(&mut self.proxies, &self.news, deadline).then_some(Stage::Refit)?,
+                Stage::Build => self
+                    .tree
+                    .build(&mut self.proxies, &self.news, deadline)
+                    .then_some(Stage::Refit)?,
                 Stage::Refit => self.tree.refit(deadline).then_some(Stage::Search)?,
                 Stage::Search => self.search(bodies, known, deadline)?,
-                Stage::Sort { last } => {
-                    self.sort.advance(&mut self.found, deadline).then_some(Stage::Merge { last })?
-                }
+                Stage::Sort { last } => self
+                    .sort
+                    .advance(&mut self.found, deadline)
+                    .then_some(Stage::Merge { last })?,
                 Stage::Merge { .. } => return Some(()),
                 Stage::Settle => self.settle(deadline)?,
             };
@@ -248,7 +276,11 @@ impl Broad {
     fn begin_generation(&mut self, known: usize, deadline: &mut Deadline) -> Option<Stage> {
         self.purged = false;
         let room = usize::try_from(deadline.room() / WORK_PER_NEWCOMER).unwrap_or(usize::MAX);
-        let most = if is_limited(deadline) { GENERATION.max(known / GENERATION_PART).max(room) } else { usize::MAX };
+        let most = if is_limited(deadline) {
+            GENERATION.max(known / GENERATION_PART).max(room)
+        } else {
+            usize::MAX
+        };
         while self.newcomers.len() < most
             && let Some(body) = self.waiting.pop()
         {
@@ -272,24 +304,45 @@ impl Broad {
             let step = &self.newcomers[next..self.newcomers.len().min(next + STEP)];
             deadline.spend(step.len() as u64 * WORK_PER_NEW_PLACE);
             // All leaves are read first, so that their cache misses overlap.
-            let near: ArrayVec<_, STEP> =
-                step.iter().map(|&body| self.tree.is_near(&self.proxies[body as usize])).collect();
+            let near: ArrayVec<_, STEP> = step
+                .iter()
+                .map(|&body| self.tree.is_near(&self.proxies[body as usize]))
+                .collect();
             for (&body, is_near) in step.iter().zip(near) {
-                self.tree.renew(body, &mut self.proxies[body as usize], is_near);
+                self.tree
+                    .renew(body, &mut self.proxies[body as usize], is_near);
             }
             next += step.len();
         }
-        Some(if self.tree.begin_update(self.proxies.len()) { Stage::Build } else { Stage::Refit })
+        Some(if self.tree.begin_update(self.proxies.len()) {
+            Stage::Build
+        } else {
+            Stage::Refit
+        })
     }
 
-    fn search(&mut self, bodies: &Bodies, [known, most]: [usize; 2], deadline: &mut Deadline) -> Option<Stage> {
+    fn search(
+        &mut self,
+        bodies: &Bodies,
+        [known, most]: [usize; 2],
+        deadline: &mut Deadline,
+    ) -> Option<Stage> {
         if self.crops {
             // There is no room for more.
             self.tree.end_search();
             return Some(Stage::Settle);
         }
-        let portion = if is_limited(deadline) { PORTION.max(known / PORTION_PART) } else { usize::MAX };
-        match self.tree.search(bodies, &mut self.found, portion.min(most).max(MOST_FOUND), deadline) {
+        let portion = if is_limited(deadline) {
+            PORTION.max(known / PORTION_PART)
+        } else {
+            usize::MAX
+        };
+        match self.tree.search(
+            bodies,
+            &mut self.found,
+            portion.min(most).max(MOST_FOUND),
+            deadline,
+        ) {
             Searched::All => Some(Stage::Sort { last: true }),
             Searched::Full => Some(Stage::Sort { last: false }),
             Searched::Stopped => None,

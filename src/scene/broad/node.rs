@@ -58,20 +58,39 @@ const _: () = assert!(size_of::<Node>() == 64);
 impl Node {
     /// Of a body that was new in a generation.
     pub fn leaf(body: u32, proxy: &Proxy, parent: u32, newest: u16) -> Self {
-        Self { bounds: proxy.fat, second: NONE, parent, body, newest, moving: proxy.moving }
+        Self {
+            bounds: proxy.fat,
+            second: NONE,
+            parent,
+            body,
+            newest,
+            moving: proxy.moving,
+        }
     }
 
     /// Without its children.
     pub fn inner(parent: u32) -> Self {
-        Self { bounds: Aabb::EMPTY, second: NONE, parent, body: NONE, newest: 0, moving: false }
+        Self {
+            bounds: Aabb::EMPTY,
+            second: NONE,
+            parent,
+            body: NONE,
+            newest: 0,
+            moving: false,
+        }
     }
 
     /// Sets what a node has from its children, if there are any.
     pub fn fit(nodes: &mut [Self], at: usize) {
-        let Some(second) = nodes.get(nodes[at].second as usize).copied() else { return };
+        let Some(second) = nodes.get(nodes[at].second as usize).copied() else {
+            return;
+        };
         let first = nodes[at + 1];
         let node = &mut nodes[at];
         node.bounds = first.bounds.union(&second.bounds);
-        (node.newest, node.moving) = (first.newest.max(second.newest), first.moving || second.moving);
+        (node.newest, node.moving) = (
+            first.newest.max(second.newest),
+            first.moving || second.moving,
+        );
     }
 }

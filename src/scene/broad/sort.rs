@@ -65,13 +65,20 @@ impl Sort {
     /// Merges the next keys of a pair of runs.
     fn step(&mut self, keys: &[PairKey]) {
         let begin = self.merged.len() / (2 * self.width) * (2 * self.width);
-        let (middle, end) = (keys.len().min(begin + self.width), keys.len().min(begin + 2 * self.width));
+        let (middle, end) = (
+            keys.len().min(begin + self.width),
+            keys.len().min(begin + 2 * self.width),
+        );
         if self.merged.len() == begin {
             self.next = [begin, middle];
         }
         let [mut left, mut right] = self.next;
         for _ in self.merged.len()..end.min(self.merged.len() + STEP) {
-            let from = if right == end || left < middle && keys[left] <= keys[right] { &mut left } else { &mut right };
+            let from = if right == end || left < middle && keys[left] <= keys[right] {
+                &mut left
+            } else {
+                &mut right
+            };
             self.merged.push(keys[*from]);
             *from += 1;
         }
@@ -88,16 +95,23 @@ mod tests {
     fn whatever_it_is_stopped_by_the_keys_are_sorted() {
         let clock = ManualClock::new();
         for length in [0, 1, 63, 64, 65, 128, 1_000, 4_097] {
-            let mut keys: Vec<PairKey> =
-                (0..length).map(|i: u64| i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40).collect();
+            let mut keys: Vec<PairKey> = (0..length)
+                .map(|i: u64| i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40)
+                .collect();
             let mut expected = keys.clone();
             expected.sort_unstable();
             let (mut sort, mut calls) = (Sort::default(), 0);
-            while !sort.advance(&mut keys, &mut Deadline::at(None, STEP as u64 * WORK_AT_ONCE, &clock)) {
+            while !sort.advance(
+                &mut keys,
+                &mut Deadline::at(None, STEP as u64 * WORK_AT_ONCE, &clock),
+            ) {
                 calls += 1;
             }
             assert_eq!(keys, expected);
-            assert!(calls > 0 || length <= STEP as u64, "{length} keys are sorted at once");
+            assert!(
+                calls > 0 || length <= STEP as u64,
+                "{length} keys are sorted at once"
+            );
         }
     }
 }

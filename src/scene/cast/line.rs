@@ -29,7 +29,12 @@ pub(crate) struct Line {
 impl Line {
     pub fn new(ray: &Ray) -> Self {
         let end = if ray.is_segment() { 1.0 } else { f64::INFINITY };
-        Self { origin: ray.origin(), direction: ray.direction(), end, limits: ray.limits() }
+        Self {
+            origin: ray.origin(),
+            direction: ray.direction(),
+            end,
+            limits: ray.limits(),
+        }
     }
 
     /// A parameter that no hit in a box is told to lie before, if there may be one.
@@ -43,7 +48,10 @@ impl Line {
         if longest < SHORTEST || !slack.is_finite() {
             return Some(0.0);
         }
-        let (low, high) = (bounds.min - self.origin - margin, bounds.max - self.origin + margin);
+        let (low, high) = (
+            bounds.min - self.origin - margin,
+            bounds.max - self.origin + margin,
+        );
         let (mut enter, mut leave) = (0.0f64, self.end);
         for axis in 0..3 {
             if self.direction[axis] == 0.0 {
@@ -52,7 +60,10 @@ impl Line {
                 }
                 continue;
             }
-            let (one, other) = (low[axis] / self.direction[axis], high[axis] / self.direction[axis]);
+            let (one, other) = (
+                low[axis] / self.direction[axis],
+                high[axis] / self.direction[axis],
+            );
             (enter, leave) = (enter.max(one.min(other)), leave.min(one.max(other)));
         }
         let (enter, leave) = (enter - slack, leave + slack);

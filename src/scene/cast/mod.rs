@@ -42,11 +42,29 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::NoRay`].
-    pub fn cast_with(&mut self, ray: &SceneRay, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
-        let Self { bodies, broad, scratch, rays, .. } = self;
+    pub fn cast_with(
+        &mut self,
+        ray: &SceneRay,
+        budget: Budget,
+        clock: &dyn Clock,
+    ) -> Result<SceneCast, SceneError> {
+        let Self {
+            bodies,
+            broad,
+            scratch,
+            rays,
+            ..
+        } = self;
         // A refused cast leaves the hits of the one before.
         let before = rays.hits.len();
-        let cast = Casting { asked: ray, bodies, broad, workspace: scratch, rays }.run(budget, clock);
+        let cast = Casting {
+            asked: ray,
+            bodies,
+            broad,
+            workspace: scratch,
+            rays,
+        }
+        .run(budget, clock);
         match cast {
             Ok(_) => drop(rays.hits.drain(..before)),
             Err(_) => rays.hits.truncate(before),
@@ -101,8 +119,14 @@ impl Casting<'_> {
         self.rays.queue.clear();
         self.rays.reserve(self.bodies.room());
         let free_until = f64::INFINITY;
-        let mut known =
-            SceneCast { hit: None, found: 0, free_until, stop: StopReason::Finished, work: 0, elapsed: None };
+        let mut known = SceneCast {
+            hit: None,
+            found: 0,
+            free_until,
+            stop: StopReason::Finished,
+            work: 0,
+            elapsed: None,
+        };
         let line = Line::new(&self.asked.ray);
         if self.begin(&line, &mut deadline) {
             self.search(&line, &mut known, &mut deadline)?;
@@ -110,23 +134,43 @@ impl Casting<'_> {
             known.free_until = 0.0;
             known.stop = deadline.why(WORK_PER_BOX);
         }
-        let next = self.rays.queue.peek().map_or(f64::INFINITY, |Reverse(entry)| f64::from_bits(entry.enter));
-        let open = if known.stop == StopReason::Finished { f64::INFINITY } else { known.free_until.min(next) };
-        known.free_until = self.asked.mode.free_until(&self.asked.ray, known.hit.map(|hit| hit.on_body), open);
+        let next = self
+            .rays
+            .queue
+            .peek()
+            .map_or(f64::INFINITY, |Reverse(entry)| f64::from_bits(entry.enter));
+        let open = if known.stop == StopReason::Finished {
+            f64::INFINITY
+        } else {
+            known.free_until.min(next)
+        };
+        known.free_until =
+            self.asked
+                .mode
+                .free_until(&self.asked.ray, known.hit.map(|hit| hit.on_body), open);
         (known.work, known.elapsed) = (limit - deadline.work_left(), deadline.elapsed());
         Ok(known)
     }
 
     /// Queues the roots, and what is not in the tree; whether there was room for it all.
     fn begin(&mut self, line: &Line, deadline: &mut Deadline) -> bool {
-        let Self { bodies, broad, rays, .. } = self;
+        let Self {
+            bodies,
+            broad,
+            rays,
+            ..
+        } = self;
         for index in bodies.pending() {
             if !deadline.has_room(WORK_PER_BOX) {
                 return false;
             }
             deadline.spend(WORK_PER_BOX);
             if let Some(placed) = bodies.at(index) {
-                rays.push(line, What::Body(index), &bounds::at(&placed.body.tree, &placed.body.pose));
+                rays.push(
+                    line,
+                    What::Body(index),
+                    &bounds::at(&placed.body.tree, &placed.body.pose),
+                );
             }
         }
         let mut queue = |index: u32| {
@@ -137,22 +181,34 @@ impl Casting<'_> {
             }
             has_room
         };
-        let Some(tree) = broad.tree() else { return bodies.slots().all(queue) };
+        let Some(tree) = broad.tree() else {
+            return bodies.slots().all(queue);
+        };
         broad.unsettled().all(&mut queue) && {
-            tree.roots().for_each(|(root, bounds)| rays.push(line, What::Node(root), bounds));
+            tree.roots()
+                .for_each(|(root, bounds)| rays.push(line, What::Node(root), bounds));
             true
         }
     }
 
     /// Follows the ray until nothing nearer is left, or the deadline comes. No hit of what has been looked at, and was not
     /// found, lies before what `known` says.
-    fn search(&mut self, line: &Line, known: &mut SceneCast, deadline: &mut Deadline) -> Result<(), SceneError> {
+    fn search(
+        &mut self,
+        line: &Line,
+        known: &mut SceneCast,
+        deadline: &mut Deadline,
+    ) -> Result<(), SceneError> {
         while let Some(&Reverse(entry)) = self.rays.queue.peek() {
             let is_nearer = |hit: BodyHit| hit.on_body.t < f64::from_bits(entry.enter);
             if self.asked.mode == RayMode::Nearest && known.hit.is_some_and(is_nearer) {
                 break;
             }
-            let least = if matches!(entry.what, What::Node(_)) { WORK_PER_SEARCH } else { MAX_STEP_WORK };
+            let least = if matches!(entry.what, What::Node(_)) {
+                WORK_PER_SEARCH
+            } else {
+                MAX_STEP_WORK
+            };
             if !deadline.has_room(least) {
                 known.stop = deadline.why(least);
                 return Ok(());
@@ -174,29 +230,51 @@ impl Casting<'_> {
 
     /// Replaces a node by its children, or a leaf by its body.
     fn open(&mut self, line: &Line, node: u32) {
-        let Some(tree) = self.broad.tree() else { return };
+        let Some(tree) = self.broad.tree() else {
+            return;
+        };
         match tree.below(node) {
             Ok(children) => {
-                children.into_iter().for_each(|(child, bounds)| self.rays.push(line, What::Node(child), bounds));
+                children
+                    .into_iter()
+                    .for_each(|(child, bounds)| self.rays.push(line, What::Node(child), bounds));
             }
             Err(body) => {
                 let facts = self.bodies.facts(body);
                 let is_here = !facts.is_changed() && !self.broad.is_unsettled(body);
                 if is_here && self.asked.filter.meets(facts.filter) {
-                    self.rays.push(line, What::Body(body), self.bodies.bounds(body));
+                    self.rays
+                        .push(line, What::Body(body), self.bodies.bounds(body));
                 }
             }
         }
     }
 
     /// Asks the tree of a body.
-    fn ask(&mut self, index: u32, known: &mut SceneCast, deadline: &mut Deadline) -> Result<(), SceneError> {
-        let Self { asked, bodies, workspace, rays, .. } = self;
-        let Some(placed) = bodies.at(index).filter(|placed| asked.filter.meets(placed.body.filter)) else {
+    fn ask(
+        &mut self,
+        index: u32,
+        known: &mut SceneCast,
+        deadline: &mut Deadline,
+    ) -> Result<(), SceneError> {
+        let Self {
+            asked,
+            bodies,
+            workspace,
+            rays,
+            ..
+        } = self;
+        let Some(placed) = bodies
+            .at(index)
+            .filter(|placed| asked.filter.meets(placed.body.filter))
+        else {
             return Ok(());
         };
         let body = bodies.id(index);
-        let here = asked.ray.transformed(&placed.inverse).map_err(|error| SceneError::NoRay { body, error })?;
+        let here = asked
+            .ray
+            .transformed(&placed.inverse)
+            .map_err(|error| SceneError::NoRay { body, error })?;
         let [from, to] = here.limits();
         let nearest = known.hit.filter(|_| asked.mode == RayMode::Nearest);
         let ray = here.within(from, nearest.map_or(to, |hit| to.min(hit.on_body.t)));
@@ -204,7 +282,11 @@ impl Casting<'_> {
         query.begin(workspace);
         let cast = loop {
             let cast = query.spend(workspace, deadline);
-            rays.hits.extend(workspace.drain_ray_hits().map(|on_body| BodyHit { body, on_body }));
+            rays.hits.extend(
+                workspace
+                    .drain_ray_hits()
+                    .map(|on_body| BodyHit { body, on_body }),
+            );
             if cast.stop != StopReason::PairsFull {
                 break cast;
             }
@@ -227,11 +309,17 @@ impl Rays {
     /// Makes room for the casts of a scene of so many bodies.
     pub fn reserve(&mut self, bodies: usize) {
         // Each body may wait in a node of the tree, and as one that has left its place there.
-        self.queue.reserve_exact((2 * bodies).saturating_sub(self.queue.len()));
+        self.queue
+            .reserve_exact((2 * bodies).saturating_sub(self.queue.len()));
     }
 
     /// Queues what the ray enters.
     fn push(&mut self, line: &Line, what: What, bounds: &Aabb) {
-        self.queue.extend(line.enter(bounds).map(|enter| Reverse(Entry { enter: enter.to_bits(), what })));
+        self.queue.extend(line.enter(bounds).map(|enter| {
+            Reverse(Entry {
+                enter: enter.to_bits(),
+                what,
+            })
+        }));
     }
 }

@@ -38,7 +38,11 @@ pub struct SceneRay {
 impl SceneRay {
     /// Asks for the nearest hit of a ray in the coordinates of the scene.
     pub fn new(ray: Ray) -> Self {
-        Self { ray, mode: RayMode::Nearest, filter: Filter::default() }
+        Self {
+            ray,
+            mode: RayMode::Nearest,
+            filter: Filter::default(),
+        }
     }
 
     /// Asks for the nearest hit, for any, or for all.
@@ -67,7 +71,8 @@ impl BodyHit {
     /// By `t`, then by body, then by triangle: a total order.
     pub(crate) fn is_before(&self, other: &Self) -> bool {
         let key = |hit: &Self| (hit.body.index, hit.on_body.triangle);
-        self.on_body.t < other.on_body.t || self.on_body.t == other.on_body.t && key(self) < key(other)
+        self.on_body.t < other.on_body.t
+            || self.on_body.t == other.on_body.t && key(self) < key(other)
     }
 }
 

@@ -111,10 +111,16 @@ impl Turn {
     pub fn glances_apart(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
         desk.deadline.spend(WORK_PER_GLANCE);
         self.spent.work += WORK_PER_GLANCE;
-        let low = glance::distance(pair.map(|placed| &*placed.body.tree), b_in_a, desk.workspace);
+        let low = glance::distance(
+            pair.map(|placed| &*placed.body.tree),
+            b_in_a,
+            desk.workspace,
+        );
         let (bodies, key, frame) = (desk.bodies, self.key, desk.round.frame);
         let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
-        if low == 0.0 || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some() {
+        if low == 0.0
+            || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some()
+        {
             return false;
         }
         if lasts || self.state.apart == 0.0 {
@@ -129,7 +135,10 @@ impl Turn {
     #[inline(never)]
     pub fn a_plane_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
         let trees = pair.map(|placed| &*placed.body.tree);
-        let (low, tried) = self.state.parting.distance(trees, b_in_a, PLANES, desk.workspace);
+        let (low, tried) = self
+            .state
+            .parting
+            .distance(trees, b_in_a, PLANES, desk.workspace);
         let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, desk.round.frame);
         desk.deadline.spend(work);
         self.spent.work += work;
@@ -159,8 +168,19 @@ impl Turn {
 
     /// Proves of slow bodies how far apart they are. `None`: whether they meet is still to be asked.
     #[inline(never)]
-    pub fn prove_apart(&mut self, pair: [&Placed; 2], b_in_a: Pose, desk: &mut Desk) -> Option<Ended> {
-        let Desk { bodies, round, deadline, workspace, .. } = desk;
+    pub fn prove_apart(
+        &mut self,
+        pair: [&Placed; 2],
+        b_in_a: Pose,
+        desk: &mut Desk,
+    ) -> Option<Ended> {
+        let Desk {
+            bodies,
+            round,
+            deadline,
+            workspace,
+            ..
+        } = desk;
         let (key, frame) = (self.key, round.frame);
         let Some(mut limit) = reach(bodies, key, pair, frame) else {
             self.state.apart = -((frame + BREAK) as f64);
@@ -201,12 +221,20 @@ impl Turn {
 
 /// How far both have to have gone, together, before they may meet, that are `low` apart in `frame`.
 fn until(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], low: f64, frame: u64) -> f64 {
-    (room(pair, low) + bodies.gone(key, frame, frame)).next_down().next_down()
+    (room(pair, low) + bodies.gone(key, frame, frame))
+        .next_down()
+        .next_down()
 }
 
 /// How far both have gone in this frame, together.
 fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
-    let step = |facts: &Facts| if facts.changed == frame { f64::from(facts.step) } else { 0.0 };
+    let step = |facts: &Facts| {
+        if facts.changed == frame {
+            f64::from(facts.step)
+        } else {
+            0.0
+        }
+    };
     let [a, b] = bodies.facts_of(key);
     step(a) + step(b)
 }
@@ -217,7 +245,10 @@ fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Optio
     if step == 0.0 {
         return None;
     }
-    let size = pair.map(|placed| placed.body.tree.unit().length()).into_iter().fold(f64::INFINITY, f64::min);
+    let size = pair
+        .map(|placed| placed.body.tree.unit().length())
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
     let limit = (MOST_STEPS * step).min(LARGEST_PART * size);
     let is_slow = limit >= LEAST_STEPS * step;
     (is_slow && !bodies.distance_requests.has(key) && !bodies.is_moving(key)).then_some(limit)

@@ -59,7 +59,13 @@ pub(crate) struct Round {
 impl Round {
     /// Of questions that are all expected to be answered.
     pub fn to_the_end(frame: u64, mode: Mode, end: Option<Duration>) -> Self {
-        Self { kind: RoundKind::Answer, frame, mode, to_the_end: true, end }
+        Self {
+            kind: RoundKind::Answer,
+            frame,
+            mode,
+            to_the_end: true,
+            end,
+        }
     }
 }
 
@@ -82,7 +88,10 @@ pub(crate) struct Batch {
 impl Batch {
     /// With a workspace, so that no frame has to allocate one.
     pub fn new() -> Self {
-        Self { workspace: Some(workspace()), ..Self::default() }
+        Self {
+            workspace: Some(workspace()),
+            ..Self::default()
+        }
     }
 
     /// Whether there is nothing to run.
@@ -110,7 +119,13 @@ impl Batch {
     }
 
     /// Runs what fits. `scratch` is a workspace of the thread at hand.
-    pub fn run(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
+    pub fn run(
+        &mut self,
+        bodies: &Bodies,
+        scratch: &mut Box<Workspace>,
+        round: &Round,
+        clock: &dyn Clock,
+    ) {
         let mut deadline = Deadline::of_a_part(round.end, u64::MAX, clock);
         match round.kind {
             RoundKind::Test => Retest::new(bodies).run(&mut self.tests, &mut deadline),
@@ -119,7 +134,13 @@ impl Batch {
         }
     }
 
-    fn search(&mut self, bodies: &Bodies, workspace: &mut Workspace, round: &Round, deadline: &mut Deadline) {
+    fn search(
+        &mut self,
+        bodies: &Bodies,
+        workspace: &mut Workspace,
+        round: &Round,
+        deadline: &mut Deadline,
+    ) {
         for turn in &mut self.turns {
             if !deadline.has_room(LEAST_WORK) {
                 break;
@@ -128,18 +149,31 @@ impl Batch {
         }
     }
 
-    fn answer(&mut self, bodies: &Bodies, scratch: &mut Box<Workspace>, round: &Round, clock: &dyn Clock) {
+    fn answer(
+        &mut self,
+        bodies: &Bodies,
+        scratch: &mut Box<Workspace>,
+        round: &Round,
+        clock: &dyn Clock,
+    ) {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
         let mut together = ArrayVec::<_, TOGETHER>::new();
         for at in 0..self.turns.len() {
             if at % TOGETHER == 0 {
                 together.clear();
-                together.extend(self.turns[at..].iter().take(TOGETHER).map(|turn| bodies.pair(turn.key)));
+                together.extend(
+                    self.turns[at..]
+                        .iter()
+                        .take(TOGETHER)
+                        .map(|turn| bodies.pair(turn.key)),
+                );
             }
             let turn = &mut self.turns[at];
             let key = turn.key;
             // A pair that is not expected to end has room in the next round, and those after it do not go first.
-            if !deadline.has_room(LEAST_WORK) || at > 0 && u64::from(turn.median) > deadline.work_left() {
+            if !deadline.has_room(LEAST_WORK)
+                || at > 0 && u64::from(turn.median) > deadline.work_left()
+            {
                 break;
             }
             let held = self.held == Some(key);
@@ -191,9 +225,26 @@ pub(crate) enum Ended {
 
 impl Turn {
     /// Asks whether the pair meets, before the broad phase.
-    pub fn search(&mut self, bodies: &Bodies, workspace: &mut Workspace, round: &Round, deadline: &mut Deadline) {
+    pub fn search(
+        &mut self,
+        bodies: &Bodies,
+        workspace: &mut Workspace,
+        round: &Round,
+        deadline: &mut Deadline,
+    ) {
         let (held, patches, looks_ahead) = (false, None, true);
-        self.run(bodies.pair(self.key), &mut Desk { bodies, round, deadline, workspace, held, patches, looks_ahead });
+        self.run(
+            bodies.pair(self.key),
+            &mut Desk {
+                bodies,
+                round,
+                deadline,
+                workspace,
+                held,
+                patches,
+                looks_ahead,
+            },
+        );
         self.next = None;
         self.end(round.frame);
     }
@@ -201,11 +252,14 @@ impl Turn {
     /// Runs the pair as far as the deadline allows.
     pub fn run(&mut self, pair: Option<[&Placed; 2]>, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, .. } = *desk;
-        self.marks.tell(self.key, &mut self.state, bodies, round.frame);
+        self.marks
+            .tell(self.key, &mut self.state, bodies, round.frame);
         if self.is_new {
             self.state.forget_told();
         }
-        let Some([a, b]) = pair else { return Ended::NotBegun };
+        let Some([a, b]) = pair else {
+            return Ended::NotBegun;
+        };
         let b_in_a = a.relative(b);
         self.state.apart = self.state.apart.min(0.0);
         if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk) {
@@ -240,10 +294,27 @@ impl Turn {
     /// Goes on with any other question, as far as the deadline allows.
     #[inline(always)]
     fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
-        let Desk { bodies, round, deadline, workspace, held, .. } = desk;
+        let Desk {
+            bodies,
+            round,
+            deadline,
+            workspace,
+            held,
+            ..
+        } = desk;
         // They were tested in this frame.
-        let refuted = if self.state.is_lost(round.frame) { WITNESSES } else { 0 };
-        let resumed = question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end, refuted);
+        let refuted = if self.state.is_lost(round.frame) {
+            WITNESSES
+        } else {
+            0
+        };
+        let resumed = question.resume_or_begin(
+            *held,
+            workspace,
+            &self.state.memory,
+            round.to_the_end,
+            refuted,
+        );
         let mut before = resumed.unwrap_or_default();
         loop {
             deadline.spend(WORK_PER_QUERY);
@@ -253,7 +324,8 @@ impl Turn {
             self.spent.add(spent.since(before));
             before = spent;
             if let Some(bounds) = answer.bounds {
-                self.state.note_bounds(self.key, bodies, bounds, round.frame);
+                self.state
+                    .note_bounds(self.key, bodies, bounds, round.frame);
             }
             if self.state.note(&answer, spent, round.frame) {
                 return Ended::Complete;
@@ -275,10 +347,29 @@ mod tests {
     #[test]
     fn a_turn_begins_with_what_the_list_has_found_out() {
         let (clock, bodies) = (ManualClock::new(), Bodies::default());
-        let marks = Marks { completed: 7, proof: 1.0.into(), ..Marks::default() };
+        let marks = Marks {
+            completed: 7,
+            proof: 1.0.into(),
+            ..Marks::default()
+        };
         let mut turn = Turn::new(1, Box::new(PairState::blank()), marks);
-        let round = Round { kind: RoundKind::Search, ..Round::to_the_end(9, Mode::Any, None) };
-        turn.search(&bodies, &mut workspace(), &round, &mut Deadline::at(None, u64::MAX, &clock));
-        assert_eq!([turn.state.decided, turn.state.completed, u64::from(turn.marks.completed)], [7; 3]);
+        let round = Round {
+            kind: RoundKind::Search,
+            ..Round::to_the_end(9, Mode::Any, None)
+        };
+        turn.search(
+            &bodies,
+            &mut workspace(),
+            &round,
+            &mut Deadline::at(None, u64::MAX, &clock),
+        );
+        assert_eq!(
+            [
+                turn.state.decided,
+                turn.state.completed,
+                u64::from(turn.marks.completed)
+            ],
+            [7; 3]
+        );
     }
 }

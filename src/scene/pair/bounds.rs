@@ -16,13 +16,24 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    pub const NOTHING: Self =
-        Self { low: 0.0, high: f64::INFINITY, triangles: None, are_times: false, gone: 0.0, below: 0.0 };
+    pub const NOTHING: Self = Self {
+        low: 0.0,
+        high: f64::INFINITY,
+        triangles: None,
+        are_times: false,
+        gone: 0.0,
+        below: 0.0,
+    };
 
     /// Both of one pose.
     pub fn and(self, other: Self) -> Self {
         let nearer = if other.high < self.high { other } else { self };
-        Self { low: self.low.max(other.low), gone: other.gone, below: other.below, ..nearer }
+        Self {
+            low: self.low.max(other.low),
+            gone: other.gone,
+            below: other.below,
+            ..nearer
+        }
     }
 }
 

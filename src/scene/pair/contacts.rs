@@ -11,11 +11,27 @@ use crate::scene::body::Placed;
 impl Turn {
     /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was found.
     #[inline(never)]
-    pub fn find_contacts(&mut self, question: &Question, pair: [&Placed; 2], desk: &mut Desk) -> Ended {
-        let Desk { bodies, round, deadline, workspace, held, patches, .. } = desk;
-        let (Some(touch), Some(patches)) = (&mut self.state.touch, patches) else { return Ended::NotBegun };
+    pub fn find_contacts(
+        &mut self,
+        question: &Question,
+        pair: [&Placed; 2],
+        desk: &mut Desk,
+    ) -> Ended {
+        let Desk {
+            bodies,
+            round,
+            deadline,
+            workspace,
+            held,
+            patches,
+            ..
+        } = desk;
+        let (Some(touch), Some(patches)) = (&mut self.state.touch, patches) else {
+            return Ended::NotBegun;
+        };
         let (key, frame) = (self.key, round.frame);
-        let resumed = question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end, 0);
+        let resumed =
+            question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end, 0);
         deadline.spend(WORK_PER_QUERY);
         self.spent.work += WORK_PER_QUERY;
         let answer = question.go_on(workspace, &mut self.state.memory, deadline);
@@ -48,11 +64,16 @@ impl Turn {
             // It takes more than that.
             touch.cost = touch.cost.max(2 * (spent.work + patching));
         }
-        let is_all = round.mode == Mode::Any && !bodies.distance_requests.has(key) && !bodies.is_moving(key);
+        let is_all =
+            round.mode == Mode::Any && !bodies.distance_requests.has(key) && !bodies.is_moving(key);
         if is_all && self.state.completed < frame && answer.verdict != Verdict::Undecided {
             self.state.completed = frame;
             self.state.decide(answer.verdict, answer.found, frame);
         }
-        if is_over { Ended::Complete } else { Ended::Stopped }
+        if is_over {
+            Ended::Complete
+        } else {
+            Ended::Stopped
+        }
     }
 }

@@ -51,7 +51,8 @@ impl Frame<'_> {
     /// When the budget ends, less what has to be kept for the rest of the frame.
     pub fn end(&self, rest: Duration) -> Option<Duration> {
         let [start, limit] = self.times;
-        self.is_timed().then(|| start.saturating_add(limit).saturating_sub(rest))
+        self.is_timed()
+            .then(|| start.saturating_add(limit).saturating_sub(rest))
     }
 
     /// The time since the last lap, which ends here; under a budget of time.
@@ -65,21 +66,29 @@ impl Frame<'_> {
     /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
     pub fn for_estimates(&self) -> Option<Duration> {
         let limit = self.budget.time.unwrap_or(Duration::MAX);
-        (limit >= ESTIMATES).then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
+        (limit >= ESTIMATES)
+            .then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
     }
 
     /// Whether the contacts of bodies that were last new in `changed` are known as well as this frame can tell.
     pub fn knows_contacts(&self, state: &PairState, changed: u64) -> bool {
         let left_out = state.touch.as_ref().map_or(0, |touch| touch.left_out);
         let work = self.budget.work.unwrap_or(u64::MAX);
-        let time = self.budget.time.map_or(u64::MAX, |time| time.as_nanos() as u64);
+        let time = self
+            .budget
+            .time
+            .map_or(u64::MAX, |time| time.as_nanos() as u64);
         state.knows_contacts(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
     }
 
     /// The last frame in which a pair was decided; those of a rest count, though nothing was looked at.
     pub fn decided(&self, state: &PairState) -> u64 {
         let [found_all, last] = self.rest;
-        if state.decided == found_all { last } else { state.decided }
+        if state.decided == found_all {
+            last
+        } else {
+            state.decided
+        }
     }
 
     /// The last frame in which something about a pair was new.

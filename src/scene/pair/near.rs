@@ -19,18 +19,29 @@ impl Bodies {
             None => (Bounds::NOTHING, false),
         };
         let low = bounds.low.max(self.boxes_apart(key)[0]);
-        Near { bounds: Bounds { low, ..bounds }, is_of_query }
+        Near {
+            bounds: Bounds { low, ..bounds },
+            is_of_query,
+        }
     }
 
     /// What is known of the distance of a pair by its boxes alone.
     pub fn near_by_boxes(&self, key: PairKey) -> Near {
         let low = self.boxes_apart(key)[0];
-        Near { bounds: Bounds { low, ..Bounds::NOTHING }, is_of_query: false }
+        Near {
+            bounds: Bounds {
+                low,
+                ..Bounds::NOTHING
+            },
+            is_of_query: false,
+        }
     }
 
     /// What is left in `frame` of bounds that were proven in frame `since`.
     pub fn carried(&self, key: PairKey, bounds: Bounds, since: u64, frame: u64) -> Bounds {
-        let Some(pair) = self.pair(key) else { return Bounds::NOTHING };
+        let Some(pair) = self.pair(key) else {
+            return Bounds::NOTHING;
+        };
         let gone = self.gone(key, since, frame);
         if gone == f64::INFINITY {
             return Bounds::NOTHING;
@@ -38,15 +49,28 @@ impl Bodies {
         let way = (gone - bounds.gone).next_up();
         let low = (room(pair, bounds.low) - way).max(0.0);
         let high = (bounds.high + margins(pair) + way) * (1.0 + STRETCH) - margins(pair);
-        let rounding: f64 = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose)).iter().sum();
-        Bounds { low, high: high + rounding, below: 0.0, ..bounds }
+        let rounding: f64 = pair
+            .map(|placed| slack(&placed.body.tree, &placed.body.pose))
+            .iter()
+            .sum();
+        Bounds {
+            low,
+            high: high + rounding,
+            below: 0.0,
+            ..bounds
+        }
     }
 
     /// Bounds of the distance of a pair by its boxes.
     pub fn boxes_apart(&self, key: PairKey) -> [f64; 2] {
         let nothing = [0.0, f64::INFINITY];
-        let Some(pair) = self.pair(key) else { return nothing };
-        if bodies_of(key).into_iter().any(|body| self.facts(body).is_changed()) {
+        let Some(pair) = self.pair(key) else {
+            return nothing;
+        };
+        if bodies_of(key)
+            .into_iter()
+            .any(|body| self.facts(body).is_changed())
+        {
             return nothing;
         }
         let [x, y] = bodies_of(key).map(|body| self.bounds(body));
@@ -54,7 +78,10 @@ impl Bodies {
             return [f64::INFINITY; 2];
         }
         let [gap, span] = [gap(x, y), span(x, y)].map(length);
-        [(gap - STRETCH * (gap + margins(pair))).max(0.0), span * (1.0 + STRETCH)]
+        [
+            (gap - STRETCH * (gap + margins(pair))).max(0.0),
+            span * (1.0 + STRETCH),
+        ]
     }
 }
 

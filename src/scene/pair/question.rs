@@ -5,19 +5,22 @@ use super::spent::Spent;
 use super::touch::MOST_CONTACTS;
 use crate::math::Pose;
 use crate::model::cost::{
-    LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_PATCHED, LEAST_WORK, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK,
-    WORK_PER_PATCHED_CONTACT,
+    LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_PATCHED, LEAST_WORK, MAX_DISTANCE_STEP_WORK,
+    MAX_STEP_WORK, WORK_PER_PATCHED_CONTACT,
 };
 use crate::query::{
-    ContactQuery, Contacts, Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory, Passage, Query,
-    StopReason, Verdict, Workspace,
+    ContactQuery, Contacts, Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory,
+    Passage, Query, StopReason, Verdict, Workspace,
 };
 use crate::scene::ask::distance_requests::DistanceRequest;
 use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::id::PairKey;
 
 /// What is asked of a pair. A stopped run is resumed by an equal question.
-#[allow(clippy::large_enum_variant, reason = "it is made anew for each turn, on the stack")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "it is made anew for each turn, on the stack"
+)]
 pub(crate) enum Question<'t> {
     /// Whether, or where, the surfaces meet.
     Meet(Query<'t>),
@@ -50,31 +53,56 @@ impl Answer {
             _ if bounds.low > 0.0 => Verdict::Separated,
             _ => Verdict::Undecided,
         };
-        Self { stop, verdict, found: u64::from(bounds.high == 0.0), bounds: Some(bounds), missing: 0.0 }
+        Self {
+            stop,
+            verdict,
+            found: u64::from(bounds.high == 0.0),
+            bounds: Some(bounds),
+            missing: 0.0,
+        }
     }
 }
 
 impl<'t> Question<'t> {
     /// That of a pair of bodies, of which the second one is at a pose in the frame of the first; `mode` is that of the scene.
     #[inline(always)]
-    pub fn new(bodies: &Bodies, key: PairKey, [a, b]: [&'t Placed; 2], b_in_a: Pose, mode: Mode) -> Self {
-        let special = if bodies.is_special(key) { Self::special(bodies, key, [a, b], b_in_a) } else { None };
-        special.unwrap_or_else(|| Self::Meet(Query::new(&a.body.tree, &b.body.tree, b_in_a).mode(mode)))
+    pub fn new(
+        bodies: &Bodies,
+        key: PairKey,
+        [a, b]: [&'t Placed; 2],
+        b_in_a: Pose,
+        mode: Mode,
+    ) -> Self {
+        let special = if bodies.is_special(key) {
+            Self::special(bodies, key, [a, b], b_in_a)
+        } else {
+            None
+        };
+        special.unwrap_or_else(|| {
+            Self::Meet(Query::new(&a.body.tree, &b.body.tree, b_in_a).mode(mode))
+        })
     }
 
     /// What is asked besides; `None` if that is nothing.
     #[cold]
-    fn special(bodies: &Bodies, key: PairKey, [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Option<Self> {
+    fn special(
+        bodies: &Bodies,
+        key: PairKey,
+        [a, b]: [&'t Placed; 2],
+        b_in_a: Pose,
+    ) -> Option<Self> {
         let trees = [&*a.body.tree, &*b.body.tree];
         let margins = [a.body.margin, b.body.margin];
         let distance = DistanceQuery::new(trees[0], trees[1], b_in_a).margins(margins);
         match bodies.distance_requests.wanted(key) {
-            Some(DistanceRequest { tolerance, ceiling, .. }) => {
-                Some(Self::Distance(distance.absolute_tolerance(tolerance).below(ceiling)))
-            }
-            None if bodies.is_moving(key) => {
-                Some(Self::Motion(MotionQuery::of_both(trees, [a.motion(), b.motion()]).margins(margins)))
-            }
+            Some(DistanceRequest {
+                tolerance, ceiling, ..
+            }) => Some(Self::Distance(
+                distance.absolute_tolerance(tolerance).below(ceiling),
+            )),
+            None if bodies.is_moving(key) => Some(Self::Motion(
+                MotionQuery::of_both(trees, [a.motion(), b.motion()]).margins(margins),
+            )),
             None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
             None => None,
         }
@@ -84,7 +112,11 @@ impl<'t> Question<'t> {
     #[cold]
     pub fn apart([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
         let query = DistanceQuery::new(&a.body.tree, &b.body.tree, b_in_a);
-        Self::Distance(query.margins([a.body.margin, b.body.margin]).closer_than(limit))
+        Self::Distance(
+            query
+                .margins([a.body.margin, b.body.margin])
+                .closer_than(limit),
+        )
     }
 
     /// Where the bodies of a pair touch.
@@ -135,9 +167,17 @@ impl<'t> Question<'t> {
     /// Prepares a workspace for a run, which is expected to get to its end or not. So many of the latest witnesses are known not
     /// to meet.
     #[inline]
-    pub fn begin(&self, workspace: &mut Workspace, memory: &PairMemory, to_the_end: bool, refuted: usize) {
+    pub fn begin(
+        &self,
+        workspace: &mut Workspace,
+        memory: &PairMemory,
+        to_the_end: bool,
+        refuted: usize,
+    ) {
         match self {
-            Self::Meet(query) => query.begin_after(refuted, workspace, Some(memory), query.strategy(to_the_end)),
+            Self::Meet(query) => {
+                query.begin_after(refuted, workspace, Some(memory), query.strategy(to_the_end))
+            }
             Self::Distance(query) => query.begin(workspace, Some(memory)),
             Self::Motion(query) => query.start(workspace, Some(memory)),
             Self::Contacts(query) => query.begin(workspace),
@@ -146,25 +186,57 @@ impl<'t> Question<'t> {
 
     /// [`Question::advance`] where that is not worth a copy of its own.
     #[inline(never)]
-    pub fn go_on(&self, workspace: &mut Workspace, memory: &mut PairMemory, deadline: &mut Deadline) -> Answer {
+    pub fn go_on(
+        &self,
+        workspace: &mut Workspace,
+        memory: &mut PairMemory,
+        deadline: &mut Deadline,
+    ) -> Answer {
         self.advance(workspace, memory, deadline)
     }
 
     /// Goes on with the run in a workspace until it is over or the deadline stops it.
     #[inline(always)]
-    pub fn advance(&self, workspace: &mut Workspace, memory: &mut PairMemory, deadline: &mut Deadline) -> Answer {
+    pub fn advance(
+        &self,
+        workspace: &mut Workspace,
+        memory: &mut PairMemory,
+        deadline: &mut Deadline,
+    ) -> Answer {
         match self {
             Self::Meet(query) => {
                 let stop = query.advance(workspace, Some(memory), deadline);
-                Answer { stop, verdict: workspace.verdict(stop), found: workspace.found(), bounds: None, missing: 0.0 }
+                Answer {
+                    stop,
+                    verdict: workspace.verdict(stop),
+                    found: workspace.found(),
+                    bounds: None,
+                    missing: 0.0,
+                }
             }
             Self::Distance(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
-                let Distance { low, high, nearest, stop, .. } = query.spend(workspace, Some(memory), deadline);
+                let Distance {
+                    low,
+                    high,
+                    nearest,
+                    stop,
+                    ..
+                } = query.spend(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let triangles = nearest.map(|nearest| nearest.triangles);
-                let below = if stop.is_final() { query.ceiling_in(workspace) } else { 0.0 };
-                let bounds = Bounds { low, high, triangles, below, ..Bounds::NOTHING };
+                let below = if stop.is_final() {
+                    query.ceiling_in(workspace)
+                } else {
+                    0.0
+                };
+                let bounds = Bounds {
+                    low,
+                    high,
+                    triangles,
+                    below,
+                    ..Bounds::NOTHING
+                };
                 let mut answer = Answer::bounded(stop, bounds, query.witness_distance(workspace));
                 if stop.is_final() && high > 0.0 && query.decides_contact() {
                     answer.verdict = Verdict::Separated;
@@ -173,24 +245,47 @@ impl<'t> Question<'t> {
             }
             Self::Motion(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
-                let Passage { free_until, touching_at, triangles, stop, .. } =
-                    query.advance(workspace, Some(memory), deadline);
+                let Passage {
+                    free_until,
+                    touching_at,
+                    triangles,
+                    stop,
+                    ..
+                } = query.advance(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let high = touching_at.unwrap_or(f64::INFINITY);
-                let bounds = Bounds { low: free_until, high, triangles, are_times: true, ..Bounds::NOTHING };
+                let bounds = Bounds {
+                    low: free_until,
+                    high,
+                    triangles,
+                    are_times: true,
+                    ..Bounds::NOTHING
+                };
                 Answer::bounded(stop, bounds, query.witness_distance(workspace))
             }
             Self::Contacts(query) => {
-                deadline.leave_after(MAX_DISTANCE_STEP_WORK, LEAST_PATCHED * WORK_PER_PATCHED_CONTACT);
+                deadline.leave_after(
+                    MAX_DISTANCE_STEP_WORK,
+                    LEAST_PATCHED * WORK_PER_PATCHED_CONTACT,
+                );
                 let Contacts { low, stop, .. } = query.spend(workspace, deadline);
                 deadline.leave(MAX_STEP_WORK);
-                let nearest = workspace.contacts().next().filter(|contact| query.is_within(contact));
+                let nearest = workspace
+                    .contacts()
+                    .next()
+                    .filter(|contact| query.is_within(contact));
                 let verdict = match nearest {
                     Some(contact) => Verdict::of_witness(contact.triangles, contact.distance),
                     None if stop.is_final() && workspace.found() == 0 => Verdict::Separated,
                     None => Verdict::Undecided,
                 };
-                Answer { stop, verdict, found: u64::from(nearest.is_some()), bounds: None, missing: low }
+                Answer {
+                    stop,
+                    verdict,
+                    found: u64::from(nearest.is_some()),
+                    bounds: None,
+                    missing: low,
+                }
             }
         }
     }

@@ -51,12 +51,24 @@ pub(crate) enum Outcome {
 
 impl Test {
     pub fn new(key: PairKey, place: u32, witness: [u32; 2]) -> Self {
-        Self { key, place, witness, state: None, asks_beside: false, beside: None, outcome: Outcome::Untested }
+        Self {
+            key,
+            place,
+            witness,
+            state: None,
+            asks_beside: false,
+            beside: None,
+            outcome: Outcome::Untested,
+        }
     }
 
     fn end(&mut self, met: Option<[u32; 2]>) {
         self.witness = met.unwrap_or(self.witness);
-        self.outcome = if met.is_some() { Outcome::Met } else { Outcome::Lost };
+        self.outcome = if met.is_some() {
+            Outcome::Met
+        } else {
+            Outcome::Lost
+        };
     }
 }
 
@@ -71,7 +83,14 @@ struct Tested {
 #[inline]
 fn corners([a, b]: [&Tree; 2], [x, y]: [u32; 2], b_in_a: &Pose) -> [[DVec3; 3]; 2] {
     let [p, q, r] = b.corners(y);
-    [a.corners(x), [b_in_a.transform_point(p), b_in_a.transform_point(q), b_in_a.transform_point(r)]]
+    [
+        a.corners(x),
+        [
+            b_in_a.transform_point(p),
+            b_in_a.transform_point(q),
+            b_in_a.transform_point(r),
+        ],
+    ]
 }
 
 /// Pairs that wait for their test.
@@ -85,13 +104,21 @@ pub(crate) struct Retest<'b> {
 impl<'b> Retest<'b> {
     pub fn new(bodies: &'b Bodies) -> Self {
         let (columns, instructions) = ([Columns::ZERO, Columns::ZERO], Instructions::detect());
-        Self { bodies, waiting: ArrayVec::new(), columns, instructions }
+        Self {
+            bodies,
+            waiting: ArrayVec::new(),
+            columns,
+            instructions,
+        }
     }
 
     /// Tests witnesses of pairs, and what lies next to them where that is asked, as far as the deadline allows.
     pub fn run(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
         self.witnesses(tests, deadline);
-        for test in tests.iter_mut().filter(|test| test.asks_beside && test.outcome == Outcome::Lost) {
+        for test in tests
+            .iter_mut()
+            .filter(|test| test.asks_beside && test.outcome == Outcome::Lost)
+        {
             if !deadline.has_room(WORK_PER_NEIGHBORS) {
                 break;
             }
@@ -105,7 +132,10 @@ impl<'b> Retest<'b> {
     fn witnesses(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
         let mut next = 0;
         while next < tests.len() {
-            while next < tests.len() && !self.waiting.is_full() && deadline.has_room(WORK_PER_WITNESS) {
+            while next < tests.len()
+                && !self.waiting.is_full()
+                && deadline.has_room(WORK_PER_WITNESS)
+            {
                 deadline.spend(WORK_PER_WITNESS);
                 if self.add(next, &tests[next]).is_none() {
                     tests[next].outcome = Outcome::Lost;
@@ -116,7 +146,9 @@ impl<'b> Retest<'b> {
                 break;
             }
             let hits = meeting(self.instructions, &self.columns, self.waiting.len());
-            for (lane, Tested { at, witness }) in mem::take(&mut self.waiting).into_iter().enumerate() {
+            for (lane, Tested { at, witness }) in
+                mem::take(&mut self.waiting).into_iter().enumerate()
+            {
                 tests[at].end((hits >> lane & 1 != 0).then_some(witness));
             }
         }
@@ -127,7 +159,8 @@ impl<'b> Retest<'b> {
     fn add(&mut self, at: usize, test: &Test) -> Option<()> {
         let [a, b] = self.bodies.pair(test.key)?;
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
-        let witness = triangle_ids([a, b], test.witness).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
+        let witness = triangle_ids([a, b], test.witness)
+            .filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
         let [of_a, of_b] = corners(trees, test.witness, &b_in_a);
         let lane = self.waiting.len();
         self.columns[0].set(lane, &of_a);
@@ -144,15 +177,30 @@ impl<'b> Retest<'b> {
         let memory = &mut test.state.as_mut()?.memory;
         let latest = memory.witness(0)?;
         triangle_ids([a, b], latest).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
-        for (columns, corners) in self.columns.iter_mut().zip(&corners(trees, latest, &b_in_a)) {
+        for (columns, corners) in self
+            .columns
+            .iter_mut()
+            .zip(&corners(trees, latest, &b_in_a))
+        {
             columns.fill(corners);
         }
         let mut next = ArrayVec::<_, LANES>::new();
         for (side, tree) in trees.into_iter().enumerate() {
-            let Some(neighbors) = tree.neighbors().get(latest[side] as usize) else { continue };
-            for (edge, across) in neighbors.across.iter().enumerate().filter(|(_, across)| !across.is_nothing()) {
+            let Some(neighbors) = tree.neighbors().get(latest[side] as usize) else {
+                continue;
+            };
+            for (edge, across) in neighbors
+                .across
+                .iter()
+                .enumerate()
+                .filter(|(_, across)| !across.is_nothing())
+            {
                 let vertex = tree.mesh().vertices().get(across.vertex as usize);
-                let vertex = if side == 0 { vertex } else { b_in_a.transform_point(vertex) };
+                let vertex = if side == 0 {
+                    vertex
+                } else {
+                    b_in_a.transform_point(vertex)
+                };
                 // The corner that is not on the edge.
                 self.columns[side].set_corner(next.len(), (edge + 2) % 3, vertex);
                 let mut pair = latest;
@@ -169,8 +217,14 @@ impl<'b> Retest<'b> {
 
 /// Which of the first `count` pairs of triangles meet, a bit each.
 fn meeting(instructions: Instructions, [a, b]: &[Columns; 2], count: usize) -> u32 {
-    let Verdicts { hit, doubt } = instructions.run(Again { a, b, count, crossings: None });
+    let Verdicts { hit, doubt } = instructions.run(Again {
+        a,
+        b,
+        count,
+        crossings: None,
+    });
     let wanted = (1 << count) - 1;
-    let in_doubt = bits(doubt & wanted).filter(|&lane| triangles_intersect(&a.get(lane), &b.get(lane)));
+    let in_doubt =
+        bits(doubt & wanted).filter(|&lane| triangles_intersect(&a.get(lane), &b.get(lane)));
     in_doubt.fold(hit & wanted, |hits, lane| hits | 1 << lane)
 }

@@ -12,7 +12,10 @@ pub(crate) struct Spent {
 impl Spent {
     /// All that the query in a workspace has done.
     pub fn of(workspace: &Workspace) -> Self {
-        Self { work: workspace.work(), bv_tests: workspace.bv_tests() }
+        Self {
+            work: workspace.work(),
+            bv_tests: workspace.bv_tests(),
+        }
     }
 
     pub fn add(&mut self, other: Self) {
@@ -21,7 +24,10 @@ impl Spent {
     }
 
     pub fn since(self, before: Self) -> Self {
-        Self { work: self.work - before.work, bv_tests: self.bv_tests - before.bv_tests }
+        Self {
+            work: self.work - before.work,
+            bv_tests: self.bv_tests - before.bv_tests,
+        }
     }
 }
 

@@ -126,7 +126,9 @@ impl Marks {
         if !self.met && self.proof.apart() > 0.0 {
             state.stayed_apart(since);
         } else if self.met && since > state.decided {
-            let ids = bodies.pair(key).and_then(|pair| triangle_ids(pair, self.proof.witness()));
+            let ids = bodies
+                .pair(key)
+                .and_then(|pair| triangle_ids(pair, self.proof.witness()));
             state.went_on_meeting(ids, since);
         }
     }
@@ -135,10 +137,27 @@ impl Marks {
 impl Turn {
     /// Of a pair about which nothing is to be asked yet.
     pub fn new(key: PairKey, state: Box<PairState>, marks: Marks) -> Self {
-        let standing = Standing { verdict: Verdict::Undecided, found: 0, complete: false, recall: 0.0 };
+        let standing = Standing {
+            verdict: Verdict::Undecided,
+            found: 0,
+            complete: false,
+            recall: 0.0,
+        };
         let (kind, spent) = (TurnKind::Meet, Spent::default());
         let (is_new, teaches, next) = (false, false, None);
-        Self { state, key, index: 0, median: 0, kind, is_new, next, teaches, spent, standing, marks }
+        Self {
+            state,
+            key,
+            index: 0,
+            median: 0,
+            kind,
+            is_new,
+            next,
+            teaches,
+            spent,
+            standing,
+            marks,
+        }
     }
 
     /// Takes note of what came of it in `frame`.
@@ -152,7 +171,12 @@ impl Turn {
     #[inline]
     pub fn end_question(&mut self, bodies: &Bodies, frame: u64) {
         self.end(frame);
-        let Self { state, key, standing, .. } = self;
+        let Self {
+            state,
+            key,
+            standing,
+            ..
+        } = self;
         self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
         if standing.verdict == Verdict::Separated
             && let Some(touch) = &mut state.touch
@@ -166,14 +190,17 @@ impl Turn {
             TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
             TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
             kind if !standing.complete => Some(kind),
-            _ if asks_contacts && standing.verdict != Verdict::Separated => Some(TurnKind::Contacts),
+            _ if asks_contacts && standing.verdict != Verdict::Separated => {
+                Some(TurnKind::Contacts)
+            }
             _ => None,
         };
     }
 
     /// Whether the question of this turn, or its contacts after it, are still to be answered.
     pub fn is_due(&self) -> bool {
-        self.next == Some(TurnKind::Contacts) || self.next.is_some() && self.kind != TurnKind::Contacts
+        self.next == Some(TurnKind::Contacts)
+            || self.next.is_some() && self.kind != TurnKind::Contacts
     }
 }
 
@@ -255,7 +282,13 @@ impl PairState {
             true => self.memory.witness(0).unwrap_or(NO_TRIANGLES).into(),
             false => self.apart.max(0.0).into(),
         };
-        Marks { blank: self.is_blank, met, lost: self.is_lost(frame), completed: self.completed as u32 & FRAME, proof }
+        Marks {
+            blank: self.is_blank,
+            met,
+            lost: self.is_lost(frame),
+            completed: self.completed as u32 & FRAME,
+            proof,
+        }
     }
 
     /// Takes note of bodies that were known to be apart until `frame`, since they had not gone far.
@@ -276,26 +309,38 @@ impl PairState {
 
     /// What is known of it in `frame`.
     pub fn standing(&self, frame: u64) -> Standing {
-        let verdict = if self.decided == frame { self.verdict } else { Verdict::Undecided };
+        let verdict = if self.decided == frame {
+            self.verdict
+        } else {
+            Verdict::Undecided
+        };
         let complete = self.completed == frame;
         let recall = match complete {
             true => 1.0,
             false if verdict.meets() => self.share_done(),
             false => 0.0,
         };
-        Standing { verdict, found: self.found, complete, recall }
+        Standing {
+            verdict,
+            found: self.found,
+            complete,
+            recall,
+        }
     }
 
     /// The share of the expected work of its run that is done: above 0, at most 1/2.
     #[cold]
     fn share_done(&self) -> f64 {
         // Twice what an unfinished run has spent is expected at least.
-        self.pending.work.max(1) as f64 / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
+        self.pending.work.max(1) as f64
+            / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
     }
 
     /// Whether the contacts of bodies that were last new in `changed` are known.
     pub fn knows_contacts(&self, changed: u64) -> bool {
-        self.touch.as_ref().is_some_and(|touch| touch.completed >= changed)
+        self.touch
+            .as_ref()
+            .is_some_and(|touch| touch.completed >= changed)
     }
 
     /// Keeps a probability that was reported, if there is room.
@@ -350,14 +395,20 @@ impl PairState {
     /// Takes note of bounds that are proven in `frame`.
     #[cold]
     pub fn note_bounds(&mut self, key: PairKey, bodies: &Bodies, bounds: Bounds, frame: u64) {
-        let bounds = Bounds { gone: bodies.gone_at_least(key), ..bounds };
+        let bounds = Bounds {
+            gone: bodies.gone_at_least(key),
+            ..bounds
+        };
         let bounds = match self.said {
             Said::Bounds(before, _) if before.are_times != bounds.are_times => bounds,
             Said::Bounds(before, since) if since >= bodies.last_change(key) => before.and(bounds),
             Said::Bounds(before, since) if !bounds.are_times => {
                 // A run that is cut may know less than is left of what was proven before.
                 let carried = bodies.carried(key, before, since, frame);
-                Bounds { low: bounds.low.max(carried.low).min(bounds.high), ..bounds }
+                Bounds {
+                    low: bounds.low.max(carried.low).min(bounds.high),
+                    ..bounds
+                }
             }
             _ => bounds,
         };
@@ -374,7 +425,9 @@ impl PairState {
 
     /// How soon a contact was proven in the last motion: 1 at once, 0 at its end.
     pub fn urgency(&self) -> Option<f32> {
-        self.bounds(true).filter(|(bounds, _)| bounds.high <= 1.0).map(|(bounds, _)| 1.0 - bounds.low as f32)
+        self.bounds(true)
+            .filter(|(bounds, _)| bounds.high <= 1.0)
+            .map(|(bounds, _)| 1.0 - bounds.low as f32)
     }
 
     /// Takes note of what `frame` has found out.

@@ -40,7 +40,16 @@ impl Touch {
         let mut memory = PatchMemory::default();
         memory.reserve(MOST_CONTACTS);
         let (points, pending) = (ArrayVec::new(), Spent::default());
-        Box::new(Self { points, low: 0.0, since: 0, completed: 0, cost: 0, left_out: 0, pending, memory })
+        Box::new(Self {
+            points,
+            low: 0.0,
+            since: 0,
+            completed: 0,
+            cost: 0,
+            left_out: 0,
+            pending,
+            memory,
+        })
     }
 
     /// Room for the patches of a pair.
@@ -74,8 +83,13 @@ impl Touch {
         room: u64,
     ) -> usize {
         let contacts = workspace.contacts();
-        let count = contacts.len().min((room / WORK_PER_PATCHED_CONTACT) as usize);
-        let next = contacts.clone().nth(count).map_or(f64::INFINITY, |contact| contact.distance);
+        let count = contacts
+            .len()
+            .min((room / WORK_PER_PATCHED_CONTACT) as usize);
+        let next = contacts
+            .clone()
+            .nth(count)
+            .map_or(f64::INFINITY, |contact| contact.distance);
         self.low = low.min(next);
         patches.swap_memory(&mut self.memory);
         patches.update(&a.body.tree, &b.body.tree, contacts.take(count));
@@ -87,7 +101,8 @@ impl Touch {
                 self.low = self.low.min(patch.distance);
             }
             let point = |contact: &Contact| in_scene(contact, patch, &a.body.pose);
-            self.points.extend(patches.points_of(patch).take(left).map(point));
+            self.points
+                .extend(patches.points_of(patch).take(left).map(point));
         }
         count
     }
@@ -159,7 +174,22 @@ impl Touches {
 
 /// A contact in the frame of a body at a pose.
 fn in_scene(contact: &Contact, patch: &Patch, pose: &Pose) -> ContactPoint {
-    let Contact { triangles, points, normal, distance, .. } = *contact;
-    let (points, normal) = (points.map(|point| pose.transform_point(point)), *pose.rotation() * normal);
-    ContactPoint { patch: patch.id, triangles, points, normal, distance }
+    let Contact {
+        triangles,
+        points,
+        normal,
+        distance,
+        ..
+    } = *contact;
+    let (points, normal) = (
+        points.map(|point| pose.transform_point(point)),
+        *pose.rotation() * normal,
+    );
+    ContactPoint {
+        patch: patch.id,
+        triangles,
+        points,
+        normal,
+        distance,
+    }
 }

@@ -33,6 +33,9 @@ const ROUNDING: f64 = 256.0 * f64::EPSILON;
 /// What rounding may add to the places of a mesh at a pose, relative to another body.
 pub(crate) fn slack(mesh: &Tree, pose: &Pose) -> f64 {
     let bounds = mesh.mesh().aabb();
-    let magnitude: f64 = [bounds.min, bounds.max, pose.translation()].map(|v| largest(v.abs())).iter().sum();
+    let magnitude: f64 = [bounds.min, bounds.max, pose.translation()]
+        .map(|v| largest(v.abs()))
+        .iter()
+        .sum();
     ROUNDING * magnitude + UNDERFLOW
 }

@@ -29,7 +29,13 @@ pub(crate) trait Crew {
     );
 
     /// Runs all batches.
-    fn run(&self, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>, scratch: &mut Box<Workspace>) {
+    fn run(
+        &self,
+        batches: &mut [Batch],
+        round: &Round,
+        bodies: &Arc<Bodies>,
+        scratch: &mut Box<Workspace>,
+    ) {
         self.begin(0, batches, round, bodies);
         self.finish(batches, round, bodies, scratch, &mut |_| ());
     }
@@ -83,7 +89,12 @@ mod tests {
         fn call(&self) {}
 
         fn begin(&self, _: usize, batches: &mut [Batch], _: &Round, _: &Arc<Bodies>) {
-            self.1.borrow_mut().extend(batches.iter().map(|batch| batch.turns.len()).filter(|&turns| turns > 0));
+            self.1.borrow_mut().extend(
+                batches
+                    .iter()
+                    .map(|batch| batch.turns.len())
+                    .filter(|&turns| turns > 0),
+            );
         }
 
         fn finish(
@@ -103,7 +114,11 @@ mod tests {
         let tree = Arc::new(Tree::new(crate::shapes::icosphere(1)));
         let (mut scene, clock) = (Scene::new(), ManualClock::new());
         for place in 0..20 {
-            let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.1 * f64::from(place), 0.0, 0.0)).unwrap();
+            let pose = Pose::new(
+                DMat3::IDENTITY,
+                DVec3::new(0.1 * f64::from(place), 0.0, 0.0),
+            )
+            .unwrap();
             scene.insert(Body::moving(tree.clone(), pose)).unwrap();
         }
         let crew = Two(Alone(&clock), RefCell::default());

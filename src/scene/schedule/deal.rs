@@ -101,9 +101,17 @@ impl Deal<'_> {
             }
         }
         let others = &mut self.batches[1..];
-        let busy = others.iter().filter(|batch| !batch.turns.is_empty()).count().max(1) as u64;
+        let busy = others
+            .iter()
+            .filter(|batch| !batch.turns.is_empty())
+            .count()
+            .max(1) as u64;
         for batch in others {
-            batch.budget = if timed.is_some() { u64::MAX } else { (left - turns) / busy };
+            batch.budget = if timed.is_some() {
+                u64::MAX
+            } else {
+                (left - turns) / busy
+            };
             batch.looks_ahead = true;
         }
     }
@@ -156,7 +164,9 @@ impl Deal<'_> {
         if batch.is_full() {
             return 0;
         }
-        batch.turns.push(job.deal(index as u32, self.pairs, self.frame));
+        batch
+            .turns
+            .push(job.deal(index as u32, self.pairs, self.frame));
         job.median() + self.overhead
     }
 }

@@ -21,7 +21,12 @@ pub(crate) struct Forecast {
 
 impl Forecast {
     /// Where nothing depends on it: all pairs are taken to cost the same.
-    pub const EQUAL: Self = Self { median: 1, high: 1, probability: 0.0, gain: 0.0 };
+    pub const EQUAL: Self = Self {
+        median: 1,
+        high: 1,
+        probability: 0.0,
+        gain: 0.0,
+    };
 
     /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame; and from the part that the boxes
     /// have [in common](crate::scene::body::Bodies::common_part).
@@ -29,10 +34,14 @@ impl Forecast {
     pub fn new(state: &PairState, sizes: [f32; 2], part: f32, frame: &Frame) -> Self {
         let age = (frame.number - frame.decided(state)) as f32;
         let probability = match state.verdict {
-            Verdict::Intersecting { .. } | Verdict::Within { .. } if state.is_lost(frame.number) => {
+            Verdict::Intersecting { .. } | Verdict::Within { .. }
+                if state.is_lost(frame.number) =>
+            {
                 LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, HALF_PART)
             }
-            Verdict::Intersecting { .. } | Verdict::Within { .. } => (1.0 - PARTED * age).max(LEAST_OF_MET),
+            Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+                (1.0 - PARTED * age).max(LEAST_OF_MET)
+            }
             Verdict::Undecided => saturating(part * part, NEVER_DECIDED),
             Verdict::Separated => {
                 let search = state.search as f32 + MORE_WORK;
@@ -44,19 +53,32 @@ impl Forecast {
         // What is found once is found by its witness as long as that lasts.
         let later = state.steadiness / (1.0 + SHORTEST_LOSS - state.steadiness);
         let gain = probability * (1.0 + later) / (median as f32 + later * WORK_PER_WITNESS as f32);
-        Self { median, high, probability, gain }
+        Self {
+            median,
+            high,
+            probability,
+            gain,
+        }
     }
 
     /// Of the contacts of a pair that is known to meet: from the last run, or else from what a search takes.
     pub fn of_contacts(state: &PairState, sizes: [f32; 2]) -> Self {
-        let (cost, pending) = state.touch.as_ref().map_or((0, 0), |touch| (touch.cost, touch.pending.work));
+        let (cost, pending) = state
+            .touch
+            .as_ref()
+            .map_or((0, 0), |touch| (touch.cost, touch.pending.work));
         let (guess, spread) = match cost {
             0 => (CONTACTS * (sizes[0] * sizes[1]) as u64, 4),
             cost => (cost, 2),
         };
         let median = guess.saturating_sub(pending).max(MAX_STEP_WORK) + WORK_PER_QUERY;
         let (median, high) = (capped(median), capped(spread * median));
-        Self { median, high, probability: 1.0, gain: 1.0 / median as f32 }
+        Self {
+            median,
+            high,
+            probability: 1.0,
+            gain: 1.0 / median as f32,
+        }
     }
 }
 
@@ -121,8 +143,16 @@ mod tests {
     fn chances_are_chances_whatever_is_remembered() {
         let (clock, bodies) = (ManualClock::new(), Arc::new(Bodies::default()));
         let (mode, budget, crew) = (Mode::Any, Budget::unlimited(), Alone(&clock));
-        let within = Verdict::Within { witness: [0; 2], distance: 1.0 };
-        let verdicts = [Verdict::Undecided, Verdict::Separated, Verdict::Intersecting { witness: [0; 2] }, within];
+        let within = Verdict::Within {
+            witness: [0; 2],
+            distance: 1.0,
+        };
+        let verdicts = [
+            Verdict::Undecided,
+            Verdict::Separated,
+            Verdict::Intersecting { witness: [0; 2] },
+            within,
+        ];
         let mut cases = 0;
         for verdict in verdicts {
             for (number, search, refuted) in [(1, 0, 0), (9, 85, 9), (1 << 40, u32::MAX, 0)] {
@@ -139,13 +169,29 @@ mod tests {
                     bodies: &bodies,
                     crew: &crew,
                 };
-                let state = PairState { verdict, search, refuted, ..PairState::blank() };
+                let state = PairState {
+                    verdict,
+                    search,
+                    refuted,
+                    ..PairState::blank()
+                };
                 let mut before = 0.0;
                 for part in [0.0, f32::MIN_POSITIVE, 1e-3, 0.1, 0.5, 1.0] {
                     let forecast = Forecast::new(&state, [1.0, 200.0], part, &frame);
-                    let Forecast { probability, gain, median, high } = forecast;
-                    assert!((before..=1.0).contains(&probability), "{verdict:?}, {part}: {forecast:?}");
-                    assert!((0.0..=1.0).contains(&gain) && median <= high, "{forecast:?}");
+                    let Forecast {
+                        probability,
+                        gain,
+                        median,
+                        high,
+                    } = forecast;
+                    assert!(
+                        (before..=1.0).contains(&probability),
+                        "{verdict:?}, {part}: {forecast:?}"
+                    );
+                    assert!(
+                        (0.0..=1.0).contains(&gain) && median <= high,
+                        "{forecast:?}"
+                    );
                     before = probability;
                     cases += 1;
                 }

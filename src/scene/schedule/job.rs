@@ -33,10 +33,27 @@ pub(crate) struct Job {
 
 impl Job {
     /// Of a question that is open; `places`: in the report, and among the known pairs.
-    pub fn new(key: PairKey, [listed, place]: [usize; 2], kind: TurnKind, (forecast, rank): (Forecast, u64)) -> Self {
+    pub fn new(
+        key: PairKey,
+        [listed, place]: [usize; 2],
+        kind: TurnKind,
+        (forecast, rank): (Forecast, u64),
+    ) -> Self {
         let (listed, place, home) = (listed as u32, place as u32, None);
         let (measures, is_new, teaches) = (false, false, false);
-        Self { key, listed, place, forecast, rank, home, kind, measures, is_new, teaches, open: true }
+        Self {
+            key,
+            listed,
+            place,
+            forecast,
+            rank,
+            home,
+            kind,
+            measures,
+            is_new,
+            teaches,
+            open: true,
+        }
     }
 
     pub fn median(&self) -> u64 {
@@ -51,7 +68,14 @@ impl Job {
             turn.state.touch = Some(pairs.lend_touch());
         }
         let is_new = mem::take(&mut self.is_new);
-        Turn { index, median: self.forecast.median, kind: self.kind, is_new, next: Some(self.kind), ..turn }
+        Turn {
+            index,
+            median: self.forecast.median,
+            kind: self.kind,
+            is_new,
+            next: Some(self.kind),
+            ..turn
+        }
     }
 
     /// Asks another question from now on.
@@ -88,14 +112,28 @@ pub(crate) fn outlook(
             Forecast::new(state, sizes, part as f32, frame)
         }
     };
-    let urgency = if special && kind != TurnKind::Contacts { nearness.or_else(|| state.urgency()) } else { None };
+    let urgency = if special && kind != TurnKind::Contacts {
+        nearness.or_else(|| state.urgency())
+    } else {
+        None
+    };
     let importance = x.importance.max(y.importance) + frame.bodies.weight(key, kind);
-    (forecast, rank(importance, urgency.map_or(forecast.gain, |urgency| 1.0 + urgency)))
+    (
+        forecast,
+        rank(
+            importance,
+            urgency.map_or(forecast.gain, |urgency| 1.0 + urgency),
+        ),
+    )
 }
 
 /// Sorts by importance, then by gain, not negative, both descending.
 pub(crate) fn rank(importance: f32, gain: f32) -> u64 {
     let bits = importance.to_bits();
-    let ascending = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
+    let ascending = if bits >> 31 == 1 {
+        !bits
+    } else {
+        bits | 1 << 31
+    };
     u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
 }

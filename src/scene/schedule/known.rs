@@ -32,7 +32,12 @@ const _: () = assert!(FRAME == LOST - 1 && size_of::<Known>() == 24);
 impl Known {
     /// Of a pair whose boxes were not compared yet.
     pub fn new(key: PairKey) -> Self {
-        Self { key, slot: APART, bits: 0, proof: Proof::default() }
+        Self {
+            key,
+            slot: APART,
+            bits: 0,
+            proof: Proof::default(),
+        }
     }
 
     /// Takes note of boxes that overlap from `frame` on.
@@ -46,14 +51,29 @@ impl Known {
     }
 
     /// Takes note of what is known of the pair after its turn.
-    pub fn mark(&mut self, Marks { met, lost, completed, proof, .. }: Marks) {
+    pub fn mark(
+        &mut self,
+        Marks {
+            met,
+            lost,
+            completed,
+            proof,
+            ..
+        }: Marks,
+    ) {
         self.bits = completed | if met { MET } else { 0 } | if lost { LOST } else { 0 };
         self.proof = proof;
     }
 
     pub fn marks(&self) -> Marks {
         let (blank, met, lost) = (!self.is_begun(), self.met(), self.is_lost());
-        Marks { blank, met, lost, completed: self.bits & FRAME, proof: self.proof }
+        Marks {
+            blank,
+            met,
+            lost,
+            completed: self.bits & FRAME,
+            proof: self.proof,
+        }
     }
 
     /// The triangles of a pair that met last.
@@ -63,7 +83,11 @@ impl Known {
 
     /// If above 0, the bodies are apart until the ways of both add up to this.
     fn apart(&self) -> f64 {
-        if self.bits & MET != 0 { 0.0 } else { self.proof.apart() }
+        if self.bits & MET != 0 {
+            0.0
+        } else {
+            self.proof.apart()
+        }
     }
 
     /// Takes note that the triangles that met last meet in `frame` too.

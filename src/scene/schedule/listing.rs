@@ -96,10 +96,19 @@ impl<'l> Listing<'l> {
         self.jobs.clear();
         self.report.begin();
         let known = self.pairs.len();
-        let start = if self.turns.cut { self.pairs.place(self.turns.cursor) } else { 0 };
+        let start = if self.turns.cut {
+            self.pairs.place(self.turns.cursor)
+        } else {
+            0
+        };
         // What was found is paid for, wherever it is listed.
         deadline.spend(self.found.len() as u64 * WORK_PER_FOUND_PAIR);
-        let split = if start > 0 { self.found.partition_point(|met| met.key < self.turns.cursor) } else { 0 };
+        let split = if start > 0 {
+            self.found
+                .partition_point(|met| met.key < self.turns.cursor)
+        } else {
+            0
+        };
         self.next_found = split;
         let mut end = start;
         for part in 1..=parts {
@@ -115,7 +124,11 @@ impl<'l> Listing<'l> {
         if start > 0 {
             let (jobs, pairs) = (self.jobs.len(), self.report.pairs.len());
             self.next_found = 0;
-            let begin = if is_whole { self.walk(0..start, deadline) } else { 0 };
+            let begin = if is_whole {
+                self.walk(0..start, deadline)
+            } else {
+                0
+            };
             seen += begin + self.list_found_until(split, begin);
             end = if is_whole { begin } else { end };
             is_whole &= begin == start;
@@ -134,7 +147,11 @@ impl<'l> Listing<'l> {
         self.report.pairs.rotate_left(pairs);
         for job in &mut *self.jobs {
             let place = job.listed as usize;
-            job.listed = if place < pairs { place + all - pairs } else { place - pairs } as u32;
+            job.listed = if place < pairs {
+                place + all - pairs
+            } else {
+                place - pairs
+            } as u32;
         }
     }
 
@@ -143,15 +160,27 @@ impl<'l> Listing<'l> {
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
         for first in places.clone().step_by(TOGETHER) {
             let mut together = ArrayVec::<_, TOGETHER>::new();
-            together.extend((first..places.end).take(TOGETHER).map(|place| self.candidate(place)));
+            together.extend(
+                (first..places.end)
+                    .take(TOGETHER)
+                    .map(|place| self.candidate(place)),
+            );
             for &pair in &together {
                 if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                     return pair.place();
                 }
-                if self.found.get(self.next_found).is_some_and(|met| met.key < pair.key) {
+                if self
+                    .found
+                    .get(self.next_found)
+                    .is_some_and(|met| met.key < pair.key)
+                {
                     self.list_found_before(pair);
                 }
-                if let Some(&met) = self.found.get(self.next_found).filter(|met| met.key == pair.key) {
+                if let Some(&met) = self
+                    .found
+                    .get(self.next_found)
+                    .filter(|met| met.key == pair.key)
+                {
                     self.next_found += 1;
                     self.list_found(met, pair.ids, pair.place());
                     continue;
@@ -160,7 +189,11 @@ impl<'l> Listing<'l> {
                     true => self.list::<true>(pair, settled),
                     false => self.list::<false>(pair, settled),
                 };
-                deadline.spend(if listed { WORK_PER_LISTED_PAIR } else { WORK_PER_PAIR_APART });
+                deadline.spend(if listed {
+                    WORK_PER_LISTED_PAIR
+                } else {
+                    WORK_PER_PAIR_APART
+                });
             }
         }
         places.end
@@ -173,14 +206,23 @@ impl<'l> Listing<'l> {
         let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
         let is_special = bodies.has_special && bodies.is_special(key);
         let ids = bodies_of(key).map(|body| bodies.id(body));
-        Candidate { key, place: place as u32, ids, is_special }
+        Candidate {
+            key,
+            place: place as u32,
+            ids,
+            is_special,
+        }
     }
 
     /// Lists the next pairs that were found, up to one of these; none of them is known at a place before `from`. How many.
     fn list_found_until(&mut self, end: usize, from: usize) -> usize {
         let next = mem::replace(&mut self.next_found, end);
         for &met in &self.found[next..end] {
-            self.list_found(met, bodies_of(met.key).map(|body| self.frame.bodies.id(body)), from);
+            self.list_found(
+                met,
+                bodies_of(met.key).map(|body| self.frame.bodies.id(body)),
+                from,
+            );
         }
         end - next
     }
@@ -200,8 +242,16 @@ impl<'l> Listing<'l> {
         if bodies.contact_requests.any() {
             return self.list_touching(met, from);
         }
-        self.turns.list(met.key, || bodies.last_change(met.key) == number);
-        self.report.push_complete(ids, Verdict::Intersecting { witness: met.witness }, 1, 0);
+        self.turns
+            .list(met.key, || bodies.last_change(met.key) == number);
+        self.report.push_complete(
+            ids,
+            Verdict::Intersecting {
+                witness: met.witness,
+            },
+            1,
+            0,
+        );
     }
 
     #[cold]
@@ -217,30 +267,54 @@ impl<'l> Listing<'l> {
     fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool) -> bool {
         let Frame { number, bodies, .. } = *self.frame;
         let (place, key) = (pair.place(), pair.key);
-        let look = if SPECIAL { self.look(pair, settled) } else { Look::default() };
+        let look = if SPECIAL {
+            self.look(pair, settled)
+        } else {
+            Look::default()
+        };
         if look.is_out {
             return false;
         }
         let overlap = look.listed || bodies.overlap(bodies_of(key));
-        let Some(overlap) = (if settled { Some(overlap) } else { self.may_overlap(pair, overlap) }) else {
+        let Some(overlap) = (if settled {
+            Some(overlap)
+        } else {
+            self.may_overlap(pair, overlap)
+        }) else {
             return false;
         };
-        let Some(known) = self.pairs.overlapping(place, overlap | look.keep, number) else { return false };
+        let Some(known) = self.pairs.overlapping(place, overlap | look.keep, number) else {
+            return false;
+        };
         if look.keep && !overlap {
             self.counts.kept += 1;
             return false;
         }
         self.turns.list(key, || self.frame.changed(key) == number);
         if known.stays_apart(bodies, number) && look.nearness.is_none() {
-            self.report.push_complete(pair.ids, Verdict::Separated, 0, 0);
+            self.report
+                .push_complete(pair.ids, Verdict::Separated, 0, 0);
             return true;
         }
         let known = *known;
-        if !SPECIAL && !self.expects && bodies.last_change(key) == number && !bodies.contact_requests.any() {
+        if !SPECIAL
+            && !self.expects
+            && bodies.last_change(key) == number
+            && !bodies.contact_requests.any()
+        {
             // All that is to be known of its state is that a body has moved: whoever runs the job reads it.
-            let job = Job::new(key, [self.report.pairs.len(), place], TurnKind::Meet, (Forecast::EQUAL, 0));
-            self.jobs.push(Job { is_new: true, ..job });
-            self.report.push_open(pair.ids, 0.0, number - known.since(number));
+            let job = Job::new(
+                key,
+                [self.report.pairs.len(), place],
+                TurnKind::Meet,
+                (Forecast::EQUAL, 0),
+            );
+            self.jobs.push(Job {
+                is_new: true,
+                ..job
+            });
+            self.report
+                .push_open(pair.ids, 0.0, number - known.since(number));
             return true;
         }
         let changed = self.frame.changed(key);
@@ -256,28 +330,46 @@ impl<'l> Listing<'l> {
         }
         let touches = state.met() && bodies.contact_requests.has(key);
         self.counts.touching += usize::from(touches);
-        self.counts.partial += usize::from(touches && state.touch.as_ref().is_none_or(|touch| touch.left_out > 0));
+        self.counts.partial +=
+            usize::from(touches && state.touch.as_ref().is_none_or(|touch| touch.left_out > 0));
         let located = !touches || self.frame.knows_contacts(state, changed);
         let mut probability = 0.0;
         if look.nearness.is_some() || !((complete || look.is_apart) && located) {
             let is_known = complete && look.nearness.is_none();
-            let asks_contacts = !located && (is_known || asks_contacts_first(bodies, self.turns, key));
-            let kind = if asks_contacts { TurnKind::Contacts } else { TurnKind::Meet };
+            let asks_contacts =
+                !located && (is_known || asks_contacts_first(bodies, self.turns, key));
+            let kind = if asks_contacts {
+                TurnKind::Contacts
+            } else {
+                TurnKind::Meet
+            };
             if is_known {
                 state.completed = number;
             }
             let outlook = outlook(self.frame, key, state, kind, look.nearness, self.expects);
             probability = outlook.0.probability;
             let measures = look.nearness.is_some();
-            self.jobs.push(Job { measures, ..Job::new(key, [self.report.pairs.len(), place], kind, outlook) });
+            self.jobs.push(Job {
+                measures,
+                ..Job::new(key, [self.report.pairs.len(), place], kind, outlook)
+            });
         }
-        let (verdict, found, age) = (state.verdict, state.found, number - self.frame.decided(state));
+        let (verdict, found, age) = (
+            state.verdict,
+            state.found,
+            number - self.frame.decided(state),
+        );
         let standing = (holds && !complete).then(|| state.standing(number));
         if complete {
-            let (verdict, found) = if age == 0 { (verdict, found) } else { (Verdict::Undecided, 0) };
+            let (verdict, found) = if age == 0 {
+                (verdict, found)
+            } else {
+                (Verdict::Undecided, 0)
+            };
             self.report.push_complete(pair.ids, verdict, found, age);
         } else if look.is_apart {
-            self.report.push_complete(pair.ids, Verdict::Separated, 0, 0);
+            self.report
+                .push_complete(pair.ids, Verdict::Separated, 0, 0);
         } else {
             let listed = self.report.pairs.len();
             self.report.push_open(pair.ids, probability, age);
@@ -293,24 +385,38 @@ impl<'l> Listing<'l> {
     fn look(&mut self, pair: Candidate, settled: bool) -> Look {
         let Frame { number, bodies, .. } = *self.frame;
         let (place, key) = (pair.place(), pair.key);
-        let Some(wanted) = bodies.distance_requests.wanted(key) else { return Look::default() };
+        let Some(wanted) = bodies.distance_requests.wanted(key) else {
+            return Look::default();
+        };
         if !bodies.may_meet(bodies_of(key)) {
             self.tallies.add(&bodies.distance_requests, key, None, true);
-            return Look { is_out: true, ..Look::default() };
+            return Look {
+                is_out: true,
+                ..Look::default()
+            };
         }
         if !wanted.of_groups {
-            return Look { listed: true, ..Look::default() };
+            return Look {
+                listed: true,
+                ..Look::default()
+            };
         }
         let of_boxes = bodies.near_by_boxes(key);
         let is_far = wanted.is_settled(&of_boxes);
         let is_known = settled || self.may_overlap(pair, true).is_some();
         let near = match is_known && !is_far && self.pairs.overlapped(place) {
-            true => bodies.near(key, self.pairs.state(place, self.frame), self.frame.changed(key), number),
+            true => bodies.near(
+                key,
+                self.pairs.state(place, self.frame),
+                self.frame.changed(key),
+                number,
+            ),
             false => of_boxes,
         };
         let is_settled = wanted.is_settled(&near);
         if is_settled || !is_known {
-            self.tallies.add(&bodies.distance_requests, key, Some(&near), is_settled);
+            self.tallies
+                .add(&bodies.distance_requests, key, Some(&near), is_settled);
         }
         let nearness = || 1.0 - (near.bounds.low / wanted.ceiling.max(f64::MIN_POSITIVE)) as f32;
         Look {
@@ -334,7 +440,10 @@ impl<'l> Listing<'l> {
         if !self.broad.compares(both) && !bodies.distance_requests.has(pair.key) {
             return None;
         }
-        if both.into_iter().all(|body| !bodies.facts(body).is_changed()) {
+        if both
+            .into_iter()
+            .all(|body| !bodies.facts(body).is_changed())
+        {
             return Some(overlap);
         }
         (overlap || self.pairs.overlapped(pair.place())).then_some(true)
@@ -344,5 +453,7 @@ impl<'l> Listing<'l> {
 /// Whether contacts come before anything else of a pair that met: in their turn, or if they matter more.
 fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
     let weight = |kind| bodies.weight(key, kind);
-    turns.is_at_contacts(key).unwrap_or_else(|| weight(TurnKind::Contacts) > weight(TurnKind::Meet))
+    turns
+        .is_at_contacts(key)
+        .unwrap_or_else(|| weight(TurnKind::Contacts) > weight(TurnKind::Meet))
 }

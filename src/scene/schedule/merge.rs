@@ -20,7 +20,11 @@ impl Pairs {
         if broad.has_cropped() && self.len() < self.most - self.most / 8 {
             broad.retry(bodies, deadline);
         }
-        while broad.find(bodies, [self.len(), self.most], deadline).is_some() && self.merge(broad, bodies, deadline) {
+        while broad
+            .find(bodies, [self.len(), self.most], deadline)
+            .is_some()
+            && self.merge(broad, bodies, deadline)
+        {
             mem::swap(&mut self.known, &mut self.merged);
             self.merged.clear();
             broad.end_portion(mem::take(&mut self.merge).left_out);
@@ -39,9 +43,13 @@ impl Pairs {
             deadline.spend(WORK);
             let first = self.merge.known;
             let next = self.known[first..].iter().take(STEP);
-            let news: ArrayVec<_, STEP> = next.map(|known| broad.news(bodies_of(known.key))).collect();
+            let news: ArrayVec<_, STEP> =
+                next.map(|known| broad.news(bodies_of(known.key))).collect();
             for _ in 0..STEP {
-                let (known, new) = (self.known.get(self.merge.known).copied(), found.get(self.merge.found).copied());
+                let (known, new) = (
+                    self.known.get(self.merge.known).copied(),
+                    found.get(self.merge.found).copied(),
+                );
                 match (known, new) {
                     (Some(mut known), new) if new.is_none_or(|new| known.key <= new) => {
                         let news = news[self.merge.known - first];
@@ -69,7 +77,14 @@ impl Pairs {
 
     /// Whether a pair stays, which was found `again` or not; its state is given up if it does not.
     #[inline]
-    fn stays(&mut self, known: &mut Known, news: Change, again: bool, broad: &Broad, bodies: &Bodies) -> bool {
+    fn stays(
+        &mut self,
+        known: &mut Known,
+        news: Change,
+        again: bool,
+        broad: &Broad,
+        bodies: &Bodies,
+    ) -> bool {
         let pair = bodies_of(known.key);
         let stays = broad.purged
             || match news {

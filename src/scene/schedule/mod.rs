@@ -119,13 +119,19 @@ pub(crate) struct Schedule {
 
 impl Schedule {
     pub fn new() -> Self {
-        Self { batches: (0..BATCHES).map(|_| Batch::new()).collect(), ..Self::default() }
+        Self {
+            batches: (0..BATCHES).map(|_| Batch::new()).collect(),
+            ..Self::default()
+        }
     }
 
     pub fn reserve(&mut self, pairs: usize, bodies: &Bodies, report: &mut Report) {
         reserve(&mut self.jobs, pairs);
         reserve(&mut report.pairs, pairs);
-        reserve(&mut report.passages, if bodies.has_motions { pairs } else { 0 });
+        reserve(
+            &mut report.passages,
+            if bodies.has_motions { pairs } else { 0 },
+        );
         reserve(&mut report.distances, bodies.distance_requests.of_pairs);
         reserve(&mut self.order, pairs);
         self.revisit.reserve(pairs);
@@ -145,12 +151,25 @@ impl Schedule {
     }
 
     /// What the stopped run of a pair left open, if it is kept.
-    pub fn certificate(&self, key: PairKey, [a, b]: [&Tree; 2], b_in_a: Pose, mode: Mode) -> Option<PairCertificate> {
+    pub fn certificate(
+        &self,
+        key: PairKey,
+        [a, b]: [&Tree; 2],
+        b_in_a: Pose,
+        mode: Mode,
+    ) -> Option<PairCertificate> {
         // A stopped run of another question is none of this query.
         let query = Query::new(a, b, b_in_a).mode(mode);
-        let mut held = self.batches.iter().filter_map(Batch::stopped).filter(|&(held, _)| held == key);
+        let mut held = self
+            .batches
+            .iter()
+            .filter_map(Batch::stopped)
+            .filter(|&(held, _)| held == key);
         let open = held.find_map(|(_, workspace)| query.certificate(workspace).ok())?;
-        Some(PairCertificate { upper_bound: open.upper_bound(), largest_extent: open.largest_extent() })
+        Some(PairCertificate {
+            upper_bound: open.upper_bound(),
+            largest_extent: open.largest_extent(),
+        })
     }
 
     /// Tests the last witnesses of pairs that met, `meanwhile` being done while other threads test; if only time is limited and the
@@ -169,22 +188,31 @@ impl Schedule {
             self.revisit.skip();
             return whole;
         }
-        let work = frame
-            .budget
-            .work
-            .map_or(u64::MAX, |work| work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work())));
+        let work = frame.budget.work.map_or(u64::MAX, |work| {
+            work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
+        });
         let searches = frame.cut && frame.budget.work.is_none();
         let part = if searches { SEARCH } else { TEST };
         let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * part));
         let deadline = || Deadline::of_a_part(end, work, frame.clock);
         let batches = &mut self.batches[..];
-        let mut hands = Hands { batches, scratch, end, dealt: 0 };
-        self.revisit.test(frame, broad, pairs, &mut hands, &mut deadline(), meanwhile);
+        let mut hands = Hands {
+            batches,
+            scratch,
+            end,
+            dealt: 0,
+        };
+        self.revisit
+            .test(frame, broad, pairs, &mut hands, &mut deadline(), meanwhile);
         let [began, limit] = whole?;
         if searches {
-            self.revisit.search(frame, broad, pairs, &mut hands, &mut deadline());
+            self.revisit
+                .search(frame, broad, pairs, &mut hands, &mut deadline());
         }
-        let (ended, of_list) = (frame.clock.now(), self.overhead.listing(self.revisit.found.len()));
+        let (ended, of_list) = (
+            frame.clock.now(),
+            self.overhead.listing(self.revisit.found.len()),
+        );
         let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));
         Some([ended, end.saturating_sub(ended)])
     }
@@ -204,7 +232,9 @@ impl Schedule {
         scratch: &mut Box<Workspace>,
     ) -> Option<Duration> {
         let mut overhead = self.overhead;
-        share.list(&mut overhead, |deadline| self.list(frame, found, report, scratch, deadline));
+        share.list(&mut overhead, |deadline| {
+            self.list(frame, found, report, scratch, deadline)
+        });
         self.overhead = overhead;
         report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
@@ -225,18 +255,27 @@ impl Schedule {
             if open == 0 || left < LEAST_WORK + planning {
                 break;
             }
-            let reserve = if left == u64::MAX { 0 } else { left.min((total / GUARANTEED).max(least)) };
+            let reserve = if left == u64::MAX {
+                0
+            } else {
+                left.min((total / GUARANTEED).max(least))
+            };
             self.find_homes();
             self.plan(frame, &mut round, left, reserve, pairs);
             let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
             round.end = frame.end(rest + self.overhead.collecting(dealt));
             let dealing = frame.lap(&mut lap);
-            frame.crew.run(&mut self.batches, &round, frame.bodies, scratch);
+            frame
+                .crew
+                .run(&mut self.batches, &round, frame.bodies, scratch);
             let running = frame.lap(&mut lap);
             let spent = self.collect(frame, [total, least], pairs, report);
-            if let (Some(dealing), Some(running), Some(collecting)) = (dealing, running, frame.lap(&mut lap)) {
+            if let (Some(dealing), Some(running), Some(collecting)) =
+                (dealing, running, frame.lap(&mut lap))
+            {
                 self.overhead.learn_round([dealing, collecting], dealt);
-                self.speed.learn(spent as f64, nanoseconds(running) * frame.threads() as f64);
+                self.speed
+                    .learn(spent as f64, nanoseconds(running) * frame.threads() as f64);
             }
             if spent == 0 {
                 break;
@@ -255,7 +294,9 @@ impl Schedule {
         mut lap: Option<Duration>,
     ) -> Option<Duration> {
         self.learn(frame, found.pairs);
-        let estimating = estimates.map_or(Duration::ZERO, |_| self.estimate(frame, found.pairs, report));
+        let estimating = estimates.map_or(Duration::ZERO, |_| {
+            self.estimate(frame, found.pairs, report)
+        });
         self.turns.end_frame(&self.jobs);
         found.pairs.tell_bounds(frame, found.broad, report);
         self.tell_groups(frame, found, report);
@@ -263,7 +304,10 @@ impl Schedule {
         found.events.tell(frame.bodies, found.broad, report);
         if let Some(took) = frame.lap(&mut lap) {
             let took = took.saturating_sub(estimating);
-            let told = report.pairs.len() + report.distances.len() + report.passages.len() + found.events.len();
+            let told = report.pairs.len()
+                + report.distances.len()
+                + report.passages.len()
+                + found.events.len();
             let most = (2_000 + 10 * told) as f64 + nanoseconds(estimates.unwrap_or_default());
             self.rest.learn(nanoseconds(took), most);
         }
@@ -273,7 +317,9 @@ impl Schedule {
     /// Learns from the pairs that were decided, one after the other, whichever thread was done with which first.
     fn learn(&mut self, frame: &Frame, pairs: &mut Pairs) {
         for job in self.jobs.iter().filter(|job| job.teaches) {
-            pairs.state(job.place as usize, frame).teach(&mut self.calibration);
+            pairs
+                .state(job.place as usize, frame)
+                .teach(&mut self.calibration);
         }
     }
 
@@ -285,8 +331,12 @@ impl Schedule {
         for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
             let state = found.pairs.state(place as usize, frame);
             let near = bodies.near(key, state, frame.changed(key), number);
-            let is_settled = bodies.distance_requests.wanted(key).is_none_or(|wanted| wanted.is_settled(&near));
-            self.tallies.add(&bodies.distance_requests, key, Some(&near), is_settled);
+            let is_settled = bodies
+                .distance_requests
+                .wanted(key)
+                .is_none_or(|wanted| wanted.is_settled(&near));
+            self.tallies
+                .add(&bodies.distance_requests, key, Some(&near), is_settled);
         }
         self.tallies.tell(bodies, report);
     }
@@ -297,13 +347,35 @@ impl Schedule {
     }
 
     /// Decides what the round is for and deals the jobs.
-    fn plan(&mut self, frame: &Frame, round: &mut Round, left: u64, reserve: u64, pairs: &mut Pairs) {
+    fn plan(
+        &mut self,
+        frame: &Frame,
+        round: &mut Round,
+        left: u64,
+        reserve: u64,
+        pairs: &mut Pairs,
+    ) {
         let timed = round.end.map(|_| frame.threads());
-        let of_a_job = |threads| self.overhead.of_a_job() * threads as f64 * self.speed.work_per_nano();
+        let of_a_job =
+            |threads| self.overhead.of_a_job() * threads as f64 * self.speed.work_per_nano();
         let overhead = timed.map_or(0, |threads| of_a_job(threads) as u64);
-        let Self { jobs, batches, order, turns, .. } = self;
+        let Self {
+            jobs,
+            batches,
+            order,
+            turns,
+            ..
+        } = self;
         let first_turn = jobs.partition_point(|job| job.key < turns.cursor);
-        let mut deal = Deal { jobs, batches, pairs, frame, order, first_turn, overhead };
+        let mut deal = Deal {
+            jobs,
+            batches,
+            pairs,
+            frame,
+            order,
+            first_turn,
+            overhead,
+        };
         let [expected, high] = deal.expected();
         round.to_the_end = high <= left - reserve;
         if round.to_the_end {
@@ -326,18 +398,27 @@ impl Schedule {
             })
         };
         for batch in &self.batches {
-            let Some((key, workspace)) = batch.stopped() else { continue };
-            let Ok(at) = self.jobs.binary_search_by_key(&key, |job| job.key) else { continue };
-            let Some([a, b]) = frame.bodies.pair(key) else { continue };
+            let Some((key, workspace)) = batch.stopped() else {
+                continue;
+            };
+            let Ok(at) = self.jobs.binary_search_by_key(&key, |job| job.key) else {
+                continue;
+            };
+            let Some([a, b]) = frame.bodies.pair(key) else {
+                continue;
+            };
             if !goes_on() {
                 break;
             }
             let Job { place, listed, .. } = self.jobs[at];
-            let Question::Meet(query) = Question::new(frame.bodies, key, [a, b], a.relative(b), frame.mode) else {
+            let Question::Meet(query) =
+                Question::new(frame.bodies, key, [a, b], a.relative(b), frame.mode)
+            else {
                 continue;
             };
             let state = pairs.state(place as usize, frame);
-            if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on) {
+            if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on)
+            {
                 // Of what is known already nothing is to be learned.
                 if report.pairs[listed as usize].verdict == Verdict::Undecided {
                     state.tell(estimate.probability);
@@ -353,9 +434,16 @@ impl Schedule {
     /// Work that is left, `spent` being done; `u64::MAX` without a budget.
     fn left(&self, frame: &Frame, until_from: Option<(Duration, Duration)>, spent: u64) -> u64 {
         let time = until_from.map(|(end, now)| end.saturating_sub(now));
-        let work = |time: Duration| (nanoseconds(time) * frame.threads() as f64 * self.speed.work_per_nano()) as u64;
+        let work = |time: Duration| {
+            (nanoseconds(time) * frame.threads() as f64 * self.speed.work_per_nano()) as u64
+        };
         let in_time = time.map_or(u64::MAX, work);
-        in_time.min(frame.budget.work.map_or(u64::MAX, |limit| limit.saturating_sub(spent)))
+        in_time.min(
+            frame
+                .budget
+                .work
+                .map_or(u64::MAX, |limit| limit.saturating_sub(spent)),
+        )
     }
 
     /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the order of the jobs, they are run
@@ -372,16 +460,38 @@ impl Schedule {
             // A stopped run of a body that changed is of an older pose or tree.
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
-        let Found { broad, pairs, events } = found;
-        let Self { jobs, turns, tallies, revisit, batches, .. } = self;
+        let Found {
+            broad,
+            pairs,
+            events,
+        } = found;
+        let Self {
+            jobs,
+            turns,
+            tallies,
+            revisit,
+            batches,
+            ..
+        } = self;
         tallies.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
         let is_free = frame.budget.is_unlimited();
         let begins = is_free && !turns.cut && batches.iter().all(|batch| batch.held.is_none());
         let (known, alone) = (pairs.len(), frame.threads() == 1);
         let (expects, counts) = (!(is_free && alone || begins), Counts::default());
-        let listing =
-            Listing { frame, broad, pairs, jobs, report, turns, tallies, found, next_found: 0, expects, counts };
+        let listing = Listing {
+            frame,
+            broad,
+            pairs,
+            jobs,
+            report,
+            turns,
+            tallies,
+            found,
+            next_found: 0,
+            expects,
+            counts,
+        };
         let parts = match begins {
             false => 1,
             true if alone => known.div_ceil(PART_ALONE),
@@ -390,7 +500,11 @@ impl Schedule {
         };
         let round = Round::to_the_end(frame.number, frame.mode, None);
         let (mut dealt, mut ended) = (0, 0);
-        let Counts { kept, touching, partial } = listing.run(deadline, parts, |part, list| {
+        let Counts {
+            kept,
+            touching,
+            partial,
+        } = listing.run(deadline, parts, |part, list| {
             if !begins {
                 return;
             }
@@ -403,23 +517,42 @@ impl Schedule {
                 }
                 dealt += 1;
             }
-            frame.crew.begin(at, &mut batches[at..=at], &round, frame.bodies);
+            frame
+                .crew
+                .begin(at, &mut batches[at..=at], &round, frame.bodies);
             if alone {
-                frame.crew.finish(&mut batches[..1], &round, frame.bodies, scratch, &mut |batch| {
-                    ended += take_back(batch, list.jobs, frame, list.pairs, list.report);
-                });
+                frame.crew.finish(
+                    &mut batches[..1],
+                    &round,
+                    frame.bodies,
+                    scratch,
+                    &mut |batch| {
+                        ended += take_back(batch, list.jobs, frame, list.pairs, list.report);
+                    },
+                );
             }
         });
         if begins && !alone {
-            frame.crew.finish(batches, &round, frame.bodies, scratch, &mut |batch| {
-                ended += take_back(batch, jobs, frame, pairs, report);
-            });
+            frame
+                .crew
+                .finish(batches, &round, frame.bodies, scratch, &mut |batch| {
+                    ended += take_back(batch, jobs, frame, pairs, report);
+                });
         }
         self.open = self.jobs.len() - ended;
         self.is_idle = self.jobs.is_empty() && partial == 0;
         let listed = report.pairs.len() + kept;
-        let used = if revisit.is_full { listed.max(pairs.room() + 1) } else { listed };
-        pairs.grow(broad, [used, touching], frame.bodies.is_young(frame.number), deadline);
+        let used = if revisit.is_full {
+            listed.max(pairs.room() + 1)
+        } else {
+            listed
+        };
+        pairs.grow(
+            broad,
+            [used, touching],
+            frame.bodies.is_young(frame.number),
+            deadline,
+        );
         self.reserve(pairs.room(), frame.bodies, report);
         events.reserve(pairs.room(), report);
     }
@@ -429,12 +562,16 @@ impl Schedule {
         let first = self.jobs.partition_point(|job| job.key < self.turns.cursor);
         if let Some(first) = self.jobs.get(first).or(self.jobs.first())
             && let [round_robin, others @ ..] = &mut self.batches[..]
-            && let Some(home) = others.iter_mut().find(|batch| batch.held == Some(first.key))
+            && let Some(home) = others
+                .iter_mut()
+                .find(|batch| batch.held == Some(first.key))
         {
             round_robin.swap_held(home);
         }
         for (batch, home) in self.batches.iter().zip(0..) {
-            let at = batch.held.map(|key| self.jobs.binary_search_by_key(&key, |job| job.key));
+            let at = batch
+                .held
+                .map(|key| self.jobs.binary_search_by_key(&key, |job| job.key));
             if let Some(Ok(at)) = at {
                 self.jobs[at].home = Some(home);
             }
@@ -443,10 +580,19 @@ impl Schedule {
 
     /// Takes the jobs back from the batches; `total` is the work of this frame, `least` that of a turn. Returns the work that
     /// was done.
-    fn collect(&mut self, frame: &Frame, [total, least]: [u64; 2], pairs: &mut Pairs, report: &mut Report) -> u64 {
+    fn collect(
+        &mut self,
+        frame: &Frame,
+        [total, least]: [u64; 2],
+        pairs: &mut Pairs,
+        report: &mut Report,
+    ) -> u64 {
         // Without a budget all have had their turn, however they were dealt.
         if total < u64::MAX {
-            self.turns.advance(&self.batches[0], (total / GUARANTEED).saturating_sub(2 * least));
+            self.turns.advance(
+                &self.batches[0],
+                (total / GUARANTEED).saturating_sub(2 * least),
+            );
         }
         let before = report.work;
         for batch in &mut self.batches {

@@ -28,7 +28,10 @@ pub(crate) struct Speed {
 impl Default for Speed {
     /// A guess that soon fades.
     fn default() -> Self {
-        Self { work: 1e5, nanos: 1e5 * TYPICAL_UNIT }
+        Self {
+            work: 1e5,
+            nanos: 1e5 * TYPICAL_UNIT,
+        }
     }
 }
 
@@ -72,7 +75,12 @@ pub(crate) struct Overhead {
 
 impl Default for Overhead {
     fn default() -> Self {
-        Self { listing: LISTING, dealing: DEALING, collecting: Reserved(COLLECTING), closing: Reserved(0.0) }
+        Self {
+            listing: LISTING,
+            dealing: DEALING,
+            collecting: Reserved(COLLECTING),
+            closing: Reserved(0.0),
+        }
     }
 }
 

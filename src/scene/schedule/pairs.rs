@@ -82,12 +82,20 @@ impl Pairs {
     /// One of them, ascending. While a portion is merged, they are those merged and those that are still to be.
     fn at(&self, place: usize) -> &Known {
         let merged = self.merged.len();
-        if place < merged { &self.merged[place] } else { &self.known[place - merged + self.merge.known] }
+        if place < merged {
+            &self.merged[place]
+        } else {
+            &self.known[place - merged + self.merge.known]
+        }
     }
 
     fn at_mut(&mut self, place: usize) -> &mut Known {
         let merged = self.merged.len();
-        if place < merged { &mut self.merged[place] } else { &mut self.known[place - merged + self.merge.known] }
+        if place < merged {
+            &mut self.merged[place]
+        } else {
+            &mut self.known[place - merged + self.merge.known]
+        }
     }
 
     pub fn key(&self, place: usize) -> PairKey {
@@ -113,7 +121,11 @@ impl Pairs {
         let mut high = self.len().min(low + step - 1);
         while low < high {
             let middle = (low + high) / 2;
-            if self.key(middle) < key { low = middle + 1 } else { high = middle }
+            if self.key(middle) < key {
+                low = middle + 1
+            } else {
+                high = middle
+            }
         }
         low
     }
@@ -125,7 +137,11 @@ impl Pairs {
         if is_at(place) {
             return Some(place);
         }
-        let from = if before < self.len() && self.key(before) < key { before } else { 0 };
+        let from = if before < self.len() && self.key(before) < key {
+            before
+        } else {
+            0
+        };
         Some(self.place_from(from, key)).filter(|&place| is_at(place))
     }
 
@@ -157,11 +173,19 @@ impl Pairs {
         let split = self.merged.len();
         if split <= places.start {
             let known = &self.known[self.merge.known..][places.start - split..places.end - split];
-            return known.iter().position(Known::met).map(|at| places.start + at);
+            return known
+                .iter()
+                .position(Known::met)
+                .map(|at| places.start + at);
         }
         let merged = &self.merged[places.start.min(split)..places.end.min(split)];
-        let known = &self.known[self.merge.known..][places.start.max(split) - split..places.end.max(split) - split];
-        merged.iter().chain(known).position(Known::met).map(|at| places.start + at)
+        let known = &self.known[self.merge.known..]
+            [places.start.max(split) - split..places.end.max(split) - split];
+        merged
+            .iter()
+            .chain(known)
+            .position(Known::met)
+            .map(|at| places.start + at)
     }
 
     /// Whether the witnesses of a pair were lost since it was last decided.
@@ -183,7 +207,9 @@ impl Pairs {
     #[inline]
     pub fn state_of(&mut self, known: Known, frame: &Frame) -> &mut PairState {
         if let Some(Some(state)) = self.states.get_mut(known.slot as usize) {
-            known.marks().tell(known.key, state, frame.bodies, frame.number);
+            known
+                .marks()
+                .tell(known.key, state, frame.bodies, frame.number);
             return state;
         }
         known.tell_blank(&mut self.blank, frame.number);
@@ -206,14 +232,19 @@ impl Pairs {
     #[inline]
     pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Marks)> {
         let known = *self.at(place);
-        self.states.get_mut(known.slot as usize)?.take().map(|state| (state, known.marks()))
+        self.states
+            .get_mut(known.slot as usize)?
+            .take()
+            .map(|state| (state, known.marks()))
     }
 
     /// Takes the state of a pair out, for a turn; a pair that had none gets one.
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {
         let known = *self.at(place);
-        let (state, marks) = self.take_state(place).unwrap_or_else(|| (self.new_state(place, frame), known.marks()));
+        let (state, marks) = self
+            .take_state(place)
+            .unwrap_or_else(|| (self.new_state(place, frame), known.marks()));
         Turn::new(known.key, state, marks)
     }
 
@@ -225,7 +256,9 @@ impl Pairs {
         });
         let known = *self.at(place);
         self.at_mut(place).slot = slot;
-        let mut state = self.states[slot as usize].take().unwrap_or_else(|| Box::new(PairState::blank()));
+        let mut state = self.states[slot as usize]
+            .take()
+            .unwrap_or_else(|| Box::new(PairState::blank()));
         if !state.is_blank {
             *state = PairState::blank();
         }
@@ -238,7 +271,11 @@ impl Pairs {
     pub(super) fn release(&mut self, slot: u32) {
         if slot < GLANCED {
             self.free.push(slot);
-            let state = if self.touches.any() { self.states[slot as usize].as_mut() } else { None };
+            let state = if self.touches.any() {
+                self.states[slot as usize].as_mut()
+            } else {
+                None
+            };
             if let Some(touch) = state.and_then(|state| state.touch.take()) {
                 self.touches.take_back(touch);
             }
@@ -258,8 +295,14 @@ impl Pairs {
     /// What is known of the contacts of a pair.
     pub fn touch(&self, key: PairKey) -> Option<&Touch> {
         let place = self.place(key);
-        let known = (place < self.len()).then(|| self.at(place)).filter(|known| known.key == key)?;
-        self.states.get(known.slot as usize)?.as_ref()?.touch.as_deref()
+        let known = (place < self.len())
+            .then(|| self.at(place))
+            .filter(|known| known.key == key)?;
+        self.states
+            .get(known.slot as usize)?
+            .as_ref()?
+            .touch
+            .as_deref()
     }
 
     /// Makes room for the contacts of the pairs that there is room for.
@@ -310,30 +353,74 @@ impl Pairs {
     /// Tells the distances and motions that are asked for.
     pub fn tell_bounds(&mut self, frame: &Frame, broad: &Broad, report: &mut Report) {
         for key in frame.bodies.distance_requests.keys(Asker::Pair) {
-            let (Bounds { low, high, triangles, .. }, age) = self.bounds(key, false, frame, broad);
+            let (
+                Bounds {
+                    low,
+                    high,
+                    triangles,
+                    ..
+                },
+                age,
+            ) = self.bounds(key, false, frame, broad);
             let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
-            report.distances.push(PairDistance { a, b, low, high, triangles, age });
+            report.distances.push(PairDistance {
+                a,
+                b,
+                low,
+                high,
+                triangles,
+                age,
+            });
         }
-        let pairs = if frame.bodies.has_special { &report.pairs[..] } else { &[] };
+        let pairs = if frame.bodies.has_special {
+            &report.pairs[..]
+        } else {
+            &[]
+        };
         for &PairReport { a, b, .. } in pairs {
             let key = pair_key(a.index, b.index);
             if frame.bodies.is_moving(key) {
                 let known = self.bounds(key, true, frame, broad);
-                let Bounds { low, high, triangles, .. } = if known.1 == 0 { known.0 } else { Bounds::NOTHING };
+                let Bounds {
+                    low,
+                    high,
+                    triangles,
+                    ..
+                } = if known.1 == 0 {
+                    known.0
+                } else {
+                    Bounds::NOTHING
+                };
                 let touching_at = (high < f64::INFINITY).then_some(high);
-                report.passages.push(PairPassage { a, b, free_until: low, touching_at, triangles });
+                report.passages.push(PairPassage {
+                    a,
+                    b,
+                    free_until: low,
+                    touching_at,
+                    triangles,
+                });
             }
         }
     }
 
     /// What was proven of a pair, times or lengths, and how many frames ago.
-    fn bounds(&mut self, key: PairKey, are_times: bool, frame: &Frame, broad: &Broad) -> (Bounds, u64) {
+    fn bounds(
+        &mut self,
+        key: PairKey,
+        are_times: bool,
+        frame: &Frame,
+        broad: &Broad,
+    ) -> (Bounds, u64) {
         let place = self.place(key);
         let is_known = place < self.len()
             && self.key(place) == key
             && self.overlapped(place)
             && !broad.is_of_another(frame.bodies, bodies_of(key));
-        let proven = if is_known { self.state(place, frame).bounds(are_times) } else { None };
+        let proven = if is_known {
+            self.state(place, frame).bounds(are_times)
+        } else {
+            None
+        };
         match proven {
             Some((bounds, since)) if since >= frame.changed(key) => (bounds, 0),
             Some((bounds, since)) => (bounds, frame.number - since),
@@ -406,16 +493,29 @@ mod tests {
         // A triangle in each of two opposite corners of a cube.
         let corner = |at: f32| [[at, at, at], [0.9 * at, at, at], [at, 0.9 * at, at]];
         let vertices = [corner(-1.0), corner(1.0)].concat();
-        let tree = Arc::new(Tree::new(Mesh::new(vertices, [[0u32, 1, 2], [3, 4, 5]]).unwrap()));
+        let tree = Arc::new(Tree::new(
+            Mesh::new(vertices, [[0u32, 1, 2], [3, 4, 5]]).unwrap(),
+        ));
         let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::new(x, 0.0, 0.0)).unwrap();
         let mut scene = Scene::new();
-        scene.insert(Body::fixed(Arc::clone(&tree), at(0.0))).unwrap();
+        scene
+            .insert(Body::fixed(Arc::clone(&tree), at(0.0)))
+            .unwrap();
         let body = scene.insert(Body::moving(tree, at(0.5))).unwrap();
         // Whether the pair is decided, its age, and the states that are not free.
         let mut detect = |place: f64, budget: Budget| {
             scene.set_pose(body, at(place)).unwrap();
-            let pair = scene.detect(budget).pairs.first().map(|pair| (pair.verdict == Verdict::Separated, pair.age));
-            let Pairs { known, states, free, .. } = &scene.pairs;
+            let pair = scene
+                .detect(budget)
+                .pairs
+                .first()
+                .map(|pair| (pair.verdict == Verdict::Separated, pair.age));
+            let Pairs {
+                known,
+                states,
+                free,
+                ..
+            } = &scene.pairs;
             (pair, known[0].slot == GLANCED, states.len() - free.len())
         };
         let unlimited = Budget::unlimited();

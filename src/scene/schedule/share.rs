@@ -46,13 +46,24 @@ impl<'c> Share<'c> {
     /// Of a frame without a budget, or before [`Share::begin`].
     pub fn new(clock: &'c dyn Clock) -> Self {
         let zero = Duration::ZERO;
-        Self { is_timed: false, started: zero, limit: zero, work: None, of_found: 0, clock, spent: 0 }
+        Self {
+            is_timed: false,
+            started: zero,
+            limit: zero,
+            work: None,
+            of_found: 0,
+            clock,
+            spent: 0,
+        }
     }
 
     /// Of what is left of a frame: when that begins, and how long it is, if its time is limited; `found` pairs are known to meet.
     pub fn begin(&mut self, budget: Budget, left: Option<[Duration; 2]>, found: usize) {
         self.of_found = found as u64 * WORK_PER_FOUND_PAIR;
-        self.work = budget.work.map(|work| work.saturating_add(BROAD_PHASE_WORK).saturating_sub(self.of_found));
+        self.work = budget.work.map(|work| {
+            work.saturating_add(BROAD_PHASE_WORK)
+                .saturating_sub(self.of_found)
+        });
         // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
         [self.started, self.limit] = black_box(left.unwrap_or_default());
         self.is_timed = left.is_some();
@@ -76,8 +87,12 @@ impl<'c> Share<'c> {
         let left = frame.saturating_sub(began);
         let end = last.min(began.saturating_add(left / 2)).max(began);
         let end = end - overhead.closing().min((end - began) / 2);
-        let result =
-            self.run_until(Some(end), work.min(overhead.list_work(left - left / 4)).saturating_add(of_found), run);
+        let result = self.run_until(
+            Some(end),
+            work.min(overhead.list_work(left - left / 4))
+                .saturating_add(of_found),
+            run,
+        );
         let ended = self.clock.now();
         overhead.learn_list(ended.saturating_sub(began), self.spent - before);
         overhead.learn_closing(ended.saturating_sub(end));
@@ -86,16 +101,26 @@ impl<'c> Share<'c> {
 
     /// When a step ends, by the clock and by work.
     fn limits(&self, step: Step) -> (Option<Duration>, u64) {
-        let work = self.work.map_or(u64::MAX, |work| (work / PARTS * step.part()).saturating_sub(self.spent));
+        let work = self.work.map_or(u64::MAX, |work| {
+            (work / PARTS * step.part()).saturating_sub(self.spent)
+        });
         (self.end_of(step.part_of_time()), work)
     }
 
     /// When so many parts of the time of the frame are over.
     fn end_of(&self, parts: u32) -> Option<Duration> {
-        self.is_timed.then(|| self.started.saturating_add(self.limit / PARTS_OF_TIME * parts))
+        self.is_timed.then(|| {
+            self.started
+                .saturating_add(self.limit / PARTS_OF_TIME * parts)
+        })
     }
 
-    fn run_until<R>(&mut self, end: Option<Duration>, work: u64, run: impl FnOnce(&mut Deadline) -> R) -> R {
+    fn run_until<R>(
+        &mut self,
+        end: Option<Duration>,
+        work: u64,
+        run: impl FnOnce(&mut Deadline) -> R,
+    ) -> R {
         let mut deadline = Deadline::of_a_part(end, work, self.clock);
         let result = run(&mut deadline);
         self.spent += work - deadline.work_left();
@@ -129,7 +154,10 @@ mod tests {
         assert!(over() > half + Duration::from_micros(7));
         for _ in 0..10 {
             let over = over();
-            assert!(over <= half && over > half - Duration::from_micros(2), "{over:?}");
+            assert!(
+                over <= half && over > half - Duration::from_micros(2),
+                "{over:?}"
+            );
         }
     }
 }

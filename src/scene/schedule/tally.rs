@@ -35,20 +35,37 @@ impl Tallies {
 
     pub fn begin(&mut self, requests: &DistanceRequests) {
         self.0.clear();
-        let nothing = Tally { low: f64::INFINITY, closest: None, looked_at: 0, open: 0 };
+        let nothing = Tally {
+            low: f64::INFINITY,
+            closest: None,
+            looked_at: 0,
+            open: 0,
+        };
         self.0.extend(requests.groups.iter().map(|_| nothing));
     }
 
     /// Takes note of a pair; `None`: its bodies may not meet, so it does not count.
-    pub fn add(&mut self, requests: &DistanceRequests, key: PairKey, near: Option<&Near>, is_settled: bool) {
+    pub fn add(
+        &mut self,
+        requests: &DistanceRequests,
+        key: PairKey,
+        near: Option<&Near>,
+        is_settled: bool,
+    ) {
         for (asker, _) in requests.askers(key) {
-            let Asker::Groups(number) = asker else { continue };
+            let Asker::Groups(number) = asker else {
+                continue;
+            };
             let tally = &mut self.0[number as usize];
             tally.looked_at += 1;
             let Some(near) = near else { continue };
             tally.open += usize::from(!is_settled);
             tally.low = tally.low.min(near.bounds.low);
-            let high = tally.closest.map_or(requests.groups[number as usize].ceiling, |(_, bounds)| bounds.high);
+            let high = tally
+                .closest
+                .map_or(requests.groups[number as usize].ceiling, |(_, bounds)| {
+                    bounds.high
+                });
             if near.is_of_query && near.bounds.high <= high {
                 tally.closest = Some((key, near.bounds));
             }
@@ -57,16 +74,48 @@ impl Tallies {
 
     /// Tells what is known at the end of a frame.
     pub fn tell(&self, bodies: &Bodies, report: &mut Report) {
-        for (Tally { low, closest, looked_at, open }, group) in self.0.iter().zip(&bodies.distance_requests.groups) {
-            let Group { id: Some(id), pairs, closest: before, ceiling } = *group else { continue };
+        for (
+            Tally {
+                low,
+                closest,
+                looked_at,
+                open,
+            },
+            group,
+        ) in self.0.iter().zip(&bodies.distance_requests.groups)
+        {
+            let Group {
+                id: Some(id),
+                pairs,
+                closest: before,
+                ceiling,
+            } = *group
+            else {
+                continue;
+            };
             let low = if *looked_at == pairs { *low } else { 0.0 };
-            let carried = before.map(|(key, bounds, _)| (key, Bounds { high: ceiling, ..bounds }));
+            let carried = before.map(|(key, bounds, _)| {
+                (
+                    key,
+                    Bounds {
+                        high: ceiling,
+                        ..bounds
+                    },
+                )
+            });
             let closest = closest.or(carried.filter(|_| ceiling < f64::INFINITY));
             let high = closest.map_or(ceiling, |(_, bounds)| bounds.high);
             let bodies = closest.map(|(key, _)| bodies_of(key).map(|body| bodies.id(body)));
             let triangles = closest.and_then(|(_, bounds)| bounds.triangles);
             let open = open + pairs - looked_at;
-            report.group_distances.push(GroupDistance { id, low: low.min(high), high, bodies, triangles, open });
+            report.group_distances.push(GroupDistance {
+                id,
+                low: low.min(high),
+                high,
+                bodies,
+                triangles,
+                open,
+            });
         }
     }
 

@@ -48,12 +48,15 @@ impl RoundRobin {
 
     /// Moves on past the turns that have ended. `enough`: work that is all but the guaranteed share.
     pub fn advance(&mut self, batch: &Batch, enough: u64) {
-        let Some(last) = batch.turns.last().filter(|_| self.holds_cursor) else { return };
+        let Some(last) = batch.turns.last().filter(|_| self.holds_cursor) else {
+            return;
+        };
         let waiting = batch.turns.iter().position(Turn::is_due);
         let turn = waiting.map(|at| &batch.turns[at]);
         self.cursor = turn.map_or(last.key + 1, |turn| turn.key);
         self.at_contacts = turn.is_some_and(|turn| turn.next == Some(TurnKind::Contacts));
-        let is_cut = turn.is_some_and(|turn| turn.next == Some(turn.kind) && turn.spent.work >= enough);
+        let is_cut =
+            turn.is_some_and(|turn| turn.next == Some(turn.kind) && turn.spent.work >= enough);
         self.overspent = waiting == Some(0) && is_cut;
     }
 
@@ -61,7 +64,11 @@ impl RoundRobin {
     pub fn end_frame(&mut self, jobs: &[Job]) {
         if self.cut && self.holds_cursor {
             let (before, after) = jobs.split_at(jobs.partition_point(|job| job.key < self.cursor));
-            let next = after.iter().chain(before).find(|job| job.open).map_or(self.end, |job| job.key);
+            let next = after
+                .iter()
+                .chain(before)
+                .find(|job| job.open)
+                .map_or(self.end, |job| job.key);
             self.at_contacts &= next == self.cursor;
             self.cursor = next;
         }

@@ -119,8 +119,13 @@ impl Shared {
             look_out(|| self.waiting.load(Ordering::Acquire) > 0);
             let mut tasks = self.lock();
             tasks.asleep += 1;
-            let idle = |tasks: &mut Tasks| tasks.waiting.is_empty() && tasks.calls == *calls && !tasks.closed;
-            tasks = self.begin.wait_while(tasks, idle).unwrap_or_else(PoisonError::into_inner);
+            let idle = |tasks: &mut Tasks| {
+                tasks.waiting.is_empty() && tasks.calls == *calls && !tasks.closed
+            };
+            tasks = self
+                .begin
+                .wait_while(tasks, idle)
+                .unwrap_or_else(PoisonError::into_inner);
             tasks.asleep -= 1;
             *calls = tasks.calls;
             let task = self.take(&mut tasks);
@@ -136,7 +141,11 @@ impl Shared {
         let mut tasks = self.lock();
         // Workers take tasks from the front. Without a deadline the caller takes them from the back, so that in most frames the
         // same thread runs the same pairs.
-        let task = if round.end.is_some() { tasks.waiting.pop_front() } else { tasks.waiting.pop_back() };
+        let task = if round.end.is_some() {
+            tasks.waiting.pop_front()
+        } else {
+            tasks.waiting.pop_back()
+        };
         if let Some(task) = task {
             self.count(&tasks);
             return Some(Next::Task(task));
@@ -146,7 +155,10 @@ impl Shared {
             look_out(|| self.ended.load(Ordering::Acquire) > 0);
             tasks = self.lock();
             tasks.caller_sleeps = true;
-            tasks = self.end.wait_while(tasks, |tasks| tasks.ended.is_empty()).unwrap_or_else(PoisonError::into_inner);
+            tasks = self
+                .end
+                .wait_while(tasks, |tasks| tasks.ended.is_empty())
+                .unwrap_or_else(PoisonError::into_inner);
             tasks.caller_sleeps = false;
         }
         let ended = tasks.ended.pop();
@@ -202,19 +214,33 @@ pub(crate) struct Workers {
 impl Workers {
     /// Starts threads that help the calling one, for rounds of at most `batches` batches.
     pub fn start(threads: usize, batches: usize) -> io::Result<Self> {
-        let mut workers = Self { shared: Arc::default(), threads: Vec::new() };
+        let mut workers = Self {
+            shared: Arc::default(),
+            threads: Vec::new(),
+        };
         let mut tasks = workers.shared.lock();
-        (tasks.waiting, tasks.ended) = (VecDeque::with_capacity(batches), Vec::with_capacity(batches));
+        (tasks.waiting, tasks.ended) = (
+            VecDeque::with_capacity(batches),
+            Vec::with_capacity(batches),
+        );
         drop(tasks);
         for _ in 0..threads {
             let shared = Arc::clone(&workers.shared);
             let scratch = workspace();
-            workers.threads.push(Builder::new().name("punctual".into()).spawn(move || shared.work(scratch))?);
+            workers.threads.push(
+                Builder::new()
+                    .name("punctual".into())
+                    .spawn(move || shared.work(scratch))?,
+            );
         }
         // What the system allocates when a thread begins is not left to a frame.
         let tasks = workers.shared.lock();
         drop(
-            workers.shared.end.wait_while(tasks, |tasks| tasks.begun < threads).unwrap_or_else(PoisonError::into_inner),
+            workers
+                .shared
+                .end
+                .wait_while(tasks, |tasks| tasks.begun < threads)
+                .unwrap_or_else(PoisonError::into_inner),
         );
         Ok(workers)
     }
@@ -233,9 +259,17 @@ impl Crew for Workers {
 
     fn begin(&self, first: usize, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>) {
         let mut tasks = self.shared.lock();
-        for (index, batch) in (first..).zip(batches).filter(|(_, batch)| !batch.is_empty()) {
+        for (index, batch) in (first..)
+            .zip(batches)
+            .filter(|(_, batch)| !batch.is_empty())
+        {
             let batch = core::mem::take(batch);
-            tasks.waiting.push_back(Task { index, batch, round: *round, bodies: Arc::clone(bodies) });
+            tasks.waiting.push_back(Task {
+                index,
+                batch,
+                round: *round,
+                bodies: Arc::clone(bodies),
+            });
         }
         self.shared.count(&tasks);
         self.shared.wake(&tasks);

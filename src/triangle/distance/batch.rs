@@ -3,7 +3,9 @@
 use super::four::{Face, Features};
 use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
 use crate::math::tolerance::ROUNDING;
-use crate::triangle::batch::{EDGE_SLOP, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate};
+use crate::triangle::batch::{
+    EDGE_SLOP, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate,
+};
 
 /// What is known of the distances of eight pairs, in A's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +29,14 @@ impl Chosen {
     /// Edges: the second and the third of A and of B where a mask is set.
     #[inline(always)]
     fn edges<L: Lanes>([of_a, of_b]: [[F8<L>; 2]; 2]) -> Self {
-        let [[a, b], [c, d]] = [[of_a[0].mask(), of_a[1].mask()], [of_b[0].mask(), of_b[1].mask()]];
-        Self { orders: [[a & !b, b], [c & !d, d]], face: [0; 2] }
+        let [[a, b], [c, d]] = [
+            [of_a[0].mask(), of_a[1].mask()],
+            [of_b[0].mask(), of_b[1].mask()],
+        ];
+        Self {
+            orders: [[a & !b, b], [c & !d, d]],
+            face: [0; 2],
+        }
     }
 
     /// Where a face of one side is closer to a corner of the other: the second or the third where a mask is set.
@@ -49,13 +57,21 @@ impl Chosen {
             [0, 0] => Face::Nobodys,
             [_, side] => Face::Of { side },
         };
-        Features { orders: [order(self.orders[0]), order(self.orders[1])], face }
+        Features {
+            orders: [order(self.orders[0]), order(self.orders[1])],
+            face,
+        }
     }
 }
 
 /// The distances of `a[i]` and `b[i]` for the eight lanes.
 #[inline(always)]
-pub(crate) fn distances<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: &Placement) -> Distances {
+pub(crate) fn distances<L: Lanes>(
+    lanes: L,
+    a: [&Rows; 8],
+    b: [&Rows; 8],
+    placement: &Placement,
+) -> Distances {
     let pair = Pair::new(lanes, a, b, placement);
     let (p, q, f) = (pair.p, pair.q, pair.f);
     let zero = [F8::splat(lanes, 0.0); 3];
@@ -63,9 +79,19 @@ pub(crate) fn distances<L: Lanes>(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placem
     let mut closest = closest_edges(lanes, &of_a, &of_b);
     let (one, two) = (add(q, f[0]), add(q, f[1]));
     closest.or_face(lanes, 0, p, of_a[0].inverse, [q, one, two]);
-    closest.or_face(lanes, 1, f, of_b[0].inverse, [sub(zero, q), sub(p[0], q), sub(p[1], q)]);
+    closest.or_face(
+        lanes,
+        1,
+        f,
+        of_b[0].inverse,
+        [sub(zero, q), sub(p[0], q), sub(p[1], q)],
+    );
     let low = pair.gap(lanes, closest.direction).store();
-    Distances { low, about: closest.square.sqrt().store(), closest: closest.chosen }
+    Distances {
+        low,
+        about: closest.square.sqrt().store(),
+        closest: closest.chosen,
+    }
 }
 
 /// Squared lengths below this (A's units) count as this: no edge is so short and known.
@@ -115,9 +141,15 @@ impl<L: Lanes> Pair<L> {
         let q = first_corner(lanes, &a, &b, placement);
         let p = [a.edge1, a.edge2];
         let rotation = &placement.rotation;
-        let f = [rotate(lanes, rotation, b.edge1), rotate(lanes, rotation, b.edge2)];
+        let f = [
+            rotate(lanes, rotation, b.edge1),
+            rotate(lanes, rotation, b.edge2),
+        ];
         let (reach_p, reach_f, reach_b) = (reach(p), reach(f), reach([b.edge1, b.edge2]));
-        let absolute = F8::splat(lanes, placement.slop + ROUNDING * (placement.edge_slop + EDGE_SLOP));
+        let absolute = F8::splat(
+            lanes,
+            placement.slop + ROUNDING * (placement.edge_slop + EDGE_SLOP),
+        );
         let error = per_axis!(k => {
             let turned = dot(per_axis!(j => F8::splat(lanes, rotation[k][j].abs())), reach_b);
             (reach_p[k] + q[k].abs()) * F8::splat(lanes, 2.51 * ROUNDING)
@@ -137,12 +169,18 @@ impl<L: Lanes> Pair<L> {
         let (b_low, b_high) = (zero.min(b1).min(b2), zero.max(b1).max(b2));
         let gap = (a_low - (b0 + b_high)).max((b0 + b_low) - a_high);
         let sums = (a_high - a_low) + (b_high - b_low) + b0.abs();
-        let error = dot(per_axis!(k => n[k].abs()), self.error) + sums * F8::splat(lanes, 2.51 * ROUNDING);
+        let error =
+            dot(per_axis!(k => n[k].abs()), self.error) + sums * F8::splat(lanes, 2.51 * ROUNDING);
         let certain = gap - error - underflow;
         let length = (dot(n, n) + underflow).sqrt();
         // False also where one of them is no number.
-        let is_proven = zero.less(certain).and(error.less(F8::splat(lanes, LARGEST_ERROR)));
-        is_proven.select(certain / length * F8::splat(lanes, 1.0 - 9.0 * ROUNDING), zero)
+        let is_proven = zero
+            .less(certain)
+            .and(error.less(F8::splat(lanes, LARGEST_ERROR)));
+        is_proven.select(
+            certain / length * F8::splat(lanes, 1.0 - 9.0 * ROUNDING),
+            zero,
+        )
     }
 }
 
@@ -167,14 +205,23 @@ struct Edge<L: Lanes> {
 /// The edges of triangles with a corner and the edges from there.
 #[inline(always)]
 fn edges<L: Lanes>(lanes: L, corner: V8<L>, [x, y]: [V8<L>; 2]) -> [Edge<L>; 3] {
-    [Edge::new(lanes, corner, x), Edge::new(lanes, corner, y), Edge::new(lanes, add(corner, x), sub(y, x))]
+    [
+        Edge::new(lanes, corner, x),
+        Edge::new(lanes, corner, y),
+        Edge::new(lanes, add(corner, x), sub(y, x)),
+    ]
 }
 
 impl<L: Lanes> Edge<L> {
     #[inline(always)]
     fn new(lanes: L, start: V8<L>, step: V8<L>) -> Self {
         let square = dot(step, step).max(F8::splat(lanes, LEAST_SQUARE));
-        Self { start, step, square, inverse: F8::splat(lanes, 1.0) / square }
+        Self {
+            start,
+            step,
+            square,
+            inverse: F8::splat(lanes, 1.0) / square,
+        }
     }
 
     /// Its point closest to another edge and that one's to it: the solution for the lines, brought into the first edge, its
@@ -190,7 +237,12 @@ impl<L: Lanes> Edge<L> {
         let t = clamped(lanes, ratio * s + on_e);
         let s = clamped(lanes, (d_e * t - d_from) * self.inverse);
         let between = sub(add(from, scaled(d, s)), scaled(e, t));
-        Link { s, t, between, square: dot(between, between) }
+        Link {
+            s,
+            t,
+            between,
+            square: dot(between, between),
+        }
     }
 }
 
@@ -218,13 +270,18 @@ impl<L: Lanes> Link<L> {
 #[inline(always)]
 fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Closest<L> {
     let links = per_axis!(i => per_axis!(j => a[i].link(lanes, &b[j])));
-    let squares = per_axis!(i => links[i][0].square.min(links[i][1].square).min(links[i][2].square));
+    let squares =
+        per_axis!(i => links[i][0].square.min(links[i][1].square).min(links[i][2].square));
     let of_a @ [second, third] = least(squares);
     let of_edge = per_axis!(j => Link::select(third, &links[2][j], &Link::select(second, &links[1][j], &links[0][j])));
     let d = select(third, a[2].step, select(second, a[1].step, a[0].step));
     let d_square = third.select(a[2].square, second.select(a[1].square, a[0].square));
     let of_b @ [second, third] = least(per_axis!(j => of_edge[j].square));
-    let link = Link::select(third, &of_edge[2], &Link::select(second, &of_edge[1], &of_edge[0]));
+    let link = Link::select(
+        third,
+        &of_edge[2],
+        &Link::select(second, &of_edge[1], &of_edge[0]),
+    );
     let e = select(third, b[2].step, select(second, b[1].step, b[0].step));
     let e_inverse = third.select(b[2].inverse, second.select(b[1].inverse, b[0].inverse));
 
@@ -232,21 +289,35 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
     let (zero, one) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0));
     let d_inside = zero.less(link.s).and(link.s.less(one));
     let e_inside = zero.less(link.t).and(link.t.less(one));
-    let (d, e) = (per_axis!(k => d[k].and(d_inside)), per_axis!(k => e[k].and(e_inside)));
+    let (d, e) = (
+        per_axis!(k => d[k].and(d_inside)),
+        per_axis!(k => e[k].and(e_inside)),
+    );
     let across = sub(link.between, scaled(e, dot(link.between, e) * e_inverse));
     let d = sub(d, scaled(e, dot(d, e) * e_inverse));
     // Edges closer to parallel than 1e-3 have no second direction.
     let square = dot(d, d).max(d_square * F8::splat(lanes, 1e-6));
     let direction = sub(across, scaled(d, dot(across, d) / square));
     let chosen = Chosen::edges([of_a, of_b]);
-    Closest { square: link.square, direction, chosen }
+    Closest {
+        square: link.square,
+        direction,
+        chosen,
+    }
 }
 
 impl<L: Lanes> Closest<L> {
     /// A face, with the edges `x` and `y` from its first corner and `1 / |x|^2`, against the corners of the other triangle,
     /// relative to that: only the one closest to the plane can be the closest point, as from the others a way leads closer.
     #[inline(always)]
-    fn or_face(&mut self, lanes: L, side: usize, [x, y]: [V8<L>; 2], inverse: F8<L>, corners: [V8<L>; 3]) {
+    fn or_face(
+        &mut self,
+        lanes: L,
+        side: usize,
+        [x, y]: [V8<L>; 2],
+        inverse: F8<L>,
+        corners: [V8<L>; 3],
+    ) {
         let y = scaled(y, inverse);
         let normal = cross(x, y);
         let heights = per_axis!(v => dot(normal, corners[v]).abs());
@@ -256,7 +327,10 @@ impl<L: Lanes> Closest<L> {
         let area = dot(normal, normal).max(F8::splat(lanes, UNDERFLOW));
         let (s, t) = (dot(cross(y, normal), corner), dot(cross(normal, x), corner));
         let zero = F8::splat(lanes, 0.0);
-        let is_over = zero.less(s).and(zero.less(t)).and((s + t * inverse).less(area));
+        let is_over = zero
+            .less(s)
+            .and(zero.less(t))
+            .and((s + t * inverse).less(area));
         let square = height * (height / area);
         let closer = is_over.and(square.less(self.square));
         self.square = closer.select(square, self.square);

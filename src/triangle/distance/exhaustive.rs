@@ -33,14 +33,22 @@ impl Closest {
     /// added, all relative to a corner.
     #[inline]
     pub fn of_apart(self, a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
-        if self.is_tight { self } else { by_all_features(&Pair::new(a, b), self) }
+        if self.is_tight {
+            self
+        } else {
+            by_all_features(&Pair::new(a, b), self)
+        }
     }
 }
 
 /// [`closest`] with tight bounds, unless the triangles meet.
 pub(crate) fn closest_or_meeting(a: &[DVec3; 3], b: &[DVec3; 3]) -> Closest {
     let found = closest(a, b);
-    if found.is_tight || triangles_intersect(a, b) { found } else { found.of_apart(a, b) }
+    if found.is_tight || triangles_intersect(a, b) {
+        found
+    } else {
+        found.of_apart(a, b)
+    }
 }
 
 /// A corner on the grid, or a difference of two.
@@ -70,7 +78,11 @@ impl Whole {
     /// Each component rounded once.
     fn cross(self, other: Self) -> DVec3 {
         let ([x, y, z], [u, v, w]) = (self.0.map(i128::from), other.0.map(i128::from));
-        DVec3::new((y * w - z * v) as f64, (z * u - x * w) as f64, (x * v - y * u) as f64)
+        DVec3::new(
+            (y * w - z * v) as f64,
+            (z * u - x * w) as f64,
+            (x * v - y * u) as f64,
+        )
     }
 }
 
@@ -100,15 +112,33 @@ impl<'t> Shape<'t> {
         let edges = [0, 1, 2].map(|i| {
             let (start, step) = (on_grid[i], on_grid[NEXT[i]].from(on_grid[i]));
             let along = step.rounded();
-            Edge { corners: [i, NEXT[i]], start, step, along, square: along.length_squared() }
+            Edge {
+                corners: [i, NEXT[i]],
+                start,
+                step,
+                along,
+                square: along.length_squared(),
+            }
         });
-        Self { corners, on_grid, edges }
+        Self {
+            corners,
+            on_grid,
+            edges,
+        }
     }
 
     fn longest_edge(&self) -> &Edge {
         let [first, second, third] = &self.edges;
-        let longer = if first.square < second.square { second } else { first };
-        if longer.square < third.square { third } else { longer }
+        let longer = if first.square < second.square {
+            second
+        } else {
+            first
+        };
+        if longer.square < third.square {
+            third
+        } else {
+            longer
+        }
     }
 
     fn on_edge(&self, edge: &Edge, s: f64) -> DVec3 {
@@ -134,7 +164,11 @@ struct Best<'p> {
 
 /// Two points in the order of A and B, given that of the triangle with this index first.
 fn in_order(side: usize, first: DVec3, second: DVec3) -> [DVec3; 2] {
-    if side == 0 { [first, second] } else { [second, first] }
+    if side == 0 {
+        [first, second]
+    } else {
+        [second, first]
+    }
 }
 
 impl Best<'_> {
@@ -142,8 +176,10 @@ impl Best<'_> {
     fn or_points(&mut self, points: [DVec3; 2]) -> bool {
         let high = self.pair.high(points);
         if high < self.found.high {
-            (self.found.high, self.found.points) =
-                (high, points.map(|point| self.pair.origin + point * self.pair.unit));
+            (self.found.high, self.found.points) = (
+                high,
+                points.map(|point| self.pair.origin + point * self.pair.unit),
+            );
         }
         self.is_tight()
     }
@@ -174,7 +210,10 @@ impl Best<'_> {
             let normal = base.step.cross(rise);
             // The part of the third corner across the base, and how far along the base it lies.
             let across = normal.cross(base.along) / base.square;
-            let (height, middle) = (across.length_squared(), base.along.dot(rise.rounded()) / base.square);
+            let (height, middle) = (
+                across.length_squared(),
+                base.along.dot(rise.rounded()) / base.square,
+            );
             if self.or_direction(normal) {
                 return true;
             }
@@ -183,7 +222,9 @@ impl Best<'_> {
                 let t = clamped(from.dot(across) / height);
                 let s = clamped(from.dot(base.along) / base.square - t * middle);
                 let s = if s < 1.0 - t { s } else { 1.0 - t };
-                let foot = face.corners[start] * (1.0 - s - t) + face.corners[end] * s + face.corners[apex] * t;
+                let foot = face.corners[start] * (1.0 - s - t)
+                    + face.corners[end] * s
+                    + face.corners[apex] * t;
                 if self.or_points(in_order(side, foot, other.corners[corner])) {
                     return true;
                 }
@@ -197,7 +238,8 @@ impl Best<'_> {
         for d in &a.edges {
             for e in &b.edges {
                 let from = e.start.from(d.start);
-                let (normal, moment, from) = (d.step.cross(e.step), from.cross(e.step), from.rounded());
+                let (normal, moment, from) =
+                    (d.step.cross(e.step), from.cross(e.step), from.rounded());
                 let s = clamped(moment.dot(normal) / normal.length_squared());
                 let t = clamped(e.along.dot(d.along * s - from) / e.square);
                 let s = clamped(d.along.dot(from + e.along * t) / d.square);

@@ -16,7 +16,10 @@ pub(crate) struct Features {
 }
 
 impl Features {
-    pub const ANY: Self = Self { orders: [0; 2], face: Face::Nobodys };
+    pub const ANY: Self = Self {
+        orders: [0; 2],
+        face: Face::Nobodys,
+    };
 }
 
 /// Whose face it is.
@@ -48,14 +51,22 @@ impl Four {
         four
     }
 
-    pub const NONE: Self = Self { corners: [[[[0.0; 4]; 3]; 3]; 2], faces: [0.0; 4], turned: 0 };
+    pub const NONE: Self = Self {
+        corners: [[[[0.0; 4]; 3]; 3]; 2],
+        faces: [0.0; 4],
+        turned: 0,
+    };
 
     #[inline]
     pub fn set(&mut self, pair: usize, features: Features, triangles: [&[DVec3; 3]; 2]) {
         // So that the compiler need not check it again and again.
         let pair = pair % 4;
         let is_turned = features.face == Face::Of { side: 1 };
-        self.faces[pair] = if features.face == Face::Nobodys { 0.0 } else { 1.0 };
+        self.faces[pair] = if features.face == Face::Nobodys {
+            0.0
+        } else {
+            1.0
+        };
         self.turned |= u32::from(is_turned) << pair;
         for (i, to) in self.corners.iter_mut().enumerate() {
             let side = i ^ usize::from(is_turned);
@@ -88,10 +99,24 @@ impl Found {
             return None;
         }
         let vector = |[x, y, z]: &[[f64; 4]; 3]| DVec3::new(x[pair], y[pair], z[pair]);
-        let (first, second, direction) = (vector(&self.points[0]), vector(&self.points[1]), vector(&self.direction));
+        let (first, second, direction) = (
+            vector(&self.points[0]),
+            vector(&self.points[1]),
+            vector(&self.direction),
+        );
         let is_turned = self.turned >> pair & 1 != 0;
-        let (points, direction) = if is_turned { ([second, first], -direction) } else { ([first, second], direction) };
-        Some(Closest { points, direction, low: self.low[pair], high: self.high[pair], is_tight: true })
+        let (points, direction) = if is_turned {
+            ([second, first], -direction)
+        } else {
+            ([first, second], direction)
+        };
+        Some(Closest {
+            points,
+            direction,
+            low: self.low[pair],
+            high: self.high[pair],
+            is_tight: true,
+        })
     }
 }
 
@@ -120,8 +145,7 @@ impl Kernel for &Four {
             per_axis!(k => D4::load(lanes, &a[2][k]) - origin[k]),
         ];
         let q: [V4<L>; 3] = per_axis!(i => per_axis!(k => D4::load(lanes, &b[i][k]) - origin[k]));
-        let reach =
-            per_axis!(k => p[0][k].abs().max(p[1][k].abs()) + q[0][k].abs().max(q[1][k].abs()).max(q[2][k].abs()));
+        let reach = per_axis!(k => p[0][k].abs().max(p[1][k].abs()) + q[0][k].abs().max(q[1][k].abs()).max(q[2][k].abs()));
 
         let mut linked = Linked::edges(lanes, p[0], [q[0], q[1]]);
         let zero = D4::splat(lanes, 0.0);
@@ -130,18 +154,30 @@ impl Kernel for &Four {
             linked = Linked::select(is_face, Linked::face(lanes, p, q[0]), linked);
         }
 
-        let Linked { points: [on_a, on_b], direction: n, valid } = linked;
+        let Linked {
+            points: [on_a, on_b],
+            direction: n,
+            valid,
+        } = linked;
         let (low, direction) = gap(lanes, p, q, reach, n);
         let between = sub(on_a, on_b);
         let length = dot(reach, reach).sqrt();
         let rounding = length * D4::splat(lanes, 3.01 * f64::EPSILON);
-        let high = (dot(between, between).sqrt() + rounding) * D4::splat(lanes, 1.0 + 3.0 * f64::EPSILON);
+        let high =
+            (dot(between, between).sqrt() + rounding) * D4::splat(lanes, 1.0 + 3.0 * f64::EPSILON);
         let largest = reach[0].max(reach[1]).max(reach[2]);
-        let fits = D4::splat(lanes, LEAST).less(largest).and(largest.less(D4::splat(lanes, LARGEST)));
-        let is_tight = zero.less(low).and((high - low).less(length * D4::splat(lanes, TIGHT)));
+        let fits = D4::splat(lanes, LEAST)
+            .less(largest)
+            .and(largest.less(D4::splat(lanes, LARGEST)));
+        let is_tight = zero
+            .less(low)
+            .and((high - low).less(length * D4::splat(lanes, TIGHT)));
         let points = [add(origin, on_a), add(origin, on_b)];
         Found {
-            points: [per_axis!(k => points[0][k].store()), per_axis!(k => points[1][k].store())],
+            points: [
+                per_axis!(k => points[0][k].store()),
+                per_axis!(k => points[1][k].store()),
+            ],
             direction: per_axis!(k => direction[k].store()),
             low: low.store(),
             high: high.store(),
@@ -174,9 +210,16 @@ struct Linked<L: Lanes> {
 impl<L: Lanes> Linked<L> {
     #[inline(always)]
     fn select(mask: D4<L>, a: Self, b: Self) -> Self {
-        let points = [select(mask, a.points[0], b.points[0]), select(mask, a.points[1], b.points[1])];
+        let points = [
+            select(mask, a.points[0], b.points[0]),
+            select(mask, a.points[1], b.points[1]),
+        ];
         let direction = select(mask, a.direction, b.direction);
-        Self { points, direction, valid: mask.select(a.valid, b.valid) }
+        Self {
+            points,
+            direction,
+            valid: mask.select(a.valid, b.valid),
+        }
     }
 
     /// An edge that begins at the origin, and one from `o` to `end`: as for [one pair](super::pair).
@@ -194,11 +237,17 @@ impl<L: Lanes> Linked<L> {
         let between = sub(points[0], points[1]);
 
         let (d_inside, e_inside) = (zero.less(s).and(s.less(one)), zero.less(t).and(t.less(one)));
-        let is_skew = d_inside.and(e_inside).and((d_square * e_square * D4::splat(lanes, PARALLEL)).less(area));
+        let is_skew = d_inside
+            .and(e_inside)
+            .and((d_square * e_square * D4::splat(lanes, PARALLEL)).less(area));
         let (along, square) = (select(d_inside, d, e), d_inside.select(d_square, e_square));
         let share = (dot(between, along) / square).and(d_inside.or(e_inside));
         let direction = select(is_skew, across, sub(between, scaled(along, share)));
-        Self { points, direction, valid: zero.less(one) }
+        Self {
+            points,
+            direction,
+            valid: zero.less(one),
+        }
     }
 
     /// A face with these edges from the origin, and a corner.
@@ -207,9 +256,16 @@ impl<L: Lanes> Linked<L> {
         let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));
         let normal = cross(x, y);
         let area = dot(normal, normal);
-        let (s, t) = (dot(cross(y, normal), corner) / area, dot(cross(normal, x), corner) / area);
+        let (s, t) = (
+            dot(cross(y, normal), corner) / area,
+            dot(cross(normal, x), corner) / area,
+        );
         let valid = zero.less(s).and(zero.less(t)).and((s + t).less(one));
-        Self { points: [add(scaled(x, s), scaled(y, t)), corner], direction: normal, valid }
+        Self {
+            points: [add(scaled(x, s), scaled(y, t)), corner],
+            direction: normal,
+            valid,
+        }
     }
 }
 
@@ -222,8 +278,8 @@ fn gap<L: Lanes>(lanes: L, p: [V4<L>; 2], q: [V4<L>; 3], reach: V4<L>, n: V4<L>)
     let [u, v, w] = per_axis!(i => dot(q[i], n));
     let above = zero.min(x).min(y) - u.max(v).max(w);
     let below = u.min(v).min(w) - zero.max(x).max(y);
-    let error =
-        dot(per_axis!(k => n[k].abs()), reach) * D4::splat(lanes, 2.01 * f64::EPSILON) + D4::splat(lanes, 1e-300);
+    let error = dot(per_axis!(k => n[k].abs()), reach) * D4::splat(lanes, 2.01 * f64::EPSILON)
+        + D4::splat(lanes, 1e-300);
     let gap = above.max(below) - error;
     let square = dot(n, n);
     let inverse = one / square.sqrt();

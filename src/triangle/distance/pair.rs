@@ -22,7 +22,13 @@ impl Closest {
     /// Of triangles that meet in the segment with these ends: the middle of it, twice.
     pub fn meeting([start, end]: [DVec3; 2]) -> Self {
         let points = [0.5 * start + 0.5 * end; 2];
-        Self { points, direction: DVec3::ZERO, low: 0.0, high: 0.0, is_tight: true }
+        Self {
+            points,
+            direction: DVec3::ZERO,
+            low: 0.0,
+            high: 0.0,
+            is_tight: true,
+        }
     }
 }
 
@@ -42,7 +48,13 @@ pub(crate) fn closest(a: &Triangle, b: &Triangle) -> Closest {
     let high = pair.high(found.points);
     let (low, direction) = pair.low(found.direction);
     let points = found.points.map(|point| pair.origin + point * pair.unit);
-    Closest { points, direction, low, high, is_tight: pair.is_tight(low, high) }
+    Closest {
+        points,
+        direction,
+        low,
+        high,
+        is_tight: pair.is_tight(low, high),
+    }
 }
 
 /// Two triangles relative to the first corner of `a`, in a unit that brings the largest coordinate between 1 and 2, or as
@@ -66,9 +78,21 @@ impl Pair {
         let size = larger(largest(reach_a), largest(reach_b));
         // The exponent field of the largest, at least that of the least normal number.
         let exponent = (size.to_bits() >> 52).max(1);
-        let (scale, unit) = (f64::from_bits((2046 - exponent) << 52), f64::from_bits(exponent << 52));
-        let (a, b) = ([DVec3::ZERO, p1 * scale, p2 * scale], [q0 * scale, q1 * scale, q2 * scale]);
-        Self { a, b, origin, unit, reach: (reach_a + reach_b) * scale }
+        let (scale, unit) = (
+            f64::from_bits((2046 - exponent) << 52),
+            f64::from_bits(exponent << 52),
+        );
+        let (a, b) = (
+            [DVec3::ZERO, p1 * scale, p2 * scale],
+            [q0 * scale, q1 * scale, q2 * scale],
+        );
+        Self {
+            a,
+            b,
+            origin,
+            unit,
+            reach: (reach_a + reach_b) * scale,
+        }
     }
 
     /// What is proven by two points, one of each triangle: how far apart they are at most.
@@ -92,7 +116,11 @@ impl Pair {
     }
 
     fn closest_features(&self) -> Features {
-        let mut best = Features { square: f64::INFINITY, points: [DVec3::ZERO; 2], direction: DVec3::ZERO };
+        let mut best = Features {
+            square: f64::INFINITY,
+            points: [DVec3::ZERO; 2],
+            direction: DVec3::ZERO,
+        };
         // Edges that face the other triangle are the closest features of most pairs, then corners and faces.
         let to_b = (self.b[0] + self.b[1] + self.b[2]) - (self.a[0] + self.a[1] + self.a[2]);
         if self.or_facing_edges(&mut best, to_b)
@@ -105,7 +133,11 @@ impl Pair {
         if self.or_facing_edges(&mut best, to_b) {
             return best;
         }
-        let of_b = [Edge::new(&self.b, 0), Edge::new(&self.b, 1), Edge::new(&self.b, 2)];
+        let of_b = [
+            Edge::new(&self.b, 0),
+            Edge::new(&self.b, 1),
+            Edge::new(&self.b, 2),
+        ];
         for i in 0..3 {
             let d = Edge::new(&self.a, i);
             for e in &of_b {
@@ -192,7 +224,13 @@ impl Edge {
     fn new(t: &Triangle, corner: usize) -> Self {
         let (start, end) = (t[corner], t[NEXT[corner]]);
         let step = end - start;
-        Self { start, end, step, inverse: 1.0 / step.length_squared(), aside: t[NEXT[NEXT[corner]]] - start }
+        Self {
+            start,
+            end,
+            step,
+            inverse: 1.0 / step.length_squared(),
+            aside: t[NEXT[NEXT[corner]]] - start,
+        }
     }
 
     fn point(&self, s: f64) -> DVec3 {
@@ -242,11 +280,22 @@ impl Edge {
 impl Features {
     /// A face against the corners of the other triangle: only the one closest to its plane can be the closest point, as from
     /// the others a way leads closer. Whether these are the closest features of all: then all corners are on one side.
-    fn or_face(&mut self, face: &Triangle, other: &Triangle, in_order: impl Fn(DVec3, DVec3) -> [DVec3; 2]) -> bool {
+    fn or_face(
+        &mut self,
+        face: &Triangle,
+        other: &Triangle,
+        in_order: impl Fn(DVec3, DVec3) -> [DVec3; 2],
+    ) -> bool {
         let (x, y) = (face[1] - face[0], face[2] - face[0]);
         let normal = x.cross(y);
         let heights = other.map(|corner| normal.dot(corner - face[0]));
-        let lower = |i: usize, j: usize| if heights[j].abs() < heights[i].abs() { j } else { i };
+        let lower = |i: usize, j: usize| {
+            if heights[j].abs() < heights[i].abs() {
+                j
+            } else {
+                i
+            }
+        };
         let corner = other[lower(lower(0, 1), 2)];
         let (mut s, mut t, mut foot, area) = (0.0, 0.0, face[0], normal.length_squared());
         // Twice: on a sliver the first foot is off by as many roundings as the sliver is longer than wide.
@@ -261,7 +310,11 @@ impl Features {
         }
         let square = (corner - foot).length_squared();
         if square < self.square {
-            *self = Self { square, points: in_order(foot, corner), direction: normal };
+            *self = Self {
+                square,
+                points: in_order(foot, corner),
+                direction: normal,
+            };
         }
         heights.iter().all(|height| *height > 0.0) || heights.iter().all(|height| *height < 0.0)
     }
@@ -275,8 +328,16 @@ impl Features {
         let square = between.length_squared();
         if square < self.square {
             let (direction, is_exact) = d.direction(e, [s, t], between);
-            *self = Self { square, points: [d.point(s), e.point(t)], direction };
-            let towards_a = if direction.dot(between) > 0.0 { direction } else { -direction };
+            *self = Self {
+                square,
+                points: [d.point(s), e.point(t)],
+                direction,
+            };
+            let towards_a = if direction.dot(between) > 0.0 {
+                direction
+            } else {
+                -direction
+            };
             return (is_exact || square > NEAR)
                 && towards_a.dot(d.aside - on_d) >= 0.0
                 && towards_a.dot(e.aside - on_e) <= 0.0;

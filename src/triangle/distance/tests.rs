@@ -70,7 +70,9 @@ impl Family {
         let [a, b]: [Triangle; 2] = from_fn(|_| from_fn(|_| vector(random)));
         let offset = vector(random) * 2.0;
         let apart = b.map(|x| x + offset);
-        let needle = |[start, end, third]: Triangle, width: f64| [start, end, start.lerp(end, 0.3) + third * width];
+        let needle = |[start, end, third]: Triangle, width: f64| {
+            [start, end, start.lerp(end, 0.3) + third * width]
+        };
         match self {
             Self::Generic => [a, apart],
             Self::Whole => [a, b].map(|t| t.map(|x| (x * 3.0).round())),
@@ -78,7 +80,10 @@ impl Family {
                 let turn = DMat3::from_rotation_x(1.0) * DMat3::from_rotation_z(0.7);
                 let tilt = [0.0, f64::exp2(-random.between(0.0, 60.0))][round % 2];
                 let flat = |x: DVec3| DVec3::new(x.x, x.y, x.z * tilt);
-                [a.map(|x| turn * flat(x)), b.map(|x| turn * (flat(x) + DVec3::Z * small))]
+                [
+                    a.map(|x| turn * flat(x)),
+                    b.map(|x| turn * (flat(x) + DVec3::Z * small)),
+                ]
             }
             Self::Touching => {
                 let weight = [1.0, 0.5, 0.25][round / 3 % 3];
@@ -91,10 +96,18 @@ impl Family {
             }
             Self::Near => moved_close([a, apart], small),
             Self::Slivers => [needle(a, 1e-12), needle(apart, 1e-12)],
-            Self::NearSlivers => moved_close([needle(a, 1e-6), needle(apart, [1e-10, 1.0][round % 2])], small),
+            Self::NearSlivers => moved_close(
+                [needle(a, 1e-6), needle(apart, [1e-10, 1.0][round % 2])],
+                small,
+            ),
             Self::Degenerate => {
                 let flat_a = [[a[0]; 3], [a[0], a[1], a[round % 2]], a];
-                let flat_b = [[b[0], b[1], (b[0] + b[1]) * 0.5], [b[0]; 3], b, [b[0], b[1], b[1]]];
+                let flat_b = [
+                    [b[0], b[1], (b[0] + b[1]) * 0.5],
+                    [b[0]; 3],
+                    b,
+                    [b[0], b[1], b[1]],
+                ];
                 [flat_a[round % 3], flat_b[round / 3 % 4]]
             }
             Self::Tiny => [a, b].map(|t| t.map(|x| x * 1e-320)),
@@ -105,8 +118,16 @@ impl Family {
             }
             Self::Unequal => [a, b.map(|x| x * small + offset)],
             Self::Magnitudes => {
-                let values = [0.0, 5e-324, -5e-324, 1.0, -1.0, 1e-160, -1e-160, 4e301, -4e301, 2.7e300];
-                from_fn(|_| from_fn(|_| DVec3::from_array(from_fn(|_| values[random.bits() as usize % values.len()]))))
+                let values = [
+                    0.0, 5e-324, -5e-324, 1.0, -1.0, 1e-160, -1e-160, 4e301, -4e301, 2.7e300,
+                ];
+                from_fn(|_| {
+                    from_fn(|_| {
+                        DVec3::from_array(from_fn(|_| {
+                            values[random.bits() as usize % values.len()]
+                        }))
+                    })
+                })
             }
         }
     }
@@ -121,22 +142,43 @@ fn moved_close([a, b]: [Triangle; 2], distance: f64) -> [Triangle; 2] {
 
 /// The largest coordinate relative to the first corner of `a`.
 fn size([a, b]: &[Triangle; 2]) -> f64 {
-    a.iter().chain(b).map(|x| (*x - a[0]).abs().max_element()).fold(0.0, f64::max)
+    a.iter()
+        .chain(b)
+        .map(|x| (*x - a[0]).abs().max_element())
+        .fold(0.0, f64::max)
 }
 
 #[track_caller]
 fn assert_bounds(found: &Closest, exact: &Distance) {
-    assert_ne!(exact.order_of(found.low), Ordering::Greater, "{found:?}, not {:e}", exact.rounded());
-    assert_ne!(exact.order_of(found.high), Ordering::Less, "{found:?}, not {:e}", exact.rounded());
+    assert_ne!(
+        exact.order_of(found.low),
+        Ordering::Greater,
+        "{found:?}, not {:e}",
+        exact.rounded()
+    );
+    assert_ne!(
+        exact.order_of(found.high),
+        Ordering::Less,
+        "{found:?}, not {:e}",
+        exact.rounded()
+    );
 }
 
 /// How far the bounds are from the distance, relative to the size; `None` where they must be 0 and anything.
 fn slack(pair: &[Triangle; 2]) -> Option<[f64; 2]> {
-    let (found, exact) = (closest_or_meeting(&pair[0], &pair[1]), Distance::of(&pair[0], &pair[1]));
+    let (found, exact) = (
+        closest_or_meeting(&pair[0], &pair[1]),
+        Distance::of(&pair[0], &pair[1]),
+    );
     assert_bounds(&found, &exact);
-    assert!(found.is_tight || exact.is_zero(), "{found:?}, is {:e}", exact.rounded());
+    assert!(
+        found.is_tight || exact.is_zero(),
+        "{found:?}, is {:e}",
+        exact.rounded()
+    );
     let distance = exact.rounded();
-    (!exact.is_zero()).then(|| [distance - found.low, found.high - distance].map(|slack| slack / size(pair)))
+    (!exact.is_zero())
+        .then(|| [distance - found.low, found.high - distance].map(|slack| slack / size(pair)))
 }
 
 #[test]
@@ -146,10 +188,15 @@ fn bounds_hold_and_are_tight() {
         for round in 0..300 {
             let [a, b] = family.pair(round, &mut random);
             for pair in [[a, b], [b, a]] {
-                let Some([low, high]) = slack(&pair) else { continue };
+                let Some([low, high]) = slack(&pair) else {
+                    continue;
+                };
                 // Of denormal numbers a few bits are all there is.
                 if family != Family::Tiny {
-                    assert!(low < 2e-14 && high < 5e-15, "{family:?}: {low:e} {high:e} {pair:?}");
+                    assert!(
+                        low < 2e-14 && high < 5e-15,
+                        "{family:?}: {low:e} {high:e} {pair:?}"
+                    );
                 }
             }
         }
@@ -159,8 +206,13 @@ fn bounds_hold_and_are_tight() {
 /// The last resort needs no beginning: one of all features is the closest, whatever the triangles.
 #[test]
 fn every_feature_is_enough() {
-    let none =
-        Closest { points: [DVec3::ZERO; 2], direction: DVec3::ZERO, low: 0.0, high: f64::INFINITY, is_tight: false };
+    let none = Closest {
+        points: [DVec3::ZERO; 2],
+        direction: DVec3::ZERO,
+        low: 0.0,
+        high: f64::INFINITY,
+        is_tight: false,
+    };
     for family in Family::ALL {
         let mut random = Random::new(7);
         for round in 0..400 {
@@ -170,7 +222,11 @@ fn every_feature_is_enough() {
                 let found = none.of_apart(&a, &b);
                 if !exact.is_zero() {
                     assert_bounds(&found, &exact);
-                    assert!(found.is_tight, "{family:?} {found:?}, is {:e}: {a:?} {b:?}", exact.rounded());
+                    assert!(
+                        found.is_tight,
+                        "{family:?} {found:?}, is {:e}: {a:?} {b:?}",
+                        exact.rounded()
+                    );
                 }
             }
         }
@@ -180,7 +236,14 @@ fn every_feature_is_enough() {
 /// As triangles of one point they are close to the triangles, and as far apart as was said.
 #[test]
 fn points_lie_on_the_triangles() {
-    for family in [Family::Generic, Family::Near, Family::NearSlivers, Family::Degenerate, Family::Far, Family::Huge] {
+    for family in [
+        Family::Generic,
+        Family::Near,
+        Family::NearSlivers,
+        Family::Degenerate,
+        Family::Far,
+        Family::Huge,
+    ] {
         let mut random = Random::new(2);
         for round in 0..200 {
             let pair = family.pair(round, &mut random);
@@ -188,10 +251,17 @@ fn points_lie_on_the_triangles() {
             let rounding = 1e-15 * (size(&pair) + pair[0][0].abs().max_element());
             for (point, triangle) in found.points.iter().zip(&pair) {
                 let off = Distance::of(&[*point; 3], triangle);
-                assert_ne!(off.order_of(3.0 * rounding), Ordering::Less, "{family:?} {point} {triangle:?}");
+                assert_ne!(
+                    off.order_of(3.0 * rounding),
+                    Ordering::Less,
+                    "{family:?} {point} {triangle:?}"
+                );
             }
             // Halves, as the square of the largest coordinates is more than there is.
-            let length = 2.0 * (found.points[0] * 0.5 - found.points[1] * 0.5).abs().max_element();
+            let length = 2.0
+                * (found.points[0] * 0.5 - found.points[1] * 0.5)
+                    .abs()
+                    .max_element();
             assert!(length <= found.high + rounding, "{family:?} {found:?}");
         }
     }
@@ -204,7 +274,15 @@ fn corners(pair: &HardPair) -> [Triangle; 2] {
 /// The truth in the file comes from elsewhere, so this tests the judge too.
 fn check_pairs(pairs: &[HardPair]) {
     for pair in pairs {
-        let (HardPair { meet, family, margin, .. }, [a, b]) = (pair, corners(pair));
+        let (
+            HardPair {
+                meet,
+                family,
+                margin,
+                ..
+            },
+            [a, b],
+        ) = (pair, corners(pair));
         let exact = Distance::of(&a, &b);
         assert_bounds(&closest(&a, &b), &exact);
         assert_bounds(&closest(&b, &a), &exact);
@@ -212,7 +290,10 @@ fn check_pairs(pairs: &[HardPair]) {
         // Fewer digits of denormal distances.
         let distance = exact.rounded();
         let is_same = (margin - distance).abs() <= 1e-3 * distance;
-        assert!(*meet || is_same || distance < 1e-300, "{family} {margin:e} {distance:e}");
+        assert!(
+            *meet || is_same || distance < 1e-300,
+            "{family} {margin:e} {distance:e}"
+        );
     }
 }
 
@@ -232,11 +313,17 @@ fn all_hard_pairs() {
 
 /// The nine pairs of edges, and each corner with the face of the other.
 fn all_features() -> impl Iterator<Item = Features> {
-    let edges = (0..9).map(|k| Features { orders: [k / 3, k % 3], face: Face::Nobodys });
+    let edges = (0..9).map(|k| Features {
+        orders: [k / 3, k % 3],
+        face: Face::Nobodys,
+    });
     let corners = |side: u8| [0, 2, 3].map(|order| (side, order)).into_iter();
     edges.chain([0, 1].into_iter().flat_map(corners).map(|(side, order)| {
         let orders = if side == 0 { [0, order] } else { [order, 0] };
-        Features { orders, face: Face::Of { side } }
+        Features {
+            orders,
+            face: Face::Of { side },
+        }
     }))
 }
 
@@ -255,7 +342,10 @@ fn four_pairs_of_known_features() {
                 .chunks(4)
                 .flat_map(|features| {
                     let mut four = Four::NONE;
-                    features.iter().enumerate().for_each(|(i, of)| four.set(i, *of, [&a, &b]));
+                    features
+                        .iter()
+                        .enumerate()
+                        .for_each(|(i, of)| four.set(i, *of, [&a, &b]));
                     let [fast, portable] = sets.map(|set| set.run(&four));
                     (0..features.len()).map(move |i| {
                         assert_eq!(fast.of(i), portable.of(i));
@@ -267,14 +357,20 @@ fn four_pairs_of_known_features() {
                 assert_bounds(found, &exact);
                 let slack = [exact.rounded() - found.low, found.high - exact.rounded()];
                 assert!(
-                    slack.iter().all(|slack| *slack < 64.0 * f64::EPSILON * 4.0 * size(&pair)),
+                    slack
+                        .iter()
+                        .all(|slack| *slack < 64.0 * f64::EPSILON * 4.0 * size(&pair)),
                     "{slack:?} {pair:?}"
                 );
                 assert!((found.direction.length() - 1.0).abs() < 1e-14);
                 let rounding = 1e-15 * (size(&pair) + pair[0][0].abs().max_element());
                 for (point, triangle) in found.points.iter().zip(&pair) {
                     let off = Distance::of(&[*point; 3], triangle);
-                    assert_ne!(off.order_of(3.0 * rounding), Ordering::Less, "{family:?} {point} {triangle:?}");
+                    assert_ne!(
+                        off.order_of(3.0 * rounding),
+                        Ordering::Less,
+                        "{family:?} {point} {triangle:?}"
+                    );
                 }
             }
             apart += usize::from(!exact.is_zero());
@@ -282,7 +378,10 @@ fn four_pairs_of_known_features() {
         }
         println!("{family:?}: {known} of {apart}");
         let is_common = matches!(family, Family::Generic | Family::Whole | Family::Sheets);
-        assert!(known <= apart && (!is_common || known * 10 > apart * 9), "{family:?}: {known} of {apart}");
+        assert!(
+            known <= apart && (!is_common || known * 10 > apart * 9),
+            "{family:?}: {known} of {apart}"
+        );
     }
 }
 
@@ -302,13 +401,21 @@ fn tightness() {
     };
     for family in Family::ALL {
         let mut random = Random::new(1);
-        let pairs: Vec<[Triangle; 2]> = (0..3000).map(|round| family.pair(round, &mut random)).collect();
+        let pairs: Vec<[Triangle; 2]> = (0..3000)
+            .map(|round| family.pair(round, &mut random))
+            .collect();
         row(&std::format!("{family:?}"), &pairs);
     }
-    let Some(mut pairs) = pairs::all() else { return };
+    let Some(mut pairs) = pairs::all() else {
+        return;
+    };
     pairs.sort_by(|x, y| x.family.cmp(&y.family));
     for chunk in pairs.chunk_by(|x, y| x.family == y.family) {
-        let apart: Vec<[Triangle; 2]> = chunk.iter().filter(|pair| !pair.meet).map(corners).collect();
+        let apart: Vec<[Triangle; 2]> = chunk
+            .iter()
+            .filter(|pair| !pair.meet)
+            .map(corners)
+            .collect();
         if !apart.is_empty() {
             row(&chunk[0].family, &apart);
         }
@@ -331,7 +438,11 @@ fn rows(length: f64, random: &mut Random) -> Rows {
     let mut number = |scale: f64| (scale * random.between(-1.0, 1.0)) as f32;
     let [x, y, z] = from_fn(|_| number(1.0));
     let [e0, e1, e2, f0, f1, f2] = from_fn(|_| number(length));
-    [[x, y, z, e0], [e1, e2, f0, f1], [f2, number(1e-8), number(1e-8), number(1e-8)]]
+    [
+        [x, y, z, e0],
+        [e1, e2, f0, f1],
+        [f2, number(1e-8), number(1e-8), number(1e-8)],
+    ]
 }
 
 const PLACEMENT: Placement = Placement {
@@ -349,7 +460,8 @@ fn all_instruction_sets_give_the_same_bits() {
         let length = [1.0, 1e-2, 1e-5, 0.0][round % 4];
         let [a, b]: [[Rows; 8]; 2] = from_fn(|_| from_fn(|_| rows(length, &mut random)));
         let batch = || Batch(a.each_ref(), b.each_ref(), &PLACEMENT);
-        let [fast, portable] = [Instructions::detect(), Instructions::PORTABLE].map(|set| set.run(batch()));
+        let [fast, portable] =
+            [Instructions::detect(), Instructions::PORTABLE].map(|set| set.run(batch()));
         assert_eq!(
             [fast.low, fast.about].map(|x| x.map(f32::to_bits)),
             [portable.low, portable.about].map(|x| x.map(f32::to_bits))
@@ -365,12 +477,20 @@ fn nonsense_proves_nothing() {
     for round in 0..2000 {
         let [a, b]: [[Rows; 8]; 2] = from_fn(|_| from_fn(|_| rows(1.0, &mut random)));
         let mut bad = [a, b];
-        let nonsense = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -f32::MAX][round % 5];
+        let nonsense = [
+            f32::NAN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::MAX,
+            -f32::MAX,
+        ][round % 5];
         // Any number but the rest, which is known to be small.
         let (lane, place) = (round / 2 % 8, round / 16 % 9);
         bad[round % 2][lane].as_flattened_mut()[place] = nonsense;
         for set in [Instructions::detect(), Instructions::PORTABLE] {
-            let low = set.run(Batch(bad[0].each_ref(), bad[1].each_ref(), &PLACEMENT)).low;
+            let low = set
+                .run(Batch(bad[0].each_ref(), bad[1].each_ref(), &PLACEMENT))
+                .low;
             let is_far = nonsense.is_finite() && place < 3;
             // The first corners are at most 2 sqrt 3 + 1 apart.
             let at_most = if !nonsense.is_finite() {

@@ -45,20 +45,30 @@ impl Point {
         let (above, along) = (measure([p, ORIGIN]), measure(DIRECTION));
         let sign = along.sign();
         let after_end = measure([p, END]).sign() * sign;
-        Self { after_origin: above.sign() * sign, after_end, t: above.quotient(&along) }
+        Self {
+            after_origin: above.sign() * sign,
+            after_end,
+            t: above.quotient(&along),
+        }
     }
 }
 
 impl Line {
     pub fn new(ray: &Ray, [a, b, c]: &[DVec3; 3]) -> Self {
         let [base, target] = ray.exact_direction();
-        let (points, width) = on_grid([ray.origin(), base, target, *a, *b, *c].map(|p| p.to_array()));
-        Self { points, width, is_segment: ray.is_segment() }
+        let (points, width) =
+            on_grid([ray.origin(), base, target, *a, *b, *c].map(|p| p.to_array()));
+        Self {
+            points,
+            width,
+            is_segment: ray.is_segment(),
+        }
     }
 
     /// On which side the line passes the edge from corner `i` to the next: the sign of `det(d, p - o, q - o)`.
     pub fn side(&self, i: usize) -> i8 {
-        self.volume([DIRECTION, [corner(i), ORIGIN], [corner(i + 1), ORIGIN]]).sign()
+        self.volume([DIRECTION, [corner(i), ORIGIN], [corner(i + 1), ORIGIN]])
+            .sign()
     }
 
     /// The sign of how far the plane is from the origin along the normal.
@@ -73,7 +83,8 @@ impl Line {
 
     /// Where the line meets the plane, which it is not parallel to.
     pub fn t(&self) -> f64 {
-        self.volume(rows([corner(0), ORIGIN])).quotient(&self.volume(rows(DIRECTION)))
+        self.volume(rows([corner(0), ORIGIN]))
+            .quotient(&self.volume(rows(DIRECTION)))
     }
 
     /// The least parameter of a common point, if there is one, where the line lies in one plane with the triangle, or with the
@@ -83,9 +94,12 @@ impl Line {
     /// none, the triangle is a part of the line.
     pub fn t_in_plane(&self) -> Option<f64> {
         let along = (0..3).find(|&axis| self.length(axis, DIRECTION).sign() != 0)?;
-        let turns = |axis: usize| from_fn(|i| self.area(axis, [DIRECTION, [corner(i), ORIGIN]]).sign());
-        let (axis, turns): (usize, [i8; 3]) =
-            (0..3).map(|axis| (axis, turns(axis))).find(|(_, turns)| *turns != [0; 3]).unwrap_or((0, [0; 3]));
+        let turns =
+            |axis: usize| from_fn(|i| self.area(axis, [DIRECTION, [corner(i), ORIGIN]]).sign());
+        let (axis, turns): (usize, [i8; 3]) = (0..3)
+            .map(|axis| (axis, turns(axis)))
+            .find(|(_, turns)| *turns != [0; 3])
+            .unwrap_or((0, [0; 3]));
         let mut ends = ArrayVec::<Point, 6>::new();
         for i in 0..3 {
             let (p, edge) = (corner(i), [corner(i + 1), corner(i)]);

@@ -18,12 +18,22 @@ pub(crate) fn segment(a: &Triangle, b: &Triangle) -> Option<[DVec3; 2]> {
     if !pair.meet(&position) {
         return None;
     }
-    let largest = a.iter().chain(b).fold(0.0, |largest: f64, p| largest.max(p.abs().max_element()));
-    let ends = Ends { pair: &pair, tolerance: TOLERANCE * largest };
+    let largest = a
+        .iter()
+        .chain(b)
+        .fold(0.0, |largest: f64, p| largest.max(p.abs().max_element()));
+    let ends = Ends {
+        pair: &pair,
+        tolerance: TOLERANCE * largest,
+    };
     match position {
         Position::Apart => None,
         Position::Crossing { a_sides, b_sides } => Some(ends.of_crossing(a_sides, b_sides)),
-        Position::Piercing { segment, sides, face } => Some([ends.in_plane(face, crossing_edge(segment, sides)); 2]),
+        Position::Piercing {
+            segment,
+            sides,
+            face,
+        } => Some([ends.in_plane(face, crossing_edge(segment, sides)); 2]),
         Position::Coplanar => ends.of_chord(),
     }
 }
@@ -44,16 +54,25 @@ impl Ends<'_> {
         let (r, b_above) = lone_corner(b_sides);
         let [p, q, q_last] = turned(a, p, b_above);
         let [r, s, s_last] = turned(b, r, a_above);
-        let start =
-            if signs.side([p, q_last, r], s) > 0 { self.in_plane(a, [r, s]) } else { self.in_plane(b, [p, q_last]) };
-        let end =
-            if signs.side([p, q, r], s_last) > 0 { self.in_plane(b, [p, q]) } else { self.in_plane(a, [r, s_last]) };
+        let start = if signs.side([p, q_last, r], s) > 0 {
+            self.in_plane(a, [r, s])
+        } else {
+            self.in_plane(b, [p, q_last])
+        };
+        let end = if signs.side([p, q, r], s_last) > 0 {
+            self.in_plane(b, [p, q])
+        } else {
+            self.in_plane(a, [r, s_last])
+        };
         [start, end]
     }
 
     /// The point of an edge in the plane of `face`.
     fn in_plane(&self, face: &Triangle, edge: [DVec3; 2]) -> DVec3 {
-        between(edge, self.pair.signs.share_to_plane(face, edge, self.share(edge)))
+        between(
+            edge,
+            self.pair.signs.share_to_plane(face, edge, self.share(edge)),
+        )
     }
 
     /// What the tolerance is of an edge's length.
@@ -73,7 +92,11 @@ impl Ends<'_> {
         let mut longest = None;
         for (i, &p) in corners.iter().enumerate() {
             for &q in &corners[i..] {
-                let length = if scale > 0.0 { ((q - p) / scale).length_squared() } else { 0.0 };
+                let length = if scale > 0.0 {
+                    ((q - p) / scale).length_squared()
+                } else {
+                    0.0
+                };
                 if longest.is_none_or(|(longest, _)| length > longest) {
                     longest = Some((length, [p, q]));
                 }
@@ -101,6 +124,10 @@ fn edge(t: &Triangle, i: usize) -> [DVec3; 2] {
 
 /// The point of a segment that is so far along it, counted from the closer end, so that it is an end for 0 and 1.
 fn between([p, q]: [DVec3; 2], share: f64) -> DVec3 {
-    let point = if share <= 0.5 { p + (q - p) * share } else { q + (p - q) * (1.0 - share) };
+    let point = if share <= 0.5 {
+        p + (q - p) * share
+    } else {
+        q + (p - q) * (1.0 - share)
+    };
     point.clamp(p.min(q), p.max(q))
 }

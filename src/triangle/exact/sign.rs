@@ -32,7 +32,13 @@ impl Signs {
     /// For points in a box of this size.
     pub fn within(extent: DVec3) -> Self {
         let is_safe = extent.max_element() <= LARGEST;
-        Self { extent: if is_safe { extent + PADDING } else { DVec3::INFINITY } }
+        Self {
+            extent: if is_safe {
+                extent + PADDING
+            } else {
+                DVec3::INFINITY
+            },
+        }
     }
 
     /// Sides of the points relative to the plane of `t`: 1 where the normal `(t1 - t0) x (t2 - t0)` points.
@@ -68,17 +74,30 @@ impl Signs {
         let [from, to] = volumes([points[0], points[1], points[2]], [points[3], points[4]]);
         fast_share(from, to, bound, tolerance).unwrap_or_else(|| {
             let (points, width) = on_grid(points);
-            let volume = |i: usize| exact_volume([&points[0], &points[1], &points[2], &points[i]], width);
+            let volume =
+                |i: usize| exact_volume([&points[0], &points[1], &points[2], &points[i]], width);
             volume(3).share_of_sizes(&volume(4))
         })
     }
 
     /// The same for the line `r s`, projected along `axis`, for points strictly on different sides.
-    pub fn share_to_line(&self, axis: usize, [r, s]: [DVec3; 2], [p, q]: [DVec3; 2], tolerance: f64) -> f64 {
+    pub fn share_to_line(
+        &self,
+        axis: usize,
+        [r, s]: [DVec3; 2],
+        [p, q]: [DVec3; 2],
+        tolerance: f64,
+    ) -> f64 {
         let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
         let points = [r, s, p, q].map(|p| [p[i], p[j]]);
         let [from, to] = [2, 3].map(|k: usize| area([points[0], points[1], points[k]]));
-        fast_share(from, to, AREA_BOUND * self.extent[i] * self.extent[j], tolerance).unwrap_or_else(|| {
+        fast_share(
+            from,
+            to,
+            AREA_BOUND * self.extent[i] * self.extent[j],
+            tolerance,
+        )
+        .unwrap_or_else(|| {
             let (points, width) = on_grid(points);
             let area = |k: usize| exact_area([&points[0], &points[1], &points[k]], width);
             area(2).share_of_sizes(&area(3))
@@ -98,8 +117,14 @@ fn fast_share(from: f64, to: f64, bound: f64, tolerance: f64) -> Option<f64> {
 fn volumes<const N: usize>(t: [[f64; 3]; 3], points: [[f64; 3]; N]) -> [f64; N] {
     let from_t0 = |p: [f64; 3]| [p[0] - t[0][0], p[1] - t[0][1], p[2] - t[0][2]];
     let (e, f) = (from_t0(t[1]), from_t0(t[2]));
-    let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
-    points.map(from_t0).map(|d| normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2])
+    let normal = [
+        e[1] * f[2] - e[2] * f[1],
+        e[2] * f[0] - e[0] * f[2],
+        e[0] * f[1] - e[1] * f[0],
+    ];
+    points
+        .map(from_t0)
+        .map(|d| normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2])
 }
 
 /// `det(q - p, r - p)`.
@@ -118,7 +143,9 @@ fn sign(value: f64) -> i8 {
 /// or at least 2^-288, every coordinate is a multiple of 2^-340 and every product one of 2^-1020, above the least denormal
 /// 2^-1074. So nothing overflows or underflows, and its error-free transformations are error-free.
 fn is_safe(coordinates: &[f64]) -> bool {
-    let in_range = |x: f64| x.to_bits() << 1 == 0 || (1023 - 288..1023 + 300).contains(&(x.abs().to_bits() >> 52));
+    let in_range = |x: f64| {
+        x.to_bits() << 1 == 0 || (1023 - 288..1023 + 300).contains(&(x.abs().to_bits() >> 52))
+    };
     coordinates.iter().all(|&x| in_range(x))
 }
 
@@ -204,9 +231,22 @@ mod tests {
             let turn = signs.turn(0, &[vectors[0], vectors[1], vectors[2]]);
             // Another scale along each axis, a power of two or a denormal, leaves the signs as they are.
             let power = |exponent: u64| f64::from_bits((1023 + exponent) << 52);
-            for scale in [[1.0; 3], [1.0, 1.0 / power(900), power(800)], [TINY, power(1000), 0.25], [power(1020); 3]] {
-                assert_eq!(exact_side(points.map(|p| from_fn(|i| p[i] * scale[i]))), side, "{points:?}");
-                assert_eq!(exact_turn(flat.map(|p| from_fn(|i| p[i] * scale[i]))), turn, "{points:?}");
+            for scale in [
+                [1.0; 3],
+                [1.0, 1.0 / power(900), power(800)],
+                [TINY, power(1000), 0.25],
+                [power(1020); 3],
+            ] {
+                assert_eq!(
+                    exact_side(points.map(|p| from_fn(|i| p[i] * scale[i]))),
+                    side,
+                    "{points:?}"
+                );
+                assert_eq!(
+                    exact_turn(flat.map(|p| from_fn(|i| p[i] * scale[i]))),
+                    turn,
+                    "{points:?}"
+                );
             }
         }
     }
@@ -238,9 +278,21 @@ mod tests {
     fn largest_volumes_of_all_widths() {
         for exponent in 1..1024 {
             let below = f64::from_bits(((1024 + exponent) << 52) - 1); // all bits set
-            for m in [f64::from_bits((1022 + exponent) << 52), (below / 2.0).trunc(), below / 2.0] {
-                assert_eq!(exact_side([[-m, -m, -m], [m, m, -m], [m, -m, m], [-m, m, m]]), -1, "{m:e}");
-                assert_eq!(exact_side([[-m, -m, m], [m, m, m], [m, -m, -m], [-m, m, -m]]), 1, "{m:e}");
+            for m in [
+                f64::from_bits((1022 + exponent) << 52),
+                (below / 2.0).trunc(),
+                below / 2.0,
+            ] {
+                assert_eq!(
+                    exact_side([[-m, -m, -m], [m, m, -m], [m, -m, m], [-m, m, m]]),
+                    -1,
+                    "{m:e}"
+                );
+                assert_eq!(
+                    exact_side([[-m, -m, m], [m, m, m], [m, -m, -m], [-m, m, -m]]),
+                    1,
+                    "{m:e}"
+                );
                 assert_eq!(exact_turn([[-m, -m], [m, -m], [m, m]]), 1, "{m:e}");
             }
         }
@@ -250,9 +302,18 @@ mod tests {
     #[test]
     fn largest_and_least_values_together() {
         let (m, t) = (f64::MAX, TINY);
-        assert_eq!(exact_side([[-m, -m, -m], [m, -m, t], [-m, m, t], [m, m, m]]), -1);
-        assert_eq!(exact_side([[-m, -m, -m], [m, -m, -t], [-m, m, -t], [m, m, m]]), 1);
-        assert_eq!(exact_side([[-m, -m, -m], [m, -m, 0.0], [-m, m, 0.0], [m, m, m]]), 0);
+        assert_eq!(
+            exact_side([[-m, -m, -m], [m, -m, t], [-m, m, t], [m, m, m]]),
+            -1
+        );
+        assert_eq!(
+            exact_side([[-m, -m, -m], [m, -m, -t], [-m, m, -t], [m, m, m]]),
+            1
+        );
+        assert_eq!(
+            exact_side([[-m, -m, -m], [m, -m, 0.0], [-m, m, 0.0], [m, m, m]]),
+            0
+        );
         assert_eq!(exact_side([[0.0; 3], [m, m, m], [t, t, t], [m, t, -m]]), 0);
         assert_eq!(exact_turn([[-m, -m], [m, m], [t, 0.0]]), -1);
         assert_eq!(exact_turn([[-m, -m], [m, m], [t, t]]), 0);

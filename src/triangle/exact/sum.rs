@@ -14,7 +14,10 @@ pub(super) struct Term {
 }
 
 impl Term {
-    pub const ONE: Self = Self { mantissa: 1, exponent: 0 };
+    pub const ONE: Self = Self {
+        mantissa: 1,
+        exponent: 0,
+    };
 
     fn new(value: f64) -> Self {
         let bits = value.to_bits();
@@ -22,21 +25,34 @@ impl Term {
         let magnitude = (bits & ((1 << 52) - 1)) as i64 | i64::from(biased != 0) << 52;
         let zeros = magnitude.trailing_zeros() % 64;
         let odd = magnitude >> zeros;
-        Self { mantissa: if bits >> 63 == 1 { -odd } else { odd }, exponent: biased.max(1) - 1075 + zeros as i32 }
+        Self {
+            mantissa: if bits >> 63 == 1 { -odd } else { odd },
+            exponent: biased.max(1) - 1075 + zeros as i32,
+        }
     }
 }
 
 /// The coordinates in units of the coarsest power of two that makes integers of all, and their width: each is below
 /// `2^width`. Over all of `f64` it is at most 1024 + 1074.
-pub(super) fn on_grid<const D: usize, const N: usize>(points: [[f64; D]; N]) -> ([[Term; D]; N], u32) {
+pub(super) fn on_grid<const D: usize, const N: usize>(
+    points: [[f64; D]; N],
+) -> ([[Term; D]; N], u32) {
     let mut terms: [[Term; D]; N] = from_fn(|i| from_fn(|j| Term::new(points[i][j])));
     let (mut low, mut high) = (i32::MAX, i32::MIN);
-    for term in terms.as_flattened().iter().filter(|term| term.mantissa != 0) {
+    for term in terms
+        .as_flattened()
+        .iter()
+        .filter(|term| term.mantissa != 0)
+    {
         low = low.min(term.exponent);
         high = high.max(term.exponent + 64 - term.mantissa.unsigned_abs().leading_zeros() as i32);
     }
     for term in terms.as_flattened_mut() {
-        term.exponent = if term.mantissa == 0 { 0 } else { term.exponent - low };
+        term.exponent = if term.mantissa == 0 {
+            0
+        } else {
+            term.exponent - low
+        };
     }
     (terms, high.saturating_sub(low).max(0) as u32)
 }
@@ -60,7 +76,10 @@ const fn limbs(width: u32) -> usize {
 
 impl Sum {
     pub fn new(width: u32) -> Self {
-        Self { parts: [[0; LIMBS]; 2], limbs: limbs(width) }
+        Self {
+            parts: [[0; LIMBS]; 2],
+            limbs: limbs(width),
+        }
     }
 
     pub fn add(&mut self, factors: [Term; 3]) {
@@ -73,15 +92,23 @@ impl Sum {
 
     /// Adds a product, or subtracts it.
     pub fn accumulate(&mut self, factors: [Term; 3], negate: bool) {
-        let negative = factors.iter().fold(negate, |negative, term| negative ^ (term.mantissa < 0));
+        let negative = factors
+            .iter()
+            .fold(negate, |negative, term| negative ^ (term.mantissa < 0));
         let [p, q, r] = factors.map(|term| u128::from(term.mantissa.unsigned_abs()));
         let pq = p * q;
         let low = u128::from(pq as u64) * r;
         let high = (pq >> 64) * r + (low >> 64);
-        let place = factors.iter().map(|term| term.exponent as usize).sum::<usize>();
+        let place = factors
+            .iter()
+            .map(|term| term.exponent as usize)
+            .sum::<usize>();
         let mut limbs = self.parts[usize::from(negative)][place / 64..].iter_mut();
         let mut carry = 0;
-        for (digits, limb) in [low as u64, high as u64, (high >> 64) as u64].into_iter().zip(&mut limbs) {
+        for (digits, limb) in [low as u64, high as u64, (high >> 64) as u64]
+            .into_iter()
+            .zip(&mut limbs)
+        {
             carry += (u128::from(digits) << (place % 64)) + u128::from(*limb);
             *limb = carry as u64;
             carry >>= 64;
@@ -97,17 +124,24 @@ impl Sum {
     }
 
     pub fn sign(&self) -> i8 {
-        let [added, subtracted] = self.parts.each_ref().map(|part| part[..self.limbs].iter().rev());
+        let [added, subtracted] = self
+            .parts
+            .each_ref()
+            .map(|part| part[..self.limbs].iter().rev());
         added.cmp(subtracted) as i8
     }
 
     /// `|self| / (|self| + |other|)` for sums of the same width that are not both 0, off by a few roundings of 1.
     pub fn share_of_sizes(&self, other: &Self) -> f64 {
         let sizes = [self.size(), other.size()];
-        let top = (0..self.limbs).rev().find(|&i| sizes.iter().any(|size| size[i] != 0)).unwrap_or(0);
+        let top = (0..self.limbs)
+            .rev()
+            .find(|&i| sizes.iter().any(|size| size[i] != 0))
+            .unwrap_or(0);
         // Of both the same two limbs: what is below is less than 2^-64 of the larger size.
-        let [size, rest] =
-            sizes.map(|size| size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64);
+        let [size, rest] = sizes.map(|size| {
+            size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64
+        });
         size / (size + rest)
     }
 
@@ -118,15 +152,26 @@ impl Sum {
             let size = sum.size();
             let top = (1..sum.limbs).rev().find(|&i| size[i] != 0).unwrap_or(0);
             // Two limbs have more digits than `f64`, unless there are no more.
-            (size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64, top)
+            (
+                size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64,
+                top,
+            )
         });
         let size = libm::ldexp(upper / lower, 64 * (top as i32 - bottom as i32));
-        if self.sign() == other.sign() { size } else { -size }
+        if self.sign() == other.sign() {
+            size
+        } else {
+            -size
+        }
     }
 
     fn size(&self) -> [u64; LIMBS] {
         let [added, subtracted] = &self.parts;
-        let (large, small) = if self.sign() < 0 { (subtracted, added) } else { (added, subtracted) };
+        let (large, small) = if self.sign() < 0 {
+            (subtracted, added)
+        } else {
+            (added, subtracted)
+        };
         let mut size = [0; LIMBS];
         let mut borrow = false;
         for i in 0..self.limbs {
@@ -147,21 +192,46 @@ mod tests {
 
     #[test]
     fn terms_are_the_value() {
-        for value in [1.5, -3.0, 1e300, f64::MAX, f64::MIN_POSITIVE, TINY, -7.0 * TINY, 0.0, -0.0] {
+        for value in [
+            1.5,
+            -3.0,
+            1e300,
+            f64::MAX,
+            f64::MIN_POSITIVE,
+            TINY,
+            -7.0 * TINY,
+            0.0,
+            -0.0,
+        ] {
             let Term { mantissa, exponent } = Term::new(value);
             assert!(mantissa % 2 != 0 || value == 0.0);
             let power = |exponent: i32| f64::from_bits(((1023 + exponent) as u64) << 52);
             let half = exponent / 2; // the whole power may be out of range
-            assert_eq!(mantissa as f64 * power(half) * power(exponent - half), value);
+            assert_eq!(
+                mantissa as f64 * power(half) * power(exponent - half),
+                value
+            );
         }
     }
 
     #[test]
     fn the_grid_is_as_coarse_as_can_be() {
         let (terms, width) = on_grid([[12.0, -8.0, 0.0]]);
-        assert_eq!(terms[0].map(|term| term.mantissa << term.exponent), [3, -2, 0]);
+        assert_eq!(
+            terms[0].map(|term| term.mantissa << term.exponent),
+            [3, -2, 0]
+        );
         assert_eq!(width, 2);
-        assert_eq!(on_grid([[0.0, -0.0]]), ([[Term { mantissa: 0, exponent: 0 }; 2]], 0));
+        assert_eq!(
+            on_grid([[0.0, -0.0]]),
+            (
+                [[Term {
+                    mantissa: 0,
+                    exponent: 0
+                }; 2]],
+                0
+            )
+        );
         assert_eq!(on_grid([[f64::MAX, TINY]]).1, 2098);
     }
 
@@ -171,7 +241,14 @@ mod tests {
         let mut sum = Sum::new(width);
         for _ in 0..12 {
             sum.add([largest; 3]);
-            sum.subtract([Term { mantissa: -largest.mantissa, ..largest }, largest, largest]);
+            sum.subtract([
+                Term {
+                    mantissa: -largest.mantissa,
+                    ..largest
+                },
+                largest,
+                largest,
+            ]);
         }
         assert_eq!(sum.sign(), 1);
         let mut sum = Sum::new(width);
@@ -184,8 +261,13 @@ mod tests {
 
     #[test]
     fn sums_may_be_larger_than_products() {
-        let ([[largest]], 53) = on_grid([[f64::from_bits(((1023 + 53) << 52) - 1)]]) else { panic!("53 bits set") };
-        let factor = Term { exponent: 11, ..largest };
+        let ([[largest]], 53) = on_grid([[f64::from_bits(((1023 + 53) << 52) - 1)]]) else {
+            panic!("53 bits set")
+        };
+        let factor = Term {
+            exponent: 11,
+            ..largest
+        };
         let mut sum = Sum::new(64); // a product just fits three limbs
         sum.add([factor; 3]);
         sum.add([factor; 3]);
@@ -196,7 +278,10 @@ mod tests {
     #[test]
     fn carry_beyond_the_three_limbs_of_a_product() {
         // 2^192 - 2^63 + 2^63: the second addition carries through two full limbs.
-        let power = |exponent| Term { mantissa: 1, exponent };
+        let power = |exponent| Term {
+            mantissa: 1,
+            exponent,
+        };
         let mut sum = Sum::new(100);
         for exponent in 63..192 {
             sum.add([power(exponent), Term::ONE, Term::ONE]);

@@ -43,7 +43,12 @@ impl Candidates {
 
 /// Tests eight triangles for parameters between `from` and `to`.
 #[inline(always)]
-pub(crate) fn candidates<L: Lanes>(lanes: L, rows: [&Rows; 8], shaft: &Shaft, [from, to]: [f32; 2]) -> Candidates {
+pub(crate) fn candidates<L: Lanes>(
+    lanes: L,
+    rows: [&Rows; 8],
+    shaft: &Shaft,
+    [from, to]: [f32; 2],
+) -> Candidates {
     let splat = |x: f32| F8::splat(lanes, x);
     let of = Transposed::new(lanes, rows);
     let (e, f) = (of.edge1, of.edge2);
@@ -64,12 +69,17 @@ pub(crate) fn candidates<L: Lanes>(lanes: L, rows: [&Rows; 8], shaft: &Shaft, [f
     let (front, back) = (error.less(least).mask(), most.less(-error).mask());
 
     let square = edge * edge;
-    let error =
-        square * (reach * splat(56.0 * ROUNDING) + splat(600.0 * ROUNDING + 7.0 * shaft.slop)) + splat(UNDERFLOW);
+    let error = square
+        * (reach * splat(56.0 * ROUNDING) + splat(600.0 * ROUNDING + 7.0 * shaft.slop))
+        + splat(UNDERFLOW);
     let is_back = det.less(splat(0.0));
     let faces = |x: F8<L>| is_back.select(-x, x);
     let (size, above) = (faces(det), faces(dot(turned, f)));
     let (before, beyond) = (splat(from) * size - above, above - splat(to) * size);
     let is_off = error.less(before.max(beyond)).and(error.less(size));
-    Candidates { may_meet: !is_outside.or(is_off).mask() & 0xff, front, back }
+    Candidates {
+        may_meet: !is_outside.or(is_off).mask() & 0xff,
+        front,
+        back,
+    }
 }

@@ -56,14 +56,21 @@ impl<L: Lanes> Gliding<L> {
             let at = per_axis!(k => of.q[k] + first[k]);
             let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]) * half);
             let turned = cross(turn, at);
-            acceleration = add(per_axis!(k => F8::splat(lanes, 0.25 * glide.pull[k])), cross(turn, turned));
+            acceleration = add(
+                per_axis!(k => F8::splat(lanes, 0.25 * glide.pull[k])),
+                cross(turn, turned),
+            );
             if glide.wobble > 0.0 {
                 let change = per_axis!(k => F8::splat(lanes, 0.25 * glide.change[k]));
                 acceleration = add(acceleration, cross(change, at));
             }
             let size = per_axis!(k => of.f[0][k].abs().max(of.f[1][k].abs()));
             way = add(way, turned);
-            ways = [way, add(way, cross(turn, of.f[0])), add(way, cross(turn, of.f[1]))];
+            ways = [
+                way,
+                add(way, cross(turn, of.f[0])),
+                add(way, cross(turn, of.f[1])),
+            ];
             error = error
                 + sum(turn) * sum(size) * F8::splat(lanes, 0.5 * glide.spin)
                 + sum(size) * F8::splat(lanes, 0.25 * glide.wobble)
@@ -73,13 +80,25 @@ impl<L: Lanes> Gliding<L> {
             of.error[k] + error + F8::splat(lanes, (glide.shift[k].abs() + glide.pull[k].abs()) * (4.0 * ROUNDING))
         });
         let bend = per_axis!(k => acceleration[k] * F8::splat(lanes, 0.505));
-        Self { of, ways, bend, acceleration, middle: zero, length: F8::splat(lanes, 1.0) }
+        Self {
+            of,
+            ways,
+            bend,
+            acceleration,
+            middle: zero,
+            length: F8::splat(lanes, 1.0),
+        }
     }
 
     /// Each lane for an eighth of the time.
     #[inline(always)]
     fn spread(&mut self, lanes: L) {
-        let middle = F8::load(lanes, &[-0.4375, -0.3125, -0.1875, -0.0625, 0.0625, 0.1875, 0.3125, 0.4375]);
+        let middle = F8::load(
+            lanes,
+            &[
+                -0.4375, -0.3125, -0.1875, -0.0625, 0.0625, 0.1875, 0.3125, 0.4375,
+            ],
+        );
         let (twice, eighth) = (middle + middle, F8::splat(lanes, 0.125));
         let change = per_axis!(k => self.acceleration[k] * middle);
         let way = per_axis!(k => (self.ways[0][k] + change[k]) * twice);
@@ -89,7 +108,10 @@ impl<L: Lanes> Gliding<L> {
         });
         self.of.error = add(self.of.error, rounding);
         self.of.q = add(self.of.q, way);
-        let turned = [sub(self.ways[1], self.ways[0]), sub(self.ways[2], self.ways[0])];
+        let turned = [
+            sub(self.ways[1], self.ways[0]),
+            sub(self.ways[2], self.ways[0]),
+        ];
         for (edge, turned) in self.of.f.iter_mut().zip(turned) {
             *edge = add(*edge, scaled(turned, twice));
         }
@@ -105,7 +127,9 @@ impl<L: Lanes> Gliding<L> {
         let slop = F8::splat(lanes, 8.0 * ROUNDING);
         let from = self.middle + enter * self.length - slop;
         // Where one of them is no number nothing is known.
-        let gone = (leave + slop).less(enter - slop).or(F8::splat(lanes, cut).less(from));
+        let gone = (leave + slop)
+            .less(enter - slop)
+            .or(F8::splat(lanes, cut).less(from));
         (from, !gone.mask() & 0xff)
     }
 }
@@ -153,7 +177,18 @@ fn to_corner<L: Lanes>(lanes: L, x: F8<L>) -> [F8<L>; 2] {
 impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
     #[inline(always)]
     fn new(lanes: L, pair: &Gliding<L>) -> Self {
-        let Gliding { of: Pair { p, q, f: edges, error }, ways, bend, .. } = pair;
+        let Gliding {
+            of:
+                Pair {
+                    p,
+                    q,
+                    f: edges,
+                    error,
+                },
+            ways,
+            bend,
+            ..
+        } = pair;
         let turned = [sub(ways[1], ways[0]), sub(ways[2], ways[0])];
         let e = [sub(edges[0], turned[0]), sub(edges[1], turned[1])];
         let f = [add(edges[0], turned[0]), add(edges[1], turned[1])];
@@ -167,9 +202,13 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         let p = [p[0], p[1], sub(p[1], p[0])];
         let middle = [edges[0], edges[1], sub(edges[1], edges[0])];
         let [e, f] = [[e[0], e[1], sub(e[1], e[0])], [f[0], f[1], sub(f[1], f[0])]];
-        let (x, y) = (longest(p), longest(middle) + longest([turned[0], turned[1], sub(turned[1], turned[0])]));
-        let slop =
-            |x: F8<L>, y: F8<L>| x * y * (x + y) * F8::splat(lanes, 4.0 * ROUNDING) + F8::splat(lanes, UNDERFLOW);
+        let (x, y) = (
+            longest(p),
+            longest(middle) + longest([turned[0], turned[1], sub(turned[1], turned[0])]),
+        );
+        let slop = |x: F8<L>, y: F8<L>| {
+            x * y * (x + y) * F8::splat(lanes, 4.0 * ROUNDING) + F8::splat(lanes, UNDERFLOW)
+        };
         Self {
             slop: [slop(x, x), slop(y, y), slop(x, y)],
             p,
@@ -207,13 +246,23 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
     #[inline(always)]
     fn extents_of_b(&self, lanes: L, n: V8<L>) -> [[F8<L>; 2]; 2] {
         let [e, f] = &self.f;
-        [extent(lanes, dot(e[0], n), dot(e[1], n)), extent(lanes, dot(f[0], n), dot(f[1], n))]
+        [
+            extent(lanes, dot(e[0], n), dot(e[1], n)),
+            extent(lanes, dot(f[0], n), dot(f[1], n)),
+        ]
     }
 
     #[inline(always)]
     fn on_normal_of_a(&self, lanes: L, window: [F8<L>; 2]) -> [F8<L>; 2] {
         let (n, zero) = (cross(self.p[0], self.p[1]), F8::splat(lanes, 0.0));
-        self.on(lanes, [n; 2], [[zero; 2]; 2], self.extents_of_b(lanes, n), self.slop[0], window)
+        self.on(
+            lanes,
+            [n; 2],
+            [[zero; 2]; 2],
+            self.extents_of_b(lanes, n),
+            self.slop[0],
+            window,
+        )
     }
 
     #[inline(always)]
@@ -222,12 +271,22 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         let [p, q, _] = self.p;
         if SWINGS {
             let [m, n] = [cross(e[0], e[1]), cross(f[0], f[1])];
-            let of_a = [extent(lanes, dot(p, m), dot(q, m)), extent(lanes, dot(p, n), dot(q, n))];
+            let of_a = [
+                extent(lanes, dot(p, m), dot(q, m)),
+                extent(lanes, dot(p, n), dot(q, n)),
+            ];
             self.on(lanes, [m, n], of_a, [[zero; 2]; 2], self.slop[1], window)
         } else {
             let n = cross(self.middle[0], self.middle[1]);
             let of_a = extent(lanes, dot(p, n), dot(q, n));
-            self.on(lanes, [n; 2], [of_a; 2], self.extents_of_b(lanes, n), self.slop[1], window)
+            self.on(
+                lanes,
+                [n; 2],
+                [of_a; 2],
+                self.extents_of_b(lanes, n),
+                self.slop[1],
+                window,
+            )
         }
     }
 
@@ -235,16 +294,30 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
     #[inline(always)]
     fn on_edges(&self, lanes: L, i: usize, j: usize, window: [F8<L>; 2]) -> [F8<L>; 2] {
         let [e, f] = &self.f;
-        let (edge, p, beside) = (self.p[i % 3], self.p[usize::from(i == 0)], usize::from(j == 0));
+        let (edge, p, beside) = (
+            self.p[i % 3],
+            self.p[usize::from(i == 0)],
+            usize::from(j == 0),
+        );
         if SWINGS {
             let [m, n] = [cross(edge, e[j % 3]), cross(edge, f[j % 3])];
             let of_a = [to_corner(lanes, dot(p, m)), to_corner(lanes, dot(p, n))];
-            let of_b = [to_corner(lanes, dot(e[beside], m)), to_corner(lanes, dot(f[beside], n))];
+            let of_b = [
+                to_corner(lanes, dot(e[beside], m)),
+                to_corner(lanes, dot(f[beside], n)),
+            ];
             self.on(lanes, [m, n], of_a, of_b, self.slop[2], window)
         } else {
             let n = cross(edge, self.middle[j % 3]);
             let of_a = to_corner(lanes, dot(p, n));
-            self.on(lanes, [n; 2], [of_a; 2], self.extents_of_b(lanes, n), self.slop[2], window)
+            self.on(
+                lanes,
+                [n; 2],
+                [of_a; 2],
+                self.extents_of_b(lanes, n),
+                self.slop[2],
+                window,
+            )
         }
     }
 
@@ -271,8 +344,14 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         let (up, down) = (bend.min(sag) - error, bend.max(sag) + error);
         let (b, c) = (dot(self.q[0], m), dot(self.q[1], n));
         // How far B is above A, and below, when the piece begins and when it ends: in between it is no less than in proportion.
-        let (above, below) = (b + (of_b[0][0] - of_a[0][1]) + up, (of_a[0][0] - of_b[0][1]) - b - down);
-        let (above_then, below_then) = (c + (of_b[1][0] - of_a[1][1]) + up, (of_a[1][0] - of_b[1][1]) - c - down);
+        let (above, below) = (
+            b + (of_b[0][0] - of_a[0][1]) + up,
+            (of_a[0][0] - of_b[0][1]) - b - down,
+        );
+        let (above_then, below_then) = (
+            c + (of_b[1][0] - of_a[1][1]) + up,
+            (of_a[1][0] - of_b[1][1]) - c - down,
+        );
         let first = below.less(above);
         let (begin, then) = (above.max(below), first.select(above_then, below_then));
         let last = below_then.less(above_then);
@@ -281,7 +360,10 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         let from = apart.select(begin / (begin - then), zero) - half;
         let until = half - parting.select(end / (end - before), zero);
         let never = apart.and(zero.less(then));
-        [never.select(F8::splat(lanes, f32::INFINITY), enter.max(from)), leave.min(until)]
+        [
+            never.select(F8::splat(lanes, f32::INFINITY), enter.max(from)),
+            leave.min(until),
+        ]
     }
 }
 

@@ -50,9 +50,21 @@ impl Swept {
         let of = |triangle: &[DVec3; 3]| triangle.map(|corner| corner - origin);
         let (a, b, most_bent) = (of(a), of(b), most(bends));
         let reach = most(a) + most(b) + most(velocities) * half + most_bent;
-        let is_straight =
-            velocities[1..].iter().all(|velocity| *velocity == velocities[0]) && bends == [DVec3::ZERO; 3];
-        Self { a, b, velocities, bends, most_bent, error, reach, half, is_straight }
+        let is_straight = velocities[1..]
+            .iter()
+            .all(|velocity| *velocity == velocities[0])
+            && bends == [DVec3::ZERO; 3];
+        Self {
+            a,
+            b,
+            velocities,
+            bends,
+            most_bent,
+            error,
+            reach,
+            half,
+            is_straight,
+        }
     }
 
     /// When they may meet by the normals of both and the products of their edges, which turn with B; `None`: never. Once that is
@@ -63,8 +75,11 @@ impl Swept {
         let (of_a, of_b, turns) = (edges(&self.a), edges(&self.b), edges(&self.velocities));
         let size = largest(most(of_a).max(most(of_b)));
         // About what it adds to projections that a direction turns.
-        let turned =
-            if self.is_straight { 0.0 } else { 0.5 * size * largest(most(turns)) * largest(self.reach) * self.half };
+        let turned = if self.is_straight {
+            0.0
+        } else {
+            0.5 * size * largest(most(turns)) * largest(self.reach) * self.half
+        };
         let [m, n] = [&of_a, &of_b].map(|edges| edges[0].cross(edges[1]));
         let turn_of_n = || turns[0].cross(of_b[1]) + of_b[0].cross(turns[1]);
         let mut window = self.on(m, [-self.half, self.half])?;
@@ -76,7 +91,8 @@ impl Swept {
                 if window[0] >= latest {
                     return Some(window);
                 }
-                window = self.on_turning_with_b(d.cross(of_b[j]), || d.cross(turns[j]), turned, window)?;
+                window =
+                    self.on_turning_with_b(d.cross(of_b[j]), || d.cross(turns[j]), turned, window)?;
             }
         }
         if m.cross(n).length_squared() < PARALLEL * m.length_squared() * n.length_squared() {
@@ -96,7 +112,13 @@ impl Swept {
 
     /// The same for a direction that is `n` in the middle of the time and turns by `turn` in a unit of it, which adds about `turned`
     /// to projections.
-    fn on_turning_with_b(&self, n: DVec3, turn: impl FnOnce() -> DVec3, turned: f64, window: Window) -> Option<Window> {
+    fn on_turning_with_b(
+        &self,
+        n: DVec3,
+        turn: impl FnOnce() -> DVec3,
+        turned: f64,
+        window: Window,
+    ) -> Option<Window> {
         let largest = largest(n.abs());
         if !(largest > 0.0 && largest < f64::INFINITY) {
             return Some(window);
@@ -113,15 +135,18 @@ impl Swept {
     /// How much projections on `n`, of this squared length, may be off; `None`: nothing is known.
     #[inline(always)]
     fn error_on(&self, n: DVec3, square: f64) -> Option<f64> {
-        let error =
-            n.abs().dot(self.reach) * ROUNDINGS + self.error * libm::sqrt(square) * (1.0 + 1e-14) + f64::MIN_POSITIVE;
+        let error = n.abs().dot(self.reach) * ROUNDINGS
+            + self.error * libm::sqrt(square) * (1.0 + 1e-14)
+            + f64::MIN_POSITIVE;
         error.is_finite().then_some(error)
     }
 
     /// Where all corners have the same velocity.
     #[inline(always)]
     fn on_straight(&self, n: DVec3, [enter, leave]: Window) -> Option<Window> {
-        let Some(error) = self.error_on(n, n.dot(n)) else { return Some([enter, leave]) };
+        let Some(error) = self.error_on(n, n.dot(n)) else {
+            return Some([enter, leave]);
+        };
         let [[x, y, z], [u, v, w]] = [&self.a, &self.b].map(|of| of.map(|corner| corner.dot(n)));
         let first = smaller(smaller(x, y), z) - error - larger(larger(u, v), w);
         let last = larger(larger(x, y), z) + error - smaller(smaller(u, v), w);
@@ -147,11 +172,16 @@ impl Swept {
         [enter, leave]: Window,
     ) -> Option<Window> {
         let (square, half) = (n.dot(n), self.half);
-        let Some(error) = self.error_on(n, square) else { return Some([enter, leave]) };
-        let [of_a, of_b, speeds, bends] =
-            [&self.a, &self.b, &self.velocities, &self.bends].map(|of| of.map(|vector| vector.dot(n)));
+        let Some(error) = self.error_on(n, square) else {
+            return Some([enter, leave]);
+        };
+        let [of_a, of_b, speeds, bends] = [&self.a, &self.b, &self.velocities, &self.bends]
+            .map(|of| of.map(|vector| vector.dot(n)));
         let [x, y, z] = of_a;
-        let (low, high) = (smaller(smaller(x, y), z) - error, larger(larger(x, y), z) + error);
+        let (low, high) = (
+            smaller(smaller(x, y), z) - error,
+            larger(larger(x, y), z) + error,
+        );
         let stays = |room: f64, j: usize| room - turned >= speeds[j].abs() * half;
         let is_below = |j: usize| stays(high - of_b[j] - smaller(bends[j], 0.0), j);
         let is_above = |j: usize| stays(of_b[j] - low + larger(bends[j], 0.0), j);
@@ -163,27 +193,46 @@ impl Swept {
         // Across `n`, so that its length changes little.
         let turn = turn - n * (turn.dot(n) / square);
         let square = square + (2.0 * turn.dot(n).abs() + turn.dot(turn) * half) * half;
-        let Some(error) = self.error_on(n, square) else { return Some([enter, leave]) };
+        let Some(error) = self.error_on(n, square) else {
+            return Some([enter, leave]);
+        };
         let error = error + turn.abs().dot(self.reach * ROUNDINGS + self.most_bent) * half;
         let speeds_of_a = self.a.map(|corner| corner.dot(turn));
         let speeds_of_b: [f64; 3] = array::from_fn(|j| speeds[j] + self.b[j].dot(turn));
-        let bends: [f64; 3] = array::from_fn(|j| bends[j] + self.velocities[j].dot(turn) * (half * half));
+        let bends: [f64; 3] =
+            array::from_fn(|j| bends[j] + self.velocities[j].dot(turn) * (half * half));
         // As long as a corner of B is below one of A, and one above one.
-        let below = self
-            .while_any(|i, j| (of_a[i] - of_b[j] + error - smaller(bends[j], 0.0), speeds_of_b[j] - speeds_of_a[i]));
-        let above =
-            self.while_any(|i, j| (of_b[j] - of_a[i] + error + larger(bends[j], 0.0), speeds_of_a[i] - speeds_of_b[j]));
-        some_window(enter.max(below[0]).max(above[0]), leave.min(below[1]).min(above[1]))
+        let below = self.while_any(|i, j| {
+            (
+                of_a[i] - of_b[j] + error - smaller(bends[j], 0.0),
+                speeds_of_b[j] - speeds_of_a[i],
+            )
+        });
+        let above = self.while_any(|i, j| {
+            (
+                of_b[j] - of_a[i] + error + larger(bends[j], 0.0),
+                speeds_of_a[i] - speeds_of_b[j],
+            )
+        });
+        some_window(
+            enter.max(below[0]).max(above[0]),
+            leave.min(below[1]).min(above[1]),
+        )
     }
 
     /// When one of nine things, which have rooms and speeds, has not gone farther than its room.
     fn while_any(&self, thing: impl Fn(usize, usize) -> (f64, f64)) -> Window {
         let half = self.half;
         let things = (0..9).map(|k| thing(k / 3, k % 3));
-        if things.clone().any(|(room, speed)| room >= speed.abs() * half) {
+        if things
+            .clone()
+            .any(|(room, speed)| room >= speed.abs() * half)
+        {
             return [-half, half];
         }
-        things.fold(NEVER, |window, (room, speed)| hull(window, self.until(room, speed)))
+        things.fold(NEVER, |window, (room, speed)| {
+            hull(window, self.until(room, speed))
+        })
     }
 
     /// When something that moves with this speed has not gone farther than `room`.
@@ -198,7 +247,11 @@ impl Swept {
         } else {
             NEVER
         };
-        if window[0] <= window[1] { window } else { NEVER }
+        if window[0] <= window[1] {
+            window
+        } else {
+            NEVER
+        }
     }
 }
 

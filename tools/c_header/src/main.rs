@@ -16,15 +16,24 @@ const SECTIONS: [(&str, &[&str]); 16] = [
     ("Trees", &["tree"]),
     ("Two triangles", &["triangles"]),
     ("Budgets and clocks", &["budget"]),
-    ("Workspaces, and memory from frame to frame", &["workspace", "memory"]),
+    (
+        "Workspaces, and memory from frame to frame",
+        &["workspace", "memory"],
+    ),
     ("What answers have in common", &["outcome"]),
-    ("Intersection: do two surfaces meet?", &["query", "estimate"]),
+    (
+        "Intersection: do two surfaces meet?",
+        &["query", "estimate"],
+    ),
     ("Distance: how far apart are they?", &["distance"]),
     ("Contacts: where do they touch?", &["contacts", "patches"]),
     ("Motion: until when are they free?", &["motion"]),
     ("Push-out: what parts them?", &["push_out"]),
     ("Rays: what do they hit?", &["rays"]),
-    ("Scenes: many bodies, one budget a frame", &["body", "scene", "scene_answers", "scene_groups"]),
+    (
+        "Scenes: many bodies, one budget a frame",
+        &["body", "scene", "scene_answers", "scene_groups"],
+    ),
     ("Calibration: probabilities that learn", &["calibration"]),
 ];
 
@@ -76,7 +85,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     if env::args().nth(1).as_deref() != Some("--check") {
         fs::write(path, new)?;
     } else if fs::read(path).ok() != Some(new) {
-        eprintln!("include/punctual.h is not current: cargo run --manifest-path tools/c_header/Cargo.toml");
+        eprintln!(
+            "include/punctual.h is not current: cargo run --manifest-path tools/c_header/Cargo.toml"
+        );
         return Ok(ExitCode::FAILURE);
     }
     Ok(ExitCode::SUCCESS)
@@ -85,7 +96,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
 /// That of the library.
 fn version(manifest: &str) -> Result<&str, &'static str> {
     let mut lines = manifest.lines();
-    let line = lines.find_map(|line| line.strip_prefix("version = \"")).ok_or("Cargo.toml has no version")?;
+    let line = lines
+        .find_map(|line| line.strip_prefix("version = \""))
+        .ok_or("Cargo.toml has no version")?;
     Ok(line.trim_end_matches('"'))
 }
 
@@ -93,10 +106,19 @@ fn version(manifest: &str) -> Result<&str, &'static str> {
 fn arrange(generated: &str, sources: &[(usize, String)], version: &str) -> Result<String, String> {
     let mut sections = vec![String::new(); SECTIONS.len()];
     // Each item begins with its comment.
-    for item in generated.split("\n\n/**").skip(usize::from(!generated.starts_with("/**"))) {
+    for item in generated
+        .split("\n\n/**")
+        .skip(usize::from(!generated.starts_with("/**")))
+    {
         // Around all of them, they stand around the whole.
-        let item = item.replace("#ifdef __cplusplus\nextern \"C\" {\n#endif // __cplusplus", "");
-        let item = item.replace("#ifdef __cplusplus\n}  // extern \"C\"\n#endif  // __cplusplus", "");
+        let item = item.replace(
+            "#ifdef __cplusplus\nextern \"C\" {\n#endif // __cplusplus",
+            "",
+        );
+        let item = item.replace(
+            "#ifdef __cplusplus\n}  // extern \"C\"\n#endif  // __cplusplus",
+            "",
+        );
         let item = format!("/**{}", item.trim_start_matches("/**").trim_end());
         let name = name(&item).ok_or_else(|| format!("an item without a name: {item}"))?;
         let defines = |source: &str| {
@@ -105,7 +127,8 @@ fn arrange(generated: &str, sources: &[(usize, String)], version: &str) -> Resul
                     .match_indices(&format!("pub {kind} {name}"))
                     .chain(source.match_indices(&format!("fn {name}")))
                     .any(|(at, found)| {
-                        !source[at + found.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_')
+                        !source[at + found.len()..]
+                            .starts_with(|c: char| c.is_alphanumeric() || c == '_')
                     })
             })
         };
@@ -124,36 +147,82 @@ fn arrange(generated: &str, sources: &[(usize, String)], version: &str) -> Resul
         let rule = "-".repeat(WIDTH - 4);
         body += &format!("/* {rule}\n * {number}. {title}\n * {rule} */\n\n{section}");
     }
-    let head = include_str!("head.txt").replace(" * @CONTENTS@\n", &contents).replace("@VERSION@", version);
-    Ok(format!("{head}\n{body}#ifdef __cplusplus\n}} // extern \"C\"\n#endif\n\n#endif /* PUNCTUAL_H */\n"))
+    let head = include_str!("head.txt")
+        .replace(" * @CONTENTS@\n", &contents)
+        .replace("@VERSION@", version);
+    Ok(format!(
+        "{head}\n{body}#ifdef __cplusplus\n}} // extern \"C\"\n#endif\n\n#endif /* PUNCTUAL_H */\n"
+    ))
 }
 
 /// What an item declares.
 fn name(item: &str) -> Option<&str> {
     let code = item.split_once("*/")?.1;
-    let at = code.find("PUNCTUAL_").into_iter().chain(code.find("punctual_")).min()?;
-    let word = |at: usize| code[at..].split(|c: char| !(c.is_alphanumeric() || c == '_')).next();
+    let at = code
+        .find("PUNCTUAL_")
+        .into_iter()
+        .chain(code.find("punctual_"))
+        .min()?;
+    let word = |at: usize| {
+        code[at..]
+            .split(|c: char| !(c.is_alphanumeric() || c == '_'))
+            .next()
+    };
     // The name of a function stands behind its type.
-    let call = code.find('(').filter(|_| !code.trim_start().starts_with(['#', 'e', 't']));
-    word(call.map_or(Some(at), |call| code[..call].rfind([' ', '*']).map(|at| at + 1))?)
+    let call = code
+        .find('(')
+        .filter(|_| !code.trim_start().starts_with(['#', 'e', 't']));
+    word(call.map_or(Some(at), |call| {
+        code[..call].rfind([' ', '*']).map(|at| at + 1)
+    })?)
 }
 
 /// The declaration of an `_init`, and the function that makes the struct with it: of the size that the caller knows.
 fn with_constructor(item: &str, name: &str) -> Result<String, String> {
-    let Some(stem) = name.strip_suffix("_init") else { return Ok(item.into()) };
+    let Some(stem) = name.strip_suffix("_init") else {
+        return Ok(item.into());
+    };
     let (comment, code) = item.split_once("*/").unwrap_or_default();
-    let inside = code.split_once('(').and_then(|(_, rest)| rest.rsplit_once(')')).ok_or(name)?.0;
+    let inside = code
+        .split_once('(')
+        .and_then(|(_, rest)| rest.rsplit_once(')'))
+        .ok_or(name)?
+        .0;
     let arguments: Vec<&str> = inside.split(',').map(str::trim).collect();
-    let [place, _, given @ ..] = &arguments[..] else { return Err(format!("{name} has no size")) };
-    let named = |argument: &&str| argument.rsplit([' ', '*']).next().unwrap_or_default().to_string();
+    let [place, _, given @ ..] = &arguments[..] else {
+        return Err(format!("{name} has no size"));
+    };
+    let named = |argument: &&str| {
+        argument
+            .rsplit([' ', '*'])
+            .next()
+            .unwrap_or_default()
+            .to_string()
+    };
     let (kind, made) = (stem, named(place));
-    let new = format!("{stem}_{}", if given.is_empty() { "default" } else { "new" });
-    let passed: String = given.iter().map(|argument| format!(", {}", named(argument))).collect();
+    let new = format!(
+        "{stem}_{}",
+        if given.is_empty() { "default" } else { "new" }
+    );
+    let passed: String = given
+        .iter()
+        .map(|argument| format!(", {}", named(argument)))
+        .collect();
     let head = format!("PUNCTUAL_INLINE {kind} {new}(");
-    let parameters = if given.is_empty() { "void".into() } else { given.join(", ") };
+    let parameters = if given.is_empty() {
+        "void".into()
+    } else {
+        given.join(", ")
+    };
     let one_line = head.len() + parameters.len() + 3 <= WIDTH;
-    let indent: String = iter::once('\n').chain(iter::repeat_n(' ', head.len())).collect();
-    let parameters = if one_line { parameters } else { given.join(&format!(",{indent}")) };
+    let indent: String = iter::once('\n')
+        .chain(iter::repeat_n(' ', head.len()))
+        .collect();
+    let parameters = if one_line {
+        parameters
+    } else {
+        given.join(&format!(",{indent}"))
+    };
     Ok(format!(
         "/**\n * What `{new}` calls: writes as many bytes as the caller's struct has.\n */{code}\n\n{comment}*/\n\
          {head}{parameters}) {{\n  {kind} {made};\n  {name}(&{made}, sizeof {made}{passed});\n  return {made};\n}}"

@@ -24,5 +24,7 @@ pub extern "C" fn has_no_time() -> bool {
     let mut workspace = Workspace::new();
     let stopped = query.run(&mut workspace, Budget::time(Duration::from_secs(1)));
     let whole = query.resume(&mut workspace, Budget::work(1 << 40));
-    stopped.stop == StopReason::Deadline && stopped.stats.work == 0 && whole.is_ok_and(|whole| whole.found == 1)
+    stopped.stop == StopReason::Deadline
+        && stopped.stats.work == 0
+        && whole.is_ok_and(|whole| whole.found == 1)
 }

@@ -75,7 +75,9 @@ pub struct Embree {
 
 impl Embree {
     pub fn new(mesh: &Mesh, robust: bool) -> Self {
-        let vertices: Vec<[f32; 3]> = (0..mesh.vertex_count()).map(|i| mesh.vertex(i).as_vec3().to_array()).collect();
+        let vertices: Vec<[f32; 3]> = (0..mesh.vertex_count())
+            .map(|i| mesh.vertex(i).as_vec3().to_array())
+            .collect();
         // SAFETY: the calls of a device, a scene and a geometry in their order; both buffers are as large as what is copied.
         unsafe {
             let device = rtcNewDevice(c"threads=1".as_ptr());
@@ -84,9 +86,11 @@ impl Embree {
             rtcSetSceneFlags(scene, if robust { ROBUST } else { 0 });
             rtcSetSceneBuildQuality(scene, BEST_QUALITY);
             let geometry = rtcNewGeometry(device, TRIANGLES);
-            let points = rtcSetNewGeometryBuffer(geometry, VERTICES, 0, THREE_FLOATS, 12, vertices.len());
+            let points =
+                rtcSetNewGeometryBuffer(geometry, VERTICES, 0, THREE_FLOATS, 12, vertices.len());
             ptr::copy_nonoverlapping(vertices.as_ptr(), points.cast(), vertices.len());
-            let corners = rtcSetNewGeometryBuffer(geometry, INDICES, 0, THREE_INDICES, 12, mesh.len());
+            let corners =
+                rtcSetNewGeometryBuffer(geometry, INDICES, 0, THREE_INDICES, 12, mesh.len());
             ptr::copy_nonoverlapping(mesh.triangles().as_ptr(), corners.cast(), mesh.len());
             rtcCommitGeometry(geometry);
             rtcAttachGeometry(scene, geometry);
@@ -98,16 +102,26 @@ impl Embree {
 
     /// The nearest hit of each ray, one by one.
     pub fn nearest(&self, rays: &mut [RayAndHit]) {
-        let mut context = Context { flags: 0, filter: ptr::null(), instance: NONE };
+        let mut context = Context {
+            flags: 0,
+            filter: ptr::null(),
+            instance: NONE,
+        };
         // SAFETY: the scene is committed, the rays are in Embree's format.
-        rays.iter_mut().for_each(|ray| unsafe { rtcIntersect1(self.scene, &raw mut context, ray) });
+        rays.iter_mut()
+            .for_each(|ray| unsafe { rtcIntersect1(self.scene, &raw mut context, ray) });
     }
 
     /// Whether each ray hits anything.
     pub fn occluded(&self, rays: &mut [RayAndHit]) {
-        let mut context = Context { flags: 0, filter: ptr::null(), instance: NONE };
+        let mut context = Context {
+            flags: 0,
+            filter: ptr::null(),
+            instance: NONE,
+        };
         // SAFETY: as above.
-        rays.iter_mut().for_each(|ray| unsafe { rtcOccluded1(self.scene, &raw mut context, ray) });
+        rays.iter_mut()
+            .for_each(|ray| unsafe { rtcOccluded1(self.scene, &raw mut context, ray) });
     }
 }
 

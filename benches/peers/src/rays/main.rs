@@ -37,7 +37,9 @@ fn main() {
         None => 1_000_000,
     };
     if alone {
-        return arguments.iter().for_each(|file| cast_alone(Path::new(file), count));
+        return arguments
+            .iter()
+            .for_each(|file| cast_alone(Path::new(file), count));
     }
     println!("{HEAD}");
     let mut logs = Vec::new();
@@ -54,7 +56,9 @@ fn main() {
             (logs.iter().sum::<f64>() / logs.len() as f64).exp()
         };
         let [fast, robust, any, any_robust] = [0, 1, 2, 3].map(mean);
-        println!("# {name}: geometric means {fast:.3}, robust {robust:.3}; any {any:.3}, robust {any_robust:.3}");
+        println!(
+            "# {name}: geometric means {fast:.3}, robust {robust:.3}; any {any:.3}, robust {any_robust:.3}"
+        );
     }
 }
 
@@ -79,9 +83,16 @@ impl Least {
 
 impl Case {
     fn load(file: &Path) -> Self {
-        let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let mesh = punctual_io::load(file).unwrap_or_else(|error| panic!("{error}")).mesh;
-        Self { name, tree: Tree::new(mesh) }
+        let name = file
+            .file_stem()
+            .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let mesh = punctual_io::load(file)
+            .unwrap_or_else(|error| panic!("{error}"))
+            .mesh;
+        Self {
+            name,
+            tree: Tree::new(mesh),
+        }
     }
 
     /// Prints a row; Embree's time over ours: nearest, the same robust, any, the same robust.
@@ -97,7 +108,9 @@ impl Case {
             for turn in 0..TURNS {
                 let batch = RayBatch::new(&self.tree, block);
                 least.time(4, turn, || {
-                    let _ = batch.any().run(&mut workspace, black_box(hits), Budget::unlimited());
+                    let _ = batch
+                        .any()
+                        .run(&mut workspace, black_box(hits), Budget::unlimited());
                 });
                 for (which, peer) in peers.iter().enumerate() {
                     let (mut shadows, mut nearest) = (asked.clone(), asked.clone());
@@ -115,18 +128,28 @@ impl Case {
                     }
                 });
                 let mut done = None;
-                least.time(0, turn, || done = Some(batch.run(&mut workspace, black_box(hits), Budget::unlimited())));
+                least.time(0, turn, || {
+                    done = Some(batch.run(&mut workspace, black_box(hits), Budget::unlimited()))
+                });
                 if let (0, Some(done)) = (turn, done) {
                     hit += hits.iter().flatten().count();
                     nodes += done.stats.bv_tests;
                     tests += done.stats.primitive_tests;
                 }
             }
-            sums.iter_mut().zip(least.0).for_each(|(sum, least)| *sum += least);
+            sums.iter_mut()
+                .zip(least.0)
+                .for_each(|(sum, least)| *sum += least);
         }
         let count = rays.len() as f64;
-        let [ours, fast, robust, single, any, occluded, occluded_robust] = sums.map(|sum| sum / count);
-        let ratios = [fast / ours, robust / ours, occluded / any, occluded_robust / any];
+        let [ours, fast, robust, single, any, occluded, occluded_robust] =
+            sums.map(|sum| sum / count);
+        let ratios = [
+            fast / ours,
+            robust / ours,
+            occluded / any,
+            occluded_robust / any,
+        ];
         println!(
             "{},{set},{count},{:.3},{ours:.1},{fast:.1},{robust:.1},{:.3},{:.3},{single:.1},{any:.1},{occluded:.1},\
              {occluded_robust:.1},{:.3},{:.3},{},{},{:.2},{:.2}",
@@ -153,11 +176,15 @@ fn cast_alone(file: &Path, count: usize) {
         let mut hits = vec![None; rays.len()];
         let batch = RayBatch::new(&case.tree, &rays);
         for (mode, batch) in [(RayMode::Nearest, batch), (RayMode::Any, batch.any())] {
-            let stats = batch.run(&mut workspace, &mut hits, Budget::unlimited()).stats;
+            let stats = batch
+                .run(&mut workspace, &mut hits, Budget::unlimited())
+                .stats;
             case.print(name, mode.to_string(), &hits, &stats);
         }
         for (&ray, hit) in rays.iter().zip(&mut hits) {
-            *hit = RayQuery::new(&case.tree, ray).run(&mut workspace, Budget::unlimited()).hit;
+            *hit = RayQuery::new(&case.tree, ray)
+                .run(&mut workspace, Budget::unlimited())
+                .hit;
         }
         case.print(name, "single".to_owned(), &hits, &Stats::default());
     }
@@ -165,11 +192,24 @@ fn cast_alone(file: &Path, count: usize) {
 
 impl Case {
     fn print(&self, set: &str, mode: String, hits: &[Option<RayHit>], stats: &Stats) {
-        let mix = |sum: u64, bits: u64| (sum ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(31);
+        let mix = |sum: u64, bits: u64| {
+            (sum ^ bits)
+                .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+                .rotate_left(31)
+        };
         let bits = |hit: &RayHit| [u64::from(hit.triangle), hit.t.to_bits(), hit.side as u64];
         let sum = hits.iter().flatten().flat_map(bits).fold(0, mix);
-        let Stats { bv_tests, primitive_tests, exact_tests, work, .. } = stats;
+        let Stats {
+            bv_tests,
+            primitive_tests,
+            exact_tests,
+            work,
+            ..
+        } = stats;
         let found = hits.iter().flatten().count();
-        println!("{},{set},{mode},{found},{sum:016x},{bv_tests},{primitive_tests},{exact_tests},{work}", self.name);
+        println!(
+            "{},{set},{mode},{found},{sum:016x},{bv_tests},{primitive_tests},{exact_tests},{work}",
+            self.name
+        );
     }
 }

@@ -10,7 +10,10 @@ use punctual_capi::{punctual_status as Status, *};
 
 pub fn last_error() -> String {
     // SAFETY: the text ends with a zero byte and is copied before the next call.
-    unsafe { CStr::from_ptr(punctual_last_error()) }.to_str().unwrap().into()
+    unsafe { CStr::from_ptr(punctual_last_error()) }
+        .to_str()
+        .unwrap()
+        .into()
 }
 
 /// What a call writes, if it succeeds.
@@ -97,7 +100,10 @@ pub fn fails(status: Status, expected: Status, text: &str) {
 pub fn null_is_seen(status: Status, what: &str) {
     assert_eq!(status, Status::Null);
     let text = last_error();
-    assert!(text.starts_with("punctual_") && text.ends_with(&format!(": {what} is null")), "{text}");
+    assert!(
+        text.starts_with("punctual_") && text.ends_with(&format!(": {what} is null")),
+        "{text}"
+    );
 }
 
 pub fn knot() -> Box<punctual_mesh> {
@@ -116,7 +122,16 @@ pub fn run(
     outcome: Option<&mut MaybeUninit<punctual_outcome>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_query_run(asked(Some(query)), workspace, None, budget, None, slot(outcome)) }
+    unsafe {
+        punctual_query_run(
+            asked(Some(query)),
+            workspace,
+            None,
+            budget,
+            None,
+            slot(outcome),
+        )
+    }
 }
 
 /// A frame by the clock of the system.
@@ -130,14 +145,28 @@ pub fn detect(
 }
 
 pub fn tilted() -> Pose {
-    Pose::from_quat(DQuat::from_xyzw(0.1, -0.7, 0.3, 0.4), DVec3::new(0.4, 0.3, 0.2)).unwrap()
+    Pose::from_quat(
+        DQuat::from_xyzw(0.1, -0.7, 0.3, 0.4),
+        DVec3::new(0.4, 0.3, 0.2),
+    )
+    .unwrap()
 }
 
 pub fn raw(pose: &Pose) -> punctual_pose {
-    punctual_pose { m: pose.to_row_major() }
+    punctual_pose {
+        m: pose.to_row_major(),
+    }
 }
 
 /// A body id that no scene has given out.
-pub const NOBODY: punctual_body_id = punctual_body_id { index: 7, generation: 3, scene: 0 };
+pub const NOBODY: punctual_body_id = punctual_body_id {
+    index: 7,
+    generation: 3,
+    scene: 0,
+};
 
-pub const NO_POINT: punctual_point = punctual_point { x: 0.0, y: 0.0, z: 0.0 };
+pub const NO_POINT: punctual_point = punctual_point {
+    x: 0.0,
+    y: 0.0,
+    z: 0.0,
+};

@@ -5,7 +5,9 @@ use std::ptr::null_mut;
 
 use super::call::*;
 use super::queries::same_stats;
-use punctual::{Budget, Contact, ContactQuery, Contacts, Patches, StopReason, Tree, Workspace, shapes};
+use punctual::{
+    Budget, Contact, ContactQuery, Contacts, Patches, StopReason, Tree, Workspace, shapes,
+};
 use punctual_capi::{punctual_status as Status, *};
 
 const NO_CONTACT: punctual_contact = punctual_contact {
@@ -35,9 +37,15 @@ fn same_contact(ours: &punctual_contact, theirs: &Contact) {
     let point = |p: punctual_point| [p.x, p.y, p.z];
     assert_eq!([ours.triangles.a, ours.triangles.b], theirs.triangles);
     assert_eq!(ours.points.map(point), theirs.points.map(|p| p.to_array()));
-    assert_eq!((point(ours.normal), ours.distance), (theirs.normal.to_array(), theirs.distance));
+    assert_eq!(
+        (point(ours.normal), ours.distance),
+        (theirs.normal.to_array(), theirs.distance)
+    );
     let segment = ours.has_segment.then(|| ours.segment.map(point));
-    assert_eq!(segment, theirs.segment.map(|ends| ends.map(|p| p.to_array())));
+    assert_eq!(
+        segment,
+        theirs.segment.map(|ends| ends.map(|p| p.to_array()))
+    );
 }
 
 fn run(
@@ -67,13 +75,22 @@ fn contacts_and_patches_are_those_of_rust() {
     let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
     let (mut aside, mut other_aside) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
-    let (mut patches, mut expected) = (owned(|out| punctual_patches_new(3, out)), Patches::new().point_limit(3));
+    let (mut patches, mut expected) = (
+        owned(|out| punctual_patches_new(3, out)),
+        Patches::new().point_limit(3),
+    );
     let (mut stops, mut touching, mut room) = (0, 0, vec![NO_CONTACT; 64]);
-    for (margin, limit, work) in [(0.0, usize::MAX, 30_000), (0.02, 50, u64::MAX), (0.02, usize::MAX, u64::MAX)] {
+    for (margin, limit, work) in [
+        (0.0, usize::MAX, 30_000),
+        (0.02, 50, u64::MAX),
+        (0.02, usize::MAX, u64::MAX),
+    ] {
         let mut query = punctual_contact_query_new(Some(&ours), Some(&ours), raw(&tilted()));
         assert_eq!((query.margin, query.contact_limit), (0.0, usize::MAX));
         (query.margin, query.contact_limit) = (margin, limit);
-        let native = ContactQuery::new(&theirs, &theirs, tilted()).margin(margin).contact_limit(limit);
+        let native = ContactQuery::new(&theirs, &theirs, tilted())
+            .margin(margin)
+            .contact_limit(limit);
         let budget = punctual_budget_work(work);
         let mut said = made(|out| run(&query, Some(&mut workspace), budget, out));
         let mut native_said = native.run(&mut other, Budget::work(work));
@@ -81,13 +98,20 @@ fn contacts_and_patches_are_those_of_rust() {
             same(&said, &native_said);
             // SAFETY: there is room for 64.
             let count = made(|out| unsafe {
-                punctual_workspace_contacts(Some(&workspace), room.as_mut_ptr(), size_of::<punctual_contact>(), 64, out)
+                punctual_workspace_contacts(
+                    Some(&workspace),
+                    room.as_mut_ptr(),
+                    size_of::<punctual_contact>(),
+                    64,
+                    out,
+                )
             });
             assert_eq!(count, other.contacts().len());
             for (ours, theirs) in room.iter().zip(other.contacts()) {
                 same_contact(ours, theirs);
-                let faces =
-                    made(|out| unsafe { punctual_contact_face_normals(asked(Some(&query)), ours.triangles, out) });
+                let faces = made(|out| unsafe {
+                    punctual_contact_face_normals(asked(Some(&query)), ours.triangles, out)
+                });
                 let normals = [faces.a, faces.b].map(|n| Some([n.x, n.y, n.z].into()));
                 assert_eq!(normals, native.face_normals(theirs.triangles));
                 touching += usize::from(ours.has_segment);
@@ -96,17 +120,29 @@ fn contacts_and_patches_are_those_of_rust() {
                 punctual_contact_query_certificate(asked(Some(&query)), Some(&workspace), slot(out))
             });
             let certificate = native.certificate(&other).unwrap();
-            assert_eq!((open.open_pairs, open.upper_bound), (certificate.open_pairs(), certificate.upper_bound()));
+            assert_eq!(
+                (open.open_pairs, open.upper_bound),
+                (certificate.open_pairs(), certificate.upper_bound())
+            );
             // SAFETY: no room is claimed.
             let boxes = made(|out| unsafe {
-                punctual_contact_query_open_boxes(asked(Some(&query)), Some(&workspace), null_mut(), 0, out)
+                punctual_contact_query_open_boxes(
+                    asked(Some(&query)),
+                    Some(&workspace),
+                    null_mut(),
+                    0,
+                    out,
+                )
             });
             assert_eq!(boxes, certificate.boxes().count());
-            let narrowed = native.narrowed_certificate(&other, &mut other_aside, 700).unwrap();
+            let narrowed = native
+                .narrowed_certificate(&other, &mut other_aside, 700)
+                .unwrap();
             let mut open = MaybeUninit::uninit();
             // SAFETY: no room is claimed.
             let boxes = made(|out| unsafe {
-                let (query, workspace, aside) = (Some(&query), Some(&*workspace), Some(&mut *aside));
+                let (query, workspace, aside) =
+                    (Some(&query), Some(&*workspace), Some(&mut *aside));
                 let open = Some(&mut open);
                 punctual_contact_query_narrowed_certificate(
                     asked(query),
@@ -121,13 +157,20 @@ fn contacts_and_patches_are_those_of_rust() {
             });
             // SAFETY: written.
             let open = unsafe { open.assume_init() };
-            assert_eq!((open.open_pairs, open.upper_bound), (narrowed.open_pairs(), narrowed.upper_bound()));
+            assert_eq!(
+                (open.open_pairs, open.upper_bound),
+                (narrowed.open_pairs(), narrowed.upper_bound())
+            );
             assert_eq!(boxes, narrowed.boxes().count());
             // A failure writes nothing, neither the certificate nor the count.
-            let (mut unwritten, mut none) = (MaybeUninit::new(NO_CERTIFICATE), MaybeUninit::new(usize::MAX));
+            let (mut unwritten, mut none) = (
+                MaybeUninit::new(NO_CERTIFICATE),
+                MaybeUninit::new(usize::MAX),
+            );
             // SAFETY: the boxes are null.
             let status = unsafe {
-                let (query, workspace, aside) = (Some(&query), Some(&*workspace), Some(&mut *aside));
+                let (query, workspace, aside) =
+                    (Some(&query), Some(&*workspace), Some(&mut *aside));
                 let (open, count) = (Some(&mut unwritten), Some(&mut none));
                 punctual_contact_query_narrowed_certificate(
                     asked(query),
@@ -142,28 +185,51 @@ fn contacts_and_patches_are_those_of_rust() {
             };
             // SAFETY: set above.
             let (unwritten, none) = unsafe { (unwritten.assume_init(), none.assume_init()) };
-            assert_eq!((status, unwritten, none), (Status::Null, NO_CERTIFICATE, usize::MAX));
+            assert_eq!(
+                (status, unwritten, none),
+                (Status::Null, NO_CERTIFICATE, usize::MAX)
+            );
             if native_said.stop == StopReason::Finished {
                 break;
             }
             stops += 1;
-            assert_eq!(punctual_workspace_drain_contacts(Some(&mut workspace)), Status::Ok);
+            assert_eq!(
+                punctual_workspace_drain_contacts(Some(&mut workspace)),
+                Status::Ok
+            );
             drop(other.drain_contacts());
             said = made(|out| resume(&query, Some(&mut workspace), budget, out));
             native_said = native.resume(&mut other, Budget::work(work)).unwrap();
         }
-        let status = resume(&query, Some(&mut workspace), budget, Some(&mut MaybeUninit::uninit()));
+        let status = resume(
+            &query,
+            Some(&mut workspace),
+            budget,
+            Some(&mut MaybeUninit::uninit()),
+        );
         assert_eq!(status, Status::NotResumable);
         let tree = Some(&*ours);
-        let count = made(|out| punctual_patches_update(Some(&mut patches), tree, tree, Some(&workspace), out));
+        let count = made(|out| {
+            punctual_patches_update(Some(&mut patches), tree, tree, Some(&workspace), out)
+        });
         expected.update(&theirs, &theirs, other.contacts());
         assert!(count == expected.as_slice().len() && count > 0);
         for (index, theirs) in expected.as_slice().iter().enumerate() {
-            let patch = made(|out| unsafe { punctual_patches_describe(Some(&patches), index, slot(out)) });
-            assert_eq!((patch.id, patch.distance, patch.length), (theirs.id, theirs.distance, theirs.length));
+            let patch =
+                made(|out| unsafe { punctual_patches_describe(Some(&patches), index, slot(out)) });
+            assert_eq!(
+                (patch.id, patch.distance, patch.length),
+                (theirs.id, theirs.distance, theirs.length)
+            );
             let normal = [patch.normal.x, patch.normal.y, patch.normal.z];
-            assert_eq!((normal, patch.centroid.x), (theirs.normal.to_array(), theirs.centroid.x));
-            assert_eq!((patch.is_closed, patch.bounds.max.y), (theirs.is_closed, theirs.bounds.max.y));
+            assert_eq!(
+                (normal, patch.centroid.x),
+                (theirs.normal.to_array(), theirs.centroid.x)
+            );
+            assert_eq!(
+                (patch.is_closed, patch.bounds.max.y),
+                (theirs.is_closed, theirs.bounds.max.y)
+            );
             let counts = [theirs.contact_count(), expected.points_of(theirs).len()];
             assert_eq!([patch.contact_count, patch.point_count], counts);
             // SAFETY: there is room for 64.
@@ -178,7 +244,9 @@ fn contacts_and_patches_are_those_of_rust() {
                         out,
                     )
                 });
-                room.iter().zip(expected.contacts_of(theirs)).for_each(|(ours, theirs)| same_contact(ours, theirs));
+                room.iter()
+                    .zip(expected.contacts_of(theirs))
+                    .for_each(|(ours, theirs)| same_contact(ours, theirs));
                 let few = made(|out| {
                     punctual_patches_points(
                         Some(&patches),
@@ -189,7 +257,9 @@ fn contacts_and_patches_are_those_of_rust() {
                         out,
                     )
                 });
-                room.iter().zip(expected.points_of(theirs)).for_each(|(ours, theirs)| same_contact(ours, theirs));
+                room.iter()
+                    .zip(expected.points_of(theirs))
+                    .for_each(|(ours, theirs)| same_contact(ours, theirs));
                 [all, few]
             };
             assert_eq!([all, few], counts);
@@ -199,7 +269,10 @@ fn contacts_and_patches_are_those_of_rust() {
     assert_eq!(punctual_patches_forget(Some(&mut patches)), Status::Ok);
     let out = Some(&mut MaybeUninit::uninit());
     let text = "punctual_patches_describe: index is 1000000, but there are";
-    assert_eq!(unsafe { punctual_patches_describe(Some(&patches), 1_000_000, slot(out)) }, Status::BadArgument);
+    assert_eq!(
+        unsafe { punctual_patches_describe(Some(&patches), 1_000_000, slot(out)) },
+        Status::BadArgument
+    );
     assert!(last_error().starts_with(text), "{}", last_error());
     punctual_patches_free(Some(patches));
 }
@@ -207,13 +280,30 @@ fn contacts_and_patches_are_those_of_rust() {
 #[test]
 fn room_is_made_for_contacts() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
-    assert_eq!(punctual_workspace_reserve_contacts(Some(&mut workspace), 10), Status::Ok);
+    assert_eq!(
+        punctual_workspace_reserve_contacts(Some(&mut workspace), 10),
+        Status::Ok
+    );
     let status = punctual_workspace_reserve_contacts(Some(&mut workspace), usize::MAX / 2);
-    fails(status, Status::OutOfMemory, "punctual_workspace_reserve_contacts: there is not that much memory");
+    fails(
+        status,
+        Status::OutOfMemory,
+        "punctual_workspace_reserve_contacts: there is not that much memory",
+    );
     let tree = tree_of(&knot());
     let query = punctual_contact_query_new(Some(&tree), Some(&tree), raw(&tilted()));
-    let said = made(|out| run(&query, Some(&mut workspace), punctual_budget_unlimited(), out));
-    assert_eq!((said.stop, said.found), (punctual_stop_reason::PairsFull, 10));
+    let said = made(|out| {
+        run(
+            &query,
+            Some(&mut workspace),
+            punctual_budget_unlimited(),
+            out,
+        )
+    });
+    assert_eq!(
+        (said.stop, said.found),
+        (punctual_stop_reason::PairsFull, 10)
+    );
 }
 
 #[test]
@@ -223,17 +313,45 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut out = MaybeUninit::uninit();
-    null_is_seen(run(&punctual_contact_query { a: None, ..query }, None, budget, None), "query->a");
-    null_is_seen(run(&punctual_contact_query { b: None, ..query }, None, budget, None), "query->b");
+    null_is_seen(
+        run(
+            &punctual_contact_query { a: None, ..query },
+            None,
+            budget,
+            None,
+        ),
+        "query->a",
+    );
+    null_is_seen(
+        run(
+            &punctual_contact_query { b: None, ..query },
+            None,
+            budget,
+            None,
+        ),
+        "query->b",
+    );
     null_is_seen(run(&query, None, budget, None), "outcome");
     null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
     null_is_seen(resume(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(unsafe { punctual_contact_query_certificate(asked(None), None, slot(None)) }, "query");
-    null_is_seen(unsafe { punctual_contact_query_certificate(asked(Some(&query)), None, slot(None)) }, "certificate");
+    null_is_seen(
+        unsafe { punctual_contact_query_certificate(asked(None), None, slot(None)) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_contact_query_certificate(asked(Some(&query)), None, slot(None)) },
+        "certificate",
+    );
     let pair = punctual_triangle_pair { a: 0, b: u32::MAX };
     let mut normals = MaybeUninit::uninit();
-    null_is_seen(unsafe { punctual_contact_face_normals(asked(None), pair, Some(&mut normals)) }, "query");
-    null_is_seen(unsafe { punctual_contact_face_normals(asked(Some(&query)), pair, None) }, "normals");
+    null_is_seen(
+        unsafe { punctual_contact_face_normals(asked(None), pair, Some(&mut normals)) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_contact_face_normals(asked(Some(&query)), pair, None) },
+        "normals",
+    );
     let text = format!(
         "punctual_contact_face_normals: triangles.b is 4294967295, but there are {}",
         made(|out| unsafe { punctual_tree_describe(Some(&tree), slot(out)) }).triangles
@@ -246,30 +364,69 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
     null_is_seen(punctual_workspace_drain_contacts(None), "workspace");
     null_is_seen(punctual_workspace_reserve_contacts(None, 1), "workspace");
     null_is_seen(punctual_patches_update(None, None, None, None, None), "a");
-    null_is_seen(punctual_patches_update(None, Some(&tree), Some(&tree), Some(&workspace), None), "count");
+    null_is_seen(
+        punctual_patches_update(None, Some(&tree), Some(&tree), Some(&workspace), None),
+        "count",
+    );
     null_is_seen(punctual_patches_forget(None), "patches");
-    null_is_seen(unsafe { punctual_patches_describe(None, 0, slot(None)) }, "patches");
-    null_is_seen(punctual_patches_new(4, None), "the place for the new handle");
+    null_is_seen(
+        unsafe { punctual_patches_describe(None, 0, slot(None)) },
+        "patches",
+    );
+    null_is_seen(
+        punctual_patches_new(4, None),
+        "the place for the new handle",
+    );
     // SAFETY: null.
     unsafe {
-        null_is_seen(punctual_contact_query_open_boxes(asked(None), None, null_mut(), 0, None), "query");
-        let status =
-            punctual_contact_query_narrowed_certificate(asked(None), None, None, 0, slot(None), null_mut(), 0, None);
+        null_is_seen(
+            punctual_contact_query_open_boxes(asked(None), None, null_mut(), 0, None),
+            "query",
+        );
+        let status = punctual_contact_query_narrowed_certificate(
+            asked(None),
+            None,
+            None,
+            0,
+            slot(None),
+            null_mut(),
+            0,
+            None,
+        );
         null_is_seen(status, "query");
         null_is_seen(
             punctual_workspace_contacts(None, null_mut(), size_of::<punctual_contact>(), 0, None),
             "workspace",
         );
         null_is_seen(
-            punctual_workspace_contacts(Some(&workspace), null_mut(), size_of::<punctual_contact>(), 0, None),
+            punctual_workspace_contacts(
+                Some(&workspace),
+                null_mut(),
+                size_of::<punctual_contact>(),
+                0,
+                None,
+            ),
             "count",
         );
-        null_is_seen(punctual_patches_contacts(None, 0, null_mut(), size_of::<punctual_contact>(), 0, None), "patches");
-        null_is_seen(punctual_patches_points(None, 0, null_mut(), size_of::<punctual_contact>(), 0, None), "patches");
+        null_is_seen(
+            punctual_patches_contacts(None, 0, null_mut(), size_of::<punctual_contact>(), 0, None),
+            "patches",
+        );
+        null_is_seen(
+            punctual_patches_points(None, 0, null_mut(), size_of::<punctual_contact>(), 0, None),
+            "patches",
+        );
     }
     for margin in [-1.0, f64::NAN] {
-        let status = run(&punctual_contact_query { margin, ..query }, Some(&mut workspace), budget, Some(&mut out));
-        let text = format!("punctual_contact_query_run: query->margin is {margin}, which is negative or no number");
+        let status = run(
+            &punctual_contact_query { margin, ..query },
+            Some(&mut workspace),
+            budget,
+            Some(&mut out),
+        );
+        let text = format!(
+            "punctual_contact_query_run: query->margin is {margin}, which is negative or no number"
+        );
         fails(status, Status::BadArgument, &text);
     }
 }

@@ -6,8 +6,8 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::{
-    Budget, Certificate, Distance, DistanceEstimate, DistanceQuery, PairMemory, Pose, StopReason, Tree, Workspace,
-    shapes,
+    Budget, Certificate, Distance, DistanceEstimate, DistanceQuery, PairMemory, Pose, StopReason,
+    Tree, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
@@ -19,22 +19,50 @@ fn same(ours: &punctual_distance, theirs: &Distance) {
         Some(true) => punctual_closer::Yes,
         Some(false) => punctual_closer::No,
     };
-    assert_eq!((ours.closer, ours.has_nearest), (closer, theirs.nearest.is_some()));
-    let (ids, points) = theirs.nearest.map_or_else(Default::default, |near| (near.triangles, near.points));
+    assert_eq!(
+        (ours.closer, ours.has_nearest),
+        (closer, theirs.nearest.is_some())
+    );
+    let (ids, points) = theirs
+        .nearest
+        .map_or_else(Default::default, |near| (near.triangles, near.points));
     assert_eq!([ours.nearest.a, ours.nearest.b], ids);
-    assert_eq!(ours.points.map(|p| [p.x, p.y, p.z]), points.map(|p| p.to_array()));
+    assert_eq!(
+        ours.points.map(|p| [p.x, p.y, p.z]),
+        points.map(|p| p.to_array())
+    );
     same_stats(&ours.stats, &theirs.stats);
 }
 
-fn same_certificate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: &Certificate) {
-    let open =
-        made(|open| unsafe { punctual_distance_query_certificate(asked(Some(query)), Some(workspace), slot(open)) });
-    assert_eq!((open.open_pairs, open.upper_bound), (theirs.open_pairs(), theirs.upper_bound()));
+fn same_certificate(
+    query: &punctual_distance_query,
+    workspace: &punctual_workspace,
+    theirs: &Certificate,
+) {
+    let open = made(|open| unsafe {
+        punctual_distance_query_certificate(asked(Some(query)), Some(workspace), slot(open))
+    });
+    assert_eq!(
+        (open.open_pairs, open.upper_bound),
+        (theirs.open_pairs(), theirs.upper_bound())
+    );
     assert_eq!(open.largest_extent, theirs.largest_extent());
-    let mut boxes = vec![punctual_aabb { min: NO_POINT, max: NO_POINT }; 3];
+    let mut boxes = vec![
+        punctual_aabb {
+            min: NO_POINT,
+            max: NO_POINT
+        };
+        3
+    ];
     // SAFETY: there is room for three.
     let count = made(|count| unsafe {
-        punctual_distance_query_open_boxes(asked(Some(query)), Some(workspace), boxes.as_mut_ptr(), 3, count)
+        punctual_distance_query_open_boxes(
+            asked(Some(query)),
+            Some(workspace),
+            boxes.as_mut_ptr(),
+            3,
+            count,
+        )
     });
     assert!(count == theirs.boxes().count() && open.open_pairs > 0);
     for (ours, theirs) in boxes.iter().zip(theirs.boxes()) {
@@ -42,9 +70,19 @@ fn same_certificate(query: &punctual_distance_query, workspace: &punctual_worksp
     }
 }
 
-fn same_narrowed_certificate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: &Certificate) {
+fn same_narrowed_certificate(
+    query: &punctual_distance_query,
+    workspace: &punctual_workspace,
+    theirs: &Certificate,
+) {
     let mut aside = owned(|out| punctual_workspace_new(out));
-    let (mut open, mut first) = (MaybeUninit::uninit(), punctual_aabb { min: NO_POINT, max: NO_POINT });
+    let (mut open, mut first) = (
+        MaybeUninit::uninit(),
+        punctual_aabb {
+            min: NO_POINT,
+            max: NO_POINT,
+        },
+    );
     // SAFETY: there is room for one.
     let count = made(|count| unsafe {
         let (aside, open) = (Some(&mut *aside), Some(&mut open));
@@ -62,20 +100,43 @@ fn same_narrowed_certificate(query: &punctual_distance_query, workspace: &punctu
     });
     // SAFETY: written.
     let open = unsafe { open.assume_init() };
-    assert_eq!((open.open_pairs, open.upper_bound), (theirs.open_pairs(), theirs.upper_bound()));
-    assert!(count == theirs.boxes().count() && theirs.boxes().next().is_none_or(|theirs| first.min.x == theirs.min.x));
+    assert_eq!(
+        (open.open_pairs, open.upper_bound),
+        (theirs.open_pairs(), theirs.upper_bound())
+    );
+    assert!(
+        count == theirs.boxes().count()
+            && theirs
+                .boxes()
+                .next()
+                .is_none_or(|theirs| first.min.x == theirs.min.x)
+    );
 }
 
-fn same_estimate(query: &punctual_distance_query, workspace: &punctual_workspace, theirs: DistanceEstimate) {
-    let said =
-        made(|out| unsafe { punctual_distance_query_estimate(asked(Some(query)), Some(workspace), None, slot(out)) });
-    assert_eq!([said.remaining, said.distance], [theirs.remaining, theirs.distance].map(Into::into));
+fn same_estimate(
+    query: &punctual_distance_query,
+    workspace: &punctual_workspace,
+    theirs: DistanceEstimate,
+) {
+    let said = made(|out| unsafe {
+        punctual_distance_query_estimate(asked(Some(query)), Some(workspace), None, slot(out))
+    });
+    assert_eq!(
+        [said.remaining, said.distance],
+        [theirs.remaining, theirs.distance].map(Into::into)
+    );
 }
 
 /// Of a knot and itself: through each other, closer, and apart.
 fn poses() -> [Pose; 3] {
     let tilted = tilted();
-    [0.0, 1.5, 4.0].map(|x| Pose::new(tilted.rotation(), tilted.translation() + punctual::glam::DVec3::X * x).unwrap())
+    [0.0, 1.5, 4.0].map(|x| {
+        Pose::new(
+            tilted.rotation(),
+            tilted.translation() + punctual::glam::DVec3::X * x,
+        )
+        .unwrap()
+    })
 }
 
 /// Each option, budgets that stop and resume, with and without memory.
@@ -94,25 +155,45 @@ fn distances_are_those_of_rust() {
         (0.5, 0.0, [0.1, 0.0], f64::INFINITY),
         (0.0, 0.0, [0.0; 2], 1.0),
     ] {
-        let (mut memory, mut remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+        let (mut memory, mut remembered) =
+            (owned(|out| punctual_memory_new(out)), PairMemory::new());
         for pose in poses() {
             let mut query = punctual_distance_query_new(Some(&ours), Some(&ours), raw(&pose));
             (query.absolute_tolerance, query.relative_tolerance) = (tolerance, share);
             (query.margins, query.closer_than) = (margins, limit);
             query.leave_contact_open = u32::from(tolerance == 0.5);
-            let native = DistanceQuery::new(&theirs, &theirs, pose).relative_tolerance(share).margins(margins);
-            let native = native.closer_than(limit).leave_contact_open(tolerance == 0.5);
-            let native = if tolerance < 0.0 { native } else { native.absolute_tolerance(tolerance) };
-            let expected =
-                made(|work| unsafe { punctual_distance_query_predict(asked(Some(&query)), Some(&memory), work) });
+            let native = DistanceQuery::new(&theirs, &theirs, pose)
+                .relative_tolerance(share)
+                .margins(margins);
+            let native = native
+                .closer_than(limit)
+                .leave_contact_open(tolerance == 0.5);
+            let native = if tolerance < 0.0 {
+                native
+            } else {
+                native.absolute_tolerance(tolerance)
+            };
+            let expected = made(|work| unsafe {
+                punctual_distance_query_predict(asked(Some(&query)), Some(&memory), work)
+            });
             assert_eq!(expected, native.predict(Some(&remembered)).into());
             let budget = punctual_budget_work(4_000);
             let mut distance = made(|out| {
                 let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
                 // SAFETY: no clock of the caller's.
-                unsafe { punctual_distance_query_run(asked(Some(&query)), workspace, memory, budget, None, slot(out)) }
+                unsafe {
+                    punctual_distance_query_run(
+                        asked(Some(&query)),
+                        workspace,
+                        memory,
+                        budget,
+                        None,
+                        slot(out),
+                    )
+                }
             });
-            let mut expected = native.run_with_memory(&mut other, &mut remembered, Budget::work(4_000));
+            let mut expected =
+                native.run_with_memory(&mut other, &mut remembered, Budget::work(4_000));
             while expected.stop != StopReason::Finished {
                 stops += 1;
                 same(&distance, &expected);
@@ -124,7 +205,14 @@ fn distances_are_those_of_rust() {
                     let workspace = Some(&mut *workspace);
                     // SAFETY: no clock of the caller's.
                     unsafe {
-                        punctual_distance_query_resume(asked(Some(&query)), workspace, None, budget, None, slot(out))
+                        punctual_distance_query_resume(
+                            asked(Some(&query)),
+                            workspace,
+                            None,
+                            budget,
+                            None,
+                            slot(out),
+                        )
                     }
                 });
                 expected = native.resume(&mut other, Budget::work(4_000)).unwrap();
@@ -133,7 +221,14 @@ fn distances_are_those_of_rust() {
             let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
             // SAFETY: no clock of the caller's.
             let status = unsafe {
-                punctual_distance_query_resume(asked(Some(&query)), workspace, None, budget, None, slot(out))
+                punctual_distance_query_resume(
+                    asked(Some(&query)),
+                    workspace,
+                    None,
+                    budget,
+                    None,
+                    slot(out),
+                )
             };
             assert_eq!(status, Status::NotResumable);
         }
@@ -149,7 +244,9 @@ fn run(
     out: Option<&mut MaybeUninit<punctual_distance>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_distance_query_run(asked(Some(query)), workspace, None, budget, None, slot(out)) }
+    unsafe {
+        punctual_distance_query_run(asked(Some(query)), workspace, None, budget, None, slot(out))
+    }
 }
 
 #[test]
@@ -159,35 +256,102 @@ fn null_is_refused_by_distance_queries() {
     let budget = punctual_budget_unlimited();
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut out = MaybeUninit::uninit();
-    null_is_seen(run(&punctual_distance_query { a: None, ..query }, None, budget, None), "query->a");
-    null_is_seen(run(&punctual_distance_query { b: None, ..query }, None, budget, None), "query->b");
+    null_is_seen(
+        run(
+            &punctual_distance_query { a: None, ..query },
+            None,
+            budget,
+            None,
+        ),
+        "query->a",
+    );
+    null_is_seen(
+        run(
+            &punctual_distance_query { b: None, ..query },
+            None,
+            budget,
+            None,
+        ),
+        "query->b",
+    );
     null_is_seen(run(&query, None, budget, None), "outcome");
     null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(unsafe { punctual_distance_query_certificate(asked(None), None, slot(None)) }, "query");
-    null_is_seen(unsafe { punctual_distance_query_predict(asked(None), None, None) }, "query");
-    null_is_seen(unsafe { punctual_distance_query_predict(asked(Some(&query)), None, None) }, "work");
-    null_is_seen(unsafe { punctual_distance_query_estimate(asked(None), None, None, slot(None)) }, "query");
-    null_is_seen(unsafe { punctual_distance_query_estimate(asked(Some(&query)), None, None, slot(None)) }, "estimate");
-    null_is_seen(unsafe { punctual_distance_query_certificate(asked(Some(&query)), None, slot(None)) }, "certificate");
+    null_is_seen(
+        unsafe { punctual_distance_query_certificate(asked(None), None, slot(None)) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_distance_query_predict(asked(None), None, None) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_distance_query_predict(asked(Some(&query)), None, None) },
+        "work",
+    );
+    null_is_seen(
+        unsafe { punctual_distance_query_estimate(asked(None), None, None, slot(None)) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_distance_query_estimate(asked(Some(&query)), None, None, slot(None)) },
+        "estimate",
+    );
+    null_is_seen(
+        unsafe { punctual_distance_query_certificate(asked(Some(&query)), None, slot(None)) },
+        "certificate",
+    );
     null_is_seen(
         unsafe {
-            punctual_distance_query_certificate(asked(Some(&query)), None, slot(Some(&mut MaybeUninit::uninit())))
+            punctual_distance_query_certificate(
+                asked(Some(&query)),
+                None,
+                slot(Some(&mut MaybeUninit::uninit())),
+            )
         },
         "workspace",
     );
-    let no_clock = punctual_clock { now: None, context: null_mut() };
+    let no_clock = punctual_clock {
+        now: None,
+        context: null_mut(),
+    };
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(punctual_distance_query_open_boxes(asked(None), None, null_mut(), 0, None), "query");
-        null_is_seen(punctual_distance_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None), "count");
-        let status =
-            punctual_distance_query_narrowed_certificate(asked(None), None, None, 0, slot(None), null_mut(), 0, None);
+        null_is_seen(
+            punctual_distance_query_open_boxes(asked(None), None, null_mut(), 0, None),
+            "query",
+        );
+        null_is_seen(
+            punctual_distance_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
+            "count",
+        );
+        let status = punctual_distance_query_narrowed_certificate(
+            asked(None),
+            None,
+            None,
+            0,
+            slot(None),
+            null_mut(),
+            0,
+            None,
+        );
         null_is_seen(status, "query");
-        null_is_seen(punctual_distance_query_run(asked(None), None, None, budget, None, slot(None)), "query");
-        null_is_seen(punctual_distance_query_resume(asked(None), None, None, budget, None, slot(None)), "query");
+        null_is_seen(
+            punctual_distance_query_run(asked(None), None, None, budget, None, slot(None)),
+            "query",
+        );
+        null_is_seen(
+            punctual_distance_query_resume(asked(None), None, None, budget, None, slot(None)),
+            "query",
+        );
         let (workspace, clock) = (Some(&mut *workspace), Some(&no_clock));
-        let status =
-            punctual_distance_query_resume(asked(Some(&query)), workspace, None, budget, clock, slot(Some(&mut out)));
+        let status = punctual_distance_query_resume(
+            asked(Some(&query)),
+            workspace,
+            None,
+            budget,
+            clock,
+            slot(Some(&mut out)),
+        );
         null_is_seen(status, "clock->now");
     }
 }
@@ -199,22 +363,89 @@ fn numbers_out_of_range_are_named_by_distance_queries() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let (nan, infinite) = (f64::NAN, f64::INFINITY);
     for (bad, what) in [
-        (punctual_distance_query { absolute_tolerance: nan, ..query }, "absolute_tolerance is NaN"),
-        (punctual_distance_query { relative_tolerance: -0.1, ..query }, "relative_tolerance is -0.1"),
-        (punctual_distance_query { relative_tolerance: nan, ..query }, "relative_tolerance is NaN"),
-        (punctual_distance_query { absolute_tolerance: infinite, ..query }, "absolute_tolerance is inf"),
-        (punctual_distance_query { relative_tolerance: infinite, ..query }, "relative_tolerance is inf"),
-        (punctual_distance_query { closer_than: -1.0, ..query }, "closer_than is -1"),
-        (punctual_distance_query { margins: [-1.0, 0.0], ..query }, "margins[0] is -1"),
-        (punctual_distance_query { margins: [0.0, infinite], ..query }, "margins[1] is inf"),
+        (
+            punctual_distance_query {
+                absolute_tolerance: nan,
+                ..query
+            },
+            "absolute_tolerance is NaN",
+        ),
+        (
+            punctual_distance_query {
+                relative_tolerance: -0.1,
+                ..query
+            },
+            "relative_tolerance is -0.1",
+        ),
+        (
+            punctual_distance_query {
+                relative_tolerance: nan,
+                ..query
+            },
+            "relative_tolerance is NaN",
+        ),
+        (
+            punctual_distance_query {
+                absolute_tolerance: infinite,
+                ..query
+            },
+            "absolute_tolerance is inf",
+        ),
+        (
+            punctual_distance_query {
+                relative_tolerance: infinite,
+                ..query
+            },
+            "relative_tolerance is inf",
+        ),
+        (
+            punctual_distance_query {
+                closer_than: -1.0,
+                ..query
+            },
+            "closer_than is -1",
+        ),
+        (
+            punctual_distance_query {
+                margins: [-1.0, 0.0],
+                ..query
+            },
+            "margins[0] is -1",
+        ),
+        (
+            punctual_distance_query {
+                margins: [0.0, infinite],
+                ..query
+            },
+            "margins[1] is inf",
+        ),
     ] {
-        let status = run(&bad, Some(&mut workspace), punctual_budget_unlimited(), Some(&mut MaybeUninit::uninit()));
+        let status = run(
+            &bad,
+            Some(&mut workspace),
+            punctual_budget_unlimited(),
+            Some(&mut MaybeUninit::uninit()),
+        );
         assert_eq!(status, Status::BadArgument);
         let text = last_error();
-        assert!(text.starts_with(&format!("punctual_distance_query_run: query->{what}, which is ")), "{text}");
+        assert!(
+            text.starts_with(&format!(
+                "punctual_distance_query_run: query->{what}, which is "
+            )),
+            "{text}"
+        );
     }
     let mut bad = query;
     bad.b_in_a.m[7] = nan;
-    let status = run(&bad, Some(&mut workspace), punctual_budget_unlimited(), Some(&mut MaybeUninit::uninit()));
-    fails(status, Status::BadPose, "punctual_distance_query_run: entry 7 of the pose [R|t], row by row, is not finite");
+    let status = run(
+        &bad,
+        Some(&mut workspace),
+        punctual_budget_unlimited(),
+        Some(&mut MaybeUninit::uninit()),
+    );
+    fails(
+        status,
+        Status::BadPose,
+        "punctual_distance_query_run: entry 7 of the pose [R|t], row by row, is not finite",
+    );
 }

@@ -6,32 +6,62 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
-use punctual::{Budget, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Tree, Workspace, shapes};
+use punctual::{
+    Budget, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Tree, Workspace, shapes,
+};
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_passage, theirs: &Passage) {
-    assert_eq!((ours.free_until, ours.touches), (theirs.free_until, theirs.touching_at.is_some()));
+    assert_eq!(
+        (ours.free_until, ours.touches),
+        (theirs.free_until, theirs.touching_at.is_some())
+    );
     assert_eq!(ours.touching_at, theirs.touching_at.unwrap_or(0.0));
-    assert_eq!([ours.triangles.a, ours.triangles.b], theirs.triangles.unwrap_or_default());
+    assert_eq!(
+        [ours.triangles.a, ours.triangles.b],
+        theirs.triangles.unwrap_or_default()
+    );
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     same_stats(&ours.stats, &theirs.stats);
 }
 
 fn point(v: DVec3) -> punctual_point {
-    punctual_point { x: v.x, y: v.y, z: v.z }
+    punctual_point {
+        x: v.x,
+        y: v.y,
+        z: v.z,
+    }
 }
 
 /// One of ours and one of theirs: straight, turning, and a screw.
 fn motions() -> [(punctual_motion, Motion); 3] {
     let (start, end) = (tilted(), Pose::IDENTITY);
-    let start = Pose::new(start.rotation(), start.translation() + DVec3::new(5.0, 1.0, 0.0)).unwrap();
-    let (velocity, turn, arm) = (DVec3::new(-8.0, -1.0, 0.5), DVec3::new(0.3, 2.0, 0.1), DVec3::new(0.5, 0.0, 1.0));
+    let start = Pose::new(
+        start.rotation(),
+        start.translation() + DVec3::new(5.0, 1.0, 0.0),
+    )
+    .unwrap();
+    let (velocity, turn, arm) = (
+        DVec3::new(-8.0, -1.0, 0.5),
+        DVec3::new(0.3, 2.0, 0.1),
+        DVec3::new(0.5, 0.0, 1.0),
+    );
     let straight = punctual_motion_straight(raw(&start), point(velocity));
-    let turning = punctual_motion { turn: point(turn), arm: point(arm), ..straight };
+    let turning = punctual_motion {
+        turn: point(turn),
+        arm: point(arm),
+        ..straight
+    };
     [
         (straight, Motion::straight(start, velocity).unwrap()),
-        (turning, Motion::with_arm(start, velocity, turn, arm).unwrap()),
-        (made(|out| punctual_motion_screw(raw(&start), raw(&end), out)), Motion::screw(start, end).unwrap()),
+        (
+            turning,
+            Motion::with_arm(start, velocity, turn, arm).unwrap(),
+        ),
+        (
+            made(|out| punctual_motion_screw(raw(&start), raw(&end), out)),
+            Motion::screw(start, end).unwrap(),
+        ),
     ]
 }
 
@@ -44,52 +74,86 @@ fn motions_are_those_of_rust() {
     let (mut memory, mut remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
     let mut other = Workspace::new();
     let mut stops = 0;
-    for (tolerance, time_tolerance, margins, both) in
-        [(-1.0, 0.0, [0.0; 2], false), (1e-3, 0.0, [0.1, 0.2], false), (0.0, 1e-2, [0.0; 2], true)]
-    {
+    for (tolerance, time_tolerance, margins, both) in [
+        (-1.0, 0.0, [0.0; 2], false),
+        (1e-3, 0.0, [0.1, 0.2], false),
+        (0.0, 1e-2, [0.0; 2], true),
+    ] {
         for (raw_motion, motion) in motions() {
             for time in [0.0, 0.3, 1.0] {
                 let pose = made(|out| punctual_motion_pose(Some(&raw_motion), time, out));
                 assert_eq!(pose, raw(&motion.pose(time)));
             }
             let mut query = punctual_motion_query_new(Some(&ours), Some(&ours), raw_motion);
-            (query.tolerance, query.time_tolerance, query.margins) = (tolerance, time_tolerance, margins);
+            (query.tolerance, query.time_tolerance, query.margins) =
+                (tolerance, time_tolerance, margins);
             (query.a_moves, query.of_a) = (both.into(), motions()[1].0);
             let native = match both {
                 true => MotionQuery::of_both([&theirs; 2], [motions()[1].1, motion]),
                 false => MotionQuery::new(&theirs, &theirs, motion),
             };
             let native = native.time_tolerance(time_tolerance).margins(margins);
-            let native = if tolerance < 0.0 { native } else { native.tolerance(tolerance) };
-            let told = made(|work| unsafe { punctual_motion_query_predict(asked(Some(&query)), Some(&memory), work) });
+            let native = if tolerance < 0.0 {
+                native
+            } else {
+                native.tolerance(tolerance)
+            };
+            let told = made(|work| unsafe {
+                punctual_motion_query_predict(asked(Some(&query)), Some(&memory), work)
+            });
             assert_eq!(told, native.predict(Some(&remembered)).into());
             let budget = punctual_budget_work(8_000);
             let mut passage = made(|out| {
                 let (workspace, memory) = (Some(&mut *workspace), Some(&mut *memory));
                 // SAFETY: no clock of the caller's.
-                unsafe { punctual_motion_query_run(asked(Some(&query)), workspace, memory, budget, None, slot(out)) }
+                unsafe {
+                    punctual_motion_query_run(
+                        asked(Some(&query)),
+                        workspace,
+                        memory,
+                        budget,
+                        None,
+                        slot(out),
+                    )
+                }
             });
-            let mut expected = native.run_with_memory(&mut other, &mut remembered, Budget::work(8_000));
+            let mut expected =
+                native.run_with_memory(&mut other, &mut remembered, Budget::work(8_000));
             while expected.stop != StopReason::Finished {
                 stops += 1;
                 same(&passage, &expected);
                 let told = made(|work| unsafe {
-                    punctual_motion_query_estimate(asked(Some(&query)), Some(&workspace), None, work)
+                    punctual_motion_query_estimate(
+                        asked(Some(&query)),
+                        Some(&workspace),
+                        None,
+                        work,
+                    )
                 });
                 assert_eq!(told, native.estimate(&other, None).unwrap().into());
                 let (question, held) = (asked(Some(&query)), Some(&*workspace));
                 // SAFETY: here and below, of the sizes that they say, and no room is claimed.
-                let open = made(|out| unsafe { punctual_motion_query_certificate(question, held, slot(out)) });
+                let open = made(|out| unsafe {
+                    punctual_motion_query_certificate(question, held, slot(out))
+                });
                 let certificate = native.certificate(&other).unwrap();
                 assert_eq!(open, certificate.into());
-                let boxes =
-                    made(|count| unsafe { punctual_motion_query_open_boxes(question, held, null_mut(), 0, count) });
+                let boxes = made(|count| unsafe {
+                    punctual_motion_query_open_boxes(question, held, null_mut(), 0, count)
+                });
                 assert_eq!(boxes, certificate.boxes().count());
                 passage = made(|out| {
                     let workspace = Some(&mut *workspace);
                     // SAFETY: no clock of the caller's.
                     unsafe {
-                        punctual_motion_query_resume(asked(Some(&query)), workspace, None, budget, None, slot(out))
+                        punctual_motion_query_resume(
+                            asked(Some(&query)),
+                            workspace,
+                            None,
+                            budget,
+                            None,
+                            slot(out),
+                        )
                     }
                 });
                 expected = native.resume(&mut other, Budget::work(8_000)).unwrap();
@@ -97,8 +161,16 @@ fn motions_are_those_of_rust() {
             same(&passage, &expected);
             let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
             // SAFETY: no clock of the caller's.
-            let status =
-                unsafe { punctual_motion_query_resume(asked(Some(&query)), workspace, None, budget, None, slot(out)) };
+            let status = unsafe {
+                punctual_motion_query_resume(
+                    asked(Some(&query)),
+                    workspace,
+                    None,
+                    budget,
+                    None,
+                    slot(out),
+                )
+            };
             assert_eq!(status, Status::NotResumable);
         }
     }
@@ -114,41 +186,142 @@ fn bad_motions_are_refused() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(punctual_motion_query_certificate(asked(Some(&query)), None, slot(None)), "certificate");
-        null_is_seen(punctual_motion_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None), "count");
+        null_is_seen(
+            punctual_motion_query_certificate(asked(Some(&query)), None, slot(None)),
+            "certificate",
+        );
+        null_is_seen(
+            punctual_motion_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
+            "count",
+        );
     }
     let mut refused = |query: punctual_motion_query, what: &str| {
         let (workspace, out) = (Some(&mut *workspace), Some(&mut MaybeUninit::uninit()));
         // SAFETY: no clock of the caller's.
-        let status =
-            unsafe { punctual_motion_query_run(asked(Some(&query)), workspace, None, budget, None, slot(out)) };
-        assert!(status != Status::Ok && last_error().contains(what), "{what}: {status:?} {}", last_error());
+        let status = unsafe {
+            punctual_motion_query_run(
+                asked(Some(&query)),
+                workspace,
+                None,
+                budget,
+                None,
+                slot(out),
+            )
+        };
+        assert!(
+            status != Status::Ok && last_error().contains(what),
+            "{what}: {status:?} {}",
+            last_error()
+        );
         status
     };
-    assert_eq!(refused(punctual_motion_query { a: None, ..query }, "query->a is null"), Status::Null);
-    assert_eq!(refused(punctual_motion_query { b: None, ..query }, "query->b is null"), Status::Null);
+    assert_eq!(
+        refused(
+            punctual_motion_query { a: None, ..query },
+            "query->a is null"
+        ),
+        Status::Null
+    );
+    assert_eq!(
+        refused(
+            punctual_motion_query { b: None, ..query },
+            "query->b is null"
+        ),
+        Status::Null
+    );
     for (bad, what) in [
-        (punctual_motion_query { tolerance: f64::NAN, ..query }, "query->tolerance"),
-        (punctual_motion_query { tolerance: f64::INFINITY, ..query }, "query->tolerance is inf"),
-        (punctual_motion_query { time_tolerance: -1.0, ..query }, "query->time_tolerance"),
-        (punctual_motion_query { time_tolerance: f64::INFINITY, ..query }, "query->time_tolerance is inf"),
-        (punctual_motion_query { margins: [0.0, f64::INFINITY], ..query }, "query->margins[1]"),
-        (punctual_motion_query { of_b: punctual_motion { turn: NAN, ..motion }, ..query }, "not finite"),
-        (punctual_motion_query { of_b: punctual_motion { velocity: FAR, ..motion }, ..query }, "2^990"),
+        (
+            punctual_motion_query {
+                tolerance: f64::NAN,
+                ..query
+            },
+            "query->tolerance",
+        ),
+        (
+            punctual_motion_query {
+                tolerance: f64::INFINITY,
+                ..query
+            },
+            "query->tolerance is inf",
+        ),
+        (
+            punctual_motion_query {
+                time_tolerance: -1.0,
+                ..query
+            },
+            "query->time_tolerance",
+        ),
+        (
+            punctual_motion_query {
+                time_tolerance: f64::INFINITY,
+                ..query
+            },
+            "query->time_tolerance is inf",
+        ),
+        (
+            punctual_motion_query {
+                margins: [0.0, f64::INFINITY],
+                ..query
+            },
+            "query->margins[1]",
+        ),
+        (
+            punctual_motion_query {
+                of_b: punctual_motion {
+                    turn: NAN,
+                    ..motion
+                },
+                ..query
+            },
+            "not finite",
+        ),
+        (
+            punctual_motion_query {
+                of_b: punctual_motion {
+                    velocity: FAR,
+                    ..motion
+                },
+                ..query
+            },
+            "2^990",
+        ),
     ] {
         assert_eq!(refused(bad, what), Status::BadArgument);
     }
     let mut bad = query;
     bad.of_b.start.m[0] = 2.0;
     assert_eq!(refused(bad, "rotation"), Status::BadPose);
-    null_is_seen(unsafe { punctual_motion_query_predict(asked(None), None, None) }, "query");
-    null_is_seen(unsafe { punctual_motion_query_predict(asked(Some(&query)), None, None) }, "work");
-    null_is_seen(unsafe { punctual_motion_query_estimate(asked(None), None, None, None) }, "query");
-    null_is_seen(unsafe { punctual_motion_query_estimate(asked(Some(&query)), None, None, None) }, "work");
-    null_is_seen(punctual_motion_screw(motion.start, motion.start, None), "motion");
+    null_is_seen(
+        unsafe { punctual_motion_query_predict(asked(None), None, None) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_motion_query_predict(asked(Some(&query)), None, None) },
+        "work",
+    );
+    null_is_seen(
+        unsafe { punctual_motion_query_estimate(asked(None), None, None, None) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_motion_query_estimate(asked(Some(&query)), None, None, None) },
+        "work",
+    );
+    null_is_seen(
+        punctual_motion_screw(motion.start, motion.start, None),
+        "motion",
+    );
     null_is_seen(punctual_motion_pose(None, 0.0, None), "motion");
     null_is_seen(punctual_motion_pose(Some(&motion), 0.0, None), "pose");
 }
 
-const NAN: punctual_point = punctual_point { x: 0.0, y: f64::NAN, z: 0.0 };
-const FAR: punctual_point = punctual_point { x: 1e300, y: 0.0, z: 0.0 };
+const NAN: punctual_point = punctual_point {
+    x: 0.0,
+    y: f64::NAN,
+    z: 0.0,
+};
+const FAR: punctual_point = punctual_point {
+    x: 1e300,
+    y: 0.0,
+    z: 0.0,
+};

@@ -7,22 +7,35 @@ use std::time::Duration;
 use super::call::*;
 use super::common::{MODES, ORDERS};
 use punctual::{
-    Budget, CostModel, ManualClock, Mode, Order, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace, shapes,
+    Budget, CostModel, ManualClock, Mode, Order, PairMemory, Query, Stats, StopReason, Tree,
+    Verdict, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_outcome, theirs: &punctual::Outcome) {
     let (verdict, witness) = told(theirs.verdict);
-    assert_eq!((ours.verdict, [ours.witness.a, ours.witness.b], ours.found), (verdict, witness, theirs.found));
+    assert_eq!(
+        (ours.verdict, [ours.witness.a, ours.witness.b], ours.found),
+        (verdict, witness, theirs.found)
+    );
     // The names are the same on both sides.
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     same_stats(&ours.stats, &theirs.stats);
 }
 
 pub fn same_stats(x: &punctual_stats, y: &Stats) {
-    assert_eq!([x.bv_tests, x.primitive_tests, x.exact_tests], [y.bv_tests, y.primitive_tests, y.exact_tests]);
-    assert_eq!((x.work, x.queue_peak, x.bv_tests_per_level), (y.work, y.queue_peak, y.bv_tests_per_level));
-    assert_eq!(x.elapsed, y.elapsed.map_or(-1, |time| time.as_nanos() as i64));
+    assert_eq!(
+        [x.bv_tests, x.primitive_tests, x.exact_tests],
+        [y.bv_tests, y.primitive_tests, y.exact_tests]
+    );
+    assert_eq!(
+        (x.work, x.queue_peak, x.bv_tests_per_level),
+        (y.work, y.queue_peak, y.bv_tests_per_level)
+    );
+    assert_eq!(
+        x.elapsed,
+        y.elapsed.map_or(-1, |time| time.as_nanos() as i64)
+    );
 }
 
 /// A verdict and its witness as C is told them.
@@ -78,34 +91,74 @@ impl<'t> Both<'t> {
         (query.pair_limit, query.queue_threshold, query.prior) = (30, 64.0, 0.2);
         query.early = 1;
         let native = Query::new(theirs, theirs, tilted()).mode(mode).order(order);
-        let native = native.pair_limit(30).queue_threshold(64.0).prior(0.2).early(true);
+        let native = native
+            .pair_limit(30)
+            .queue_threshold(64.0)
+            .prior(0.2)
+            .early(true);
 
         let (memory, remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
         let [bv_test, triangle_test, box_update, setup] = [0.5, 8.0, 30.0, 200.0];
-        let costs = punctual_cost_model { bv_test, triangle_test, box_update, setup, ..Default::default() };
-        assert_eq!(unsafe { punctual_workspace_set_cost_model(Some(workspace), asked(&costs)) }, Status::Ok);
+        let costs = punctual_cost_model {
+            bv_test,
+            triangle_test,
+            box_update,
+            setup,
+            ..Default::default()
+        };
+        assert_eq!(
+            unsafe { punctual_workspace_set_cost_model(Some(workspace), asked(&costs)) },
+            Status::Ok
+        );
         // SAFETY: of the size that it says.
-        assert_eq!(made(|out| unsafe { punctual_workspace_cost_model(Some(workspace), slot(out)) }), costs);
+        assert_eq!(
+            made(|out| unsafe { punctual_workspace_cost_model(Some(workspace), slot(out)) }),
+            costs
+        );
         other.set_cost_model(CostModel::new([bv_test, triangle_test, box_update, setup]));
-        Self { query, workspace, memory, native, other, remembered }
+        Self {
+            query,
+            workspace,
+            memory,
+            native,
+            other,
+            remembered,
+        }
     }
 
     /// Runs, and resumes to the end.
     fn run(&mut self, budget: punctual_budget, native_budget: Budget) {
-        let (budget, native_budget) =
-            (punctual_budget { poll_interval: 1000, ..budget }, native_budget.poll_interval(1000));
+        let (budget, native_budget) = (
+            punctual_budget {
+                poll_interval: 1000,
+                ..budget
+            },
+            native_budget.poll_interval(1000),
+        );
         let mut time = 0u64;
-        let clock = punctual_clock { now: Some(tick), context: (&raw mut time).cast() };
+        let clock = punctual_clock {
+            now: Some(tick),
+            context: (&raw mut time).cast(),
+        };
         let native_clock = || ManualClock::ticking(Duration::from_nanos(700));
         let mut outcome = made(|outcome| {
             let (workspace, memory) = (Some(&mut *self.workspace), Some(&mut *self.memory));
             // SAFETY: the time is there as long as the clock.
             unsafe {
-                punctual_query_run(asked(Some(&self.query)), workspace, memory, budget, Some(&clock), slot(outcome))
+                punctual_query_run(
+                    asked(Some(&self.query)),
+                    workspace,
+                    memory,
+                    budget,
+                    Some(&clock),
+                    slot(outcome),
+                )
             }
         });
         let remembered = Some(&mut self.remembered);
-        let mut expected = self.native.run_with(self.other, remembered, native_budget, &native_clock());
+        let mut expected =
+            self.native
+                .run_with(self.other, remembered, native_budget, &native_clock());
         loop {
             same(&outcome, &expected);
             self.same_pairs();
@@ -114,7 +167,10 @@ impl<'t> Both<'t> {
             if matches!(expected.stop, StopReason::Finished | StopReason::FirstHit) {
                 break;
             }
-            assert_eq!(punctual_workspace_drain_pairs(Some(&mut *self.workspace)), Status::Ok);
+            assert_eq!(
+                punctual_workspace_drain_pairs(Some(&mut *self.workspace)),
+                Status::Ok
+            );
             drop(self.other.drain_pairs());
             outcome = made(|outcome| {
                 let (workspace, memory) = (Some(&mut *self.workspace), Some(&mut *self.memory));
@@ -131,17 +187,26 @@ impl<'t> Both<'t> {
                 }
             });
             let remembered = Some(&mut self.remembered);
-            expected = self.native.resume_with(self.other, remembered, native_budget, &native_clock()).unwrap();
+            expected = self
+                .native
+                .resume_with(self.other, remembered, native_budget, &native_clock())
+                .unwrap();
         }
     }
 
     fn same_pairs(&self) {
         let (mut pairs, mut count) = (MaybeUninit::uninit(), MaybeUninit::uninit());
-        let status = punctual_workspace_pairs(Some(self.workspace), Some(&mut pairs), Some(&mut count));
+        let status =
+            punctual_workspace_pairs(Some(self.workspace), Some(&mut pairs), Some(&mut count));
         assert_eq!(status, Status::Ok);
         // SAFETY: written, and not used again meanwhile.
         let pairs = unsafe { std::slice::from_raw_parts(pairs.assume_init(), count.assume_init()) };
-        assert!(pairs.iter().map(|pair| [pair.a, pair.b]).eq(self.other.pairs().iter().copied()));
+        assert!(
+            pairs
+                .iter()
+                .map(|pair| [pair.a, pair.b])
+                .eq(self.other.pairs().iter().copied())
+        );
     }
 
     fn same_certificate(&self) {
@@ -149,13 +214,28 @@ impl<'t> Both<'t> {
             punctual_query_certificate(asked(Some(&self.query)), Some(self.workspace), slot(open))
         });
         let certificate = self.native.certificate(self.other).unwrap();
-        assert_eq!((open.open_pairs, open.upper_bound), (certificate.open_pairs(), certificate.upper_bound()));
+        assert_eq!(
+            (open.open_pairs, open.upper_bound),
+            (certificate.open_pairs(), certificate.upper_bound())
+        );
         assert_eq!(open.largest_extent, certificate.largest_extent());
-        let mut boxes = vec![punctual_aabb { min: NO_POINT, max: NO_POINT }; 3];
+        let mut boxes = vec![
+            punctual_aabb {
+                min: NO_POINT,
+                max: NO_POINT
+            };
+            3
+        ];
         let count = made(|count| {
             // SAFETY: there is room for three.
             unsafe {
-                punctual_query_open_boxes(asked(Some(&self.query)), Some(self.workspace), boxes.as_mut_ptr(), 3, count)
+                punctual_query_open_boxes(
+                    asked(Some(&self.query)),
+                    Some(self.workspace),
+                    boxes.as_mut_ptr(),
+                    3,
+                    count,
+                )
             }
         });
         assert_eq!(count, certificate.boxes().count());
@@ -168,11 +248,21 @@ impl<'t> Both<'t> {
 
     fn same_narrowed_certificate(&self) {
         let mut room = Workspace::new();
-        let certificate = self.native.narrowed_certificate(self.other, &mut room, 700).unwrap();
+        let certificate = self
+            .native
+            .narrowed_certificate(self.other, &mut room, 700)
+            .unwrap();
         let mut aside = owned(|out| punctual_workspace_new(out));
-        let (mut found, mut first) = (MaybeUninit::uninit(), punctual_aabb { min: NO_POINT, max: NO_POINT });
+        let (mut found, mut first) = (
+            MaybeUninit::uninit(),
+            punctual_aabb {
+                min: NO_POINT,
+                max: NO_POINT,
+            },
+        );
         let count = made(|count| {
-            let (query, workspace, found) = (Some(&self.query), Some(&*self.workspace), Some(&mut found));
+            let (query, workspace, found) =
+                (Some(&self.query), Some(&*self.workspace), Some(&mut found));
             // SAFETY: there is room for one.
             unsafe {
                 punctual_query_narrowed_certificate(
@@ -189,28 +279,61 @@ impl<'t> Both<'t> {
         });
         // SAFETY: written.
         let found = unsafe { found.assume_init() };
-        assert_eq!((found.open_pairs, found.upper_bound), (certificate.open_pairs(), certificate.upper_bound()));
+        assert_eq!(
+            (found.open_pairs, found.upper_bound),
+            (certificate.open_pairs(), certificate.upper_bound())
+        );
         assert_eq!(count, certificate.boxes().count());
-        assert!(certificate.boxes().next().is_none_or(|theirs| first.min.x == theirs.min.x));
+        assert!(
+            certificate
+                .boxes()
+                .next()
+                .is_none_or(|theirs| first.min.x == theirs.min.x)
+        );
     }
 
     fn same_forecasts(&self) {
         let (query, memory) = (Some(&self.query), Some(&*self.memory));
         let prediction = made(|out| unsafe { punctual_query_predict(asked(query), memory, out) });
-        let estimate =
-            made(|out| unsafe { punctual_query_estimate(asked(query), Some(self.workspace), memory, slot(out)) });
+        let estimate = made(|out| unsafe {
+            punctual_query_estimate(asked(query), Some(self.workspace), memory, slot(out))
+        });
         let expectation = self.native.predict(Some(&self.remembered));
-        let left = self.native.estimate(self.other, Some(&self.remembered)).unwrap();
-        assert_eq!([estimate.probability, estimate.recall], [left.probability, left.recall]);
+        let left = self
+            .native
+            .estimate(self.other, Some(&self.remembered))
+            .unwrap();
+        assert_eq!(
+            [estimate.probability, estimate.recall],
+            [left.probability, left.recall]
+        );
         let costs = [CostModel::default(), self.other.cost_model()];
-        let both = [(prediction, expectation), (estimate.remaining, left.remaining)];
+        let both = [
+            (prediction, expectation),
+            (estimate.remaining, left.remaining),
+        ];
         for ((ours, theirs), costs) in both.into_iter().zip(&costs) {
-            assert_eq!([ours.bv_tests.p10, ours.triangle_tests.p50], [theirs.bv_tests.p10, theirs.triangle_tests.p50]);
-            assert_eq!([ours.work.p90, ours.time.p50], [theirs.work.p90, theirs.time(costs).p50]);
+            assert_eq!(
+                [ours.bv_tests.p10, ours.triangle_tests.p50],
+                [theirs.bv_tests.p10, theirs.triangle_tests.p50]
+            );
+            assert_eq!(
+                [ours.work.p90, ours.time.p50],
+                [theirs.work.p90, theirs.time(costs).p50]
+            );
         }
-        let facts = made(|facts| unsafe { punctual_memory_describe(Some(&self.memory), slot(facts)) });
-        assert_eq!(facts.last_verdict, self.remembered.last_verdict().map_or(-1, i32::from));
-        assert_eq!(facts.last_bv_tests, self.remembered.last_bv_tests().map_or(-1, |tests| tests as i64));
+        let facts =
+            made(|facts| unsafe { punctual_memory_describe(Some(&self.memory), slot(facts)) });
+        assert_eq!(
+            facts.last_verdict,
+            self.remembered.last_verdict().map_or(-1, i32::from)
+        );
+        assert_eq!(
+            facts.last_bv_tests,
+            self.remembered
+                .last_bv_tests()
+                .map_or(-1, |tests| tests as i64)
+        );
         assert_eq!(facts.frames_undecided, self.remembered.frames_undecided());
         assert_eq!(facts.change_rate, self.remembered.change_rate());
     }
@@ -220,23 +343,39 @@ impl<'t> Both<'t> {
 /// of Rust.
 #[test]
 fn queries_answer_as_in_rust() {
-    let (ours, theirs) = (tree_of(&knot()), Tree::new(shapes::torus_knot(2, 3, 0.2, 96)));
+    let (ours, theirs) = (
+        tree_of(&knot()),
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
+    );
     let mut workspace = owned(|workspace| punctual_workspace_with_capacity(32, 40, workspace));
     let mut other = Workspace::with_capacity(32, 40);
-    for (mode, order) in MODES.into_iter().flat_map(|mode| ORDERS.map(|order| (mode, order))) {
+    for (mode, order) in MODES
+        .into_iter()
+        .flat_map(|mode| ORDERS.map(|order| (mode, order)))
+    {
         let mut both = Both::new((&ours, &mut workspace), (&theirs, &mut other), mode, order);
         for (budget, native_budget) in [
             (punctual_budget_work(3_000), Budget::work(3_000)),
-            (punctual_budget_time(5_000), Budget::time(Duration::from_nanos(5_000))),
+            (
+                punctual_budget_time(5_000),
+                Budget::time(Duration::from_nanos(5_000)),
+            ),
             (punctual_budget_unlimited(), Budget::unlimited()),
         ] {
             both.run(budget, native_budget);
             let (workspace, out) = (Some(&mut *both.workspace), Some(&mut MaybeUninit::uninit()));
             // SAFETY: no clock of the caller's.
-            let status =
-                unsafe { punctual_query_resume(asked(Some(&both.query)), workspace, None, budget, None, slot(out)) };
-            let text =
-                "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
+            let status = unsafe {
+                punctual_query_resume(
+                    asked(Some(&both.query)),
+                    workspace,
+                    None,
+                    budget,
+                    None,
+                    slot(out),
+                )
+            };
+            let text = "punctual_query_resume: the workspace does not hold a run of this query (same trees, pose and options)";
             fails(status, Status::NotResumable, text);
         }
     }
@@ -249,9 +388,19 @@ fn the_portable_kernels_give_the_same_bits() {
     query.mode = punctual_mode::All as u32;
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let answer = |workspace: &mut punctual_workspace| {
-        made(|outcome| run(&query, Some(workspace), punctual_budget_unlimited(), outcome))
+        made(|outcome| {
+            run(
+                &query,
+                Some(workspace),
+                punctual_budget_unlimited(),
+                outcome,
+            )
+        })
     };
     let fast = answer(&mut workspace);
-    assert_eq!(punctual_workspace_use_portable_kernels(Some(&mut workspace)), Status::Ok);
+    assert_eq!(
+        punctual_workspace_use_portable_kernels(Some(&mut workspace)),
+        Status::Ok
+    );
     assert_eq!(answer(&mut workspace), fast);
 }

@@ -8,13 +8,16 @@ use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, DistanceQuery, PairMemory, Pose, PushOutQuery, Ray, RayBatch, RayHit, RayMode, RayQuery, StopReason, Tree,
-    Workspace, shapes,
+    Budget, DistanceQuery, PairMemory, Pose, PushOutQuery, Ray, RayBatch, RayHit, RayMode,
+    RayQuery, StopReason, Tree, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
-const NO_HIT: punctual_ray_hit =
-    punctual_ray_hit { triangle: PUNCTUAL_NO_TRIANGLE, side: punctual_side::Front, t: f64::INFINITY };
+const NO_HIT: punctual_ray_hit = punctual_ray_hit {
+    triangle: PUNCTUAL_NO_TRIANGLE,
+    side: punctual_side::Front,
+    t: f64::INFINITY,
+};
 
 fn point([x, y, z]: [f64; 3]) -> punctual_point {
     punctual_point { x, y, z }
@@ -34,15 +37,31 @@ fn same_hit(ours: &punctual_ray_hit, theirs: Option<RayHit>) {
 fn rays() -> Vec<(punctual_ray, Ray)> {
     let ray = |i: u32| {
         let angle = f64::from(i) * 0.37;
-        let (from, to) = ([4.0 * angle.cos(), 4.0 * angle.sin(), 0.3], [0.2, -0.4 * angle.sin(), 0.1]);
+        let (from, to) = (
+            [4.0 * angle.cos(), 4.0 * angle.sin(), 0.3],
+            [0.2, -0.4 * angle.sin(), 0.1],
+        );
         let direction = [0, 1, 2].map(|axis| to[axis] - from[axis]);
         match i % 3 {
-            0 => (punctual_ray_new(point(from), point(direction)), Ray::new(from, direction).unwrap()),
-            1 => (punctual_ray_segment(point(from), point(to)), Ray::segment(from, to).unwrap()),
+            0 => (
+                punctual_ray_new(point(from), point(direction)),
+                Ray::new(from, direction).unwrap(),
+            ),
+            1 => (
+                punctual_ray_segment(point(from), point(to)),
+                Ray::segment(from, to).unwrap(),
+            ),
             _ => {
                 let ours = punctual_ray_new(point(from), point(direction));
                 let theirs = Ray::new(from, direction).unwrap().within(0.4, 1.5);
-                (punctual_ray { t_min: 0.4, t_max: 1.5, ..ours }, theirs)
+                (
+                    punctual_ray {
+                        t_min: 0.4,
+                        t_max: 1.5,
+                        ..ours
+                    },
+                    theirs,
+                )
             }
         }
     };
@@ -60,7 +79,9 @@ fn cast(
     // SAFETY: no clock of the caller's.
     unsafe {
         match resumes {
-            true => punctual_ray_query_resume(asked(Some(query)), workspace, budget, None, slot(out)),
+            true => {
+                punctual_ray_query_resume(asked(Some(query)), workspace, budget, None, slot(out))
+            }
             false => punctual_ray_query_run(asked(Some(query)), workspace, budget, None, slot(out)),
         }
     }
@@ -78,8 +99,17 @@ fn batch(
     // SAFETY: null or as many rays and hits as said; no clock of the caller's.
     unsafe {
         match resumes {
-            true => punctual_ray_batch_resume(asked(Some(batch)), workspace, budget, None, hits, slot(out)),
-            false => punctual_ray_batch_run(asked(Some(batch)), workspace, budget, None, hits, slot(out)),
+            true => punctual_ray_batch_resume(
+                asked(Some(batch)),
+                workspace,
+                budget,
+                None,
+                hits,
+                slot(out),
+            ),
+            false => {
+                punctual_ray_batch_run(asked(Some(batch)), workspace, budget, None, hits, slot(out))
+            }
         }
     }
 }
@@ -87,38 +117,58 @@ fn batch(
 fn found(workspace: &punctual_workspace) -> Vec<punctual_ray_hit> {
     let mut hits = [NO_HIT; 64];
     // SAFETY: as long as said.
-    let count = made(|out| unsafe { punctual_workspace_ray_hits(Some(workspace), hits.as_mut_ptr(), 64, out) });
+    let count = made(|out| unsafe {
+        punctual_workspace_ray_hits(Some(workspace), hits.as_mut_ptr(), 64, out)
+    });
     hits[..count].to_vec()
 }
 
 /// Each mode, budgets that stop and resume, hits that are drained because there is no room.
 #[test]
 fn rays_are_those_of_rust() {
-    let (ours, theirs) = (tree_of(&knot()), Tree::new(shapes::torus_knot(2, 3, 0.2, 96)));
+    let (ours, theirs) = (
+        tree_of(&knot()),
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
+    );
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
-    assert_eq!(punctual_workspace_reserve_ray_hits(Some(&mut workspace), 2), Status::Ok);
+    assert_eq!(
+        punctual_workspace_reserve_ray_hits(Some(&mut workspace), 2),
+        Status::Ok
+    );
     other.reserve_ray_hits(2);
     let (mut stops, mut full, mut hits) = (0, 0, 0);
     for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
         for (raw, ray) in rays() {
-            let query = punctual_ray_query { mode: mode as u32, ..punctual_ray_query_new(Some(&ours), raw) };
+            let query = punctual_ray_query {
+                mode: mode as u32,
+                ..punctual_ray_query_new(Some(&ours), raw)
+            };
             let native = RayQuery::new(&theirs, ray).mode(mode);
             let mut expected = native.run(&mut other, Budget::work(400));
             let mut said = made(|out| cast(&query, false, Some(&mut workspace), 400, out));
             loop {
                 same_hit(&said.hit, expected.hit);
-                assert_eq!((said.found, said.free_until), (expected.found, expected.free_until));
+                assert_eq!(
+                    (said.found, said.free_until),
+                    (expected.found, expected.free_until)
+                );
                 assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
                 same_stats(&said.stats, &expected.stats);
                 let listed = found(&workspace);
                 assert_eq!(listed.len(), other.ray_hits().len());
-                listed.iter().zip(other.ray_hits()).for_each(|(ours, &theirs)| same_hit(ours, Some(theirs)));
+                listed
+                    .iter()
+                    .zip(other.ray_hits())
+                    .for_each(|(ours, &theirs)| same_hit(ours, Some(theirs)));
                 hits += listed.len();
                 match expected.stop {
                     StopReason::Finished | StopReason::FirstHit => break,
                     StopReason::PairsFull => {
                         full += 1;
-                        assert_eq!(punctual_workspace_drain_ray_hits(Some(&mut workspace)), Status::Ok);
+                        assert_eq!(
+                            punctual_workspace_drain_ray_hits(Some(&mut workspace)),
+                            Status::Ok
+                        );
                         drop(other.drain_ray_hits());
                     }
                     _ => stops += 1,
@@ -136,7 +186,10 @@ fn rays_are_those_of_rust() {
 
 #[test]
 fn batches_are_those_of_rust_and_do_not_allocate_again() {
-    let (ours, theirs) = (tree_of(&knot()), Tree::new(shapes::torus_knot(2, 3, 0.2, 96)));
+    let (ours, theirs) = (
+        tree_of(&knot()),
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
+    );
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
     let (raw, rays): (Vec<_>, Vec<_>) = rays().into_iter().unzip();
     for any in [false, true] {
@@ -147,30 +200,72 @@ fn batches_are_those_of_rust_and_do_not_allocate_again() {
         let mut expected = vec![None; rays.len()];
         let mut told = native.run(&mut other, &mut expected, Budget::work(5_000));
         let mut hits = vec![NO_HIT; raw.len()];
-        let mut said = made(|out| batch(&asked, false, Some(&mut workspace), 5_000, hits.as_mut_ptr(), out));
+        let mut said = made(|out| {
+            batch(
+                &asked,
+                false,
+                Some(&mut workspace),
+                5_000,
+                hits.as_mut_ptr(),
+                out,
+            )
+        });
         let mut stops = 0;
         loop {
             assert_eq!(said.done, told.done);
             assert_eq!(format!("{:?}", said.stop), format!("{:?}", told.stop));
             same_stats(&said.stats, &told.stats);
-            hits.iter().zip(&expected).for_each(|(ours, &theirs)| same_hit(ours, theirs));
+            hits.iter()
+                .zip(&expected)
+                .for_each(|(ours, &theirs)| same_hit(ours, theirs));
             if said.done == raw.len() {
                 break;
             }
             stops += 1;
-            told = native.resume(&mut other, &mut expected, Budget::work(5_000)).unwrap();
+            told = native
+                .resume(&mut other, &mut expected, Budget::work(5_000))
+                .unwrap();
             // Another batch is not this one.
-            let fewer = punctual_ray_batch { count: raw.len() - 1, ..asked };
+            let fewer = punctual_ray_batch {
+                count: raw.len() - 1,
+                ..asked
+            };
             let mut out = MaybeUninit::uninit();
-            let status = batch(&fewer, true, Some(&mut workspace), 9, hits.as_mut_ptr(), Some(&mut out));
+            let status = batch(
+                &fewer,
+                true,
+                Some(&mut workspace),
+                9,
+                hits.as_mut_ptr(),
+                Some(&mut out),
+            );
             assert_eq!(status, Status::NotResumable);
             hits.fill(NO_HIT);
-            said = made(|out| batch(&asked, true, Some(&mut workspace), 5_000, hits.as_mut_ptr(), out));
+            said = made(|out| {
+                batch(
+                    &asked,
+                    true,
+                    Some(&mut workspace),
+                    5_000,
+                    hits.as_mut_ptr(),
+                    out,
+                )
+            });
         }
-        assert!(stops > 2 && expected.iter().flatten().count() > 20, "{stops}");
+        assert!(
+            stops > 2 && expected.iter().flatten().count() > 20,
+            "{stops}"
+        );
         let mut out = MaybeUninit::uninit();
         let calls = allocator_calls(|| {
-            let status = batch(&asked, false, Some(&mut workspace), u64::MAX, hits.as_mut_ptr(), Some(&mut out));
+            let status = batch(
+                &asked,
+                false,
+                Some(&mut workspace),
+                u64::MAX,
+                hits.as_mut_ptr(),
+                Some(&mut out),
+            );
             assert_eq!(status, Status::Ok);
         });
         assert_eq!(calls, 0);
@@ -183,45 +278,141 @@ fn what_is_no_ray_is_refused_by_name() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let (ray, mut out) = (rays()[0].0, MaybeUninit::uninit());
     let query = punctual_ray_query_new(Some(&tree), ray);
-    null_is_seen(cast(&punctual_ray_query { tree: None, ..query }, false, None, 1, None), "query->tree");
-    null_is_seen(cast(&query, false, Some(&mut workspace), 1, None), "outcome");
+    null_is_seen(
+        cast(
+            &punctual_ray_query {
+                tree: None,
+                ..query
+            },
+            false,
+            None,
+            1,
+            None,
+        ),
+        "query->tree",
+    );
+    null_is_seen(
+        cast(&query, false, Some(&mut workspace), 1, None),
+        "outcome",
+    );
     null_is_seen(cast(&query, true, None, 1, Some(&mut out)), "workspace");
-    let lost = punctual_ray { target: punctual_point { x: 0.0, y: f64::NAN, z: 0.0 }, ..ray };
-    let still = punctual_ray { target: ray.origin, is_segment: 7, ..ray };
+    let lost = punctual_ray {
+        target: punctual_point {
+            x: 0.0,
+            y: f64::NAN,
+            z: 0.0,
+        },
+        ..ray
+    };
+    let still = punctual_ray {
+        target: ray.origin,
+        is_segment: 7,
+        ..ray
+    };
     for (bad, text) in [
-        (punctual_ray_query { ray: lost, ..query }, "query->ray: y of the ray's direction or end is not finite"),
         (
-            punctual_ray_query { ray: still, ..query },
+            punctual_ray_query { ray: lost, ..query },
+            "query->ray: y of the ray's direction or end is not finite",
+        ),
+        (
+            punctual_ray_query {
+                ray: still,
+                ..query
+            },
             "query->ray: the ray's direction is zero, or both ends of the segment are one point",
         ),
-        (punctual_ray_query { mode: 3, ..query }, "query->mode has no value 3"),
+        (
+            punctual_ray_query { mode: 3, ..query },
+            "query->mode has no value 3",
+        ),
     ] {
         let status = cast(&bad, false, Some(&mut workspace), 1, Some(&mut out));
-        fails(status, Status::BadArgument, &format!("punctual_ray_query_run: {text}"));
+        fails(
+            status,
+            Status::BadArgument,
+            &format!("punctual_ray_query_run: {text}"),
+        );
     }
     let (mut many, mut hits, mut out) = ([ray; 3], [NO_HIT; 3], MaybeUninit::uninit());
     let asked = punctual_ray_batch_new(Some(&tree), many.as_ptr(), 3);
     let room = hits.as_mut_ptr();
-    null_is_seen(batch(&punctual_ray_batch { tree: None, ..asked }, false, None, 1, room, None), "batch->tree");
-    null_is_seen(batch(&punctual_ray_batch { rays: null(), ..asked }, false, None, 1, room, None), "batch->rays");
+    null_is_seen(
+        batch(
+            &punctual_ray_batch {
+                tree: None,
+                ..asked
+            },
+            false,
+            None,
+            1,
+            room,
+            None,
+        ),
+        "batch->tree",
+    );
+    null_is_seen(
+        batch(
+            &punctual_ray_batch {
+                rays: null(),
+                ..asked
+            },
+            false,
+            None,
+            1,
+            room,
+            None,
+        ),
+        "batch->rays",
+    );
     null_is_seen(batch(&asked, false, None, 1, null_mut(), None), "hits");
-    null_is_seen(batch(&asked, false, Some(&mut workspace), 1, room, None), "outcome");
-    null_is_seen(batch(&asked, true, None, 1, room, Some(&mut out)), "workspace");
-    let status = batch(&punctual_ray_batch { mode: 2, ..asked }, false, Some(&mut workspace), 1, room, Some(&mut out));
-    fails(status, Status::BadArgument, "punctual_ray_batch_run: batch->mode has no value 2");
+    null_is_seen(
+        batch(&asked, false, Some(&mut workspace), 1, room, None),
+        "outcome",
+    );
+    null_is_seen(
+        batch(&asked, true, None, 1, room, Some(&mut out)),
+        "workspace",
+    );
+    let status = batch(
+        &punctual_ray_batch { mode: 2, ..asked },
+        false,
+        Some(&mut workspace),
+        1,
+        room,
+        Some(&mut out),
+    );
+    fails(
+        status,
+        Status::BadArgument,
+        "punctual_ray_batch_run: batch->mode has no value 2",
+    );
     many[1] = lost;
-    let asked = punctual_ray_batch { rays: many.as_ptr(), ..asked };
+    let asked = punctual_ray_batch {
+        rays: many.as_ptr(),
+        ..asked
+    };
     let status = batch(&asked, false, Some(&mut workspace), 1, room, Some(&mut out));
-    let text = "punctual_ray_batch_run: batch->rays[1]: y of the ray's direction or end is not finite";
+    let text =
+        "punctual_ray_batch_run: batch->rays[1]: y of the ray's direction or end is not finite";
     fails(status, Status::BadArgument, text);
     null_is_seen(punctual_workspace_drain_ray_hits(None), "workspace");
     null_is_seen(punctual_workspace_reserve_ray_hits(None, 1), "workspace");
     let status = punctual_workspace_reserve_ray_hits(Some(&mut workspace), usize::MAX / 2);
-    fails(status, Status::OutOfMemory, "punctual_workspace_reserve_ray_hits: there is not that much memory");
+    fails(
+        status,
+        Status::OutOfMemory,
+        "punctual_workspace_reserve_ray_hits: there is not that much memory",
+    );
     // SAFETY: null.
     unsafe {
-        null_is_seen(punctual_workspace_ray_hits(None, null_mut(), 0, None), "workspace");
-        null_is_seen(punctual_workspace_ray_hits(Some(&workspace), null_mut(), 0, None), "count");
+        null_is_seen(
+            punctual_workspace_ray_hits(None, null_mut(), 0, None),
+            "workspace",
+        );
+        null_is_seen(
+            punctual_workspace_ray_hits(Some(&workspace), null_mut(), 0, None),
+            "count",
+        );
     }
 }
 
@@ -232,12 +423,23 @@ fn push(
     out: Option<&mut MaybeUninit<punctual_push_out>>,
 ) -> Status {
     // SAFETY: no clock of the caller's.
-    unsafe { punctual_push_out_query_run(asked(Some(query)), workspace, punctual_budget_work(work), None, slot(out)) }
+    unsafe {
+        punctual_push_out_query_run(
+            asked(Some(query)),
+            workspace,
+            punctual_budget_work(work),
+            None,
+            slot(out),
+        )
+    }
 }
 
 #[test]
 fn pushes_are_those_of_rust() {
-    let (ours, theirs) = (tree_of(&knot()), Tree::new(shapes::torus_knot(2, 3, 0.2, 96)));
+    let (ours, theirs) = (
+        tree_of(&knot()),
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
+    );
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
     let away = Pose::new(tilted().rotation(), DVec3::new(9.0, 0.0, 0.0)).unwrap();
     let mut seen = [0; 2];
@@ -252,16 +454,25 @@ fn pushes_are_those_of_rust() {
         let said = made(|out| push(&query, Some(&mut workspace), work, out));
         let native = PushOutQuery::new(&theirs, &theirs, pose).query_limit(limit);
         let expected = native.run(&mut other, Budget::work(work));
-        assert_eq!((said.queries, said.work, said.elapsed), (expected.queries, expected.work, -1));
+        assert_eq!(
+            (said.queries, said.work, said.elapsed),
+            (expected.queries, expected.work, -1)
+        );
         assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
         seen[usize::from(said.has_push)] += 1;
         match expected.push {
             None => {
-                assert_eq!((said.has_push, said.direction, said.distance), (false, NO_POINT, 0.0));
+                assert_eq!(
+                    (said.has_push, said.direction, said.distance),
+                    (false, NO_POINT, 0.0)
+                );
                 assert_eq!(said.b_in_a.m, [0.0; 12]);
             }
             Some(found) => {
-                assert_eq!((said.direction, said.distance), (point(found.direction.to_array()), found.distance));
+                assert_eq!(
+                    (said.direction, said.distance),
+                    (point(found.direction.to_array()), found.distance)
+                );
                 assert_eq!((said.has_push, said.b_in_a), (true, raw(&found.b_in_a)));
             }
         }
@@ -269,18 +480,30 @@ fn pushes_are_those_of_rust() {
     assert_eq!(seen, [1, 3]);
     let (tree, mut out) = (Some(&*ours), MaybeUninit::uninit());
     let query = punctual_push_out_query_new(tree, tree, raw(&tilted()));
-    null_is_seen(push(&punctual_push_out_query { a: None, ..query }, None, 1, None), "query->a");
-    null_is_seen(push(&punctual_push_out_query { b: None, ..query }, None, 1, None), "query->b");
+    null_is_seen(
+        push(&punctual_push_out_query { a: None, ..query }, None, 1, None),
+        "query->a",
+    );
+    null_is_seen(
+        push(&punctual_push_out_query { b: None, ..query }, None, 1, None),
+        "query->b",
+    );
     null_is_seen(push(&query, None, 1, None), "outcome");
     null_is_seen(push(&query, None, 1, Some(&mut out)), "workspace");
     let mut bad = query;
     bad.b_in_a.m[0] = 2.0;
-    assert_eq!(push(&bad, Some(&mut workspace), 1, Some(&mut out)), Status::BadPose);
+    assert_eq!(
+        push(&bad, Some(&mut workspace), 1, Some(&mut out)),
+        Status::BadPose
+    );
 }
 
 #[test]
 fn the_clearance_is_that_of_rust() {
-    let (ours, theirs) = (tree_of(&knot()), Tree::new(shapes::torus_knot(2, 3, 0.2, 96)));
+    let (ours, theirs) = (
+        tree_of(&knot()),
+        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
+    );
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
     let (mut memory, mut remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
     let at = |x: f64| Pose::new(tilted().rotation(), DVec3::new(x, 0.0, 0.0)).unwrap();
@@ -294,20 +517,47 @@ fn the_clearance_is_that_of_rust() {
         let (space, known) = (Some(&mut *workspace), Some(&mut *memory));
         // SAFETY: no clock of the caller's.
         unsafe {
-            punctual_distance_query_run(asked(Some(&query)), space, known, punctual_budget_unlimited(), None, slot(out))
+            punctual_distance_query_run(
+                asked(Some(&query)),
+                space,
+                known,
+                punctual_budget_unlimited(),
+                None,
+                slot(out),
+            )
         }
     });
     let pair = DistanceQuery::new(&theirs, &theirs, at(9.0));
     let distance = pair.run_with_memory(&mut other, &mut remembered, Budget::unlimited());
     for x in [9.0, 8.0, 10.5, 2.0] {
-        assert_eq!(clearance(&memory, &at(x)), remembered.clearance(&theirs, &theirs, &at(x)));
+        assert_eq!(
+            clearance(&memory, &at(x)),
+            remembered.clearance(&theirs, &theirs, &at(x))
+        );
     }
-    assert!(clearance(&memory, &at(9.0)) > 0.9 * distance.low && clearance(&memory, &at(2.0)) == 0.0);
+    assert!(
+        clearance(&memory, &at(9.0)) > 0.9 * distance.low && clearance(&memory, &at(2.0)) == 0.0
+    );
     let (pose, mut out) = (raw(&at(9.0)), MaybeUninit::uninit());
-    null_is_seen(punctual_memory_clearance(None, tree, tree, pose, Some(&mut out)), "memory");
-    null_is_seen(punctual_memory_clearance(Some(&memory), None, tree, pose, Some(&mut out)), "a");
-    null_is_seen(punctual_memory_clearance(Some(&memory), tree, None, pose, Some(&mut out)), "b");
-    null_is_seen(punctual_memory_clearance(Some(&memory), tree, tree, pose, None), "clearance");
+    null_is_seen(
+        punctual_memory_clearance(None, tree, tree, pose, Some(&mut out)),
+        "memory",
+    );
+    null_is_seen(
+        punctual_memory_clearance(Some(&memory), None, tree, pose, Some(&mut out)),
+        "a",
+    );
+    null_is_seen(
+        punctual_memory_clearance(Some(&memory), tree, None, pose, Some(&mut out)),
+        "b",
+    );
+    null_is_seen(
+        punctual_memory_clearance(Some(&memory), tree, tree, pose, None),
+        "clearance",
+    );
     let no_pose = punctual_pose { m: [0.0; 12] };
-    assert_eq!(punctual_memory_clearance(Some(&memory), tree, tree, no_pose, Some(&mut out)), Status::BadPose);
+    assert_eq!(
+        punctual_memory_clearance(Some(&memory), tree, tree, no_pose, Some(&mut out)),
+        Status::BadPose
+    );
 }

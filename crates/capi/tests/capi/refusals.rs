@@ -12,19 +12,42 @@ const HANDLE: &str = "the place for the new handle";
 fn null_is_refused_by_meshes_poses_and_triangles() {
     let mesh = knot();
     let pose = punctual_pose_identity();
-    let triangle = punctual_triangle { corners: [[0.0; 3]; 3] };
+    let triangle = punctual_triangle {
+        corners: [[0.0; 3]; 3],
+    };
     let (vertices, corners) = ([0.0; 3], [0; 3]);
     // SAFETY: null or as long as said.
     unsafe {
-        null_is_seen(punctual_mesh_new_f32(null(), 1, corners.as_ptr(), 1, None), "vertices");
-        null_is_seen(punctual_mesh_new_f32([0.0; 3].as_ptr(), 1, null(), 1, None), "triangles");
-        null_is_seen(punctual_mesh_new_f32([0.0; 3].as_ptr(), 1, corners.as_ptr(), 1, None), HANDLE);
-        null_is_seen(punctual_mesh_new_f64(null(), 1, corners.as_ptr(), 1, None), "vertices");
-        null_is_seen(punctual_mesh_new_f64(vertices.as_ptr(), 1, null(), 1, None), "triangles");
-        null_is_seen(punctual_mesh_new_f64(vertices.as_ptr(), 1, corners.as_ptr(), 1, None), HANDLE);
+        null_is_seen(
+            punctual_mesh_new_f32(null(), 1, corners.as_ptr(), 1, None),
+            "vertices",
+        );
+        null_is_seen(
+            punctual_mesh_new_f32([0.0; 3].as_ptr(), 1, null(), 1, None),
+            "triangles",
+        );
+        null_is_seen(
+            punctual_mesh_new_f32([0.0; 3].as_ptr(), 1, corners.as_ptr(), 1, None),
+            HANDLE,
+        );
+        null_is_seen(
+            punctual_mesh_new_f64(null(), 1, corners.as_ptr(), 1, None),
+            "vertices",
+        );
+        null_is_seen(
+            punctual_mesh_new_f64(vertices.as_ptr(), 1, null(), 1, None),
+            "triangles",
+        );
+        null_is_seen(
+            punctual_mesh_new_f64(vertices.as_ptr(), 1, corners.as_ptr(), 1, None),
+            HANDLE,
+        );
     }
     null_is_seen(unsafe { punctual_mesh_describe(None, slot(None)) }, "mesh");
-    null_is_seen(unsafe { punctual_mesh_describe(Some(&mesh), slot(None)) }, "facts");
+    null_is_seen(
+        unsafe { punctual_mesh_describe(Some(&mesh), slot(None)) },
+        "facts",
+    );
     null_is_seen(punctual_mesh_indices(None, None), "mesh");
     null_is_seen(punctual_mesh_indices(Some(&mesh), None), "indices");
     null_is_seen(punctual_mesh_vertex(None, 0, None), "mesh");
@@ -35,10 +58,16 @@ fn null_is_refused_by_meshes_poses_and_triangles() {
     null_is_seen(punctual_shape_torus_knot(2, 3, 0.1, 40, None), HANDLE);
     null_is_seen(punctual_shape_gear(3, 1, None), HANDLE);
     null_is_seen(punctual_shape_height_field(1, 1, None), HANDLE);
-    null_is_seen(punctual_pose_from_quaternion(0.0, 0.0, 0.0, 1.0, NO_POINT, None), "pose");
+    null_is_seen(
+        punctual_pose_from_quaternion(0.0, 0.0, 0.0, 1.0, NO_POINT, None),
+        "pose",
+    );
     null_is_seen(punctual_pose_compose(pose, pose, None), "pose");
     null_is_seen(punctual_pose_inverse(pose, None), "pose");
-    null_is_seen(punctual_triangles_intersect(triangle, triangle, None), "intersect");
+    null_is_seen(
+        punctual_triangles_intersect(triangle, triangle, None),
+        "intersect",
+    );
 }
 
 #[test]
@@ -52,28 +81,61 @@ fn null_is_refused_by_trees() {
         null_is_seen(punctual_tree_refit_f64(None, null(), 0), "tree");
         null_is_seen(punctual_tree_refit_f64(None, null(), 1), "vertices");
         null_is_seen(punctual_tree_to_bytes(None, null_mut(), 0, None), "tree");
-        null_is_seen(punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None), "count");
-        null_is_seen(punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut MaybeUninit::uninit())), "bytes");
+        null_is_seen(
+            punctual_tree_to_bytes(Some(&tree), null_mut(), 0, None),
+            "count",
+        );
+        null_is_seen(
+            punctual_tree_to_bytes(Some(&tree), null_mut(), 1, Some(&mut MaybeUninit::uninit())),
+            "bytes",
+        );
         null_is_seen(punctual_mesh_read(null(), None), "path");
         null_is_seen(punctual_mesh_read(c"a.obj".as_ptr(), None), HANDLE);
         null_is_seen(punctual_mesh_read_bytes(null(), 1, 0, None), "bytes");
         null_is_seen(punctual_mesh_read_bytes(null(), 0, 0, None), HANDLE);
         null_is_seen(punctual_tree_from_bytes(null(), 1, None), "bytes");
         null_is_seen(punctual_tree_from_bytes(null(), 0, None), HANDLE);
-        null_is_seen(punctual_tree_levels(None, null_mut(), size_of::<punctual_tree_level>(), 0, None), "tree");
-        null_is_seen(punctual_tree_levels(Some(&tree), null_mut(), size_of::<punctual_tree_level>(), 0, None), "count");
+        null_is_seen(
+            punctual_tree_levels(None, null_mut(), size_of::<punctual_tree_level>(), 0, None),
+            "tree",
+        );
+        null_is_seen(
+            punctual_tree_levels(
+                Some(&tree),
+                null_mut(),
+                size_of::<punctual_tree_level>(),
+                0,
+                None,
+            ),
+            "count",
+        );
         let mut count = MaybeUninit::uninit();
         null_is_seen(
-            punctual_tree_levels(Some(&tree), null_mut(), size_of::<punctual_tree_level>(), 1, Some(&mut count)),
+            punctual_tree_levels(
+                Some(&tree),
+                null_mut(),
+                size_of::<punctual_tree_level>(),
+                1,
+                Some(&mut count),
+            ),
             "levels",
         );
     }
-    null_is_seen(unsafe { punctual_tree_new(None, asked(None), None) }, "mesh");
-    null_is_seen(unsafe { punctual_tree_new(Some(&mesh), asked(None), None) }, HANDLE);
+    null_is_seen(
+        unsafe { punctual_tree_new(None, asked(None), None) },
+        "mesh",
+    );
+    null_is_seen(
+        unsafe { punctual_tree_new(Some(&mesh), asked(None), None) },
+        HANDLE,
+    );
     null_is_seen(punctual_tree_mesh(None, None), "tree");
     null_is_seen(punctual_tree_mesh(Some(&tree), None), HANDLE);
     null_is_seen(unsafe { punctual_tree_describe(None, slot(None)) }, "tree");
-    null_is_seen(unsafe { punctual_tree_describe(Some(&tree), slot(None)) }, "facts");
+    null_is_seen(
+        unsafe { punctual_tree_describe(Some(&tree), slot(None)) },
+        "facts",
+    );
     null_is_seen(punctual_tree_validate(None), "tree");
 }
 
@@ -85,18 +147,46 @@ fn null_is_refused_by_workspaces_and_memories() {
     null_is_seen(punctual_workspace_with_capacity(1, 1, None), HANDLE);
     null_is_seen(punctual_workspace_use_portable_kernels(None), "workspace");
     null_is_seen(punctual_workspace_pairs(None, None, None), "workspace");
-    null_is_seen(punctual_workspace_pairs(Some(&workspace), None, None), "pairs");
-    null_is_seen(punctual_workspace_pairs(Some(&workspace), Some(&mut MaybeUninit::uninit()), None), "count");
+    null_is_seen(
+        punctual_workspace_pairs(Some(&workspace), None, None),
+        "pairs",
+    );
+    null_is_seen(
+        punctual_workspace_pairs(Some(&workspace), Some(&mut MaybeUninit::uninit()), None),
+        "count",
+    );
     null_is_seen(punctual_workspace_drain_pairs(None), "workspace");
     null_is_seen(punctual_memory_new(None), HANDLE);
-    null_is_seen(unsafe { punctual_memory_describe(None, slot(None)) }, "memory");
-    null_is_seen(unsafe { punctual_memory_describe(Some(&memory), slot(None)) }, "facts");
-    let costs = punctual_cost_model { bv_test: 1.0, ..Default::default() };
-    null_is_seen(unsafe { punctual_workspace_set_cost_model(None, asked(&costs)) }, "workspace");
-    let costs = punctual_cost_model { setup: f64::NAN, ..costs };
-    null_is_seen(unsafe { punctual_workspace_cost_model(Some(&workspace), slot(None)) }, "costs");
+    null_is_seen(
+        unsafe { punctual_memory_describe(None, slot(None)) },
+        "memory",
+    );
+    null_is_seen(
+        unsafe { punctual_memory_describe(Some(&memory), slot(None)) },
+        "facts",
+    );
+    let costs = punctual_cost_model {
+        bv_test: 1.0,
+        ..Default::default()
+    };
+    null_is_seen(
+        unsafe { punctual_workspace_set_cost_model(None, asked(&costs)) },
+        "workspace",
+    );
+    let costs = punctual_cost_model {
+        setup: f64::NAN,
+        ..costs
+    };
+    null_is_seen(
+        unsafe { punctual_workspace_cost_model(Some(&workspace), slot(None)) },
+        "costs",
+    );
     let text = "punctual_workspace_set_cost_model: a cost is NaN, which is not finite or too large";
-    fails(unsafe { punctual_workspace_set_cost_model(None, asked(&costs)) }, Status::BadArgument, text);
+    fails(
+        unsafe { punctual_workspace_set_cost_model(None, asked(&costs)) },
+        Status::BadArgument,
+        text,
+    );
 }
 
 #[test]
@@ -118,43 +208,114 @@ fn null_is_refused_by_queries() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let budget = punctual_budget_unlimited();
     let query = punctual_query_new(Some(&tree), Some(&tree), punctual_pose_identity());
-    let (no_a, no_b) = (punctual_query { a: None, ..query }, punctual_query { b: None, ..query });
-    let no_clock = punctual_clock { now: None, context: null_mut() };
+    let (no_a, no_b) = (
+        punctual_query { a: None, ..query },
+        punctual_query { b: None, ..query },
+    );
+    let no_clock = punctual_clock {
+        now: None,
+        context: null_mut(),
+    };
     let mut out = MaybeUninit::uninit();
     null_is_seen(run(&no_a, None, budget, None), "query->a");
     null_is_seen(run(&no_b, None, budget, None), "query->b");
     null_is_seen(run(&query, None, budget, None), "outcome");
     null_is_seen(run(&query, None, budget, Some(&mut out)), "workspace");
-    null_is_seen(unsafe { punctual_query_certificate(asked(None), None, slot(None)) }, "query");
-    null_is_seen(unsafe { punctual_query_certificate(asked(Some(&query)), None, slot(None)) }, "certificate");
     null_is_seen(
-        unsafe { punctual_query_certificate(asked(Some(&query)), None, slot(Some(&mut MaybeUninit::uninit()))) },
+        unsafe { punctual_query_certificate(asked(None), None, slot(None)) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_query_certificate(asked(Some(&query)), None, slot(None)) },
+        "certificate",
+    );
+    null_is_seen(
+        unsafe {
+            punctual_query_certificate(
+                asked(Some(&query)),
+                None,
+                slot(Some(&mut MaybeUninit::uninit())),
+            )
+        },
         "workspace",
     );
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(punctual_query_run(asked(None), None, None, budget, None, slot(None)), "query");
-        let (workspace_there, clock) = (Some(&mut *workspace), Some(&no_clock));
-        let status =
-            punctual_query_run(asked(Some(&query)), workspace_there, None, budget, clock, slot(Some(&mut out)));
-        null_is_seen(status, "clock->now");
-        null_is_seen(punctual_query_resume(asked(None), None, None, budget, None, slot(None)), "query");
-        null_is_seen(punctual_query_open_boxes(asked(None), None, null_mut(), 0, None), "query");
-        null_is_seen(punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None), "count");
-        let count = &mut MaybeUninit::uninit();
-        null_is_seen(punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, Some(count)), "workspace");
-        made(|outcome| run(&query, Some(&mut workspace), punctual_budget_work(0), outcome));
         null_is_seen(
-            punctual_query_open_boxes(asked(Some(&query)), Some(&workspace), null_mut(), 1, Some(count)),
+            punctual_query_run(asked(None), None, None, budget, None, slot(None)),
+            "query",
+        );
+        let (workspace_there, clock) = (Some(&mut *workspace), Some(&no_clock));
+        let status = punctual_query_run(
+            asked(Some(&query)),
+            workspace_there,
+            None,
+            budget,
+            clock,
+            slot(Some(&mut out)),
+        );
+        null_is_seen(status, "clock->now");
+        null_is_seen(
+            punctual_query_resume(asked(None), None, None, budget, None, slot(None)),
+            "query",
+        );
+        null_is_seen(
+            punctual_query_open_boxes(asked(None), None, null_mut(), 0, None),
+            "query",
+        );
+        null_is_seen(
+            punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
+            "count",
+        );
+        let count = &mut MaybeUninit::uninit();
+        null_is_seen(
+            punctual_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, Some(count)),
+            "workspace",
+        );
+        made(|outcome| {
+            run(
+                &query,
+                Some(&mut workspace),
+                punctual_budget_work(0),
+                outcome,
+            )
+        });
+        null_is_seen(
+            punctual_query_open_boxes(
+                asked(Some(&query)),
+                Some(&workspace),
+                null_mut(),
+                1,
+                Some(count),
+            ),
             "boxes",
         );
     }
-    null_is_seen(unsafe { punctual_query_predict(asked(None), None, None) }, "query");
-    null_is_seen(unsafe { punctual_query_predict(asked(Some(&query)), None, None) }, "prediction");
-    null_is_seen(unsafe { punctual_query_estimate(asked(None), None, None, slot(None)) }, "query");
-    null_is_seen(unsafe { punctual_query_estimate(asked(Some(&query)), None, None, slot(None)) }, "estimate");
     null_is_seen(
-        unsafe { punctual_query_estimate(asked(Some(&query)), None, None, slot(Some(&mut MaybeUninit::uninit()))) },
+        unsafe { punctual_query_predict(asked(None), None, None) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_query_predict(asked(Some(&query)), None, None) },
+        "prediction",
+    );
+    null_is_seen(
+        unsafe { punctual_query_estimate(asked(None), None, None, slot(None)) },
+        "query",
+    );
+    null_is_seen(
+        unsafe { punctual_query_estimate(asked(Some(&query)), None, None, slot(None)) },
+        "estimate",
+    );
+    null_is_seen(
+        unsafe {
+            punctual_query_estimate(
+                asked(Some(&query)),
+                None,
+                None,
+                slot(Some(&mut MaybeUninit::uninit())),
+            )
+        },
         "workspace",
     );
 }
@@ -169,14 +330,34 @@ fn null_is_refused_by_scenes() {
     null_is_seen(punctual_scene_new(0, 0, None), HANDLE);
     null_is_seen(punctual_scene_use_threads(None, 1), "scene");
     null_is_seen(punctual_scene_reserve(None, 1, 1), "scene");
-    null_is_seen(unsafe { punctual_scene_insert(None, asked(None), None) }, "body");
-    null_is_seen(unsafe { punctual_scene_insert(None, asked(Some(&body)), None) }, "id");
-    null_is_seen(unsafe { punctual_scene_insert(None, asked(Some(&body)), Some(&mut MaybeUninit::uninit())) }, "scene");
+    null_is_seen(
+        unsafe { punctual_scene_insert(None, asked(None), None) },
+        "body",
+    );
+    null_is_seen(
+        unsafe { punctual_scene_insert(None, asked(Some(&body)), None) },
+        "id",
+    );
+    null_is_seen(
+        unsafe {
+            punctual_scene_insert(None, asked(Some(&body)), Some(&mut MaybeUninit::uninit()))
+        },
+        "scene",
+    );
     let without = punctual_body { tree: None, ..body };
-    null_is_seen(unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&without)), None) }, "body->tree");
+    null_is_seen(
+        unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&without)), None) },
+        "body->tree",
+    );
     null_is_seen(punctual_scene_remove(None, NOBODY), "scene");
-    null_is_seen(unsafe { punctual_scene_body(None, NOBODY, slot(None)) }, "body");
-    null_is_seen(unsafe { punctual_scene_body(None, NOBODY, slot(Some(&mut MaybeUninit::uninit()))) }, "scene");
+    null_is_seen(
+        unsafe { punctual_scene_body(None, NOBODY, slot(None)) },
+        "body",
+    );
+    null_is_seen(
+        unsafe { punctual_scene_body(None, NOBODY, slot(Some(&mut MaybeUninit::uninit()))) },
+        "scene",
+    );
     null_is_seen(punctual_scene_tree(None, NOBODY, None), "scene");
     null_is_seen(punctual_scene_set_pose(None, NOBODY, pose), "scene");
     null_is_seen(punctual_scene_set_tree(None, NOBODY, None), "tree");
@@ -184,14 +365,33 @@ fn null_is_refused_by_scenes() {
     null_is_seen(punctual_scene_set_importance(None, NOBODY, 1.0), "scene");
     null_is_seen(detect(None, budget, None), "scene");
     null_is_seen(unsafe { punctual_scene_report(None, slot(None)) }, "scene");
-    null_is_seen(unsafe { punctual_scene_report(Some(&scene), slot(None)) }, "report");
     null_is_seen(
-        unsafe { punctual_scene_pair(None, NOBODY, NOBODY, row(None), size_of::<punctual_pair_report>(), None) },
+        unsafe { punctual_scene_report(Some(&scene), slot(None)) },
+        "report",
+    );
+    null_is_seen(
+        unsafe {
+            punctual_scene_pair(
+                None,
+                NOBODY,
+                NOBODY,
+                row(None),
+                size_of::<punctual_pair_report>(),
+                None,
+            )
+        },
         "scene",
     );
     null_is_seen(
         unsafe {
-            punctual_scene_pair(Some(&scene), NOBODY, NOBODY, row(None), size_of::<punctual_pair_report>(), None)
+            punctual_scene_pair(
+                Some(&scene),
+                NOBODY,
+                NOBODY,
+                row(None),
+                size_of::<punctual_pair_report>(),
+                None,
+            )
         },
         "pair",
     );
@@ -209,18 +409,39 @@ fn null_is_refused_by_scenes() {
         },
         "listed",
     );
-    null_is_seen(unsafe { punctual_scene_certificate(None, NOBODY, NOBODY, slot(None)) }, "scene");
-    null_is_seen(unsafe { punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, slot(None)) }, "certificate");
-    let no_clock = punctual_clock { now: None, context: null_mut() };
+    null_is_seen(
+        unsafe { punctual_scene_certificate(None, NOBODY, NOBODY, slot(None)) },
+        "scene",
+    );
+    null_is_seen(
+        unsafe { punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, slot(None)) },
+        "certificate",
+    );
+    let no_clock = punctual_clock {
+        now: None,
+        context: null_mut(),
+    };
     // SAFETY: nothing but null.
     unsafe {
-        null_is_seen(punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), slot(None)), "clock->now");
+        null_is_seen(
+            punctual_scene_detect(Some(&mut scene), budget, Some(&no_clock), slot(None)),
+            "clock->now",
+        );
         null_is_seen(punctual_scene_refit_f32(None, NOBODY, null(), 0), "scene");
-        null_is_seen(punctual_scene_refit_f32(None, NOBODY, null(), 1), "vertices");
+        null_is_seen(
+            punctual_scene_refit_f32(None, NOBODY, null(), 1),
+            "vertices",
+        );
         null_is_seen(punctual_scene_refit_f64(None, NOBODY, null(), 0), "scene");
-        null_is_seen(punctual_scene_refit_f64(None, NOBODY, null(), 1), "vertices");
+        null_is_seen(
+            punctual_scene_refit_f64(None, NOBODY, null(), 1),
+            "vertices",
+        );
         null_is_seen(punctual_scene_bodies(None, null_mut(), 0, None), "scene");
-        null_is_seen(punctual_scene_bodies(Some(&scene), null_mut(), 0, None), "count");
+        null_is_seen(
+            punctual_scene_bodies(Some(&scene), null_mut(), 0, None),
+            "count",
+        );
     }
 }
 
@@ -232,14 +453,33 @@ fn bodies_that_are_not_there_are_refused() {
     let mut pair = MaybeUninit::uninit();
     let calls: [(&str, Status); 10] = [
         ("remove", punctual_scene_remove(Some(&mut scene), NOBODY)),
-        ("body", unsafe { punctual_scene_body(Some(&scene), NOBODY, slot(Some(&mut MaybeUninit::uninit()))) }),
-        ("tree", punctual_scene_tree(Some(&scene), NOBODY, Some(&mut MaybeUninit::uninit()))),
-        ("set_pose", punctual_scene_set_pose(Some(&mut scene), NOBODY, pose)),
-        ("set_tree", punctual_scene_set_tree(Some(&mut scene), NOBODY, Some(&tree))),
-        ("set_filter", punctual_scene_set_filter(Some(&mut scene), NOBODY, 1, 1)),
-        ("set_importance", punctual_scene_set_importance(Some(&mut scene), NOBODY, 1.0)),
+        ("body", unsafe {
+            punctual_scene_body(Some(&scene), NOBODY, slot(Some(&mut MaybeUninit::uninit())))
+        }),
+        (
+            "tree",
+            punctual_scene_tree(Some(&scene), NOBODY, Some(&mut MaybeUninit::uninit())),
+        ),
+        (
+            "set_pose",
+            punctual_scene_set_pose(Some(&mut scene), NOBODY, pose),
+        ),
+        (
+            "set_tree",
+            punctual_scene_set_tree(Some(&mut scene), NOBODY, Some(&tree)),
+        ),
+        (
+            "set_filter",
+            punctual_scene_set_filter(Some(&mut scene), NOBODY, 1, 1),
+        ),
+        (
+            "set_importance",
+            punctual_scene_set_importance(Some(&mut scene), NOBODY, 1.0),
+        ),
         // SAFETY: no vertices.
-        ("refit", unsafe { punctual_scene_refit_f32(Some(&mut scene), NOBODY, null(), 0) }),
+        ("refit", unsafe {
+            punctual_scene_refit_f32(Some(&mut scene), NOBODY, null(), 0)
+        }),
         ("pair", unsafe {
             punctual_scene_pair(
                 Some(&scene),
@@ -251,7 +491,12 @@ fn bodies_that_are_not_there_are_refused() {
             )
         }),
         ("certificate", unsafe {
-            punctual_scene_certificate(Some(&scene), NOBODY, NOBODY, slot(Some(&mut MaybeUninit::uninit())))
+            punctual_scene_certificate(
+                Some(&scene),
+                NOBODY,
+                NOBODY,
+                slot(Some(&mut MaybeUninit::uninit())),
+            )
         }),
     ];
     for (name, status) in calls {
@@ -266,35 +511,92 @@ fn numbers_out_of_range_are_named_by_meshes_and_trees() {
     let mut place = MaybeUninit::uninit();
     // SAFETY: what is too long or odd is refused before it is read.
     unsafe {
-        let status = punctual_mesh_new_f64(vertices.as_ptr(), usize::MAX / 8, corners.as_ptr(), 1, Some(&mut place));
+        let status = punctual_mesh_new_f64(
+            vertices.as_ptr(),
+            usize::MAX / 8,
+            corners.as_ptr(),
+            1,
+            Some(&mut place),
+        );
         let text = "punctual_mesh_new_f64: vertices is longer than memory or not aligned";
         fails(status, Status::BadArgument, text);
         let odd = vertices.as_ptr().cast::<u8>().add(1).cast();
-        fails(punctual_mesh_new_f64(odd, 1, corners.as_ptr(), 1, Some(&mut place)), Status::BadArgument, text);
+        fails(
+            punctual_mesh_new_f64(odd, 1, corners.as_ptr(), 1, Some(&mut place)),
+            Status::BadArgument,
+            text,
+        );
         let nan = [f32::NAN; 3];
         let status = punctual_mesh_new_f32(nan.as_ptr(), 1, corners.as_ptr(), 1, Some(&mut place));
-        fails(status, Status::BadMesh, "punctual_mesh_new_f32: vertex 0 is not finite along axis 0");
+        fails(
+            status,
+            Status::BadMesh,
+            "punctual_mesh_new_f32: vertex 0 is not finite along axis 0",
+        );
     }
-    let options = punctual_build_options { effort: 3, ..punctual_build_options_default() };
-    let status = unsafe { punctual_tree_new(Some(&knot()), asked(Some(&options)), Some(&mut MaybeUninit::uninit())) };
-    fails(status, Status::BadArgument, "punctual_tree_new: options->effort has no value 3");
+    let options = punctual_build_options {
+        effort: 3,
+        ..punctual_build_options_default()
+    };
+    let status = unsafe {
+        punctual_tree_new(
+            Some(&knot()),
+            asked(Some(&options)),
+            Some(&mut MaybeUninit::uninit()),
+        )
+    };
+    fails(
+        status,
+        Status::BadArgument,
+        "punctual_tree_new: options->effort has no value 3",
+    );
 }
 
 #[test]
 fn numbers_out_of_range_are_named_by_workspaces_triangles_and_poses() {
-    for (queue, pairs) in [(usize::MAX, 1), (1, usize::MAX), (usize::MAX / 32, usize::MAX / 16)] {
-        let status = punctual_workspace_with_capacity(queue, pairs, Some(&mut MaybeUninit::uninit()));
-        fails(status, Status::OutOfMemory, "punctual_workspace_with_capacity: there is not that much memory");
+    for (queue, pairs) in [
+        (usize::MAX, 1),
+        (1, usize::MAX),
+        (usize::MAX / 32, usize::MAX / 16),
+    ] {
+        let status =
+            punctual_workspace_with_capacity(queue, pairs, Some(&mut MaybeUninit::uninit()));
+        fails(
+            status,
+            Status::OutOfMemory,
+            "punctual_workspace_with_capacity: there is not that much memory",
+        );
     }
-    let triangle = |x| punctual_triangle { corners: [[0.0; 3], [0.0, x, 0.0], [0.0; 3]] };
-    for (x, text) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf"), (2.0 * 2f64.powi(1000), "2143")] {
-        let status = punctual_triangles_intersect(triangle(0.0), triangle(x), Some(&mut MaybeUninit::uninit()));
+    let triangle = |x| punctual_triangle {
+        corners: [[0.0; 3], [0.0, x, 0.0], [0.0; 3]],
+    };
+    for (x, text) in [
+        (f64::NAN, "NaN"),
+        (f64::INFINITY, "inf"),
+        (2.0 * 2f64.powi(1000), "2143"),
+    ] {
+        let status = punctual_triangles_intersect(
+            triangle(0.0),
+            triangle(x),
+            Some(&mut MaybeUninit::uninit()),
+        );
         assert_eq!(status, Status::BadArgument);
         let start = format!("punctual_triangles_intersect: a coordinate of b is {text}");
         assert!(last_error().starts_with(&start), "{}", last_error());
     }
-    let status = punctual_pose_from_quaternion(0.0, 0.0, 0.0, 0.0, NO_POINT, Some(&mut MaybeUninit::uninit()));
-    fails(status, Status::BadPose, "punctual_pose_from_quaternion: quaternion is zero or not finite");
+    let status = punctual_pose_from_quaternion(
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        NO_POINT,
+        Some(&mut MaybeUninit::uninit()),
+    );
+    fails(
+        status,
+        Status::BadPose,
+        "punctual_pose_from_quaternion: quaternion is zero or not finite",
+    );
 }
 
 #[test]
@@ -302,52 +604,118 @@ fn numbers_out_of_range_are_named_by_queries() {
     let tree = tree_of(&knot());
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let query = punctual_query_new(Some(&tree), Some(&tree), punctual_pose_identity());
-    let mut run =
-        |query: punctual_query, budget| run(&query, Some(&mut workspace), budget, Some(&mut MaybeUninit::uninit()));
+    let mut run = |query: punctual_query, budget| {
+        run(
+            &query,
+            Some(&mut workspace),
+            budget,
+            Some(&mut MaybeUninit::uninit()),
+        )
+    };
     let unlimited = punctual_budget_unlimited();
     let name = "punctual_query_run";
     let status = run(punctual_query { mode: 2, ..query }, unlimited);
-    fails(status, Status::BadArgument, &format!("{name}: query->mode has no value 2"));
+    fails(
+        status,
+        Status::BadArgument,
+        &format!("{name}: query->mode has no value 2"),
+    );
     let status = run(punctual_query { order: 6, ..query }, unlimited);
-    fails(status, Status::BadArgument, &format!("{name}: query->order has no value 6"));
-    let status = run(punctual_query { queue_threshold: f32::NAN, ..query }, unlimited);
+    fails(
+        status,
+        Status::BadArgument,
+        &format!("{name}: query->order has no value 6"),
+    );
+    let status = run(
+        punctual_query {
+            queue_threshold: f32::NAN,
+            ..query
+        },
+        unlimited,
+    );
     fails(
         status,
         Status::BadArgument,
         &format!("{name}: query->queue_threshold is NaN, which is not finite or too large"),
     );
-    let odd = punctual_budget { kind: 3, ..unlimited };
-    fails(run(query, odd), Status::BadArgument, &format!("{name}: budget.kind has no value 3"));
+    let odd = punctual_budget {
+        kind: 3,
+        ..unlimited
+    };
+    fails(
+        run(query, odd),
+        Status::BadArgument,
+        &format!("{name}: budget.kind has no value 3"),
+    );
     let mut b_in_a = punctual_pose_identity();
     b_in_a.m[7] = f64::INFINITY;
     let status = run(punctual_query { b_in_a, ..query }, unlimited);
-    fails(status, Status::BadPose, &format!("{name}: entry 7 of the pose [R|t], row by row, is not finite"));
+    fails(
+        status,
+        Status::BadPose,
+        &format!("{name}: entry 7 of the pose [R|t], row by row, is not finite"),
+    );
 }
 
 #[test]
 fn numbers_out_of_range_are_named_by_scenes() {
     let tree = tree_of(&knot());
-    fails(punctual_scene_new(2, 0, None), Status::BadArgument, "punctual_scene_new: mode has no value 2");
-    fails(punctual_scene_new(0, 2, None), Status::BadArgument, "punctual_scene_new: reach has no value 2");
+    fails(
+        punctual_scene_new(2, 0, None),
+        Status::BadArgument,
+        "punctual_scene_new: mode has no value 2",
+    );
+    fails(
+        punctual_scene_new(0, 2, None),
+        Status::BadArgument,
+        "punctual_scene_new: reach has no value 2",
+    );
     let mut scene = owned(|scene| punctual_scene_new(0, 0, scene));
     for (bodies, pairs) in [(usize::MAX, 0), (0, usize::MAX / 2000), (1 << 50, 1 << 50)] {
         let status = punctual_scene_reserve(Some(&mut scene), bodies, pairs);
         assert_eq!(status, Status::OutOfMemory, "{bodies} {pairs}");
     }
     let status = punctual_scene_use_threads(Some(&mut scene), 2000);
-    fails(status, Status::BadArgument, "punctual_scene_use_threads: threads is 2000, possible are 1024");
+    fails(
+        status,
+        Status::BadArgument,
+        "punctual_scene_use_threads: threads is 2000, possible are 1024",
+    );
     let body = punctual_body_new(Some(&tree), punctual_pose_identity());
-    let mut insert =
-        |body| unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&body)), Some(&mut MaybeUninit::uninit())) };
+    let mut insert = |body| unsafe {
+        punctual_scene_insert(
+            Some(&mut scene),
+            asked(Some(&body)),
+            Some(&mut MaybeUninit::uninit()),
+        )
+    };
     let name = "punctual_scene_insert";
     let status = insert(punctual_body { kind: 2, ..body });
-    fails(status, Status::BadArgument, &format!("{name}: body->kind has no value 2"));
-    let status = insert(punctual_body { importance: f32::NAN, ..body });
-    fails(status, Status::BadArgument, &format!("{name}: body 0 (generation 0): the importance is not a number"));
+    fails(
+        status,
+        Status::BadArgument,
+        &format!("{name}: body->kind has no value 2"),
+    );
+    let status = insert(punctual_body {
+        importance: f32::NAN,
+        ..body
+    });
+    fails(
+        status,
+        Status::BadArgument,
+        &format!("{name}: body 0 (generation 0): the importance is not a number"),
+    );
     let mut far = punctual_pose_identity();
     far.m[7] = 2f64.powi(995);
     let status = insert(punctual_body { pose: far, ..body });
-    fails(status, Status::BadPose, &format!("{name}: body 0 (generation 0): translation along axis 1 exceeds 2^990"));
+    fails(
+        status,
+        Status::BadPose,
+        &format!("{name}: body 0 (generation 0): translation along axis 1 exceeds 2^990"),
+    );
     let unlimited = punctual_budget_unlimited();
-    assert_eq!(made(|report| detect(Some(&mut scene), unlimited, report)).pair_count, 0);
+    assert_eq!(
+        made(|report| detect(Some(&mut scene), unlimited, report)).pair_count,
+        0
+    );
 }

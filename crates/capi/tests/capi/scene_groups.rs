@@ -11,21 +11,41 @@ use punctual_capi::{punctual_status as Status, *};
 
 #[test]
 fn compounds_and_groups_are_those_of_rust() {
-    let Both { mut scene, mut native, ids } = Both::new();
+    let Both {
+        mut scene,
+        mut native,
+        ids,
+    } = Both::new();
     let tree = tree_of(&owned(|mesh| punctual_shape_icosphere(3, mesh)));
     let ball = Arc::new(Tree::new(shapes::icosphere(3)));
     let parts = [0.0, 1.0].map(|x| punctual_body_new(Some(&tree), raw(&at(x))));
     // SAFETY: two parts.
-    let compound =
-        made(|id| unsafe { punctual_scene_insert_compound(Some(&mut scene), raw(&at(20.0)), parts.as_ptr(), 2, id) });
-    let theirs = native.insert_compound(at(20.0), [0.0, 1.0].map(|x| Body::moving(Arc::clone(&ball), at(x)))).unwrap();
+    let compound = made(|id| unsafe {
+        punctual_scene_insert_compound(Some(&mut scene), raw(&at(20.0)), parts.as_ptr(), 2, id)
+    });
+    let theirs = native
+        .insert_compound(
+            at(20.0),
+            [0.0, 1.0].map(|x| Body::moving(Arc::clone(&ball), at(x))),
+        )
+        .unwrap();
     assert_eq!(compound, theirs.to_bits());
     let shared = Some(&*scene);
     // SAFETY: there is room for as many as said.
-    let names = all(|array, room, count| unsafe { punctual_scene_parts(shared, compound, array, room, count) });
-    assert!(names.iter().copied().eq(native.parts(theirs).unwrap().map(Into::into)));
+    let names = all(|array, room, count| unsafe {
+        punctual_scene_parts(shared, compound, array, room, count)
+    });
+    assert!(
+        names
+            .iter()
+            .copied()
+            .eq(native.parts(theirs).unwrap().map(Into::into))
+    );
     let mut is_part = MaybeUninit::uninit();
-    assert_eq!(made(|id| punctual_scene_compound_of(shared, names[1], id, Some(&mut is_part))), compound);
+    assert_eq!(
+        made(|id| punctual_scene_compound_of(shared, names[1], id, Some(&mut is_part))),
+        compound
+    );
 
     let x = [ids[0].0, ids[2].0];
     // SAFETY: two bodies each.
@@ -33,31 +53,71 @@ fn compounds_and_groups_are_those_of_rust() {
         punctual_scene_measure_groups(Some(&mut scene), x.as_ptr(), 2, names.as_ptr(), 2, 1e-3, id)
     });
     let parts: Vec<_> = native.parts(theirs).unwrap().collect();
-    let expected = native.measure_groups(&[ids[0].1, ids[2].1], &parts, 1e-3).unwrap();
+    let expected = native
+        .measure_groups(&[ids[0].1, ids[2].1], &parts, 1e-3)
+        .unwrap();
     assert_eq!(groups, expected.to_bits());
     let mut both = Both { scene, native, ids };
     for (frame, work) in [1, 20_000, u64::MAX, u64::MAX].into_iter().enumerate() {
         let pose = at(14.0 - frame as f64);
-        assert_eq!(punctual_scene_set_compound_pose(Some(&mut both.scene), compound, raw(&pose)), Status::Ok);
+        assert_eq!(
+            punctual_scene_set_compound_pose(Some(&mut both.scene), compound, raw(&pose)),
+            Status::Ok
+        );
         both.native.set_compound_pose(theirs, pose).unwrap();
         both.detect(work);
         let scene = Some(&*both.scene);
         // SAFETY: there is room for as many as said.
         let found = all(|array, room, count| unsafe {
-            punctual_scene_group_distances(scene, array, size_of::<punctual_group_distance>(), room, count)
+            punctual_scene_group_distances(
+                scene,
+                array,
+                size_of::<punctual_group_distance>(),
+                room,
+                count,
+            )
         });
-        assert!(found.iter().copied().eq(both.native.report().group_distances.iter().map(Into::into)));
+        assert!(
+            found
+                .iter()
+                .copied()
+                .eq(both.native.report().group_distances.iter().map(Into::into))
+        );
         assert!(work < u64::MAX || found[0].open == 0 && found[0].bodies[0] == x[1]);
     }
-    assert_eq!(punctual_scene_stop_measuring_groups(Some(&mut both.scene), groups), Status::Ok);
+    assert_eq!(
+        punctual_scene_stop_measuring_groups(Some(&mut both.scene), groups),
+        Status::Ok
+    );
     both.native.stop_measuring_groups(expected).unwrap();
-    let way = punctual_motion_straight(raw(&at(14.0)), punctual_point { x: -6.0, ..NO_POINT });
-    assert_eq!(punctual_scene_set_compound_motion(Some(&mut both.scene), compound, way), Status::Ok);
-    both.native.set_compound_motion(theirs, Motion::straight(at(14.0), [-6.0, 0.0, 0.0]).unwrap()).unwrap();
+    let way = punctual_motion_straight(
+        raw(&at(14.0)),
+        punctual_point {
+            x: -6.0,
+            ..NO_POINT
+        },
+    );
+    assert_eq!(
+        punctual_scene_set_compound_motion(Some(&mut both.scene), compound, way),
+        Status::Ok
+    );
+    both.native
+        .set_compound_motion(
+            theirs,
+            Motion::straight(at(14.0), [-6.0, 0.0, 0.0]).unwrap(),
+        )
+        .unwrap();
     assert!(both.detect(u64::MAX)[2] > 0);
-    assert_eq!(punctual_scene_remove_compound(Some(&mut both.scene), compound), Status::Ok);
+    assert_eq!(
+        punctual_scene_remove_compound(Some(&mut both.scene), compound),
+        Status::Ok
+    );
     let status = punctual_scene_remove_compound(Some(&mut both.scene), compound);
-    fails(status, Status::BadArgument, "punctual_scene_remove_compound: compound 0 is not in the scene");
+    fails(
+        status,
+        Status::BadArgument,
+        "punctual_scene_remove_compound: compound 0 is not in the scene",
+    );
 }
 
 #[test]
@@ -65,9 +125,17 @@ fn contact_points_are_those_of_rust() {
     let mut both = Both::new();
     let [(a, first), (b, second)] = [both.ids[0], both.ids[1]];
     let contacts = punctual_pair_question::Contacts as u32;
-    assert_eq!(punctual_scene_set_question_importance(Some(&mut both.scene), contacts, 0.5), Status::Ok);
-    both.native.set_question_importance(PairQuestion::Contacts, 0.5).unwrap();
-    assert_eq!(punctual_scene_find_contacts_of(Some(&mut both.scene), a, b), Status::Ok);
+    assert_eq!(
+        punctual_scene_set_question_importance(Some(&mut both.scene), contacts, 0.5),
+        Status::Ok
+    );
+    both.native
+        .set_question_importance(PairQuestion::Contacts, 0.5)
+        .unwrap();
+    assert_eq!(
+        punctual_scene_find_contacts_of(Some(&mut both.scene), a, b),
+        Status::Ok
+    );
     both.native.find_contacts_of(first, second).unwrap();
     for (x, work) in [(1.95, 2_000), (1.95, u64::MAX), (5.0, u64::MAX)] {
         both.go(1, x);
@@ -89,13 +157,28 @@ fn contact_points_are_those_of_rust() {
         // SAFETY: as many were written.
         unsafe { points.set_len(found.count) };
         assert_eq!((found.low, found.age), (known.low, known.age));
-        assert!(points.iter().copied().eq(known.points.iter().map(punctual_contact_point::from)));
+        assert!(
+            points
+                .iter()
+                .copied()
+                .eq(known.points.iter().map(punctual_contact_point::from))
+        );
         assert!(work < u64::MAX || points.is_empty() == (x > 2.0));
     }
-    assert_eq!(punctual_scene_stop_finding_contacts_of(Some(&mut both.scene), a, b), Status::Ok);
-    assert_eq!(punctual_scene_find_contacts(Some(&mut both.scene)), Status::Ok);
+    assert_eq!(
+        punctual_scene_stop_finding_contacts_of(Some(&mut both.scene), a, b),
+        Status::Ok
+    );
+    assert_eq!(
+        punctual_scene_find_contacts(Some(&mut both.scene)),
+        Status::Ok
+    );
     let status = punctual_scene_set_question_importance(Some(&mut both.scene), 4, 0.0);
-    fails(status, Status::BadArgument, "punctual_scene_set_question_importance: question has no value 4");
+    fails(
+        status,
+        Status::BadArgument,
+        "punctual_scene_set_question_importance: question has no value 4",
+    );
 }
 
 #[test]
@@ -109,16 +192,40 @@ fn groups_refuse_what_is_not_there() {
     null_is_seen(punctual_scene_stop_measuring_groups(None, 0), "scene");
     null_is_seen(punctual_scene_find_contacts(None), "scene");
     null_is_seen(punctual_scene_find_contacts_of(None, id, id), "scene");
-    null_is_seen(punctual_scene_stop_finding_contacts_of(None, id, id), "scene");
-    null_is_seen(punctual_scene_set_question_importance(None, 0, 0.0), "scene");
-    null_is_seen(punctual_scene_compound_of(Some(&scene), id, None, None), "compound");
+    null_is_seen(
+        punctual_scene_stop_finding_contacts_of(None, id, id),
+        "scene",
+    );
+    null_is_seen(
+        punctual_scene_set_question_importance(None, 0, 0.0),
+        "scene",
+    );
+    null_is_seen(
+        punctual_scene_compound_of(Some(&scene), id, None, None),
+        "compound",
+    );
     // SAFETY: nothing but null, and one body.
     unsafe {
-        null_is_seen(punctual_scene_insert_compound(Some(&mut scene), pose, null(), 0, None), "compound");
-        null_is_seen(punctual_scene_parts(Some(&scene), 0, null_mut(), 0, None), "count");
-        null_is_seen(punctual_scene_measure_groups(Some(&mut scene), null(), 0, null(), 0, 0.0, None), "id");
         null_is_seen(
-            punctual_scene_group_distances(None, null_mut(), size_of::<punctual_group_distance>(), 0, None),
+            punctual_scene_insert_compound(Some(&mut scene), pose, null(), 0, None),
+            "compound",
+        );
+        null_is_seen(
+            punctual_scene_parts(Some(&scene), 0, null_mut(), 0, None),
+            "count",
+        );
+        null_is_seen(
+            punctual_scene_measure_groups(Some(&mut scene), null(), 0, null(), 0, 0.0, None),
+            "id",
+        );
+        null_is_seen(
+            punctual_scene_group_distances(
+                None,
+                null_mut(),
+                size_of::<punctual_group_distance>(),
+                0,
+                None,
+            ),
             "scene",
         );
         null_is_seen(
@@ -134,12 +241,26 @@ fn groups_refuse_what_is_not_there() {
             "found",
         );
         let mut out = MaybeUninit::uninit();
-        null_is_seen(punctual_scene_insert_compound(Some(&mut scene), pose, null(), 1, Some(&mut out)), "parts");
-        null_is_seen(punctual_scene_measure_groups(Some(&mut scene), null(), 1, &id, 1, 0.0, Some(&mut out)), "x");
-        let status = punctual_scene_measure_groups(Some(&mut scene), &id, 1, &id, 1, 0.0, Some(&mut out));
-        let text = "punctual_scene_measure_groups: body 0 (generation 0) has no distance from itself";
+        null_is_seen(
+            punctual_scene_insert_compound(Some(&mut scene), pose, null(), 1, Some(&mut out)),
+            "parts",
+        );
+        null_is_seen(
+            punctual_scene_measure_groups(Some(&mut scene), null(), 1, &id, 1, 0.0, Some(&mut out)),
+            "x",
+        );
+        let status =
+            punctual_scene_measure_groups(Some(&mut scene), &id, 1, &id, 1, 0.0, Some(&mut out));
+        let text =
+            "punctual_scene_measure_groups: body 0 (generation 0) has no distance from itself";
         fails(status, Status::BadArgument, text);
     }
-    assert_eq!(punctual_scene_set_compound_pose(Some(&mut scene), 7, pose), Status::BadArgument);
-    assert_eq!(punctual_scene_find_contacts_of(Some(&mut scene), id, NOBODY), Status::NoSuchBody);
+    assert_eq!(
+        punctual_scene_set_compound_pose(Some(&mut scene), 7, pose),
+        Status::BadArgument
+    );
+    assert_eq!(
+        punctual_scene_find_contacts_of(Some(&mut scene), id, NOBODY),
+        Status::NoSuchBody
+    );
 }

@@ -9,7 +9,8 @@ use super::scene_answers::all;
 use super::surfaces::vertex_of;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, Calibration, Filter, ManualClock, Mode, PairReport, Pose, Reach, Scene, Tree, shapes,
+    Body, BodyId, Budget, Calibration, Filter, ManualClock, Mode, PairReport, Pose, Reach, Scene,
+    Tree, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
@@ -24,14 +25,30 @@ struct Both {
 
 fn place(i: u32, frame: u32) -> Pose {
     let turn = DMat3::from_rotation_z(f64::from(i + frame) * 0.3);
-    Pose::new(turn, DVec3::new(0.9 * f64::from(i % 4), f64::from(i / 4) + 0.02 * f64::from(frame), 0.0)).unwrap()
+    Pose::new(
+        turn,
+        DVec3::new(
+            0.9 * f64::from(i % 4),
+            f64::from(i / 4) + 0.02 * f64::from(frame),
+            0.0,
+        ),
+    )
+    .unwrap()
 }
 
 impl Both {
     fn new() -> Self {
-        let (ours, theirs) = (tree_of(&knot()), Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 96))));
-        let mut scene =
-            owned(|scene| punctual_scene_new(punctual_mode::All as u32, punctual_reach::Swept as u32, scene));
+        let (ours, theirs) = (
+            tree_of(&knot()),
+            Arc::new(Tree::new(shapes::torus_knot(2, 3, 0.2, 96))),
+        );
+        let mut scene = owned(|scene| {
+            punctual_scene_new(
+                punctual_mode::All as u32,
+                punctual_reach::Swept as u32,
+                scene,
+            )
+        });
         let mut native = Scene::new();
         native.set_mode(Mode::All);
         native.set_reach(Reach::Swept);
@@ -42,18 +59,34 @@ impl Both {
         for i in 0..12 {
             let mut body = punctual_body_new(Some(&ours), raw(&place(i, 0)));
             (body.kind, body.importance) = (u32::from(i < 2), i as f32);
-            let id = made(|id| unsafe { punctual_scene_insert(Some(&mut scene), asked(Some(&body)), id) });
+            let id = made(|id| unsafe {
+                punctual_scene_insert(Some(&mut scene), asked(Some(&body)), id)
+            });
             let body = if i < 2 { Body::fixed } else { Body::moving };
-            ids.push((id, native.insert(body(Arc::clone(&theirs), place(i, 0)).importance(i as f32)).unwrap()));
+            ids.push((
+                id,
+                native
+                    .insert(body(Arc::clone(&theirs), place(i, 0)).importance(i as f32))
+                    .unwrap(),
+            ));
             assert_eq!(id.index as usize, ids[ids.len() - 1].1.index());
         }
-        Self { scene, native, ids, ours, theirs }
+        Self {
+            scene,
+            native,
+            ids,
+            ours,
+            theirs,
+        }
     }
 
     fn move_on(&mut self, frame: u32) {
         for (i, &(id, native_id)) in (0..).zip(&self.ids).skip(2) {
             let pose = place(i, frame);
-            assert_eq!(punctual_scene_set_pose(Some(&mut self.scene), id, raw(&pose)), Status::Ok);
+            assert_eq!(
+                punctual_scene_set_pose(Some(&mut self.scene), id, raw(&pose)),
+                Status::Ok
+            );
             self.native.set_pose(native_id, pose).unwrap();
         }
     }
@@ -65,35 +98,77 @@ impl Both {
 
     fn refit_f32(&mut self) {
         let (id, native_id) = self.ids[3];
-        let narrow: Vec<[f32; 3]> = self.vertices().map(|vertex| (vertex.as_vec3() * 1.25).to_array()).collect();
+        let narrow: Vec<[f32; 3]> = self
+            .vertices()
+            .map(|vertex| (vertex.as_vec3() * 1.25).to_array())
+            .collect();
         // SAFETY: as long as said.
-        let status =
-            unsafe { punctual_scene_refit_f32(Some(&mut self.scene), id, narrow.as_ptr().cast(), narrow.len()) };
+        let status = unsafe {
+            punctual_scene_refit_f32(
+                Some(&mut self.scene),
+                id,
+                narrow.as_ptr().cast(),
+                narrow.len(),
+            )
+        };
         assert_eq!(status, Status::Ok);
-        self.native.tree_mut(native_id).unwrap().refit(&narrow).unwrap();
+        self.native
+            .tree_mut(native_id)
+            .unwrap()
+            .refit(&narrow)
+            .unwrap();
     }
 
     fn refit_f64(&mut self) {
         let (id, native_id) = self.ids[3];
-        let wide: Vec<[f64; 3]> = self.vertices().map(|vertex| (vertex / 3.0).to_array()).collect();
+        let wide: Vec<[f64; 3]> = self
+            .vertices()
+            .map(|vertex| (vertex / 3.0).to_array())
+            .collect();
         // SAFETY: as long as said.
-        let status = unsafe { punctual_scene_refit_f64(Some(&mut self.scene), id, wide.as_ptr().cast(), wide.len()) };
+        let status = unsafe {
+            punctual_scene_refit_f64(Some(&mut self.scene), id, wide.as_ptr().cast(), wide.len())
+        };
         assert_eq!(status, Status::Ok);
-        self.native.tree_mut(native_id).unwrap().refit_f64(&wide).unwrap();
+        self.native
+            .tree_mut(native_id)
+            .unwrap()
+            .refit_f64(&wide)
+            .unwrap();
         let shared = owned(|tree| punctual_scene_tree(Some(&self.scene), id, tree));
-        assert_eq!(vertex_of(&shared, 5), self.native.body(native_id).unwrap().tree.mesh().vertex(5));
+        assert_eq!(
+            vertex_of(&shared, 5),
+            self.native.body(native_id).unwrap().tree.mesh().vertex(5)
+        );
     }
 
     fn set(&mut self, frame: u32) {
         let ((third, native_third), (fourth, native_fourth)) = (self.ids[3], self.ids[4]);
-        assert_eq!(punctual_scene_set_tree(Some(&mut self.scene), third, Some(&self.ours)), Status::Ok);
-        self.native.set_tree(native_third, Arc::clone(&self.theirs)).unwrap();
-        assert_eq!(punctual_scene_set_filter(Some(&mut self.scene), fourth, 2, 6), Status::Ok);
-        self.native.set_filter(native_fourth, Filter::new(2, 6)).unwrap();
-        assert_eq!(punctual_scene_set_importance(Some(&mut self.scene), fourth, 9.0), Status::Ok);
+        assert_eq!(
+            punctual_scene_set_tree(Some(&mut self.scene), third, Some(&self.ours)),
+            Status::Ok
+        );
+        self.native
+            .set_tree(native_third, Arc::clone(&self.theirs))
+            .unwrap();
+        assert_eq!(
+            punctual_scene_set_filter(Some(&mut self.scene), fourth, 2, 6),
+            Status::Ok
+        );
+        self.native
+            .set_filter(native_fourth, Filter::new(2, 6))
+            .unwrap();
+        assert_eq!(
+            punctual_scene_set_importance(Some(&mut self.scene), fourth, 9.0),
+            Status::Ok
+        );
         self.native.set_importance(native_fourth, 9.0).unwrap();
-        let body = made(|body| unsafe { punctual_scene_body(Some(&self.scene), fourth, slot(body)) });
-        assert_eq!((body.groups, body.mask, body.importance, body.kind), (2, 6, 9.0, 0));
+        let body =
+            made(|body| unsafe { punctual_scene_body(Some(&self.scene), fourth, slot(body)) });
+        assert_eq!(
+            (body.groups, body.mask, body.importance, body.kind),
+            (2, 6, 9.0, 0)
+        );
         assert!(body.tree.is_none() && body.pose == raw(&place(4, frame)));
     }
 
@@ -111,17 +186,41 @@ impl Both {
             (report.frame, report.decided, report.intersecting),
             (expected.frame, expected.decided, expected.intersecting)
         );
-        assert_eq!((report.complete, report.worst_age), (expected.complete, expected.worst_age));
-        assert_eq!((report.work, report.bv_tests, report.elapsed), (expected.work, expected.bv_tests, -1));
-        let missed = (report.unplaced, report.unpaired, report.unlisted, report.is_full);
-        assert_eq!(missed, (expected.unplaced, expected.unpaired, expected.unlisted, expected.is_full));
+        assert_eq!(
+            (report.complete, report.worst_age),
+            (expected.complete, expected.worst_age)
+        );
+        assert_eq!(
+            (report.work, report.bv_tests, report.elapsed),
+            (expected.work, expected.bv_tests, -1)
+        );
+        let missed = (
+            report.unplaced,
+            report.unpaired,
+            report.unlisted,
+            report.is_full,
+        );
+        assert_eq!(
+            missed,
+            (
+                expected.unplaced,
+                expected.unpaired,
+                expected.unlisted,
+                expected.is_full
+            )
+        );
         let undecided = expected.undecided();
         assert_eq!(report.broad_phase_work, expected.broad_phase_work);
         let scene = Some(&*self.scene);
         let size = size_of::<punctual_pair_report>();
         // SAFETY: there is room for as many as said.
-        let pairs = all(|array, room, count| unsafe { punctual_scene_pairs(scene, array, size, room, count) });
-        assert_eq!((pairs.len(), report.pair_count), (expected.pairs.len(), pairs.len()));
+        let pairs = all(|array, room, count| unsafe {
+            punctual_scene_pairs(scene, array, size, room, count)
+        });
+        assert_eq!(
+            (pairs.len(), report.pair_count),
+            (expected.pairs.len(), pairs.len())
+        );
         for (pair, expected) in pairs.iter().zip(&self.native.report().pairs) {
             self.same(pair, expected);
         }
@@ -136,15 +235,39 @@ impl Both {
     }
 
     fn same(&self, pair: &punctual_pair_report, expected: &PairReport) {
-        assert_eq!([pair.a.index as usize, pair.b.index as usize], [expected.a.index(), expected.b.index()]);
+        assert_eq!(
+            [pair.a.index as usize, pair.b.index as usize],
+            [expected.a.index(), expected.b.index()]
+        );
         let numbers = |found, complete, probability: f64, recall: f64, age| {
-            (found, complete, probability.to_bits(), recall.to_bits(), age)
+            (
+                found,
+                complete,
+                probability.to_bits(),
+                recall.to_bits(),
+                age,
+            )
         };
         assert_eq!(
-            numbers(pair.found, pair.complete, pair.probability, pair.recall, pair.age),
-            numbers(expected.found, expected.complete, expected.probability, expected.recall, expected.age)
+            numbers(
+                pair.found,
+                pair.complete,
+                pair.probability,
+                pair.recall,
+                pair.age
+            ),
+            numbers(
+                expected.found,
+                expected.complete,
+                expected.probability,
+                expected.recall,
+                expected.age
+            )
         );
-        assert_eq!((pair.verdict, [pair.witness.a, pair.witness.b]), told(expected.verdict));
+        assert_eq!(
+            (pair.verdict, [pair.witness.a, pair.witness.b]),
+            told(expected.verdict)
+        );
         let mut listed = MaybeUninit::uninit();
         let again = made(|again| unsafe {
             punctual_scene_pair(
@@ -158,9 +281,14 @@ impl Both {
         });
         // SAFETY: written by the call.
         assert!(again == *pair && unsafe { listed.assume_init() });
-        let open = made(|open| unsafe { punctual_scene_certificate(Some(&self.scene), pair.a, pair.b, slot(open)) });
+        let open = made(|open| unsafe {
+            punctual_scene_certificate(Some(&self.scene), pair.a, pair.b, slot(open))
+        });
         let certificate = self.native.certificate(expected.a, expected.b).unwrap();
-        assert_eq!((open.upper_bound, open.largest_extent), (certificate.upper_bound, certificate.largest_extent));
+        assert_eq!(
+            (open.upper_bound, open.largest_extent),
+            (certificate.upper_bound, certificate.largest_extent)
+        );
     }
 }
 
@@ -186,7 +314,9 @@ fn scenes_answer_as_in_rust() {
     let Both { scene, ids, .. } = both;
     let mut listed = vec![NOBODY; 11];
     // SAFETY: there is room for eleven.
-    let count = made(|count| unsafe { punctual_scene_bodies(Some(&scene), listed.as_mut_ptr(), 11, count) });
+    let count = made(|count| unsafe {
+        punctual_scene_bodies(Some(&scene), listed.as_mut_ptr(), 11, count)
+    });
     assert_eq!(count, 11);
     assert!(listed.iter().eq(ids.iter().map(|(id, _)| id)));
     let (mut pair, mut is_listed) = (MaybeUninit::uninit(), MaybeUninit::uninit());
@@ -201,7 +331,10 @@ fn scenes_answer_as_in_rust() {
         )
     };
     // SAFETY: written by the call.
-    assert!(status == Status::Ok && !unsafe { is_listed.assume_init() }, "two fixed bodies are no pair");
+    assert!(
+        status == Status::Ok && !unsafe { is_listed.assume_init() },
+        "two fixed bodies are no pair"
+    );
     punctual_scene_free(Some(scene));
 }
 
@@ -210,9 +343,18 @@ fn scenes_answer_as_in_rust() {
 fn settings_and_calibrations_are_those_of_rust() {
     let mut both = Both::new();
     assert!(both.detect(punctual_budget_work(30_000), Budget::work(30_000)) > 0);
-    assert_eq!(punctual_scene_set_mode(Some(&mut both.scene), punctual_mode::Any as u32), Status::Ok);
-    assert_eq!(punctual_scene_set_reach(Some(&mut both.scene), punctual_reach::Here as u32), Status::Ok);
-    assert_eq!(punctual_scene_set_max_pairs(Some(&mut both.scene), 5), Status::Ok);
+    assert_eq!(
+        punctual_scene_set_mode(Some(&mut both.scene), punctual_mode::Any as u32),
+        Status::Ok
+    );
+    assert_eq!(
+        punctual_scene_set_reach(Some(&mut both.scene), punctual_reach::Here as u32),
+        Status::Ok
+    );
+    assert_eq!(
+        punctual_scene_set_max_pairs(Some(&mut both.scene), 5),
+        Status::Ok
+    );
     both.native.set_mode(Mode::Any);
     both.native.set_reach(Reach::Here);
     both.native.set_max_pairs(5);
@@ -223,13 +365,17 @@ fn settings_and_calibrations_are_those_of_rust() {
         let told = 0.1 + 0.02 * f64::from(moment);
         learned.learn(told, moment % 3 == 0);
         // SAFETY: here and below, of the size that it says.
-        let status = unsafe { punctual_calibration_learn(&raw mut calibration, told, u32::from(moment % 3 == 0)) };
+        let status = unsafe {
+            punctual_calibration_learn(&raw mut calibration, told, u32::from(moment % 3 == 0))
+        };
         assert_eq!(status, Status::Ok);
     }
     assert_eq!(calibration, learned.into());
-    let corrected = made(|out| unsafe { punctual_calibration_apply(&raw const calibration, 0.4, out) });
+    let corrected =
+        made(|out| unsafe { punctual_calibration_apply(&raw const calibration, 0.4, out) });
     assert_eq!(corrected, learned.apply(0.4));
-    let status = unsafe { punctual_scene_set_calibration(Some(&mut both.scene), &raw const calibration) };
+    let status =
+        unsafe { punctual_scene_set_calibration(Some(&mut both.scene), &raw const calibration) };
     assert_eq!(status, Status::Ok);
     both.native.set_calibration(learned);
     for frame in 0..12 {
@@ -238,15 +384,30 @@ fn settings_and_calibrations_are_those_of_rust() {
         let kept = made(|out| unsafe { punctual_scene_calibration(Some(&both.scene), slot(out)) });
         assert_eq!(kept, both.native.calibration().into());
     }
-    let wrong = punctual_calibration { slope: 9.0, ..calibration };
+    let wrong = punctual_calibration {
+        slope: 9.0,
+        ..calibration
+    };
     let text = "punctual_scene_set_calibration: calibration has numbers that cannot be learned";
     let status = unsafe { punctual_scene_set_calibration(Some(&mut both.scene), &raw const wrong) };
     fails(status, Status::BadArgument, text);
     null_is_seen(punctual_scene_set_mode(None, 0), "scene");
     null_is_seen(punctual_scene_set_reach(None, 0), "scene");
     null_is_seen(punctual_scene_set_max_pairs(None, 0), "scene");
-    null_is_seen(punctual_scene_partners_known(Some(&both.scene), NOBODY, None), "known");
-    null_is_seen(unsafe { punctual_scene_calibration(Some(&both.scene), slot(None)) }, "calibration");
-    null_is_seen(unsafe { punctual_calibration_learn(slot(None), 0.5, 1) }, "calibration");
-    null_is_seen(unsafe { punctual_calibration_apply(asked(None), 0.5, None) }, "corrected");
+    null_is_seen(
+        punctual_scene_partners_known(Some(&both.scene), NOBODY, None),
+        "known",
+    );
+    null_is_seen(
+        unsafe { punctual_scene_calibration(Some(&both.scene), slot(None)) },
+        "calibration",
+    );
+    null_is_seen(
+        unsafe { punctual_calibration_learn(slot(None), 0.5, 1) },
+        "calibration",
+    );
+    null_is_seen(
+        unsafe { punctual_calibration_apply(asked(None), 0.5, None) },
+        "corrected",
+    );
 }

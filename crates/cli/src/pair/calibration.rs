@@ -22,7 +22,10 @@ impl CalibrationFile {
             Err(error) if error.kind() == ErrorKind::NotFound => Calibration::default(),
             Err(error) => return Err(FileError::from_io(path, &error)),
         };
-        Ok(Self { path: path.to_owned(), calibration })
+        Ok(Self {
+            path: path.to_owned(),
+            calibration,
+        })
     }
 
     /// Writes a file beside it and then renames that, so that there is a whole one at any time.
@@ -30,8 +33,10 @@ impl CalibrationFile {
         let mut name = self.path.clone().into_os_string();
         name.push(format!(".{}.tmp", process::id()));
         let beside = PathBuf::from(name);
-        let json = serde_json::to_string(&self.calibration).map_err(|error| damage(&self.path, &error))?;
-        let written = fs::write(&beside, json + "\n").and_then(|()| fs::rename(&beside, &self.path));
+        let json =
+            serde_json::to_string(&self.calibration).map_err(|error| damage(&self.path, &error))?;
+        let written =
+            fs::write(&beside, json + "\n").and_then(|()| fs::rename(&beside, &self.path));
         written.map_err(|error| {
             let _ = fs::remove_file(&beside);
             FileError::from_io(&self.path, &error)

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use punctual::{
-    Budget, Estimate, Mode, Outcome, PairMemory, Pose, Prediction, Query, StopReason, SystemClock, Tree, Verdict,
-    Workspace,
+    Budget, Estimate, Mode, Outcome, PairMemory, Pose, Prediction, Query, StopReason, SystemClock,
+    Tree, Verdict, Workspace,
 };
 use punctual_io::FileError;
 use punctual_lab::files::Listed;
@@ -47,9 +47,20 @@ pub struct Sweeper<'a> {
 
 impl<'a> Sweeper<'a> {
     pub fn new(args: &'a Args, a: &'a Tree, b: &'a Tree) -> Self {
-        let workspace = args.running.prepared(Workspace::with_capacity(QUEUE_PAIRS, FOUND_PAIRS));
+        let workspace = args
+            .running
+            .prepared(Workspace::with_capacity(QUEUE_PAIRS, FOUND_PAIRS));
         let (aside, clock) = (Workspace::new(), SystemClock::default());
-        Self { args, a, b, workspace, aside, memory: None, clock, found: Vec::new() }
+        Self {
+            args,
+            a,
+            b,
+            workspace,
+            aside,
+            memory: None,
+            clock,
+            found: Vec::new(),
+        }
     }
 
     pub fn first_sweep(
@@ -79,7 +90,13 @@ impl<'a> Sweeper<'a> {
                     file.calibration.learn(told, self.meets(pose));
                 }
             }
-            rows.push(Some(Row { outcome, upper_bound, least, predicted, estimate }));
+            rows.push(Some(Row {
+                outcome,
+                upper_bound,
+                least,
+                predicted,
+                estimate,
+            }));
             if let Some(file) = &mut pairs_out {
                 self.found.extend_from_slice(self.workspace.pairs());
                 file.write(i, &mut self.found)?;
@@ -88,7 +105,11 @@ impl<'a> Sweeper<'a> {
         Ok(rows)
     }
 
-    pub fn sweep_again(&mut self, poses: &[Listed<Pose>], rows: &mut [Option<Row>]) -> Result<(), Failure> {
+    pub fn sweep_again(
+        &mut self,
+        poses: &[Listed<Pose>],
+        rows: &mut [Option<Row>],
+    ) -> Result<(), Failure> {
         self.memory = self.args.memory.then(PairMemory::new);
         for (listed, row) in poses.iter().zip(rows) {
             if let (Ok(pose), Some(row)) = (&listed.entry, row) {
@@ -108,7 +129,11 @@ impl<'a> Sweeper<'a> {
         let mut outcome = query.run_with(&mut self.workspace, self.memory.as_mut(), budget, &clock);
         while outcome.stop == StopReason::PairsFull {
             self.found.extend(self.workspace.drain_pairs());
-            let left = self.args.running.limits.budget_left(start.elapsed(), outcome.stats.work);
+            let left = self
+                .args
+                .running
+                .limits
+                .budget_left(start.elapsed(), outcome.stats.work);
             outcome = query.resume_with(&mut self.workspace, self.memory.as_mut(), left, &clock)?;
         }
         Ok((outcome, start.elapsed()))
@@ -116,7 +141,9 @@ impl<'a> Sweeper<'a> {
 
     /// Whether the surfaces meet at a pose, found out aside.
     fn meets(&mut self, pose: Pose) -> bool {
-        let outcome = Query::new(self.a, self.b, pose).mode(Mode::Any).run(&mut self.aside, Budget::unlimited());
+        let outcome = Query::new(self.a, self.b, pose)
+            .mode(Mode::Any)
+            .run(&mut self.aside, Budget::unlimited());
         outcome.verdict != Verdict::Separated
     }
 
@@ -134,16 +161,23 @@ pub struct PairsFile {
 impl PairsFile {
     pub fn create(path: &Path) -> Result<Self, FileError> {
         let file = File::create(path).map_err(|error| FileError::from_io(path, &error))?;
-        Ok(Self { path: path.to_owned(), out: BufWriter::new(file) })
+        Ok(Self {
+            path: path.to_owned(),
+            out: BufWriter::new(file),
+        })
     }
 
     fn write(&mut self, pose: usize, pairs: &mut [[u32; 2]]) -> Result<(), FileError> {
         pairs.sort_unstable();
-        let written = pairs.iter().try_for_each(|[a, b]| writeln!(self.out, "{pose},{a},{b}"));
+        let written = pairs
+            .iter()
+            .try_for_each(|[a, b]| writeln!(self.out, "{pose},{a},{b}"));
         written.map_err(|error| FileError::from_io(&self.path, &error))
     }
 
     pub fn finish(mut self) -> Result<(), FileError> {
-        self.out.flush().map_err(|error| FileError::from_io(&self.path, &error))
+        self.out
+            .flush()
+            .map_err(|error| FileError::from_io(&self.path, &error))
     }
 }

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use punctual::glam::DVec3;
 use punctual::{
-    BodyContact, BodyHit, BodyId, Budget, ContactPhase, PairDistance, PairPassage, Ray, RayHit, Scene, SceneRay,
+    BodyContact, BodyHit, BodyId, Budget, ContactPhase, PairDistance, PairPassage, Ray, RayHit,
+    Scene, SceneRay,
 };
 use punctual_io::FileError;
 use punctual_lab::files::{self, Listed};
@@ -43,7 +44,9 @@ pub struct Questions {
 }
 
 fn parse_bodies(text: &str) -> Result<[usize; 2], String> {
-    let bodies = text.split_once(',').and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
+    let bodies = text
+        .split_once(',')
+        .and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
     bodies.ok_or_else(|| "must be the numbers of two bodies, as in 0,5".into())
 }
 
@@ -62,7 +65,11 @@ impl Questions {
             scene.track_contacts();
         }
         for bodies in &self.measure {
-            let id = |body: usize| ids.get(body).copied().ok_or_else(|| format!("--measure: no body {body}"));
+            let id = |body: usize| {
+                ids.get(body)
+                    .copied()
+                    .ok_or_else(|| format!("--measure: no body {body}"))
+            };
             scene.measure(id(bodies[0])?, id(bodies[1])?, self.tolerance)?;
         }
         Ok(())
@@ -76,12 +83,16 @@ impl Questions {
         }
         let table = |asked: bool, name: &str, columns: &str| {
             let folder = self.answers.as_ref().filter(|_| asked);
-            let mut table =
-                Table(folder.map(|folder| File::create(folder.join(name)).map(BufWriter::new)).transpose()?);
+            let mut table = Table(
+                folder
+                    .map(|folder| File::create(folder.join(name)).map(BufWriter::new))
+                    .transpose()?,
+            );
             table.line(format_args!("{columns}"))?;
             io::Result::Ok(table)
         };
-        let contacts = "frame,a,b,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,age";
+        let contacts =
+            "frame,a,b,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,age";
         Ok(Answers {
             contacts: table(self.contacts, "contacts.csv", contacts)?,
             distances: table(
@@ -89,9 +100,17 @@ impl Questions {
                 "distances.csv",
                 "frame,a,b,low,high,triangle_a,triangle_b,age",
             )?,
-            passages: table(self.motions, "passages.csv", "frame,a,b,free_until,touching_at,triangle_a,triangle_b")?,
+            passages: table(
+                self.motions,
+                "passages.csv",
+                "frame,a,b,free_until,touching_at,triangle_a,triangle_b",
+            )?,
             events: table(self.events, "events.csv", "frame,a,b,phase,age")?,
-            hits: table(!rays.is_empty(), "hits.csv", "frame,ray,body,triangle,t,side")?,
+            hits: table(
+                !rays.is_empty(),
+                "hits.csv",
+                "frame,ray,body,triangle,t,side",
+            )?,
             rays,
             locates: self.contacts,
         })
@@ -100,7 +119,10 @@ impl Questions {
 
 fn read_rays(file: &Path) -> Result<Vec<SceneRay>, FileError> {
     let ray = |listed: Listed<Ray>| {
-        listed.entry.map_err(|what| FileError::at_line(file, listed.line, what)).map(SceneRay::new)
+        listed
+            .entry
+            .map_err(|what| FileError::at_line(file, listed.line, what))
+            .map(SceneRay::new)
     };
     files::rays(file, false)?.into_iter().map(ray).collect()
 }
@@ -110,7 +132,9 @@ struct Table(Option<BufWriter<File>>);
 
 impl Table {
     fn line(&mut self, line: Arguments) -> io::Result<()> {
-        self.0.as_mut().map_or(Ok(()), |file| writeln!(file, "{line}"))
+        self.0
+            .as_mut()
+            .map_or(Ok(()), |file| writeln!(file, "{line}"))
     }
 }
 
@@ -181,31 +205,63 @@ impl Answers {
                 counts.touching[1] += usize::from(found.is_complete());
             }
         }
-        for PairDistance { a, b, low, high, triangles, age, .. } in report.distances.iter().copied() {
+        for PairDistance {
+            a,
+            b,
+            low,
+            high,
+            triangles,
+            age,
+            ..
+        } in report.distances.iter().copied()
+        {
             let (bodies, triangles) = (numbers([a, b]), triangles.map_or(",".into(), list));
-            self.distances.line(format_args!("{frame},{bodies},{low},{high},{triangles},{age}"))?;
+            self.distances.line(format_args!(
+                "{frame},{bodies},{low},{high},{triangles},{age}"
+            ))?;
             counts.distances[0] += 1;
             counts.distances[1] += usize::from(age == 0);
         }
-        for PairPassage { a, b, free_until, touching_at, triangles, .. } in report.passages.iter().copied() {
+        for PairPassage {
+            a,
+            b,
+            free_until,
+            touching_at,
+            triangles,
+            ..
+        } in report.passages.iter().copied()
+        {
             let (bodies, triangles) = (numbers([a, b]), triangles.map_or(",".into(), list));
             let touching = touching_at.map_or(String::new(), |time| time.to_string());
-            self.passages.line(format_args!("{frame},{bodies},{free_until},{touching},{triangles}"))?;
+            self.passages.line(format_args!(
+                "{frame},{bodies},{free_until},{touching},{triangles}"
+            ))?;
             counts.passages[0] += 1;
             counts.passages[1] += usize::from(free_until == 1.0 && touching_at.is_none());
             counts.passages[2] += usize::from(touching_at.is_some());
         }
-        for BodyContact { a, b, phase, age, .. } in report.contacts.iter().copied() {
-            self.events.line(format_args!("{frame},{},{phase},{age}", numbers([a, b])))?;
+        for BodyContact {
+            a, b, phase, age, ..
+        } in report.contacts.iter().copied()
+        {
+            self.events
+                .line(format_args!("{frame},{},{phase},{age}", numbers([a, b])))?;
             counts.events[0] += usize::from(phase == ContactPhase::Began);
             counts.events[1] += usize::from(phase == ContactPhase::Ended);
         }
         for (number, ray) in self.rays.iter().enumerate() {
             let hit = scene.cast(ray, Budget::unlimited())?.hit;
-            let told =
-                hit.map_or(",,,".into(), |BodyHit { body, on_body: RayHit { triangle, t, side, .. }, .. }| {
-                    format!("{},{triangle},{t},{side}", body.index())
-                });
+            let told = hit.map_or(
+                ",,,".into(),
+                |BodyHit {
+                     body,
+                     on_body:
+                         RayHit {
+                             triangle, t, side, ..
+                         },
+                     ..
+                 }| { format!("{},{triangle},{t},{side}", body.index()) },
+            );
             self.hits.line(format_args!("{frame},{number},{told}"))?;
             counts.rays[0] += 1;
             counts.rays[1] += usize::from(hit.is_some());

@@ -34,21 +34,37 @@ impl Recording {
         let parts = parts(&list, folder, meshes)?;
         let poses = either(folder, "poses.csv").unwrap_or_else(|| folder.join("poses.csv"));
         let frames = frames(&poses, parts.len())?;
-        let first = frames.first().ok_or_else(|| FileError::at_line(&poses, 1, "no frame in it"))?;
+        let first = frames
+            .first()
+            .ok_or_else(|| FileError::at_line(&poses, 1, "no frame in it"))?;
         let bodies = parts.iter().zip(first).map(|(part, &pose)| {
-            let make = if part.fixed { Body::fixed } else { Body::moving };
+            let make = if part.fixed {
+                Body::fixed
+            } else {
+                Body::moving
+            };
             make(Arc::clone(&part.tree), pose).importance(part.importance)
         });
         let bodies = bodies.collect();
         let meshes = parts.iter().map(|part| part.mesh.clone()).collect();
-        let truth = either(folder, "truth_pairs.csv").map(|file| truth(&file, frames.len())).transpose()?;
-        Ok(Self { bodies, meshes, frames, truth })
+        let truth = either(folder, "truth_pairs.csv")
+            .map(|file| truth(&file, frames.len()))
+            .transpose()?;
+        Ok(Self {
+            bodies,
+            meshes,
+            frames,
+            truth,
+        })
     }
 }
 
 /// The file of this name, plain or packed.
 fn either(folder: &Path, name: &str) -> Option<PathBuf> {
-    [name.to_owned(), format!("{name}.gz")].map(|name| folder.join(name)).into_iter().find(|file| file.is_file())
+    [name.to_owned(), format!("{name}.gz")]
+        .map(|name| folder.join(name))
+        .into_iter()
+        .find(|file| file.is_file())
 }
 
 fn read(file: &Path) -> Result<String, FileError> {
@@ -88,18 +104,44 @@ fn parts(list: &Path, folder: &Path, meshes: &MeshArgs) -> Result<Vec<Part>, Fil
                     &BuildOptions::default().neighbors(true).extremes(true),
                 );
                 let name = Path::new(file).file_name().unwrap_or(file.as_ref());
-                trees.insert(id.to_owned(), (Arc::new(tree), name.to_string_lossy().into_owned()));
+                trees.insert(
+                    id.to_owned(),
+                    (Arc::new(tree), name.to_string_lossy().into_owned()),
+                );
             }
-            ["body", index, mesh, kind @ ("static" | "moving"), ref rest @ ..] if rest.len() < 2 => {
+            [
+                "body",
+                index,
+                mesh,
+                kind @ ("static" | "moving"),
+                ref rest @ ..,
+            ] if rest.len() < 2 => {
                 if index.parse() != Ok(parts.len()) {
-                    return Err(fault(format!("body {}, must be {}", shorten(index), parts.len())));
+                    return Err(fault(format!(
+                        "body {}, must be {}",
+                        shorten(index),
+                        parts.len()
+                    )));
                 }
-                let (tree, mesh) = trees.get(mesh).ok_or_else(|| fault(format!("no mesh {}", shorten(mesh))))?;
-                let importance = rest.first().map_or(Ok(0.0), |importance| number(importance)).map_err(fault)? as f32;
-                parts.push(Part { tree: Arc::clone(tree), mesh: mesh.clone(), fixed: kind == "static", importance });
+                let (tree, mesh) = trees
+                    .get(mesh)
+                    .ok_or_else(|| fault(format!("no mesh {}", shorten(mesh))))?;
+                let importance = rest
+                    .first()
+                    .map_or(Ok(0.0), |importance| number(importance))
+                    .map_err(fault)? as f32;
+                parts.push(Part {
+                    tree: Arc::clone(tree),
+                    mesh: mesh.clone(),
+                    fixed: kind == "static",
+                    importance,
+                });
             }
             _ => {
-                return Err(fault("must be `mesh ID FILE` or `body INDEX MESH static|moving [IMPORTANCE]`".to_owned()));
+                return Err(fault(
+                    "must be `mesh ID FILE` or `body INDEX MESH static|moving [IMPORTANCE]`"
+                        .to_owned(),
+                ));
             }
         }
     }
@@ -109,14 +151,20 @@ fn parts(list: &Path, folder: &Path, meshes: &MeshArgs) -> Result<Vec<Part>, Fil
 /// The lines of a table of numbers below its header, `N` columns each.
 fn table<const N: usize>(file: &Path) -> Result<Vec<(usize, [f64; N])>, FileError> {
     let text = read(file)?;
-    let lines = lines(&text).zip(1..).skip(1).filter(|(line, _)| !line.trim().is_empty());
+    let lines = lines(&text)
+        .zip(1..)
+        .skip(1)
+        .filter(|(line, _)| !line.trim().is_empty());
     let parse = |(line, at): (&str, usize)| {
         let mut numbers = [0.0; N];
         let mut columns = line.split(',');
         for slot in &mut numbers {
-            let column = columns.next().ok_or_else(|| format!("fewer than {N} columns"));
-            *slot =
-                column.and_then(|column| number(column.trim())).map_err(|what| FileError::at_line(file, at, what))?;
+            let column = columns
+                .next()
+                .ok_or_else(|| format!("fewer than {N} columns"));
+            *slot = column
+                .and_then(|column| number(column.trim()))
+                .map_err(|what| FileError::at_line(file, at, what))?;
         }
         Ok((at, numbers))
     };
@@ -148,7 +196,10 @@ fn frames(file: &Path, bodies: usize) -> Result<Vec<Vec<Pose>>, FileError> {
         if body == 0.0 {
             frames.push(Vec::with_capacity(bodies));
         }
-        frames.last_mut().into_iter().for_each(|last| last.push(pose));
+        frames
+            .last_mut()
+            .into_iter()
+            .for_each(|last| last.push(pose));
     }
     match frames.last() {
         Some(last) if last.len() < bodies => {

@@ -5,7 +5,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use cpu_time::{ProcessTime, ThreadTime};
-use punctual::{BodyId, Budget, Clock, Mode, Motion, PairReport, Report, Scene, SceneError, Verdict};
+use punctual::{
+    BodyId, Budget, Clock, Mode, Motion, PairReport, Report, Scene, SceneError, Verdict,
+};
 use punctual_lab::report::Failure;
 
 use super::answers::{Counts, Questions};
@@ -53,7 +55,12 @@ struct CpuClock {
 
 impl CpuClock {
     fn start() -> Self {
-        let clock = Self { time: ThreadTime::now(), look: Duration::ZERO, looks: Cell::new(0), last: Cell::default() };
+        let clock = Self {
+            time: ThreadTime::now(),
+            look: Duration::ZERO,
+            looks: Cell::new(0),
+            last: Cell::default(),
+        };
         let batch = || {
             let began = clock.time.elapsed();
             for _ in 1..LOOKS {
@@ -78,7 +85,11 @@ impl Clock for CpuClock {
     fn now(&self) -> Duration {
         let taken = self.taken();
         self.looks.set(self.looks.get() + 1);
-        let now = self.time.elapsed().saturating_sub(taken).max(self.last.get());
+        let now = self
+            .time
+            .elapsed()
+            .saturating_sub(taken)
+            .max(self.last.get());
         self.last.set(now);
         now
     }
@@ -109,7 +120,10 @@ pub fn play(
         let cpu_clock = CpuClock::start();
         for (number, poses) in recording.frames.iter().take(settings.frames).enumerate() {
             let (wall, cpu) = (Instant::now(), ProcessTime::now());
-            let next = recording.frames.get(number + 1).filter(|_| settings.questions.moves());
+            let next = recording
+                .frames
+                .get(number + 1)
+                .filter(|_| settings.questions.moves());
             for (body, (&id, &pose)) in ids.iter().zip(poses).enumerate() {
                 match next {
                     Some(next) => scene.set_motion(id, Motion::screw(pose, next[body])?)?,
@@ -122,7 +136,10 @@ pub fn play(
                 ClockName::Cpu => scene.detect_with(settings.budget, &cpu_clock),
             };
             let report = scene.report();
-            let (wall, cpu) = (wall.elapsed(), cpu.elapsed().saturating_sub(cpu_clock.taken() - taken));
+            let (wall, cpu) = (
+                wall.elapsed(),
+                cpu.elapsed().saturating_sub(cpu_clock.taken() - taken),
+            );
             let detect_cpu = cpu.saturating_sub(posed);
             if let Some(row) = rows.get_mut(number) {
                 (row.wall, row.cpu) = (row.wall.min(wall), row.cpu.min(cpu));
@@ -142,7 +159,9 @@ pub fn play(
                 ..FrameRow::default()
             };
             if let Some(truth) = &recording.truth {
-                let known = |body: u32| report.unlisted == 0 && scene.partners_known(ids[body as usize]) == Ok(true);
+                let known = |body: u32| {
+                    report.unlisted == 0 && scene.partners_known(ids[body as usize]) == Ok(true)
+                };
                 compare(&report.pairs, &truth[number], known, &mut row);
             }
             seen(number, report)?;
@@ -157,7 +176,10 @@ fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<Body
     let mut scene = Scene::new();
     scene.set_mode(settings.mode);
     scene.use_threads(settings.threads)?;
-    let ids = recording.bodies.iter().map(|body| scene.insert(body.clone()));
+    let ids = recording
+        .bodies
+        .iter()
+        .map(|body| scene.insert(body.clone()));
     let ids = ids.collect::<Result<Vec<_>, SceneError>>()?;
     settings.questions.ask(&mut scene, &ids)?;
     Ok((scene, ids))
@@ -165,10 +187,17 @@ fn set_up(recording: &Recording, settings: &Settings) -> Result<(Scene, Vec<Body
 
 /// Bodies were inserted in the order of their numbers, so those are their indices. `known`: whether the report has all pairs of
 /// a body with others of which it has all.
-fn compare(pairs: &[PairReport], truth: &[[u32; 2]], known: impl Fn(u32) -> bool, row: &mut FrameRow) {
+fn compare(
+    pairs: &[PairReport],
+    truth: &[[u32; 2]],
+    known: impl Fn(u32) -> bool,
+    row: &mut FrameRow,
+) {
     row.true_hits = truth.len();
     for pair in pairs {
-        let meets = truth.binary_search(&[pair.a.index() as u32, pair.b.index() as u32]).is_ok();
+        let meets = truth
+            .binary_search(&[pair.a.index() as u32, pair.b.index() as u32])
+            .is_ok();
         match pair.verdict {
             verdict if verdict.meets() && meets => row.true_found += 1,
             Verdict::Separated if !meets => {}
@@ -179,7 +208,12 @@ fn compare(pairs: &[PairReport], truth: &[[u32; 2]], known: impl Fn(u32) -> bool
     // A pair of known bodies that is not listed is reported as apart.
     let listed = |key: &&[u32; 2]| {
         let key = (key[0] as usize, key[1] as usize);
-        pairs.binary_search_by_key(&key, |pair| (pair.a.index(), pair.b.index())).is_ok()
+        pairs
+            .binary_search_by_key(&key, |pair| (pair.a.index(), pair.b.index()))
+            .is_ok()
     };
-    row.wrong += truth.iter().filter(|key| known(key[0]) && known(key[1]) && !listed(key)).count();
+    row.wrong += truth
+        .iter()
+        .filter(|key| known(key[0]) && known(key[1]) && !listed(key))
+        .count();
 }

@@ -9,7 +9,9 @@ use super::play::FrameRow;
 impl FrameRow {
     /// CPU time of the detection beyond a budget.
     pub fn overrun(&self, budget: Option<Duration>) -> Duration {
-        budget.map_or(Duration::ZERO, |limit| self.detect_cpu.saturating_sub(limit))
+        budget.map_or(Duration::ZERO, |limit| {
+            self.detect_cpu.saturating_sub(limit)
+        })
     }
 }
 
@@ -40,7 +42,9 @@ impl Summary {
             true_found: sum(|row| row.true_found),
             wrong: sum(|row| row.wrong),
             hits: sum(|row| row.hits),
-            answers: rows.iter().fold(Counts::default(), |sum, row| sum + row.answers),
+            answers: rows
+                .iter()
+                .fold(Counts::default(), |sum, row| sum + row.answers),
         }
     }
 
@@ -58,16 +62,37 @@ fn quantiles(times: impl Iterator<Item = Duration>) -> [Duration; 3] {
     [last / 2, (last * 99).div_ceil(100), last].map(|at| times.get(at).copied().unwrap_or_default())
 }
 
-pub fn print(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>, truth: bool) -> io::Result<()> {
+pub fn print(
+    out: &mut impl Write,
+    rows: &[FrameRow],
+    budget: Option<Duration>,
+    truth: bool,
+) -> io::Result<()> {
     let summary = Summary::of(rows, budget);
     let ms = |times: [Duration; 3]| times.map(|time| format!("{:.4}", time.as_secs_f64() * 1e3));
-    for (name, times) in [("wall", summary.wall), ("cpu", summary.cpu), ("overrun", summary.overrun)] {
+    for (name, times) in [
+        ("wall", summary.wall),
+        ("cpu", summary.cpu),
+        ("overrun", summary.overrun),
+    ] {
         let [median, p99, max] = ms(times);
         writeln!(out, "# {name} median_ms={median} p99_ms={p99} max_ms={max}")?;
     }
-    writeln!(out, "# frames={} decided={:.5} worst_age={}", rows.len(), summary.decided, summary.worst_age)?;
+    writeln!(
+        out,
+        "# frames={} decided={:.5} worst_age={}",
+        rows.len(),
+        summary.decided,
+        summary.worst_age
+    )?;
     let Summary { hits, answers, .. } = summary;
-    let Counts { touching: [told, all], distances, passages, events, rays } = answers;
+    let Counts {
+        touching: [told, all],
+        distances,
+        passages,
+        events,
+        rays,
+    } = answers;
     if told > 0 {
         writeln!(out, "# contacts pairs={told} complete={all} hits={hits}")?;
     }
@@ -77,7 +102,10 @@ pub fn print(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>, 
     }
     let [asked, free, touching] = passages;
     if asked > 0 {
-        writeln!(out, "# passages asked={asked} free={free} touching={touching}")?;
+        writeln!(
+            out,
+            "# passages asked={asked} free={free} touching={touching}"
+        )?;
     }
     let [began, ended] = events;
     if began > 0 {
@@ -88,8 +116,17 @@ pub fn print(out: &mut impl Write, rows: &[FrameRow], budget: Option<Duration>, 
         writeln!(out, "# rays cast={cast} hit={hit}")?;
     }
     if truth {
-        let Summary { true_hits, true_found, wrong, .. } = summary;
-        writeln!(out, "# truth hits={true_hits} found={true_found} share={:.5} wrong={wrong}", summary.found())?;
+        let Summary {
+            true_hits,
+            true_found,
+            wrong,
+            ..
+        } = summary;
+        writeln!(
+            out,
+            "# truth hits={true_hits} found={true_found} share={:.5} wrong={wrong}",
+            summary.found()
+        )?;
     }
     Ok(())
 }

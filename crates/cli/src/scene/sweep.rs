@@ -19,15 +19,32 @@ pub fn run(
     plot: Option<&Path>,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    let unlimited = Settings { budget: Budget::unlimited(), ..*settings };
+    let unlimited = Settings {
+        budget: Budget::unlimited(),
+        ..*settings
+    };
     let free = Summary::of(&play(recording, &unlimited, |_, _| Ok(()))?, None);
     let [median, p99, max] = free.cpu.map(|time| time.as_secs_f64() * 1e6);
-    writeln!(out, "# without a budget: cpu_us median={median:.1} p99={p99:.1} max={max:.1} wrong={}", free.wrong)?;
-    writeln!(out, "part,budget_us,found,decided,wrong,worst_age,cpu_median_us,cpu_p99_us,overrun_p99_us")?;
+    writeln!(
+        out,
+        "# without a budget: cpu_us median={median:.1} p99={p99:.1} max={max:.1} wrong={}",
+        free.wrong
+    )?;
+    writeln!(
+        out,
+        "part,budget_us,found,decided,wrong,worst_age,cpu_median_us,cpu_p99_us,overrun_p99_us"
+    )?;
     let (mut found, mut decided) = (vec![], vec![]);
     for part in PARTS {
         let limit = free.cpu[0].mul_f64(part);
-        let rows = play(recording, &Settings { budget: Budget::time(limit), ..*settings }, |_, _| Ok(()))?;
+        let rows = play(
+            recording,
+            &Settings {
+                budget: Budget::time(limit),
+                ..*settings
+            },
+            |_, _| Ok(()),
+        )?;
         let summary = Summary::of(&rows, Some(limit));
         found.push([100.0 * part, summary.found()]);
         decided.push([100.0 * part, summary.decided]);
@@ -49,7 +66,10 @@ pub fn run(
         report::create_folder(folder)?;
         let mut series = vec![Series::new("pairs decided", 1, Shape::Line(decided))];
         if recording.truth.is_some() {
-            series.insert(0, Series::new("intersecting pairs found", 0, Shape::Line(found)));
+            series.insert(
+                0,
+                Series::new("intersecting pairs found", 0, Shape::Line(found)),
+            );
         }
         let chart = Chart {
             title: "What a frame knows when its budget ends".to_owned(),

@@ -28,10 +28,30 @@ pub fn cases(quick: bool) -> Vec<Maker> {
     vec![
         make("knot_sphere", 1, knot, |fine| shapes::icosphere(3 + fine)),
         make("gear_gear", 2, |fine| shapes::gear(16, 2 + 2 * fine), gear),
-        make("torus_torus", 3, |fine| shapes::torus(1.0, 0.2, 40 << fine), |fine| shapes::torus(0.8, 0.3, 40 << fine)),
-        make("plate_knot", 4, |fine| shapes::cuboid(Vec3::new(1.0, 0.8, 0.02), 12 << fine), knot),
-        make("hills_gear", 5, |fine| shapes::height_field(32 << fine, 1), gear),
-        make("hills_hills", 6, |fine| shapes::height_field(32 << fine, 2), |fine| shapes::height_field(32 << fine, 3)),
+        make(
+            "torus_torus",
+            3,
+            |fine| shapes::torus(1.0, 0.2, 40 << fine),
+            |fine| shapes::torus(0.8, 0.3, 40 << fine),
+        ),
+        make(
+            "plate_knot",
+            4,
+            |fine| shapes::cuboid(Vec3::new(1.0, 0.8, 0.02), 12 << fine),
+            knot,
+        ),
+        make(
+            "hills_gear",
+            5,
+            |fine| shapes::height_field(32 << fine, 1),
+            gear,
+        ),
+        make(
+            "hills_hills",
+            6,
+            |fine| shapes::height_field(32 << fine, 2),
+            |fine| shapes::height_field(32 << fine, 3),
+        ),
     ]
 }
 
@@ -40,7 +60,11 @@ fn near_contact(a: &Tree, b: &Tree, lines: u64, seed: u64) -> Result<Vec<Pose>, 
     let mut approach = Approach::new(a, b, seed);
     let mut poses = Vec::new();
     for _ in 0..lines {
-        let line = Line { turn: approach.turn(), target: approach.middle_of_a(), direction: approach.direction() };
+        let line = Line {
+            turn: approach.turn(),
+            target: approach.middle_of_a(),
+            direction: approach.direction(),
+        };
         if let Some(touch) = approach.first_touch(&line, approach.reach())? {
             for offset in OFFSETS {
                 poses.push(approach.at(&line, touch + offset * approach.unit())?);

@@ -23,21 +23,43 @@ impl Case {
     pub fn new(name: &str, a: Mesh, b: Mesh, poses: Vec<Pose>) -> Self {
         // For early answers.
         let tree = |mesh| Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
-        Self { name: name.to_owned(), a: tree(a), b: tree(b), poses, known: Vec::new(), distances: Vec::new() }
+        Self {
+            name: name.to_owned(),
+            a: tree(a),
+            b: tree(b),
+            poses,
+            known: Vec::new(),
+            distances: Vec::new(),
+        }
     }
 
     /// The case of a folder with a mesh `a.*`, a mesh `b.*`, `poses.txt`, and perhaps `truth.csv` with columns `hit` and
     /// `pairs`, and `truth_distance.csv` with a column `distance`.
     pub fn load(folder: &Path) -> Result<Self, Failure> {
-        let name = folder.file_name().unwrap_or_default().to_string_lossy().replace(',', "_");
+        let name = folder
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .replace(',', "_");
         let list = folder.join("poses.txt");
-        let poses = files::poses(&list)?
-            .into_iter()
-            .map(|listed| listed.entry.map_err(|what| format!("{}:{}: {what}", list.display(), listed.line).into()));
+        let poses = files::poses(&list)?.into_iter().map(|listed| {
+            listed
+                .entry
+                .map_err(|what| format!("{}:{}: {what}", list.display(), listed.line).into())
+        });
         let poses = poses.collect::<Result<Vec<Pose>, Failure>>()?;
-        let mut case = Self::new(&name, files::mesh(folder, "a")?, files::mesh(folder, "b")?, poses);
+        let mut case = Self::new(
+            &name,
+            files::mesh(folder, "a")?,
+            files::mesh(folder, "b")?,
+            poses,
+        );
         case.known = known(&folder.join("truth.csv"), "pairs", case.poses.len())?;
-        case.distances = known(&folder.join("truth_distance.csv"), "distance", case.poses.len())?;
+        case.distances = known(
+            &folder.join("truth_distance.csv"),
+            "distance",
+            case.poses.len(),
+        )?;
         Ok(case)
     }
 
@@ -71,16 +93,25 @@ impl Case {
             }
         };
         for mesh in [self.a.mesh(), self.b.mesh()] {
-            let coordinates = (0..mesh.len()).flat_map(|i| mesh.triangle(i)).flat_map(|v| v.to_array());
+            let coordinates = (0..mesh.len())
+                .flat_map(|i| mesh.triangle(i))
+                .flat_map(|v| v.to_array());
             coordinates.for_each(|x| add(x.to_bits()));
         }
-        self.poses.iter().flat_map(Pose::to_row_major).for_each(|x| add(x.to_bits()));
+        self.poses
+            .iter()
+            .flat_map(Pose::to_row_major)
+            .for_each(|x| add(x.to_bits()));
         hash
     }
 }
 
 pub fn size(mesh: &Mesh) -> f64 {
-    if mesh.is_empty() { 0.0 } else { DVec3::length(mesh.aabb().max - mesh.aabb().min) }
+    if mesh.is_empty() {
+        0.0
+    } else {
+        DVec3::length(mesh.aabb().max - mesh.aabb().min)
+    }
 }
 
 /// A column of a table with a line for each pose; empty without the file.
@@ -95,7 +126,9 @@ fn known<T: FromStr>(file: &Path, name: &str, poses: usize) -> Result<Vec<T>, Fa
     let column = column.ok_or_else(|| format!("{}: no column {name}", file.display()))?;
     let value = |line: &str| line.split(',').nth(column)?.trim().parse().ok();
     let values = lines.zip(2..).map(|(line, number)| {
-        value(line).ok_or_else(|| format!("{}:{number}: no number in column {name}", file.display()).into())
+        value(line).ok_or_else(|| {
+            format!("{}:{number}: no number in column {name}", file.display()).into()
+        })
     });
     let values = values.collect::<Result<Vec<T>, Failure>>()?;
     if values.len() != poses {

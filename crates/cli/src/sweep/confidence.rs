@@ -36,25 +36,35 @@ fn guesses<'m>(
 ) -> impl Iterator<Item = (&'m Measurement, &'m Guess)> {
     let of_case = |case: &'m Measurement| case.work.guesses.iter().map(move |guess| (case, guess));
     cases.iter().flat_map(of_case).filter(move |(_, guess)| {
-        guess.order == order && guess.mode == mode && percent.is_none_or(|percent| guess.percent == percent)
+        guess.order == order
+            && guess.mode == mode
+            && percent.is_none_or(|percent| guess.percent == percent)
     })
 }
 
 /// Probabilities told by stopped queries that had found nothing.
 fn chances(cases: &[Measurement], order: &'static str, percent: Option<u32>) -> Chances {
     let told = guesses(cases, order, Mode::Any, percent).filter(|(_, guess)| guess.percent > 0);
-    Chances(told.filter_map(|(case, guess)| Some((guess.probability?, case.strata[guess.pose].collides()))).collect())
+    Chances(
+        told.filter_map(|(case, guess)| {
+            Some((guess.probability?, case.strata[guess.pose].collides()))
+        })
+        .collect(),
+    )
 }
 
 /// Mean absolute error of the recall, where there is something to find.
 fn recall_error(cases: &[Measurement], order: &'static str, percent: Option<u32>) -> f64 {
-    let told = guesses(cases, order, Mode::All, percent).filter(|(case, guess)| case.strata[guess.pose].collides());
+    let told = guesses(cases, order, Mode::All, percent)
+        .filter(|(case, guess)| case.strata[guess.pose].collides());
     mean(told.filter_map(|(_, guess)| guess.recall_error.map(f64::abs))).unwrap_or(f64::NAN)
 }
 
 /// Median and 90 % quantile of the absolute error of the told cost.
 fn total_error(cases: &[Measurement], order: &'static str, mode: Mode, percent: u32) -> [f64; 2] {
-    let errors = sorted(guesses(cases, order, mode, Some(percent)).map(|(_, guess)| guess.total_error.abs()));
+    let errors = sorted(
+        guesses(cases, order, mode, Some(percent)).map(|(_, guess)| guess.total_error.abs()),
+    );
     [0.5, 0.9].map(|fraction| quantile(&errors, fraction))
 }
 
@@ -66,13 +76,25 @@ pub fn figures(cases: &[Measurement], figures: &mut BTreeMap<String, f64>) {
         put(format!("brier {order}"), chances.brier());
         put(format!("ece {order}"), chances.calibration_error());
     }
-    put("recall error".to_owned(), recall_error(cases, DEFAULT, None));
-    put(format!("recall error {WARM}"), recall_error(cases, WARM, None));
+    put(
+        "recall error".to_owned(),
+        recall_error(cases, DEFAULT, None),
+    );
+    put(
+        format!("recall error {WARM}"),
+        recall_error(cases, WARM, None),
+    );
     for percent in [0, 10, 50] {
         for (name, mode) in [("any", Mode::Any), ("all", Mode::All)] {
             let [median, high] = total_error(cases, DEFAULT, mode, percent);
-            put(format!("error of predicted bv tests {name}@{percent}% p50"), median);
-            put(format!("error of predicted bv tests {name}@{percent}% p90"), high);
+            put(
+                format!("error of predicted bv tests {name}@{percent}% p50"),
+                median,
+            );
+            put(
+                format!("error of predicted bv tests {name}@{percent}% p90"),
+                high,
+            );
         }
     }
 }
@@ -96,7 +118,11 @@ fn table(cases: &[Measurement]) -> Table {
     ];
     let number = |x| decimals(x, 3);
     let row = |percent: u32| {
-        let mut row = vec![if percent == 0 { "before".to_owned() } else { format!("{percent} %") }];
+        let mut row = vec![if percent == 0 {
+            "before".to_owned()
+        } else {
+            format!("{percent} %")
+        }];
         for order in [DEFAULT, WARM] {
             let chances = chances(cases, order, Some(percent));
             row.push(chances.0.len().to_string());
@@ -108,8 +134,15 @@ fn table(cases: &[Measurement]) -> Table {
         }
         row
     };
-    let rows = std::iter::once(0).chain(plan().percent()).filter(|percent| *percent < 100).map(row).collect();
-    Table { header: header.map(str::to_owned).to_vec(), rows }
+    let rows = std::iter::once(0)
+        .chain(plan().percent())
+        .filter(|percent| *percent < 100)
+        .map(row)
+        .collect();
+    Table {
+        header: header.map(str::to_owned).to_vec(),
+        rows,
+    }
 }
 
 /// Undecided stops from which on the probabilities of a single case are judged: with fewer, chance alone makes them look bad.
@@ -127,15 +160,26 @@ struct Errors<'m> {
 impl<'m> Errors<'m> {
     fn of(cases: &'m [Measurement]) -> Self {
         let alone = |case| chances(std::slice::from_ref(case), DEFAULT, None);
-        let told: Vec<(&str, Chances)> = cases.iter().map(|case| (&*case.name, alone(case))).collect();
+        let told: Vec<(&str, Chances)> = cases
+            .iter()
+            .map(|case| (&*case.name, alone(case)))
+            .collect();
         let judged = || told.iter().filter(|(_, chances)| chances.0.len() >= ENOUGH);
         let errors = || judged().map(|(case, chances)| (*case, chances.calibration_error()));
         let row = |(case, chances): &(&str, Chances)| {
-            let scores = [chances.brier(), chances.calibration_error()].map(|score| decimals(score, 3));
-            [case.to_string(), chances.0.len().to_string()].into_iter().chain(scores).collect()
+            let scores =
+                [chances.brier(), chances.calibration_error()].map(|score| decimals(score, 3));
+            [case.to_string(), chances.0.len().to_string()]
+                .into_iter()
+                .chain(scores)
+                .collect()
         };
         let mean = mean(errors().map(|(_, error)| error)).unwrap_or(f64::NAN);
-        Self { mean, worst: Worst::largest(errors()), rows: judged().map(row).collect() }
+        Self {
+            mean,
+            worst: Worst::largest(errors()),
+            rows: judged().map(row).collect(),
+        }
     }
 }
 
@@ -145,9 +189,10 @@ pub fn section(
 ) -> Result<Section, Failure> {
     let [cold, warm] = [DEFAULT, WARM].map(|order| chances(cases, order, None));
     let mut blocks = vec![];
-    for (name, title, chances) in
-        [("reliability", "Probability of contact", &cold), ("reliability-warm", "The same, with memory", &warm)]
-    {
+    for (name, title, chances) in [
+        ("reliability", "Probability of contact", &cold),
+        ("reliability-warm", "The same, with memory", &warm),
+    ] {
         if !chances.0.is_empty() {
             blocks.push(plot(name, &chances.diagram(title))?);
         }
@@ -160,7 +205,10 @@ pub fn section(
     ));
     blocks.push(Block::Table(table(cases)));
     let Errors { mean, worst, rows } = Errors::of(cases);
-    blocks.push(Block::Table(Table::new(["case", "undecided stops", "Brier", "ECE"], rows)));
+    blocks.push(Block::Table(Table::new(
+        ["case", "undecided stops", "Brier", "ECE"],
+        rows,
+    )));
     let measured = if cold.0.is_empty() {
         "No query was undecided when it was stopped.".to_owned()
     } else {

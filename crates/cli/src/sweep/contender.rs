@@ -12,13 +12,41 @@ pub struct Contender {
 
 /// The default first, plain depth-first second.
 pub const CONTENDERS: [Contender; 7] = [
-    Contender { name: "penetration", order: Order::Penetration, early: false },
-    Contender { name: DEPTH_FIRST, order: Order::DepthFirst, early: false },
-    Contender { name: EARLY, order: Order::Penetration, early: true },
-    Contender { name: "low-alpha", order: Order::LowAlpha, early: false },
-    Contender { name: "overlap-volume", order: Order::OverlapVolume, early: false },
-    Contender { name: "breadth-first", order: Order::BreadthFirst, early: false },
-    Contender { name: "random", order: Order::Random(1), early: false },
+    Contender {
+        name: "penetration",
+        order: Order::Penetration,
+        early: false,
+    },
+    Contender {
+        name: DEPTH_FIRST,
+        order: Order::DepthFirst,
+        early: false,
+    },
+    Contender {
+        name: EARLY,
+        order: Order::Penetration,
+        early: true,
+    },
+    Contender {
+        name: "low-alpha",
+        order: Order::LowAlpha,
+        early: false,
+    },
+    Contender {
+        name: "overlap-volume",
+        order: Order::OverlapVolume,
+        early: false,
+    },
+    Contender {
+        name: "breadth-first",
+        order: Order::BreadthFirst,
+        early: false,
+    },
+    Contender {
+        name: "random",
+        order: Order::Random(1),
+        early: false,
+    },
 ];
 
 pub const DEFAULT: &str = CONTENDERS[0].name;
@@ -59,11 +87,31 @@ pub struct Curve {
 
 /// What every plot compares; one line more is one more of these.
 pub const CURVES: [Curve; 5] = [
-    Curve { order: DEFAULT, label: "this library", dashed: false },
-    Curve { order: EARLY, label: "this library, early answers", dashed: false },
-    Curve { order: DEPTH_FIRST, label: "depth-first", dashed: false },
-    Curve { order: CUT_OFF, label: "plain query, cut off", dashed: true },
-    Curve { order: ORACLE, label: "best order (knows the truth)", dashed: true },
+    Curve {
+        order: DEFAULT,
+        label: "this library",
+        dashed: false,
+    },
+    Curve {
+        order: EARLY,
+        label: "this library, early answers",
+        dashed: false,
+    },
+    Curve {
+        order: DEPTH_FIRST,
+        label: "depth-first",
+        dashed: false,
+    },
+    Curve {
+        order: CUT_OFF,
+        label: "plain query, cut off",
+        dashed: true,
+    },
+    Curve {
+        order: ORACLE,
+        label: "best order (knows the truth)",
+        dashed: true,
+    },
 ];
 
 /// The name of an order in words.
@@ -73,6 +121,9 @@ pub fn label(order: &'static str) -> &'static str {
         NARROWED => "this library, a tenth more work for its boxes",
         "low-alpha" => "low alpha first (the paper's)",
         "overlap-volume" => "largest overlap first",
-        _ => CURVES.iter().find(|curve| curve.order == order).map_or(order, |curve| curve.label),
+        _ => CURVES
+            .iter()
+            .find(|curve| curve.order == order)
+            .map_or(order, |curve| curve.label),
     }
 }

@@ -92,19 +92,29 @@ impl<'c> Truths<'c> {
             // What is told are the closest triangles, and nothing that would be proven at once.
             let mut memory = PairMemory::without_clearance();
             let query = query(case, pose, OURS).absolute_tolerance(0.0);
-            let Distance { low, high, .. } = query.run_with_memory(&mut workspace, &mut memory, Budget::unlimited());
+            let Distance { low, high, .. } =
+                query.run_with_memory(&mut workspace, &mut memory, Budget::unlimited());
             let known = case.distances.get(pose).map(|&distance| [distance; 2]);
             let [least, most] = known.unwrap_or([low, high]);
             measured.stops += 1;
             let met = truth.pairs.len();
             if !within([low, high], [least, most], case) || (high == 0.0) != (met > 0) {
-                let said = format!("{} pose {pose}: said to be {low} to {high} apart", case.name);
-                measured.wrong.push(format!("{said}, is {least}, and {met} pairs of triangles meet"));
+                let said = format!(
+                    "{} pose {pose}: said to be {low} to {high} apart",
+                    case.name
+                );
+                measured.wrong.push(format!(
+                    "{said}, is {least}, and {met} pairs of triangles meet"
+                ));
             }
             bounds.push([least, most]);
             memories.push(memory);
         }
-        Self { case, bounds, memories }
+        Self {
+            case,
+            bounds,
+            memories,
+        }
     }
 
     /// Whether the surfaces are apart, by a distance that others can be compared with.
@@ -117,7 +127,10 @@ impl<'c> Truths<'c> {
     fn work(&self, measured: &mut Measured) {
         let mut workspace = Workspace::new();
         for pose in (0..self.bounds.len()).filter(|&pose| self.is_apart(pose)) {
-            let full = query(self.case, pose, DEPTH_FIRST).run(&mut workspace, Budget::unlimited()).stats.work;
+            let full = query(self.case, pose, DEPTH_FIRST)
+                .run(&mut workspace, Budget::unlimited())
+                .stats
+                .work;
             for order in ORDERS {
                 let run = self.stops(pose, order, full, &mut workspace, measured);
                 measured.runs.push(run);
@@ -137,14 +150,30 @@ impl<'c> Truths<'c> {
         let (query, clock) = (query(self.case, pose, order), SystemClock::default());
         let mut memory = self.memory(pose, order);
         let mut said = query.run_with(workspace, memory.as_mut(), Budget::work(0), &clock);
-        let mut run = Run { pose, order, stops: Vec::new(), whole: 0.0, reached: [f64::NAN; 2] };
+        let mut run = Run {
+            pose,
+            order,
+            stops: Vec::new(),
+            whole: 0.0,
+            reached: [f64::NAN; 2],
+        };
         for percent in 1.. {
-            let limit = if percent > 100 { u64::MAX } else { (full * percent).div_ceil(100) };
+            let limit = if percent > 100 {
+                u64::MAX
+            } else {
+                (full * percent).div_ceil(100)
+            };
             let budget = Budget::work(limit.saturating_sub(said.stats.work));
-            said = query.resume_with(workspace, memory.as_mut(), budget, &clock).unwrap_or(said);
+            said = query
+                .resume_with(workspace, memory.as_mut(), budget, &clock)
+                .unwrap_or(said);
             run.whole = said.stats.work as f64 / full as f64;
             let stop = self.judge(pose, order, &said, measured);
-            for (reached, near) in run.reached.iter_mut().zip([stop.is_high_near(), stop.is_proven()]) {
+            for (reached, near) in run
+                .reached
+                .iter_mut()
+                .zip([stop.is_high_near(), stop.is_proven()])
+            {
                 if near && reached.is_nan() {
                     *reached = run.whole;
                 }
@@ -165,22 +194,40 @@ impl<'c> Truths<'c> {
         let clock = SystemClock::default();
         let mut workspace = Workspace::new();
         let mut runs = Vec::new();
-        let apart: Vec<usize> = (0..self.bounds.len()).filter(|&pose| self.is_apart(pose)).collect();
+        let apart: Vec<usize> = (0..self.bounds.len())
+            .filter(|&pose| self.is_apart(pose))
+            .collect();
         let most = most.min(apart.len());
         let poses: Vec<usize> = (0..most).map(|i| apart[i * apart.len() / most]).collect();
         for order in ORDERS {
             let mut timed = |pose: usize, budget: Budget| {
                 let mut memory = self.memory(pose, order);
                 let start = Instant::now();
-                let said = query(self.case, pose, order).run_with(&mut workspace, memory.as_mut(), budget, &clock);
+                let said = query(self.case, pose, order).run_with(
+                    &mut workspace,
+                    memory.as_mut(),
+                    budget,
+                    &clock,
+                );
                 (said, start.elapsed().as_secs_f64())
             };
             let first = runs.len();
             for &pose in &poses {
                 let (_, whole) = timed(pose, Budget::unlimited());
-                runs.push(Run { pose, order, stops: Vec::new(), whole, reached: [f64::NAN; 2] });
+                runs.push(Run {
+                    pose,
+                    order,
+                    stops: Vec::new(),
+                    whole,
+                    reached: [f64::NAN; 2],
+                });
             }
-            for limit in plan().microseconds().iter().copied().map(Duration::from_micros) {
+            for limit in plan()
+                .microseconds()
+                .iter()
+                .copied()
+                .map(Duration::from_micros)
+            {
                 for run in &mut runs[first..] {
                     let (said, _) = timed(run.pose, Budget::time(limit));
                     run.stops.push(self.judge(run.pose, order, &said, measured));
@@ -200,11 +247,17 @@ impl<'c> Truths<'c> {
         measured.stops += 1;
         if !within([said.low, said.high], truth, self.case) {
             let Distance { low, high, .. } = said;
-            let what =
-                format!("{} pose {pose} {order}: said to be {low} to {high} apart, is {}", self.case.name, truth[0]);
+            let what = format!(
+                "{} pose {pose} {order}: said to be {low} to {high} apart, is {}",
+                self.case.name, truth[0]
+            );
             measured.wrong.push(what);
         }
-        Stop { low: said.low / truth[1], high: said.high / truth[1], finished }
+        Stop {
+            low: said.low / truth[1],
+            high: said.high / truth[1],
+            finished,
+        }
     }
 }
 
@@ -216,5 +269,9 @@ fn within([low, high]: [f64; 2], [least, most]: [f64; 2], case: &Case) -> bool {
 
 fn query<'c>(case: &'c Case, pose: usize, order: &str) -> DistanceQuery<'c> {
     let query = DistanceQuery::new(&case.a, &case.b, case.poses[pose]);
-    if order == DEPTH_FIRST { query.depth_first() } else { query }
+    if order == DEPTH_FIRST {
+        query.depth_first()
+    } else {
+        query
+    }
 }

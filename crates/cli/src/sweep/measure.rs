@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use punctual::{
-    Budget, Certificate, Estimate, Mode, Order, Outcome, PairMemory, Query, StopReason, SystemClock, Verdict, Workspace,
+    Budget, Certificate, Estimate, Mode, Order, Outcome, PairMemory, Query, StopReason,
+    SystemClock, Verdict, Workspace,
 };
 
 use super::case::Case;
@@ -117,21 +118,32 @@ impl<'t> Judge<'t> {
     fn missing(&self, start: usize) -> Option<[u32; 2]> {
         let count = self.seen.len();
         let indices = (0..count).map(|i| (start + i) % count);
-        indices.into_iter().find(|&i| !self.seen[i]).map(|i| self.truth.pairs[i])
+        indices
+            .into_iter()
+            .find(|&i| !self.seen[i])
+            .map(|i| self.truth.pairs[i])
     }
 
     pub fn coverage(&self) -> f64 {
-        share(self.seen_regions.iter().filter(|seen| **seen).count(), self.truth.regions)
+        share(
+            self.seen_regions.iter().filter(|seen| **seen).count(),
+            self.truth.regions,
+        )
     }
 
     /// What the outcome says, if that is true.
     pub fn answer(&self, outcome: &Outcome, mode: Mode) -> Answer {
-        let complete =
-            outcome.stop != StopReason::Finished || mode == Mode::Any || self.found == self.truth.pairs.len();
+        let complete = outcome.stop != StopReason::Finished
+            || mode == Mode::Any
+            || self.found == self.truth.pairs.len();
         let truth = !self.truth.pairs.is_empty();
         match outcome.verdict {
             _ if self.false_pairs > 0 || !complete => Answer::Wrong,
-            Verdict::Intersecting { witness } if self.truth.pairs.binary_search(&witness).is_ok() => Answer::Detected,
+            Verdict::Intersecting { witness }
+                if self.truth.pairs.binary_search(&witness).is_ok() =>
+            {
+                Answer::Detected
+            }
             Verdict::Separated if !truth => Answer::Separated,
             Verdict::Undecided => Answer::Undecided,
             _ => Answer::Wrong,
@@ -140,7 +152,11 @@ impl<'t> Judge<'t> {
 }
 
 fn share(part: usize, whole: usize) -> f64 {
-    if whole == 0 { 1.0 } else { part as f64 / whole as f64 }
+    if whole == 0 {
+        1.0
+    } else {
+        part as f64 / whole as f64
+    }
 }
 
 /// Runs every contender at every pose, in both modes, through all budgets of work to the end.
@@ -149,25 +165,53 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
     let mut workspaces = [0; 2].map(|_| Workspace::with_capacity(4096, 1 << 16));
     let mut memories = [PairMemory::new(), PairMemory::new()];
     for (pose, truth) in truth.iter().enumerate() {
-        let full = Query::new(&case.a, &case.b, case.poses[pose]).mode(Mode::All).order(Order::DepthFirst);
+        let full = Query::new(&case.a, &case.b, case.poses[pose])
+            .mode(Mode::All)
+            .order(Order::DepthFirst);
         let full = finish(&full, &mut workspaces[0]);
-        let run = Run { case, truth, pose, full, overlap: Overlap::new(case, &case.poses[pose]) };
+        let run = Run {
+            case,
+            truth,
+            pose,
+            full,
+            overlap: Overlap::new(case, &case.poses[pose]),
+        };
         for contender in plan().contenders() {
             let query = contender.query(&case.a, &case.b, case.poses[pose]);
             for mode in [Mode::Any, Mode::All] {
-                run.stops(&query.mode(mode), contender.name, mode, None, &mut workspaces, &mut measured);
+                run.stops(
+                    &query.mode(mode),
+                    contender.name,
+                    mode,
+                    None,
+                    &mut workspaces,
+                    &mut measured,
+                );
             }
         }
         let query = Query::new(&case.a, &case.b, case.poses[pose]).order(Order::default());
         for (mode, memory) in [Mode::Any, Mode::All].into_iter().zip(&mut memories) {
-            run.stops(&query.mode(mode), WARM, mode, Some(memory), &mut workspaces, &mut measured);
+            run.stops(
+                &query.mode(mode),
+                WARM,
+                mode,
+                Some(memory),
+                &mut workspaces,
+                &mut measured,
+            );
         }
-        run.oracle(&Oracle::new(&case.a, &case.b, &case.poses[pose], &truth.pairs), &mut measured);
+        run.oracle(
+            &Oracle::new(&case.a, &case.b, &case.poses[pose], &truth.pairs),
+            &mut measured,
+        );
         if let Some(&known) = case.known.get(pose)
             && known != truth.pairs.len() as u64
         {
             let pairs = truth.pairs.len();
-            measured.wrong.push(format!("{} pose {pose}: {pairs} pairs, but truth.csv has {known}", case.name));
+            measured.wrong.push(format!(
+                "{} pose {pose}: {pairs} pairs, but truth.csv has {known}",
+                case.name
+            ));
         }
         if !progress() {
             return None;
@@ -187,7 +231,12 @@ fn advance(
 ) -> Outcome {
     loop {
         let budget = Budget::work(limit.saturating_sub(outcome.stats.work));
-        match query.resume_with(workspace, memory.as_deref_mut(), budget, &SystemClock::default()) {
+        match query.resume_with(
+            workspace,
+            memory.as_deref_mut(),
+            budget,
+            &SystemClock::default(),
+        ) {
             Ok(next) => outcome = next,
             Err(_) => return outcome,
         }
@@ -201,7 +250,9 @@ fn advance(
 /// Work of a finished run.
 fn finish(query: &Query, workspace: &mut Workspace) -> u64 {
     let outcome = query.run(workspace, Budget::work(0));
-    advance(query, workspace, None, outcome, u64::MAX, drop).stats.work
+    advance(query, workspace, None, outcome, u64::MAX, drop)
+        .stats
+        .work
 }
 
 /// A pose of a case, with the work of a finished `all` run.
@@ -228,25 +279,55 @@ impl Run<'_> {
         let mut judge = Judge::new(self.truth);
         let tells = [DEFAULT, WARM].contains(&order);
         let mut guesses = vec![];
-        let guess =
-            Guess { pose: self.pose, order, mode, percent: 0, probability: None, recall_error: None, total_error: 0.0 };
+        let guess = Guess {
+            pose: self.pose,
+            order,
+            mode,
+            percent: 0,
+            probability: None,
+            recall_error: None,
+            total_error: 0.0,
+        };
         if tells {
-            guesses.push(Guess { total_error: query.predict(memory.as_deref()).bv_tests.p50, ..guess });
+            guesses.push(Guess {
+                total_error: query.predict(memory.as_deref()).bv_tests.p50,
+                ..guess
+            });
         }
-        let mut outcome = query.run_with(workspace, memory.as_deref_mut(), Budget::work(0), &SystemClock::default());
+        let mut outcome = query.run_with(
+            workspace,
+            memory.as_deref_mut(),
+            Budget::work(0),
+            &SystemClock::default(),
+        );
         for percent in plan().percent().map(Some).chain([None]) {
-            let limit = percent.map_or(u64::MAX, |percent| (self.full * u64::from(percent)).div_ceil(100));
-            outcome = advance(query, workspace, memory.as_deref_mut(), outcome, limit, |pair| judge.report(pair));
+            let limit = percent.map_or(u64::MAX, |percent| {
+                (self.full * u64::from(percent)).div_ceil(100)
+            });
+            outcome = advance(
+                query,
+                workspace,
+                memory.as_deref_mut(),
+                outcome,
+                limit,
+                |pair| judge.report(pair),
+            );
             let answer = judge.answer(&outcome, mode);
             if answer == Answer::Wrong {
                 let at = percent.map_or("finished".to_owned(), |percent| format!("{percent} %"));
-                measured.wrong.push(format!("{} pose {} {order} {mode:?} {at}: wrong", self.case.name, self.pose));
+                measured.wrong.push(format!(
+                    "{} pose {} {order} {mode:?} {at}: wrong",
+                    self.case.name, self.pose
+                ));
             }
             let Some(percent) = percent else { continue };
             if outcome.stop == StopReason::WorkLimit {
-                measured.overrun = measured.overrun.max(outcome.stats.work.saturating_sub(limit));
+                measured.overrun = measured
+                    .overrun
+                    .max(outcome.stats.work.saturating_sub(limit));
             }
-            let stopped = outcome.stop != StopReason::Finished && outcome.stop != StopReason::FirstHit;
+            let stopped =
+                outcome.stop != StopReason::Finished && outcome.stop != StopReason::FirstHit;
             let (extent, volume_left) = match query.certificate(workspace) {
                 Ok(certificate) => self.check(&certificate, &judge, order, mode, measured),
                 Err(_) => (f64::NAN, f64::NAN),
@@ -255,7 +336,12 @@ impl Run<'_> {
                 && stopped
                 && let Ok(told) = query.estimate(workspace, memory.as_deref())
             {
-                guesses.push(guessed(Guess { percent, ..guess }, &told, &outcome, judge.recall()));
+                guesses.push(guessed(
+                    Guess { percent, ..guess },
+                    &told,
+                    &outcome,
+                    judge.recall(),
+                ));
             }
             let row = Row {
                 pose: self.pose,
@@ -265,7 +351,11 @@ impl Run<'_> {
                 verdict: answer,
                 recall: judge.recall(),
                 coverage: judge.coverage(),
-                unresolved: if stopped { extent / self.case.size() } else { 0.0 },
+                unresolved: if stopped {
+                    extent / self.case.size()
+                } else {
+                    0.0
+                },
                 volume_left,
             };
             measured.rows.push(row);
@@ -276,15 +366,30 @@ impl Run<'_> {
             if (order, mode) == (DEFAULT, Mode::All)
                 && let Ok(certificate) = query.narrowed_certificate(workspace, aside, more)
             {
-                let (extent, volume_left) = self.check(&certificate, &judge, NARROWED, mode, measured);
+                let (extent, volume_left) =
+                    self.check(&certificate, &judge, NARROWED, mode, measured);
                 let unresolved = extent / self.case.size();
-                measured.rows.push(Row { order: NARROWED, unresolved, volume_left, ..row });
+                measured.rows.push(Row {
+                    order: NARROWED,
+                    unresolved,
+                    volume_left,
+                    ..row
+                });
             }
         }
         let (work, bv_tests) = (outcome.stats.work, outcome.stats.bv_tests);
         let error = |told: f64| (told.max(1.0) / (bv_tests as f64).max(1.0)).log2();
-        measured.guesses.extend(guesses.into_iter().map(|g| Guess { total_error: error(g.total_error), ..g }));
-        measured.finished.push(Finished { pose: self.pose, order, mode, work, bv_tests });
+        measured.guesses.extend(guesses.into_iter().map(|g| Guess {
+            total_error: error(g.total_error),
+            ..g
+        }));
+        measured.finished.push(Finished {
+            pose: self.pose,
+            order,
+            mode,
+            work,
+            bv_tests,
+        });
     }
 
     /// Compares what the certificate promises with the truth. Returns the longest edge of its boxes, and for some queries
@@ -301,10 +406,17 @@ impl Run<'_> {
         // Another one at each stop.
         let missing = judge.missing(measured.certificates);
         if let Some(what) = open::fault(certificate, self.case, self.pose, self.truth, missing) {
-            measured.loose.push(format!("{} pose {} {order} {mode:?}: {what}", self.case.name, self.pose));
+            measured.loose.push(format!(
+                "{} pose {} {order} {mode:?}: {what}",
+                self.case.name, self.pose
+            ));
         }
         let shown = mode == Mode::All && CERTIFIED.contains(&order);
-        let volume_left = if shown { self.overlap.volume_left(certificate) } else { f64::NAN };
+        let volume_left = if shown {
+            self.overlap.volume_left(certificate)
+        } else {
+            f64::NAN
+        };
         (certificate.largest_extent(), volume_left)
     }
 
@@ -341,7 +453,13 @@ impl Run<'_> {
         }
         if hit {
             let [work, bv_tests] = oracle.first_hit;
-            measured.finished.push(Finished { pose: self.pose, order: ORACLE, mode: Mode::Any, work, bv_tests });
+            measured.finished.push(Finished {
+                pose: self.pose,
+                order: ORACLE,
+                mode: Mode::Any,
+                work,
+                bv_tests,
+            });
         }
     }
 }
@@ -360,6 +478,18 @@ fn guessed(guess: Guess, told: &Estimate, outcome: &Outcome, recall: f64) -> Gue
 pub fn cut_off(row: Row, stopped: bool) -> Row {
     let known = |share: f64| if stopped { 0.0 } else { share };
     let (recall, coverage) = (known(row.recall), known(row.coverage));
-    let verdict = if stopped { Answer::Undecided } else { row.verdict };
-    Row { order: CUT_OFF, recall, coverage, verdict, unresolved: f64::NAN, volume_left: f64::NAN, ..row }
+    let verdict = if stopped {
+        Answer::Undecided
+    } else {
+        row.verdict
+    };
+    Row {
+        order: CUT_OFF,
+        recall,
+        coverage,
+        verdict,
+        unresolved: f64::NAN,
+        volume_left: f64::NAN,
+        ..row
+    }
 }

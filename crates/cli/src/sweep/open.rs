@@ -22,14 +22,24 @@ impl Overlap {
         const ROOT: f64 = 1.220_744_084_605_759_5;
         let step = DVec3::new(ROOT.recip(), ROOT.powi(-2), ROOT.powi(-3));
         let points = (1..=POINTS).map(|i| low + (high - low) * (0.5 + step * f64::from(i)).fract());
-        Self { points: if low.cmple(high).all() { points.collect() } else { Vec::new() } }
+        Self {
+            points: if low.cmple(high).all() {
+                points.collect()
+            } else {
+                Vec::new()
+            },
+        }
     }
 
     /// Share of the overlap in which the certificate does not rule out a missed intersection; not a number if there is no
     /// overlap.
     pub fn volume_left(&self, certificate: &Certificate) -> f64 {
         let boxes: Vec<_> = certificate.boxes().collect();
-        let open = |p: &&DVec3| boxes.iter().any(|open| open.min.cmple(**p).all() && p.cmple(open.max).all());
+        let open = |p: &&DVec3| {
+            boxes
+                .iter()
+                .any(|open| open.min.cmple(**p).all() && p.cmple(open.max).all())
+        };
         self.points.iter().filter(open).count() as f64 / self.points.len() as f64
     }
 }
@@ -45,11 +55,15 @@ pub fn fault(
 ) -> Option<String> {
     let (bound, count) = (certificate.upper_bound(), truth.pairs.len() as u64);
     if bound < count {
-        return Some(format!("at most {bound} pairs intersect, it says, but {count} do"));
+        return Some(format!(
+            "at most {bound} pairs intersect, it says, but {count} do"
+        ));
     }
     let pair = missing?;
     let (low, high) = meeting(case, &case.poses[pose], pair);
-    let held = certificate.boxes().any(|open| open.min.cmple(high).all() && low.cmple(open.max).all());
+    let held = certificate
+        .boxes()
+        .any(|open| open.min.cmple(high).all() && low.cmple(open.max).all());
     (!held).then(|| format!("the pair {pair:?} intersects outside of all open boxes"))
 }
 
@@ -59,7 +73,10 @@ pub fn meeting(case: &Case, pose: &Pose, [a, b]: [u32; 2]) -> (DVec3, DVec3) {
         let [p, q, r] = tree.mesh().triangle(triangle as usize).map(place);
         (p.min(q).min(r), p.max(q).max(r))
     };
-    let (a, b) = (bounds(&case.a, a, &|v| v), bounds(&case.b, b, &|v| pose.transform_point(v)));
+    let (a, b) = (
+        bounds(&case.a, a, &|v| v),
+        bounds(&case.b, b, &|v| pose.transform_point(v)),
+    );
     (a.0.max(b.0), a.1.min(b.1))
 }
 
@@ -71,7 +88,12 @@ mod tests {
     #[test]
     fn all_is_open_at_first_and_nothing_in_the_end() {
         let pose = Pose::new(punctual::glam::DMat3::IDENTITY, DVec3::new(0.8, 0.1, 0.2)).unwrap();
-        let case = Case::new("spheres", shapes::icosphere(3), shapes::icosphere(3), vec![pose]);
+        let case = Case::new(
+            "spheres",
+            shapes::icosphere(3),
+            shapes::icosphere(3),
+            vec![pose],
+        );
         let overlap = Overlap::new(&case, &pose);
         let query = Query::new(&case.a, &case.b, pose).mode(Mode::All);
         let mut workspace = Workspace::new();
@@ -84,23 +106,48 @@ mod tests {
         assert!(first > 0.99 && last == 0.0, "{first} {last}");
         assert!((1..100).any(|percent| (0.1..0.9).contains(&left(percent))));
         let apart = Pose::new(punctual::glam::DMat3::IDENTITY, DVec3::splat(9.0)).unwrap();
-        assert!(Overlap::new(&case, &apart).volume_left(&query.certificate(&workspace).unwrap()).is_nan());
+        assert!(
+            Overlap::new(&case, &apart)
+                .volume_left(&query.certificate(&workspace).unwrap())
+                .is_nan()
+        );
     }
 
     #[test]
     fn a_certificate_that_forgets_a_pair_is_found_out() {
-        let case = Case::new("spheres", shapes::icosphere(2), shapes::icosphere(2), vec![Pose::IDENTITY]);
+        let case = Case::new(
+            "spheres",
+            shapes::icosphere(2),
+            shapes::icosphere(2),
+            vec![Pose::IDENTITY],
+        );
         let query = Query::new(&case.a, &case.b, Pose::IDENTITY).mode(Mode::All);
         let mut workspace = Workspace::new();
         let _ = query.run(&mut workspace, Budget::unlimited());
         let certificate = query.certificate(&workspace).unwrap();
         let pairs = workspace.pairs().to_vec();
         let regions = 0;
-        let truth = Truth { region: vec![0; pairs.len()], pairs, regions };
+        let truth = Truth {
+            region: vec![0; pairs.len()],
+            pairs,
+            regions,
+        };
         assert_eq!(fault(&certificate, &case, 0, &truth, None), None);
         // As if a pair had not been reported: a finished query has no open box.
-        assert!(fault(&certificate, &case, 0, &truth, Some(truth.pairs[0])).unwrap().contains("outside"));
-        let more = Truth { pairs: [truth.pairs.clone(), vec![[9, 9]]].concat(), region: vec![], regions };
-        assert!(fault(&certificate, &case, 0, &more, None).unwrap().contains("at most"));
+        assert!(
+            fault(&certificate, &case, 0, &truth, Some(truth.pairs[0]))
+                .unwrap()
+                .contains("outside")
+        );
+        let more = Truth {
+            pairs: [truth.pairs.clone(), vec![[9, 9]]].concat(),
+            region: vec![],
+            regions,
+        };
+        assert!(
+            fault(&certificate, &case, 0, &more, None)
+                .unwrap()
+                .contains("at most")
+        );
     }
 }

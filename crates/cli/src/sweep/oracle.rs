@@ -38,12 +38,19 @@ impl Oracle {
     pub fn new(a: &Tree, b: &Tree, pose: &Pose, pairs: &[[u32; 2]]) -> Self {
         let opened = opened_pairs(a, b, pose);
         let hits = |pair: &OpenedPair| -> Vec<u32> {
-            let indices = pair.triangle_pairs.iter().filter_map(|pair| pairs.binary_search(pair).ok());
+            let indices = pair
+                .triangle_pairs
+                .iter()
+                .filter_map(|pair| pairs.binary_search(pair).ok());
             indices.map(|index| index as u32).collect()
         };
         let hits: Vec<Vec<u32>> = opened.iter().map(hits).collect();
         let (first_hit, last_step) = first_hit(&opened, &hits);
-        let mut oracle = Self { first_hit, last_step, found: Vec::with_capacity(pairs.len()) };
+        let mut oracle = Self {
+            first_hit,
+            last_step,
+            found: Vec::with_capacity(pairs.len()),
+        };
         let mut work = 0;
         for piece in pieces(&opened, hits) {
             let count = piece.hits.len() as u64;
@@ -59,14 +66,21 @@ impl Oracle {
 fn first_hit(opened: &[OpenedPair], hits: &[Vec<u32>]) -> ([u64; 2], u64) {
     // Below each pair; `None` where there is no intersection.
     let mut below: Vec<Option<([u64; 2], u64)>> = vec![None; opened.len()];
-    let least = |x: Option<([u64; 2], u64)>, y: ([u64; 2], u64)| Some(x.map_or(y, |x| (x.0.min(y.0), x.1.min(y.1))));
+    let least = |x: Option<([u64; 2], u64)>, y: ([u64; 2], u64)| {
+        Some(x.map_or(y, |x| (x.0.min(y.0), x.1.min(y.1))))
+    };
     for (i, pair) in opened.iter().enumerate().rev() {
         if !hits[i].is_empty() {
             let batch = pair.triangle_pairs.len().min(BATCH) as u64;
             below[i] = least(below[i], ([batch * WORK_PER_TRIANGLE_TEST, 0], 0));
         }
-        let Some(([work, bv_tests], before)) = below[i] else { continue };
-        let all = ([pair.work + work, u64::from(pair.bv_tests) + bv_tests], pair.work + before);
+        let Some(([work, bv_tests], before)) = below[i] else {
+            continue;
+        };
+        let all = (
+            [pair.work + work, u64::from(pair.bv_tests) + bv_tests],
+            pair.work + before,
+        );
         if i == 0 {
             return all;
         }
@@ -104,7 +118,10 @@ fn pieces(opened: &[OpenedPair], hits: Vec<Vec<u32>>) -> Vec<Piece> {
         later.sort_by(Piece::compare);
         let pair = &opened[i];
         let tests = pair.triangle_pairs.len() as u64 * WORK_PER_TRIANGLE_TEST;
-        let mut piece = Piece { work: pair.work + tests, hits };
+        let mut piece = Piece {
+            work: pair.work + tests,
+            hits,
+        };
         while let Some(best) = later.pop_if(|best| (*best).compare(&piece).is_gt()) {
             piece.work += best.work;
             piece.hits.extend(best.hits);
@@ -127,13 +144,23 @@ mod tests {
 
     fn pair(parent: usize, bv_tests: u32, triangle_pairs: usize) -> OpenedPair {
         let work = WORK_PER_EXPANSION + u64::from(bv_tests);
-        OpenedPair { parent, bv_tests, work, triangle_pairs: vec![[0, 0]; triangle_pairs] }
+        OpenedPair {
+            parent,
+            bv_tests,
+            work,
+            triangle_pairs: vec![[0, 0]; triangle_pairs],
+        }
     }
 
     #[test]
     fn the_best_piece_comes_first_and_its_way_is_paid() {
         // Roots; a poor leaf; an inner pair with a rich leaf below.
-        let opened = [pair(0, 16, 0), pair(0, 0, 4), pair(0, 16, 0), pair(2, 0, 10)];
+        let opened = [
+            pair(0, 16, 0),
+            pair(0, 0, 4),
+            pair(0, 16, 0),
+            pair(2, 0, 10),
+        ];
         let pieces = pieces(&opened, vec![vec![], vec![7], vec![], vec![1, 2, 3]]);
         let work: Vec<u64> = pieces.iter().map(|piece| piece.work).collect();
         assert_eq!(work, [100 + 100 + 84 + 10 * 44, 84 + 4 * 44]);
@@ -142,16 +169,33 @@ mod tests {
 
     #[test]
     fn the_first_hit_is_the_cheapest() {
-        let opened = [pair(0, 16, 0), pair(0, 0, 4), pair(0, 16, 0), pair(2, 0, 10)];
+        let opened = [
+            pair(0, 16, 0),
+            pair(0, 0, 4),
+            pair(0, 16, 0),
+            pair(2, 0, 10),
+        ];
         let hits = [vec![], vec![7], vec![], vec![1]];
-        assert_eq!(first_hit(&opened, &hits), ([100 + 84 + 4 * 44, 16], 100 + 84));
-        assert_eq!(first_hit(&opened, &[vec![], vec![], vec![], vec![1]]), ([200 + 84 + 8 * 44, 32], 200 + 84));
-        assert_eq!(first_hit(&opened, &[vec![], vec![], vec![], vec![]]), ([0, 0], 0));
+        assert_eq!(
+            first_hit(&opened, &hits),
+            ([100 + 84 + 4 * 44, 16], 100 + 84)
+        );
+        assert_eq!(
+            first_hit(&opened, &[vec![], vec![], vec![], vec![1]]),
+            ([200 + 84 + 8 * 44, 32], 200 + 84)
+        );
+        assert_eq!(
+            first_hit(&opened, &[vec![], vec![], vec![], vec![]]),
+            ([0, 0], 0)
+        );
     }
 
     #[test]
     fn no_order_is_ahead_of_the_oracle() {
-        let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 32)), Tree::new(shapes::gear(9, 3)));
+        let (a, b) = (
+            Tree::new(shapes::torus_knot(2, 3, 0.2, 32)),
+            Tree::new(shapes::gear(9, 3)),
+        );
         let mut workspace = Workspace::new();
         for x in [0.4, 0.9, 1.2] {
             let pose = Pose::new(DMat3::from_rotation_x(x), DVec3::new(x, 0.1, 0.0)).unwrap();
@@ -160,14 +204,30 @@ mod tests {
             let mut pairs = workspace.pairs().to_vec();
             pairs.sort_unstable();
             let oracle = Oracle::new(&a, &b, &pose, &pairs);
-            assert!(pairs.len() > 50 && oracle.found.len() == pairs.len() && oracle.found.is_sorted_by_key(|f| f.0));
+            assert!(
+                pairs.len() > 50
+                    && oracle.found.len() == pairs.len()
+                    && oracle.found.is_sorted_by_key(|f| f.0)
+            );
             assert!(oracle.found.last().unwrap().0 <= full.stats.work);
-            for order in [Order::Penetration, Order::DepthFirst, Order::OverlapVolume, Order::Random(3)] {
+            for order in [
+                Order::Penetration,
+                Order::DepthFirst,
+                Order::OverlapVolume,
+                Order::Random(3),
+            ] {
                 for percent in 1..=100 {
                     let budget = full.stats.work * percent / 100;
                     let outcome = query(order).run(&mut workspace, Budget::work(budget));
-                    let best = oracle.found.partition_point(|(work, _)| *work <= outcome.stats.work) as u64;
-                    assert!(outcome.found <= best, "{order:?} {percent} %: {} > {best}", outcome.found);
+                    let best = oracle
+                        .found
+                        .partition_point(|(work, _)| *work <= outcome.stats.work)
+                        as u64;
+                    assert!(
+                        outcome.found <= best,
+                        "{order:?} {percent} %: {} > {best}",
+                        outcome.found
+                    );
                 }
             }
         }

@@ -45,7 +45,11 @@ pub fn page(cases: &[Measurement], folder: &Path, intro: Vec<String>) -> Result<
         ]);
     }
     sections.push(report.each_case()?);
-    Ok(Page { title: "Collision queries that are stopped: speed against error".to_owned(), intro, sections })
+    Ok(Page {
+        title: "Collision queries that are stopped: speed against error".to_owned(),
+        intro,
+        sections,
+    })
 }
 
 /// Whether more than distances was measured.
@@ -67,19 +71,31 @@ impl Report<'_> {
 
     /// What users get from a deadline, in one picture, to be shown elsewhere.
     fn overview(&self) -> Chart {
-        let [any, all] = [(Mode::Any, DETECTED), (Mode::All, RECALL)]
-            .map(|(mode, feature)| [DEFAULT, CUT_OFF].map(|order| time_points(self.cases, order, mode, feature)));
+        let [any, all] = [(Mode::Any, DETECTED), (Mode::All, RECALL)].map(|(mode, feature)| {
+            [DEFAULT, CUT_OFF].map(|order| time_points(self.cases, order, mode, feature))
+        });
         let apart = [(OURS, PROVEN), (DEPTH_FIRST, FINISHED)]
             .map(|(order, feature)| distance::line(self.cases, Kind::Time, order, feature));
         let span = time_span([&any, &all, &apart].into_iter().flatten());
-        let shown = [("contact detected", any), ("pairs found", all), ("distance within 10 %", apart)];
-        let series = shown.into_iter().enumerate().flat_map(|(color, (what, [ours, plain]))| {
-            let [ours, plain] = [ours, plain].map(|points| within(points, &span));
-            [
-                Series::new(format!("{what}: this library"), color, Shape::Line(ours)),
-                Series::new(format!("{what}: plain query, cut off"), color, Shape::Dashed(plain)),
-            ]
-        });
+        let shown = [
+            ("contact detected", any),
+            ("pairs found", all),
+            ("distance within 10 %", apart),
+        ];
+        let series = shown
+            .into_iter()
+            .enumerate()
+            .flat_map(|(color, (what, [ours, plain]))| {
+                let [ours, plain] = [ours, plain].map(|points| within(points, &span));
+                [
+                    Series::new(format!("{what}: this library"), color, Shape::Line(ours)),
+                    Series::new(
+                        format!("{what}: plain query, cut off"),
+                        color,
+                        Shape::Dashed(plain),
+                    ),
+                ]
+            });
         Chart {
             title: "What is known when the time is up".to_owned(),
             series: series.collect(),
@@ -101,12 +117,18 @@ pub fn counted(count: usize, what: &str) -> String {
 
 /// A number with so many digits; a dash where there is none.
 pub fn decimals(value: f64, digits: usize) -> String {
-    if value.is_finite() { format!("{value:.digits$}") } else { "-".to_owned() }
+    if value.is_finite() {
+        format!("{value:.digits$}")
+    } else {
+        "-".to_owned()
+    }
 }
 
 /// The lines of the plots, of what was measured.
 fn drawn() -> impl Iterator<Item = Curve> {
-    CURVES.into_iter().filter(|curve| plan().names().any(|name| name == curve.order))
+    CURVES
+        .into_iter()
+        .filter(|curve| plan().names().any(|name| name == curve.order))
 }
 
 const TIME: &str = "time given, microseconds";
@@ -114,49 +136,102 @@ const WORK: &str = "work done, % of a full search";
 
 /// What is plotted for a mode. A plain query for a first contact ends with it, as depth-first does, and has no line.
 fn curves(mode: Mode) -> impl Iterator<Item = (usize, Curve)> {
-    drawn().enumerate().filter(move |(_, curve)| mode == Mode::All || curve.order != CUT_OFF)
+    drawn()
+        .enumerate()
+        .filter(move |(_, curve)| mode == Mode::All || curve.order != CUT_OFF)
 }
 
 fn series((color, curve): (usize, Curve), points: Vec<[f64; 2]>) -> Series {
-    Series::new(curve.label, color, if curve.dashed { Shape::Dashed(points) } else { Shape::Line(points) })
+    Series::new(
+        curve.label,
+        color,
+        if curve.dashed {
+            Shape::Dashed(points)
+        } else {
+            Shape::Line(points)
+        },
+    )
 }
 
 /// A feature over the work done; a mean over these cases.
 fn over_work(cases: &[Measurement], title: &str, mode: Mode, feature: Feature) -> Chart {
     let points = |order| {
-        let measured =
-            plan().percent().map(|percent| [f64::from(percent), at_work(cases, order, mode, percent, feature)]);
+        let measured = plan().percent().map(|percent| {
+            [
+                f64::from(percent),
+                at_work(cases, order, mode, percent, feature),
+            ]
+        });
         std::iter::once([0.0, 0.0]).chain(measured).collect()
     };
     Chart {
         title: title.to_owned(),
         x: Axis::linear(WORK).range(0.0..100.0),
         y: Axis::linear("share").range(0.0..1.0),
-        series: curves(mode).map(|curve| series(curve, points(curve.1.order))).collect(),
+        series: curves(mode)
+            .map(|curve| series(curve, points(curve.1.order)))
+            .collect(),
     }
 }
 
-fn at_work(cases: &[Measurement], order: &'static str, mode: Mode, percent: u32, feature: Feature) -> f64 {
-    over_cases(cases, Which { order, mode, budget: Limit::Work(percent) }, feature)
+fn at_work(
+    cases: &[Measurement],
+    order: &'static str,
+    mode: Mode,
+    percent: u32,
+    feature: Feature,
+) -> f64 {
+    over_cases(
+        cases,
+        Which {
+            order,
+            mode,
+            budget: Limit::Work(percent),
+        },
+        feature,
+    )
 }
 
 /// A feature over the time given; a mean over these cases.
 fn over_time(cases: &[Measurement], title: &str, mode: Mode, feature: Feature) -> Chart {
     let timed = curves(mode).filter(|(_, curve)| curve.order != ORACLE);
-    let lines: Vec<_> = timed.map(|curve| (curve, time_points(cases, curve.1.order, mode, feature))).collect();
+    let lines: Vec<_> = timed
+        .map(|curve| (curve, time_points(cases, curve.1.order, mode, feature)))
+        .collect();
     let span = time_span(lines.iter().map(|(_, points)| points));
     Chart {
         title: title.to_owned(),
-        series: lines.into_iter().map(|(curve, points)| series(curve, within(points, &span))).collect(),
+        series: lines
+            .into_iter()
+            .map(|(curve, points)| series(curve, within(points, &span)))
+            .collect(),
         x: Axis::log(TIME).range(span),
         y: Axis::linear("share").range(0.0..1.0),
     }
 }
 
-fn time_points(cases: &[Measurement], order: &'static str, mode: Mode, feature: Feature) -> Vec<[f64; 2]> {
-    let at =
-        |us: u64| over_cases(cases, Which { order, mode, budget: Limit::Time(Duration::from_micros(us)) }, feature);
-    plan().microseconds().iter().map(|&us| [us as f64, at(us)]).collect()
+fn time_points(
+    cases: &[Measurement],
+    order: &'static str,
+    mode: Mode,
+    feature: Feature,
+) -> Vec<[f64; 2]> {
+    let at = |us: u64| {
+        over_cases(
+            cases,
+            Which {
+                order,
+                mode,
+                budget: Limit::Time(Duration::from_micros(us)),
+            },
+            feature,
+        )
+    };
+    plan()
+        .microseconds()
+        .iter()
+        .map(|&us| [us as f64, at(us)])
+        .collect()
 }
 
 /// The times within which something happens: from the last at which all lines are at 0 to the first at which all are at 1.
@@ -167,15 +242,31 @@ fn time_span<'p>(lines: impl Iterator<Item = &'p Vec<[f64; 2]>>) -> Range<f64> {
     let budgets = plan().microseconds();
     let last = budgets.len() - 1;
     let start = (0..last).rev().find(|&i| all(i, &|y| y < END)).unwrap_or(0);
-    let end = (start + 1..last).find(|&i| all(i, &|y| y > 1.0 - END)).unwrap_or(last);
+    let end = (start + 1..last)
+        .find(|&i| all(i, &|y| y > 1.0 - END))
+        .unwrap_or(last);
     budgets[start] as f64..budgets[end].max(budgets[start] + 1) as f64
 }
 
 fn within(points: Vec<[f64; 2]>, span: &Range<f64>) -> Vec<[f64; 2]> {
-    points.into_iter().filter(|[x, _]| *x >= span.start && *x <= span.end).collect()
+    points
+        .into_iter()
+        .filter(|[x, _]| *x >= span.start && *x <= span.end)
+        .collect()
 }
 
 /// The largest, by name: the first of equals.
-fn best(names: impl Iterator<Item = &'static str>, value: impl Fn(&'static str) -> f64) -> &'static str {
-    names.reduce(|best, name| if value(name) > value(best) { name } else { best }).unwrap_or(DEPTH_FIRST)
+fn best(
+    names: impl Iterator<Item = &'static str>,
+    value: impl Fn(&'static str) -> f64,
+) -> &'static str {
+    names
+        .reduce(|best, name| {
+            if value(name) > value(best) {
+                name
+            } else {
+                best
+            }
+        })
+        .unwrap_or(DEPTH_FIRST)
 }

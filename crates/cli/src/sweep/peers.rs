@@ -13,15 +13,32 @@ pub type PeerTimes = BTreeMap<String, BTreeMap<String, BTreeMap<usize, f64>>>;
 pub fn read(file: &Path) -> Result<PeerTimes, Failure> {
     let text = report::read(file)?;
     let mut times = PeerTimes::new();
-    let lines = text.lines().zip(1..).filter(|(line, _)| !line.is_empty() && !line.starts_with('#'));
-    for (line, number) in lines.skip_while(|(line, _)| line.starts_with("case,peer,pose,distance,ns")) {
+    let lines = text
+        .lines()
+        .zip(1..)
+        .filter(|(line, _)| !line.is_empty() && !line.starts_with('#'));
+    for (line, number) in
+        lines.skip_while(|(line, _)| line.starts_with("case,peer,pose,distance,ns"))
+    {
         let fields: Vec<&str> = line.split(',').collect();
-        let entry =
-            || Some((fields.get(2)?.parse().ok()?, fields.get(4)?.parse::<f64>().ok().filter(|ns| *ns >= 0.0)?));
-        let (pose, ns) =
-            entry().ok_or_else(|| format!("{}:{number}: not case,peer,pose,distance,ns", file.display()))?;
+        let entry = || {
+            Some((
+                fields.get(2)?.parse().ok()?,
+                fields.get(4)?.parse::<f64>().ok().filter(|ns| *ns >= 0.0)?,
+            ))
+        };
+        let (pose, ns) = entry().ok_or_else(|| {
+            format!(
+                "{}:{number}: not case,peer,pose,distance,ns",
+                file.display()
+            )
+        })?;
         let of_case = times.entry(fields[0].to_owned()).or_default();
-        let time = of_case.entry(fields[1].to_owned()).or_default().entry(pose).or_insert(f64::INFINITY);
+        let time = of_case
+            .entry(fields[1].to_owned())
+            .or_default()
+            .entry(pose)
+            .or_insert(f64::INFINITY);
         *time = time.min(ns / 1e3);
     }
     Ok(times)

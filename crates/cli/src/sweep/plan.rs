@@ -30,7 +30,11 @@ pub fn plan() -> &'static Plan {
 
 /// The orders that can be left out.
 fn others() -> Vec<&'static str> {
-    CONTENDERS.iter().map(|contender| contender.name).filter(|name| ![DEFAULT, DEPTH_FIRST].contains(name)).collect()
+    CONTENDERS
+        .iter()
+        .map(|contender| contender.name)
+        .filter(|name| ![DEFAULT, DEPTH_FIRST].contains(name))
+        .collect()
 }
 
 impl Plan {
@@ -47,13 +51,19 @@ impl Plan {
 
     /// Whom to measure: the default first, depth-first second.
     pub fn contenders(&self) -> impl Iterator<Item = &'static Contender> + Clone {
-        let is_chosen = |name| [DEFAULT, DEPTH_FIRST].contains(&name) || self.orders.iter().any(|order| order == name);
-        CONTENDERS.iter().filter(move |contender| is_chosen(contender.name))
+        let is_chosen = |name| {
+            [DEFAULT, DEPTH_FIRST].contains(&name) || self.orders.iter().any(|order| order == name)
+        };
+        CONTENDERS
+            .iter()
+            .filter(move |contender| is_chosen(contender.name))
     }
 
     /// All that is compared under budgets of work.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
-        self.contenders().map(|contender| contender.name).chain([ORACLE, CUT_OFF, WARM])
+        self.contenders()
+            .map(|contender| contender.name)
+            .chain([ORACLE, CUT_OFF, WARM])
     }
 
     /// Budgets of work in percent, ascending.
@@ -63,7 +73,9 @@ impl Plan {
 
     /// The budget of work nearest to a percentage: what is put in words.
     pub fn percent_near(&self, percent: u32) -> u32 {
-        self.percent().min_by_key(|chosen| chosen.abs_diff(percent)).unwrap_or(percent)
+        self.percent()
+            .min_by_key(|chosen| chosen.abs_diff(percent))
+            .unwrap_or(percent)
     }
 
     /// Budgets of time in microseconds, ascending.

@@ -44,32 +44,53 @@ pub struct Time {
 pub const UNLIMITED: &str = "no budget";
 
 /// A round over the poses with these numbers; nothing if `progress`, called after each pass over the poses, says stop.
-pub fn round(case: &Case, truth: &[Truth], poses: &[usize], mut progress: impl FnMut() -> bool) -> Option<Round> {
+pub fn round(
+    case: &Case,
+    truth: &[Truth],
+    poses: &[usize],
+    mut progress: impl FnMut() -> bool,
+) -> Option<Round> {
     let mut round = Round::default();
     let mut workspace = Workspace::with_capacity(4096, 1 << 20);
     let readings = clock_readings();
     for contender in plan().contenders() {
         for mode in [Mode::Any, Mode::All] {
-            let query = |pose: usize| contender.query(&case.a, &case.b, case.poses[pose]).mode(mode);
+            let query = |pose: usize| {
+                contender
+                    .query(&case.a, &case.b, case.poses[pose])
+                    .mode(mode)
+            };
             let mut finish = |order: &'static str, budget: Budget| {
                 for &pose in poses {
                     let start = Instant::now();
                     let _ = black_box(query(pose).run(&mut workspace, budget));
-                    round.finished.push(Time { order, mode, seconds: start.elapsed().as_secs_f64() });
+                    round.finished.push(Time {
+                        order,
+                        mode,
+                        seconds: start.elapsed().as_secs_f64(),
+                    });
                 }
             };
             finish(contender.name, Budget::work(u64::MAX));
             if contender.name == DEFAULT {
                 finish(UNLIMITED, Budget::unlimited());
             }
-            for limit in plan().microseconds().iter().copied().map(Duration::from_micros) {
+            for limit in plan()
+                .microseconds()
+                .iter()
+                .copied()
+                .map(Duration::from_micros)
+            {
                 for &pose in poses {
                     let query = query(pose);
                     let (cpu, start) = (ThreadTime::now(), Instant::now());
                     let outcome = query.run(&mut workspace, Budget::time(limit));
                     let (wall, cpu) = (start.elapsed(), cpu.elapsed());
                     let mut judge = Judge::new(&truth[pose]);
-                    workspace.pairs().iter().for_each(|pair| judge.report(*pair));
+                    workspace
+                        .pairs()
+                        .iter()
+                        .for_each(|pair| judge.report(*pair));
                     let verdict = judge.answer(&outcome, mode);
                     round.wrong += usize::from(verdict == Answer::Wrong);
                     let row = Row {
@@ -85,12 +106,18 @@ pub fn round(case: &Case, truth: &[Truth], poses: &[usize], mut progress: impl F
                     };
                     round.rows.push(row);
                     if contender.name == DEPTH_FIRST {
-                        round.rows.push(cut_off(row, outcome.stop == StopReason::Deadline));
+                        round
+                            .rows
+                            .push(cut_off(row, outcome.stop == StopReason::Deadline));
                     }
                     if contender.name == DEFAULT && outcome.stop == StopReason::Deadline {
                         let beyond = |time: Duration| time.as_secs_f64() - limit.as_secs_f64();
                         let cpu = beyond(cpu) - readings;
-                        round.overruns.push(Overrun { wall: beyond(wall), cpu, spin: beyond(spin(limit)) });
+                        round.overruns.push(Overrun {
+                            wall: beyond(wall),
+                            cpu,
+                            spin: beyond(spin(limit)),
+                        });
                     }
                 }
             }

@@ -41,7 +41,13 @@ pub enum Stratum {
 }
 
 impl Stratum {
-    pub const ALL: [Self; 5] = [Self::Apart, Self::NearMiss, Self::Grazing, Self::Shallow, Self::Deep];
+    pub const ALL: [Self; 5] = [
+        Self::Apart,
+        Self::NearMiss,
+        Self::Grazing,
+        Self::Shallow,
+        Self::Deep,
+    ];
 
     pub fn of(case: &Case, pose: &Pose, truth: &Truth) -> Self {
         match truth.pairs.len() {
@@ -74,31 +80,46 @@ impl Measurement {
     }
 
     pub fn hits(&self) -> usize {
-        self.strata.iter().filter(|stratum| stratum.collides()).count()
+        self.strata
+            .iter()
+            .filter(|stratum| stratum.collides())
+            .count()
     }
 
     /// What differs from the truth, in words.
     pub fn complaints(&self) -> impl Iterator<Item = &String> {
-        self.work.wrong.iter().chain(&self.work.loose).chain(&self.distance.wrong)
+        self.work
+            .wrong
+            .iter()
+            .chain(&self.work.loose)
+            .chain(&self.distance.wrong)
     }
 
     /// Keeps the times at poses at which ours were measured too.
     pub fn take_peers(&mut self, mut peers: BTreeMap<String, BTreeMap<usize, f64>>) {
         let apart: BTreeSet<usize> = self.distance.runs.iter().map(|run| run.pose).collect();
-        peers.values_mut().for_each(|times| times.retain(|pose, _| apart.contains(pose)));
+        peers
+            .values_mut()
+            .for_each(|times| times.retain(|pose, _| apart.contains(pose)));
         peers.retain(|_, times| !times.is_empty());
         self.peers = peers;
     }
 
     fn rows(&self) -> impl Iterator<Item = &Row> {
-        self.work.rows.iter().chain(self.rounds.iter().flat_map(|round| &round.rows))
+        self.work
+            .rows
+            .iter()
+            .chain(self.rounds.iter().flat_map(|round| &round.rows))
     }
 }
 
 /// Most work beyond a budget, of queries for intersections and for distances, and how much is allowed.
 pub fn overruns(cases: &[Measurement]) -> [(u64, u64); 2] {
     let most = |overrun: fn(&Measurement) -> u64| cases.iter().map(overrun).max().unwrap_or(0);
-    [(most(|case| case.work.overrun), MAX_STEP_WORK), (most(|case| case.distance.overrun), MAX_DISTANCE_STEP_WORK)]
+    [
+        (most(|case| case.work.overrun), MAX_STEP_WORK),
+        (most(|case| case.distance.overrun), MAX_DISTANCE_STEP_WORK),
+    ]
 }
 
 /// What a row is asked for.
@@ -130,16 +151,30 @@ pub fn of_case<'r>(
     which: Which,
     feature: Feature,
 ) -> Option<f64> {
-    mean(rows.filter(|row| which.picks(row) && case.collides(row)).map(feature))
+    mean(
+        rows.filter(|row| which.picks(row) && case.collides(row))
+            .map(feature),
+    )
 }
 
 /// The same for each case that has colliding poses, with the case's name.
-fn by_case(cases: &[Measurement], which: Which, feature: Feature) -> impl Iterator<Item = (&str, f64)> {
+fn by_case(
+    cases: &[Measurement],
+    which: Which,
+    feature: Feature,
+) -> impl Iterator<Item = (&str, f64)> {
     let value = move |case: &Measurement| match which.budget {
         Limit::Work(_) => of_case(case, case.work.rows.iter(), which, feature),
-        Limit::Time(_) => of_case(case, case.rounds.iter().flat_map(|round| &round.rows), which, feature),
+        Limit::Time(_) => of_case(
+            case,
+            case.rounds.iter().flat_map(|round| &round.rows),
+            which,
+            feature,
+        ),
     };
-    cases.iter().filter_map(move |case| Some((case.name.as_str(), value(case)?)))
+    cases
+        .iter()
+        .filter_map(move |case| Some((case.name.as_str(), value(case)?)))
 }
 
 /// Mean over cases, which count alike, of the means over their colliding poses.
@@ -161,13 +196,21 @@ pub struct Worst<'m> {
 
 impl<'m> Worst<'m> {
     pub fn least(values: impl Iterator<Item = (&'m str, f64)>) -> Self {
-        let none = Self { case: "none", value: f64::NAN };
-        values.min_by(|x, y| x.1.total_cmp(&y.1)).map_or(none, |(case, value)| Self { case, value })
+        let none = Self {
+            case: "none",
+            value: f64::NAN,
+        };
+        values
+            .min_by(|x, y| x.1.total_cmp(&y.1))
+            .map_or(none, |(case, value)| Self { case, value })
     }
 
     pub fn largest(values: impl Iterator<Item = (&'m str, f64)>) -> Self {
         let least = Self::least(values.map(|(case, value)| (case, -value)));
-        Self { value: -least.value, ..least }
+        Self {
+            value: -least.value,
+            ..least
+        }
     }
 }
 
@@ -178,9 +221,17 @@ pub fn volume_left<'m>(
     order: &'static str,
     percent: u32,
 ) -> impl Iterator<Item = (&'m str, f64)> {
-    let which = Which { order, mode: Mode::All, budget: Limit::Work(percent) };
+    let which = Which {
+        order,
+        mode: Mode::All,
+        budget: Limit::Work(percent),
+    };
     cases.iter().filter_map(move |case| {
-        let rows = case.work.rows.iter().filter(|row| which.picks(row) && !row.volume_left.is_nan());
+        let rows = case
+            .work
+            .rows
+            .iter()
+            .filter(|row| which.picks(row) && !row.volume_left.is_nan());
         let values = sorted(rows.map(|row| row.volume_left));
         (!values.is_empty()).then(|| (case.name.as_str(), quantile(&values, 0.5)))
     })
@@ -188,18 +239,43 @@ pub fn volume_left<'m>(
 
 /// Share of the recall that is known on average while the work of a finished run is done: the area under the curve.
 pub fn area(cases: &[Measurement], order: &'static str) -> f64 {
-    let at = |percent| over_cases(cases, Which { order, mode: Mode::All, budget: Limit::Work(percent) }, RECALL);
+    let at = |percent| {
+        over_cases(
+            cases,
+            Which {
+                order,
+                mode: Mode::All,
+                budget: Limit::Work(percent),
+            },
+            RECALL,
+        )
+    };
     let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0])
-        .chain(plan().percent().map(|percent| [f64::from(percent) / 100.0, at(percent)]))
+        .chain(
+            plan()
+                .percent()
+                .map(|percent| [f64::from(percent) / 100.0, at(percent)]),
+        )
         .collect();
-    points.windows(2).map(|ends| (ends[1][0] - ends[0][0]) * (ends[0][1] + ends[1][1]) * 0.5).sum()
+    points
+        .windows(2)
+        .map(|ends| (ends[1][0] - ends[0][0]) * (ends[0][1] + ends[1][1]) * 0.5)
+        .sum()
 }
 
 /// How much less a case takes to the first hit than depth-first, in work or in BV tests: geometric mean over its colliding
 /// poses.
-pub fn first_hit_of_case(case: &Measurement, order: &str, cost: fn(&Finished) -> u64) -> Option<f64> {
+pub fn first_hit_of_case(
+    case: &Measurement,
+    order: &str,
+    cost: fn(&Finished) -> u64,
+) -> Option<f64> {
     let log = |order: &str| {
-        let runs = case.work.finished.iter().filter(|run| run.order == order && run.mode == Mode::Any);
+        let runs = case
+            .work
+            .finished
+            .iter()
+            .filter(|run| run.order == order && run.mode == Mode::Any);
         let runs = runs.filter(|run| case.strata[run.pose].collides());
         mean(runs.map(|run| (cost(run).max(1) as f64).ln()))
     };
@@ -211,20 +287,33 @@ pub const BV_TESTS: fn(&Finished) -> u64 = |run| run.bv_tests;
 
 /// Geometric mean of it over cases.
 pub fn first_hit(cases: &[Measurement], order: &str, cost: fn(&Finished) -> u64) -> f64 {
-    let gains = cases.iter().filter_map(|case| first_hit_of_case(case, order, cost));
+    let gains = cases
+        .iter()
+        .filter_map(|case| first_hit_of_case(case, order, cost));
     mean(gains.map(f64::ln)).map_or(f64::NAN, f64::exp)
 }
 
 /// Geometric mean over cases of the mean time of a finished query, in microseconds.
 pub fn finished_time(cases: &[Measurement], order: &str, mode: Mode, round: usize) -> f64 {
     let time = |case: &Measurement| {
-        let times = case.rounds.get(round)?.finished.iter().filter(|time| time.order == order && time.mode == mode);
+        let times = case
+            .rounds
+            .get(round)?
+            .finished
+            .iter()
+            .filter(|time| time.order == order && time.mode == mode);
         Some((mean(times.map(|time| time.seconds))? * 1e6).ln())
     };
     mean(cases.iter().filter_map(time)).map_or(f64::NAN, f64::exp)
 }
 
-pub const QUANTILES: [(&str, f64); 5] = [("p50", 0.5), ("p90", 0.9), ("p99", 0.99), ("p99.9", 0.999), ("max", 1.0)];
+pub const QUANTILES: [(&str, f64); 5] = [
+    ("p50", 0.5),
+    ("p90", 0.9),
+    ("p99", 0.99),
+    ("p99.9", 0.999),
+    ("max", 1.0),
+];
 
 /// A figure that varies from round to round, by about `noise` either way.
 #[derive(Clone, Copy)]
@@ -237,7 +326,10 @@ impl Figure {
     fn of_rounds(values: &[f64]) -> Self {
         let sorted = sorted(values.iter().copied());
         let (low, high) = (quantile(&sorted, 0.0), quantile(&sorted, 1.0));
-        Self { value: quantile(&sorted, 0.5), noise: high - low }
+        Self {
+            value: quantile(&sorted, 0.5),
+            noise: high - low,
+        }
     }
 }
 
@@ -248,24 +340,56 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
     for order in plan().names() {
         for percent in plan().percent() {
             let budget = Limit::Work(percent);
-            let any = Which { order, mode: Mode::Any, budget };
-            let all = Which { order, mode: Mode::All, budget };
-            put(format!("any@{percent}% {order}"), over_cases(cases, any, DETECTED));
-            put(format!("undecided@{percent}% {order}"), over_cases(cases, any, UNDECIDED));
-            put(format!("recall@{percent}% {order}"), over_cases(cases, all, RECALL));
-            put(format!("coverage@{percent}% {order}"), over_cases(cases, all, COVERAGE));
+            let any = Which {
+                order,
+                mode: Mode::Any,
+                budget,
+            };
+            let all = Which {
+                order,
+                mode: Mode::All,
+                budget,
+            };
+            put(
+                format!("any@{percent}% {order}"),
+                over_cases(cases, any, DETECTED),
+            );
+            put(
+                format!("undecided@{percent}% {order}"),
+                over_cases(cases, any, UNDECIDED),
+            );
+            put(
+                format!("recall@{percent}% {order}"),
+                over_cases(cases, all, RECALL),
+            );
+            put(
+                format!("coverage@{percent}% {order}"),
+                over_cases(cases, all, COVERAGE),
+            );
         }
         put(format!("area under recall {order}"), area(cases, order));
-        put(format!("regret to oracle {order}"), area(cases, ORACLE) - area(cases, order));
+        put(
+            format!("regret to oracle {order}"),
+            area(cases, ORACLE) - area(cases, order),
+        );
         if order != CUT_OFF {
-            put(format!("first hit over depth-first {order} work"), first_hit(cases, order, WORK));
-            put(format!("first hit over depth-first {order} bv tests"), first_hit(cases, order, BV_TESTS));
+            put(
+                format!("first hit over depth-first {order} work"),
+                first_hit(cases, order, WORK),
+            );
+            put(
+                format!("first hit over depth-first {order} bv tests"),
+                first_hit(cases, order, BV_TESTS),
+            );
         }
     }
     for order in CERTIFIED {
         for percent in plan().percent() {
             let left = mean(volume_left(cases, order, percent).map(|(_, left)| left));
-            put(format!("volume left@{percent}% {order}"), left.unwrap_or(f64::NAN));
+            put(
+                format!("volume left@{percent}% {order}"),
+                left.unwrap_or(f64::NAN),
+            );
         }
     }
     for case in cases {
@@ -274,7 +398,11 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
             ("recall@20%", Mode::All, 20, RECALL),
             ("coverage@20%", Mode::All, 20, COVERAGE),
         ] {
-            let which = Which { order: DEFAULT, mode, budget: Limit::Work(percent) };
+            let which = Which {
+                order: DEFAULT,
+                mode,
+                budget: Limit::Work(percent),
+            };
             if let Some(value) = of_case(case, case.work.rows.iter(), which, feature) {
                 put(format!("{name} {DEFAULT} {}", case.name), value);
             }
@@ -283,11 +411,17 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
     super::confidence::figures(cases, &mut figures);
     distance::summary::work_figures(cases, &mut figures);
     let mut put = |name: String, value: f64| figures.insert(name, value);
-    let wrong: usize = cases.iter().map(|case| case.work.wrong.len() + case.distance.wrong.len()).sum();
+    let wrong: usize = cases
+        .iter()
+        .map(|case| case.work.wrong.len() + case.distance.wrong.len())
+        .sum();
     put("wrong".to_owned(), wrong as f64);
     let loose: usize = cases.iter().map(|case| case.work.loose.len()).sum();
     put("false certificates".to_owned(), loose as f64);
-    for (name, (overrun, _)) in ["overrun max work", "overrun max work distance"].into_iter().zip(overruns(cases)) {
+    for (name, (overrun, _)) in ["overrun max work", "overrun max work distance"]
+        .into_iter()
+        .zip(overruns(cases))
+    {
         put(name.to_owned(), overrun as f64);
     }
     figures
@@ -296,25 +430,60 @@ pub fn work_figures(cases: &[Measurement]) -> BTreeMap<String, f64> {
 /// The figures of time, each with its noise.
 pub fn time_figures(cases: &[Measurement]) -> BTreeMap<String, Figure> {
     let mut figures = BTreeMap::new();
-    let rounds = cases.iter().map(|case| case.rounds.len()).min().unwrap_or(0);
+    let rounds = cases
+        .iter()
+        .map(|case| case.rounds.len())
+        .min()
+        .unwrap_or(0);
     let mut put = |name: String, value: &dyn Fn(usize) -> f64| {
         let values: Vec<f64> = (0..rounds).map(value).collect();
         figures.insert(name, Figure::of_rounds(&values));
     };
     let share = |which: Which, feature: Feature, round: usize| {
-        let of_round = |case: &Measurement| of_case(case, case.rounds[round].rows.iter(), which, feature);
+        let of_round =
+            |case: &Measurement| of_case(case, case.rounds[round].rows.iter(), which, feature);
         mean(cases.iter().filter_map(of_round)).unwrap_or(f64::NAN)
     };
-    for order in plan().contenders().map(|contender| contender.name).chain([CUT_OFF]) {
+    for order in plan()
+        .contenders()
+        .map(|contender| contender.name)
+        .chain([CUT_OFF])
+    {
         for &us in plan().microseconds() {
             let budget = Limit::Time(std::time::Duration::from_micros(us));
-            put(format!("any@{us}us {order}"), &|r| share(Which { order, mode: Mode::Any, budget }, DETECTED, r));
-            put(format!("recall@{us}us {order}"), &|r| share(Which { order, mode: Mode::All, budget }, RECALL, r));
+            put(format!("any@{us}us {order}"), &|r| {
+                share(
+                    Which {
+                        order,
+                        mode: Mode::Any,
+                        budget,
+                    },
+                    DETECTED,
+                    r,
+                )
+            });
+            put(format!("recall@{us}us {order}"), &|r| {
+                share(
+                    Which {
+                        order,
+                        mode: Mode::All,
+                        budget,
+                    },
+                    RECALL,
+                    r,
+                )
+            });
         }
     }
-    for order in plan().contenders().map(|contender| contender.name).chain([UNLIMITED]) {
+    for order in plan()
+        .contenders()
+        .map(|contender| contender.name)
+        .chain([UNLIMITED])
+    {
         for (name, mode) in [("any", Mode::Any), ("all", Mode::All)] {
-            put(format!("finished {name} us {order}"), &|round| finished_time(cases, order, mode, round));
+            put(format!("finished {name} us {order}"), &|round| {
+                finished_time(cases, order, mode, round)
+            });
         }
     }
     for (name, fraction) in QUANTILES {
@@ -331,8 +500,11 @@ pub fn time_figures(cases: &[Measurement]) -> BTreeMap<String, Figure> {
 
 type Reading = fn(&super::punctuality::Overrun) -> f64;
 
-pub const CLOCKS: [(&str, Reading); 3] =
-    [("wall", |overrun| overrun.wall), ("cpu", |overrun| overrun.cpu), ("spin", |overrun| overrun.spin)];
+pub const CLOCKS: [(&str, Reading); 3] = [
+    ("wall", |overrun| overrun.wall),
+    ("cpu", |overrun| overrun.cpu),
+    ("spin", |overrun| overrun.spin),
+];
 
 pub const HEADER: &str = "case,stratum,order,mode,budget_kind,budget,poses,detected,undecided,wrong,recall_mean,recall_p5,\
      recall_p50,recall_p95,coverage_mean,coverage_p5,coverage_p50,coverage_p95,unresolved_p50,unresolved_p95";
@@ -347,15 +519,23 @@ pub fn table(case: &Measurement) -> Vec<Vec<String>> {
             groups.entry(key).or_default().push(row);
         }
     }
-    let line = |((stratum, order, all, budget), rows): ((Option<Stratum>, &str, bool, Limit), Vec<&Row>)| {
+    let line = |((stratum, order, all, budget), rows): (
+        (Option<Stratum>, &str, bool, Limit),
+        Vec<&Row>,
+    )| {
         let (kind, amount) = match budget {
             Limit::Work(percent) => ("work_percent", f64::from(percent)),
             Limit::Time(time) => ("time_us", time.as_secs_f64() * 1e6),
         };
-        let share = |answer: Answer| rows.iter().filter(|row| row.verdict == answer).count() as f64 / rows.len() as f64;
+        let share = |answer: Answer| {
+            rows.iter().filter(|row| row.verdict == answer).count() as f64 / rows.len() as f64
+        };
         let spread = |feature: Feature, fractions: &[f64]| {
             let values = sorted(rows.iter().map(|row| feature(row)));
-            fractions.iter().map(|&fraction| cell(quantile(&values, fraction))).collect::<Vec<_>>()
+            fractions
+                .iter()
+                .map(|&fraction| cell(quantile(&values, fraction)))
+                .collect::<Vec<_>>()
         };
         let mut fields = vec![
             case.name.clone(),
@@ -366,9 +546,13 @@ pub fn table(case: &Measurement) -> Vec<Vec<String>> {
             cell(amount),
             rows.len().to_string(),
         ];
-        fields.extend([Answer::Detected, Answer::Undecided, Answer::Wrong].map(|answer| cell(share(answer))));
+        fields.extend(
+            [Answer::Detected, Answer::Undecided, Answer::Wrong].map(|answer| cell(share(answer))),
+        );
         for feature in [RECALL, COVERAGE] {
-            fields.push(cell(mean(rows.iter().map(|row| feature(row))).unwrap_or(f64::NAN)));
+            fields.push(cell(
+                mean(rows.iter().map(|row| feature(row))).unwrap_or(f64::NAN),
+            ));
             fields.extend(spread(feature, &[0.05, 0.5, 0.95]));
         }
         fields.extend(spread(|row| row.unresolved, &[0.5, 0.95]));
@@ -382,6 +566,9 @@ pub fn cell(value: f64) -> String {
     if value.is_nan() {
         String::new()
     } else {
-        format!("{:.6}", value).trim_end_matches('0').trim_end_matches('.').to_owned()
+        format!("{:.6}", value)
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned()
     }
 }

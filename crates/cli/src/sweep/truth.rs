@@ -28,7 +28,11 @@ pub fn of_case(case: &Case, file: &Path) -> Result<Vec<Truth>, Failure> {
         Some(pairs) => pairs,
         None => {
             let mut workspace = Workspace::with_capacity(0, 1 << 16);
-            let pairs: Vec<_> = case.poses.iter().map(|pose| compute(case, *pose, &mut workspace)).collect();
+            let pairs: Vec<_> = case
+                .poses
+                .iter()
+                .map(|pose| compute(case, *pose, &mut workspace))
+                .collect();
             let mut text = header + "\n";
             for (pose, pairs) in pairs.iter().enumerate() {
                 for [a, b] in pairs {
@@ -39,7 +43,12 @@ pub fn of_case(case: &Case, file: &Path) -> Result<Vec<Truth>, Failure> {
             pairs
         }
     };
-    Ok(case.poses.iter().zip(pairs).map(|(pose, pairs)| locate(case, pose, pairs)).collect())
+    Ok(case
+        .poses
+        .iter()
+        .zip(pairs)
+        .map(|(pose, pairs)| locate(case, pose, pairs))
+        .collect())
 }
 
 fn read(file: &Path, header: &str, poses: usize) -> Option<Vec<Vec<[u32; 2]>>> {
@@ -49,7 +58,9 @@ fn read(file: &Path, header: &str, poses: usize) -> Option<Vec<Vec<[u32; 2]>>> {
     for line in lines.lines().skip(1) {
         let mut numbers = line.split(',').map(|number| number.parse::<u32>().ok());
         let pose = numbers.next()??;
-        pairs.get_mut(pose as usize)?.push([numbers.next()??, numbers.next()??]);
+        pairs
+            .get_mut(pose as usize)?
+            .push([numbers.next()??, numbers.next()??]);
     }
     Some(pairs)
 }
@@ -76,8 +87,14 @@ fn locate(case: &Case, pose: &Pose, pairs: Vec<[u32; 2]>) -> Truth {
         let (low, high) = super::open::meeting(case, pose, pair);
         let middle = (low + high) * 0.5;
         let next = numbers.len() as u32;
-        *numbers.entry((middle / edge).floor().to_array().map(|x| x as i64)).or_insert(next)
+        *numbers
+            .entry((middle / edge).floor().to_array().map(|x| x as i64))
+            .or_insert(next)
     });
     let region = region.collect();
-    Truth { pairs, region, regions: numbers.len() }
+    Truth {
+        pairs,
+        region,
+        regions: numbers.len(),
+    }
 }

@@ -23,17 +23,26 @@ fn check_case(case: &Path) {
         }
         let rows = answer.rows();
         assert_eq!(rows.len(), truth.len(), "{name}");
-        assert_eq!(answer.status, i32::from(rows.iter().any(Row::is_error)), "{name}");
+        assert_eq!(
+            answer.status,
+            i32::from(rows.iter().any(Row::is_error)),
+            "{name}"
+        );
         for (pose, (row, truth)) in rows.iter().zip(&truth).enumerate() {
             let allowed = match truth {
                 _ if row.is_error() => expect.contains("error"),
                 Truth::Invalid => false,
                 Truth::Pairs(pairs) => {
                     let count = if mode == "any" { -1 } else { *pairs as i64 };
-                    expect.contains("truth") && (row.hit == "1") == (*pairs > 0) && row.pairs == count
+                    expect.contains("truth")
+                        && (row.hit == "1") == (*pairs > 0)
+                        && row.pairs == count
                 }
             };
-            assert!(allowed, "{name}, pose {pose}, --mode {mode}: {row:?}, {truth:?}, expected is {expect}");
+            assert!(
+                allowed,
+                "{name}, pose {pose}, --mode {mode}: {row:?}, {truth:?}, expected is {expect}"
+            );
         }
     }
 }
@@ -42,7 +51,10 @@ fn check_case(case: &Path) {
 fn hard_cases_are_answered_or_refused_as_expected() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let shared = root.join("../shared/hardcases/meshes");
-    for folder in [root.join("tests/fixtures/meshes"), shared].into_iter().filter(|folder| folder.is_dir()) {
+    for folder in [root.join("tests/fixtures/meshes"), shared]
+        .into_iter()
+        .filter(|folder| folder.is_dir())
+    {
         let mut cases = 0;
         for case in std::fs::read_dir(folder).unwrap() {
             check_case(&case.unwrap().path());

@@ -6,7 +6,8 @@ use punctual::shapes::cuboid;
 use crate::run::{Answer, Folder, IDENTITY};
 use crate::write;
 
-const HEADER: &str = "pose,kind,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,low,ns,stop";
+const HEADER: &str =
+    "pose,kind,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,low,ns,stop";
 
 /// One row of the output; what is empty is `None`, or no number.
 #[derive(Clone, Debug)]
@@ -51,37 +52,76 @@ fn cubes() -> Folder {
     folder.write("a.obj", write::obj(&cuboid(Vec3::ONE, 2)));
     folder.write("b.obj", write::obj(&cuboid(Vec3::ONE, 2)));
     let at = |x: f64| format!("1 0 0 {x} 0 1 0 0.25 0 0 1 0\n");
-    folder.write("poses.txt", format!("{}{}1 0 0\n{}{}", at(2.0), at(2.01), at(9.0), at(2.01)));
+    folder.write(
+        "poses.txt",
+        format!("{}{}1 0 0\n{}{}", at(2.0), at(2.01), at(9.0), at(2.01)),
+    );
     folder
 }
 
 fn of(rows: &[Row], pose: usize, kind: &str) -> Vec<Row> {
-    rows.iter().filter(|row| (row.pose, row.kind.as_str()) == (pose, kind)).cloned().collect()
+    rows.iter()
+        .filter(|row| (row.pose, row.kind.as_str()) == (pose, kind))
+        .cloned()
+        .collect()
 }
 
 #[test]
 fn contacts_and_patches_of_cubes() {
     let folder = cubes();
-    for options in ["", "--reps 3", "--portable", "--memory", "--budget-work 100000000"] {
-        let answer = folder.run(&format!("contacts a.obj b.obj poses.txt --margin 0.02 {options}"));
+    for options in [
+        "",
+        "--reps 3",
+        "--portable",
+        "--memory",
+        "--budget-work 100000000",
+    ] {
+        let answer = folder.run(&format!(
+            "contacts a.obj b.obj poses.txt --margin 0.02 {options}"
+        ));
         assert_eq!(answer.status, 1, "{}", answer.err);
-        assert!(answer.err.contains("poses.txt:3: pose 2: ") && answer.err.lines().count() == 1, "{}", answer.err);
+        assert!(
+            answer.err.contains("poses.txt:3: pose 2: ") && answer.err.lines().count() == 1,
+            "{}",
+            answer.err
+        );
         let rows = rows(&answer);
         for pose in [0, 1, 4] {
             let (contacts, patches) = (of(&rows, pose, "contact"), of(&rows, pose, "patch"));
-            assert!(contacts.len() > 8 && contacts.is_sorted_by(|x, y| x.distance <= y.distance), "{rows:?}");
+            assert!(
+                contacts.len() > 8 && contacts.is_sorted_by(|x, y| x.distance <= y.distance),
+                "{rows:?}"
+            );
             assert_eq!(patches.len(), 1);
-            assert!((patches[0].normal - DVec3::NEG_X).length() < 0.3 && patches[0].triangles.is_none());
+            assert!(
+                (patches[0].normal - DVec3::NEG_X).length() < 0.3 && patches[0].triangles.is_none()
+            );
             for row in &contacts {
-                assert_eq!((row.patch, row.low, row.stop.as_str()), (patches[0].patch, f64::INFINITY, "finished"));
+                assert_eq!(
+                    (row.patch, row.low, row.stop.as_str()),
+                    (patches[0].patch, f64::INFINITY, "finished")
+                );
                 assert!(row.triangles.is_some() && (row.normal.length() - 1.0).abs() < 1e-12);
                 let [p, q] = row.points;
                 let is_apart = row.distance > 0.0;
-                assert!(!is_apart || (p.distance(q) - row.distance).abs() < 1e-12, "{row:?}");
-                assert!(is_apart || (p.x - 1.0).abs() < 1e-12 && (q.x - 1.0).abs() < 1e-12, "{row:?}");
+                assert!(
+                    !is_apart || (p.distance(q) - row.distance).abs() < 1e-12,
+                    "{row:?}"
+                );
+                assert!(
+                    is_apart || (p.x - 1.0).abs() < 1e-12 && (q.x - 1.0).abs() < 1e-12,
+                    "{row:?}"
+                );
             }
-            let least = if pose == 0 { 0.0..=0.0 } else { 0.01..=0.01 + 1e-12 };
-            assert!(least.contains(&contacts[0].distance) || (contacts[0].distance - 0.01).abs() < 1e-12);
+            let least = if pose == 0 {
+                0.0..=0.0
+            } else {
+                0.01..=0.01 + 1e-12
+            };
+            assert!(
+                least.contains(&contacts[0].distance)
+                    || (contacts[0].distance - 0.01).abs() < 1e-12
+            );
             assert_eq!(patches[0].distance, contacts[0].distance);
         }
         assert_eq!(of(&rows, 2, "")[0].stop, "error");
@@ -89,26 +129,49 @@ fn contacts_and_patches_of_cubes() {
         assert!(far.len() == 1 && far[0].low == f64::INFINITY && far[0].patch.is_none());
         // Numbers of patches go on only with a memory, and the body was away in between.
         let ids = [0, 1, 4].map(|pose| of(&rows, pose, "patch")[0].patch.unwrap());
-        assert_eq!(ids, if options == "--memory" { [0, 0, 1] } else { [0; 3] });
+        assert_eq!(
+            ids,
+            if options == "--memory" {
+                [0, 0, 1]
+            } else {
+                [0; 3]
+            }
+        );
     }
 }
 
 #[test]
 fn budgets_and_limits_end_a_query() {
     let folder = cubes();
-    let run = |options: &str| rows(&folder.run(&format!("contacts a.obj b.obj poses.txt --margin 0.02 {options}")));
+    let run = |options: &str| {
+        rows(&folder.run(&format!(
+            "contacts a.obj b.obj poses.txt --margin 0.02 {options}"
+        )))
+    };
     let cut = run("--budget-work 0");
     for pose in [0, 1, 3, 4] {
         let none = of(&cut, pose, "none");
-        assert_eq!((none.len(), none[0].low, none[0].stop.as_str()), (1, 0.0, "work-limit"));
+        assert_eq!(
+            (none.len(), none[0].low, none[0].stop.as_str()),
+            (1, 0.0, "work-limit")
+        );
     }
     let few = run("--max 3");
     for pose in [0, 1, 4] {
         let contacts = of(&few, pose, "contact");
-        assert!(contacts.len() == 3 && contacts.iter().all(|row| row.stop == "pairs-full" && row.low < 0.02));
+        assert!(
+            contacts.len() == 3
+                && contacts
+                    .iter()
+                    .all(|row| row.stop == "pairs-full" && row.low < 0.02)
+        );
     }
     let timed = run("--budget-us 1000000");
-    assert!(timed.iter().all(|row| row.stop == "finished" || row.stop == "error"));
+    assert!(
+        timed
+            .iter()
+            .all(|row| row.stop == "finished" || row.stop == "error")
+    );
 }
 
 /// More contacts than there is room for at first.
@@ -118,21 +181,32 @@ fn all_are_printed_however_many() {
     folder.write("a.obj", write::obj(&cuboid(Vec3::ONE, 3)));
     folder.write("poses.txt", IDENTITY);
     let rows = rows(&folder.run("contacts a.obj a.obj poses.txt --margin 100"));
-    assert_eq!(of(&rows, 0, "contact").len(), cuboid(Vec3::ONE, 3).len().pow(2));
+    assert_eq!(
+        of(&rows, 0, "contact").len(),
+        cuboid(Vec3::ONE, 3).len().pow(2)
+    );
 }
 
 #[test]
 fn what_makes_no_sense_is_refused() {
     let folder = cubes();
     for bad in ["-1", "nan", "inf", "x"] {
-        folder.run(&format!("contacts a.obj b.obj poses.txt --margin {bad}")).assert_refused(&["--margin", "must be"]);
+        folder
+            .run(&format!("contacts a.obj b.obj poses.txt --margin {bad}"))
+            .assert_refused(&["--margin", "must be"]);
     }
-    for (bad, part) in
-        [("--max 0", "--max"), ("--reps 0", "--reps"), ("--budget-us 1 --budget-work 1", "cannot be used")]
-    {
-        folder.run(&format!("contacts a.obj b.obj poses.txt {bad}")).assert_refused(&[part]);
+    for (bad, part) in [
+        ("--max 0", "--max"),
+        ("--reps 0", "--reps"),
+        ("--budget-us 1 --budget-work 1", "cannot be used"),
+    ] {
+        folder
+            .run(&format!("contacts a.obj b.obj poses.txt {bad}"))
+            .assert_refused(&[part]);
     }
-    folder.run("contacts a.obj none.obj poses.txt").assert_refused(&["none.obj: "]);
+    folder
+        .run("contacts a.obj none.obj poses.txt")
+        .assert_refused(&["none.obj: "]);
 }
 
 #[test]
@@ -140,21 +214,42 @@ fn pushes_of_cubes() {
     let folder = Folder::new();
     folder.write("a.obj", write::obj(&cuboid(Vec3::ONE, 2)));
     folder.write("b.obj", write::obj(&cuboid(Vec3::ONE, 2)));
-    folder.write("poses.txt", "1 0 0 1.9 0 1 0 .25 0 0 1 0\n1 0 0 9 0 1 0 0 0 0 1 0\n");
+    folder.write(
+        "poses.txt",
+        "1 0 0 1.9 0 1 0 .25 0 0 1 0\n1 0 0 9 0 1 0 0 0 0 1 0\n",
+    );
     let push = |options: &str| {
         let answer = folder.run(&format!("contacts a.obj b.obj poses.txt --push {options}"));
         assert_eq!((answer.status, answer.err.as_str()), (0, ""));
         let rows = rows(&answer);
-        [0, 1].map(|pose| of(&rows, pose, "push").try_into().unwrap()).map(|[row]: [Row; 1]| row)
+        [0, 1]
+            .map(|pose| of(&rows, pose, "push").try_into().unwrap())
+            .map(|[row]: [Row; 1]| row)
     };
-    for options in ["", "--reps 2", "--portable --memory", "--budget-work 100000000"] {
+    for options in [
+        "",
+        "--reps 2",
+        "--portable --memory",
+        "--budget-work 100000000",
+    ] {
         let [meets, apart] = push(options);
-        assert!((0.1..0.102).contains(&meets.distance) && meets.normal.distance(DVec3::X) < 1e-3, "{meets:?}");
+        assert!(
+            (0.1..0.102).contains(&meets.distance) && meets.normal.distance(DVec3::X) < 1e-3,
+            "{meets:?}"
+        );
         assert_eq!((apart.distance, apart.normal), (0.0, DVec3::X));
         for row in [meets, apart] {
-            assert!(row.stop == "finished" && row.patch.is_none() && row.triangles.is_none() && row.low.is_nan());
+            assert!(
+                row.stop == "finished"
+                    && row.patch.is_none()
+                    && row.triangles.is_none()
+                    && row.low.is_nan()
+            );
         }
     }
     let [cut, _] = push("--budget-work 0");
-    assert!(cut.stop == "work-limit" && cut.distance.is_nan() && cut.normal.is_nan(), "{cut:?}");
+    assert!(
+        cut.stop == "work-limit" && cut.distance.is_nan() && cut.normal.is_nan(),
+        "{cut:?}"
+    );
 }

@@ -10,10 +10,22 @@ fn bad_meshes_are_refused_by_file_and_line() {
     let (_, mut glb) = write::all_formats(&icosphere(0)).pop().unwrap();
     glb.pop();
     let cases: [(&str, Vec<u8>, &str); 6] = [
-        ("a.obj", b"v 0 0 0\nv 1 0 zero\n".to_vec(), "punctual: a.obj:2: `zero` is no number\n"),
+        (
+            "a.obj",
+            b"v 0 0 0\nv 1 0 zero\n".to_vec(),
+            "punctual: a.obj:2: `zero` is no number\n",
+        ),
         ("a.obj", Vec::new(), "punctual: a.obj: no triangles in it\n"),
-        ("a.stl", b"solid a\n\nfacet\n".to_vec(), "punctual: a.stl:3: expected `normal`, found the end of the file\n"),
-        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex x\n".to_vec(), "punctual: a.ply:3: `x` is no number of"),
+        (
+            "a.stl",
+            b"solid a\n\nfacet\n".to_vec(),
+            "punctual: a.stl:3: expected `normal`, found the end of the file\n",
+        ),
+        (
+            "a.ply",
+            b"ply\nformat ascii 1.0\nelement vertex x\n".to_vec(),
+            "punctual: a.ply:3: `x` is no number of",
+        ),
         ("a.glb", glb, "punctual: a.glb: "),
         (
             "a.step",
@@ -42,15 +54,22 @@ fn bad_meshes_are_refused_by_file_and_line() {
 fn absent_files_are_named() {
     let folder = Folder::new();
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    folder.run("pair a.obj none.obj poses.txt").assert_refused(&["none.obj: "]);
-    folder.run("pair a.obj a.obj poses.txt").assert_refused(&["poses.txt: "]);
+    folder
+        .run("pair a.obj none.obj poses.txt")
+        .assert_refused(&["none.obj: "]);
+    folder
+        .run("pair a.obj a.obj poses.txt")
+        .assert_refused(&["poses.txt: "]);
 }
 
 /// What is passed over is told in one line a kind, and the answer is that of the file without it.
 #[test]
 fn what_is_passed_over_is_told() {
     let folder = Folder::new();
-    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\nm_mode 0\nm_mode 1\n");
+    folder.write(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\nm_mode 0\nm_mode 1\n",
+    );
     folder.write("poses.txt", IDENTITY);
     let notices = [
         "line 4: face of fewer than 3 corners passed over",
@@ -58,11 +77,17 @@ fn what_is_passed_over_is_told() {
     ];
     let info = folder.run("info a.obj");
     assert_eq!((info.status, info.err.as_str()), (0, ""));
-    let lines: Vec<&str> =
-        info.out.lines().take(3).map(|line| line.trim_start_matches("  notice ").trim_start()).collect();
+    let lines: Vec<&str> = info
+        .out
+        .lines()
+        .take(3)
+        .map(|line| line.trim_start_matches("  notice ").trim_start())
+        .collect();
     assert_eq!(lines, ["a.obj", notices[0], notices[1]]);
     let answer = folder.run("pair a.obj a.obj poses.txt");
     assert_eq!((answer.status, answer.rows()[0].hit.as_str()), (0, "1"));
-    let told = notices.map(|notice| notice.replace("line ", "punctual: a.obj:") + "\n").concat();
+    let told = notices
+        .map(|notice| notice.replace("line ", "punctual: a.obj:") + "\n")
+        .concat();
     assert_eq!(answer.err, told.repeat(2));
 }

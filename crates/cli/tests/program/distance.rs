@@ -28,9 +28,16 @@ impl Row {
     /// `None` for a line that held no pose.
     fn new(pose: usize, line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
-        assert_eq!((fields.len(), fields[0]), (HEADER.split(',').count(), pose.to_string().as_str()), "{line}");
+        assert_eq!(
+            (fields.len(), fields[0]),
+            (HEADER.split(',').count(), pose.to_string().as_str()),
+            "{line}"
+        );
         if fields[13] == "error" {
-            assert!(fields[1..12].iter().all(|field| field.is_empty()) && line.ends_with(",0,error,0"), "{line}");
+            assert!(
+                fields[1..12].iter().all(|field| field.is_empty()) && line.ends_with(",0,error,0"),
+                "{line}"
+            );
             return None;
         }
         fields[12].parse::<u64>().unwrap();
@@ -41,16 +48,33 @@ impl Row {
             assert!(high.is_infinite(), "{line}");
             None
         } else {
-            Some(([fields[3], fields[4]].map(|id| id.parse().unwrap()), [point(5), point(8)]))
+            Some((
+                [fields[3], fields[4]].map(|id| id.parse().unwrap()),
+                [point(5), point(8)],
+            ))
         };
         let work = fields[14].parse().unwrap();
-        assert!(0.0 <= low && low <= high && ["", "yes", "no", "undecided"].contains(&fields[11]), "{line}");
-        Some(Self { low, high, nearest, closer: fields[11].into(), stop: fields[13].into(), work })
+        assert!(
+            0.0 <= low && low <= high && ["", "yes", "no", "undecided"].contains(&fields[11]),
+            "{line}"
+        );
+        Some(Self {
+            low,
+            high,
+            nearest,
+            closer: fields[11].into(),
+            stop: fields[13].into(),
+            work,
+        })
     }
 }
 
 fn rows(answer: &Answer) -> Vec<Option<Row>> {
-    answer.lines(HEADER).enumerate().map(|(pose, line)| Row::new(pose, line)).collect()
+    answer
+        .lines(HEADER)
+        .enumerate()
+        .map(|(pose, line)| Row::new(pose, line))
+        .collect()
 }
 
 /// Cubes of edge 2: in each other, touching, one apart, and once more after a line that holds no pose.
@@ -59,7 +83,16 @@ fn cubes() -> Folder {
     folder.write("a.obj", write::obj(&cuboid(Vec3::ONE, 3)));
     folder.write("b.obj", write::obj(&cuboid(Vec3::ONE, 2)));
     let at = |x: f64| format!("1 0 0 {x} 0 1 0 0 0 0 1 0\n");
-    folder.write("poses.txt", format!("{}# next touch\n{}{}1 0 0\n{}", at(0.5), at(2.0), at(3.0), at(3.0)));
+    folder.write(
+        "poses.txt",
+        format!(
+            "{}# next touch\n{}{}1 0 0\n{}",
+            at(0.5),
+            at(2.0),
+            at(3.0),
+            at(3.0)
+        ),
+    );
     folder
 }
 
@@ -67,25 +100,52 @@ fn cubes() -> Folder {
 fn ask(folder: &Folder, options: &str) -> [Row; 4] {
     let answer = folder.run(&format!("distance a.obj b.obj poses.txt {options}"));
     assert_eq!(answer.status, 1, "{options}: {}", answer.err);
-    assert!(answer.err.contains("poses.txt:5: pose 3: ") && answer.err.lines().count() == 1, "{}", answer.err);
+    assert!(
+        answer.err.contains("poses.txt:5: pose 3: ") && answer.err.lines().count() == 1,
+        "{}",
+        answer.err
+    );
     let rows = rows(&answer);
-    assert_eq!(rows.iter().map(Option::is_some).collect::<Vec<_>>(), [true, true, true, false, true]);
-    rows.into_iter().flatten().collect::<Vec<_>>().try_into().unwrap()
+    assert_eq!(
+        rows.iter().map(Option::is_some).collect::<Vec<_>>(),
+        [true, true, true, false, true]
+    );
+    rows.into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .try_into()
+        .unwrap()
 }
 
 #[test]
 fn distances_points_and_margins_of_cubes() {
     let folder = cubes();
-    for options in ["", "--mode exact", "--rel 0", "--rel 0.2", "--abs 0.1", "--memory --reps 3", "--portable"] {
+    for options in [
+        "",
+        "--mode exact",
+        "--rel 0",
+        "--rel 0.2",
+        "--abs 0.1",
+        "--memory --reps 3",
+        "--portable",
+    ] {
         let [within, touching, apart, again] = ask(&folder, options);
         for row in [&within, &touching] {
-            assert_eq!((row.low, row.high, row.stop.as_str()), (0.0, 0.0, "finished"), "{options}: {row:?}");
+            assert_eq!(
+                (row.low, row.high, row.stop.as_str()),
+                (0.0, 0.0, "finished"),
+                "{options}: {row:?}"
+            );
         }
         // One point of both, on a face of each.
-        let on_faces = |p: DVec3, x: f64| ((p - DVec3::X * x).abs().max_element() - 1.0).abs() < 1e-12;
+        let on_faces =
+            |p: DVec3, x: f64| ((p - DVec3::X * x).abs().max_element() - 1.0).abs() < 1e-12;
         for (row, x) in [(within, 0.5), (touching, 2.0)] {
             let (_, [p, q]) = row.nearest.unwrap();
-            assert!(p == q && on_faces(p, 0.0) && on_faces(p, x), "{options}: {p} {q}");
+            assert!(
+                p == q && on_faces(p, 0.0) && on_faces(p, x),
+                "{options}: {p} {q}"
+            );
         }
         for row in [&apart, &again] {
             let width = if options.contains("0.") { 0.2 } else { 1e-5 };
@@ -100,11 +160,17 @@ fn distances_points_and_margins_of_cubes() {
     }
     // Whether they meet is of no matter.
     for row in ask(&folder, "--abs 3 --leave-contact-open") {
-        assert!(row.low == 0.0 && row.high <= 3.0 && row.stop == "finished", "{row:?}");
+        assert!(
+            row.low == 0.0 && row.high <= 3.0 && row.stop == "finished",
+            "{row:?}"
+        );
     }
     // Each surface takes the margin.
     let [_, touching, apart, _] = ask(&folder, "--margin 0.25 --mode exact");
-    assert!(touching.high == 0.0 && (apart.low - 0.5).abs() < 1e-14 && (apart.high - 0.5).abs() < 1e-14, "{apart:?}");
+    assert!(
+        touching.high == 0.0 && (apart.low - 0.5).abs() < 1e-14 && (apart.high - 0.5).abs() < 1e-14,
+        "{apart:?}"
+    );
     assert_eq!(apart.nearest.unwrap().1.map(|point| point.x), [1.25, 1.75]);
     let [.., row] = ask(&folder, "--margin 0.6 --mode exact");
     assert_eq!((row.low, row.high), (0.0, 0.0));
@@ -117,17 +183,29 @@ fn closer_than_is_answered_and_budgets_are_kept() {
         ("--closer-than 0.999999", ["yes", "yes", "no", "no"]),
         ("--closer-than 1.000001", ["yes"; 4]),
         ("--closer-than 0", ["yes", "yes", "no", "no"]),
-        ("--closer-than 0.49 --margin 0.25 --memory", ["yes", "yes", "no", "no"]),
+        (
+            "--closer-than 0.49 --margin 0.25 --memory",
+            ["yes", "yes", "no", "no"],
+        ),
         ("--closer-than 0.51 --margin 0.25 --memory", ["yes"; 4]),
         ("--closer-than 1 --budget-work 0", ["undecided"; 4]),
         ("--budget-work 0", [""; 4]),
     ] {
         let rows = ask(&folder, options);
-        assert_eq!(rows.each_ref().map(|row| row.closer.as_str()), answers, "{options}");
+        assert_eq!(
+            rows.each_ref().map(|row| row.closer.as_str()),
+            answers,
+            "{options}"
+        );
         if options.ends_with("--budget-work 0") {
             for row in &rows {
                 assert!(row.stop == "work-limit" && row.nearest.is_none(), "{row:?}");
-                assert!(row.low == 0.0 && row.high == f64::INFINITY && row.work <= MAX_DISTANCE_STEP_WORK, "{row:?}");
+                assert!(
+                    row.low == 0.0
+                        && row.high == f64::INFINITY
+                        && row.work <= MAX_DISTANCE_STEP_WORK,
+                    "{row:?}"
+                );
             }
         }
     }
@@ -135,10 +213,17 @@ fn closer_than_is_answered_and_budgets_are_kept() {
     for budget in (0..whole.work).step_by(97) {
         let command = format!("--mode exact --budget-work {budget}");
         let [.., row] = ask(&folder, &command);
-        assert!(row.low <= 1.0 && 1.0 <= row.high && row.work <= budget + MAX_DISTANCE_STEP_WORK, "{row:?}");
+        assert!(
+            row.low <= 1.0 && 1.0 <= row.high && row.work <= budget + MAX_DISTANCE_STEP_WORK,
+            "{row:?}"
+        );
         assert_eq!(row, ask(&folder, &command)[3]);
     }
-    assert!(ask(&folder, "--budget-us 0").iter().all(|row| row.stop == "deadline"));
+    assert!(
+        ask(&folder, "--budget-us 0")
+            .iter()
+            .all(|row| row.stop == "deadline")
+    );
 }
 
 #[test]
@@ -147,8 +232,13 @@ fn a_surface_inside_another_is_apart() {
     folder.write("b.obj", write::obj(&icosphere(0)));
     folder.write("a.obj", write::obj(&cuboid(Vec3::splat(3.0), 3)));
     folder.write("poses.txt", IDENTITY);
-    let row = rows(&folder.run("distance b.obj a.obj poses.txt --mode exact"))[0].clone().unwrap();
-    assert!(row.low > 2.0 && row.high < 2.2 && row.high - row.low < 1e-14, "{row:?}");
+    let row = rows(&folder.run("distance b.obj a.obj poses.txt --mode exact"))[0]
+        .clone()
+        .unwrap();
+    assert!(
+        row.low > 2.0 && row.high < 2.2 && row.high - row.low < 1e-14,
+        "{row:?}"
+    );
 }
 
 #[test]
@@ -156,10 +246,16 @@ fn bad_options_are_refused_and_all_are_named() {
     let folder = cubes();
     let help = folder.run("distance --help");
     let options = "--mode --rel --abs --leave-contact-open --closer-than --reps --budget-us --budget-work --portable --memory --margin";
-    assert!(help.status == 0 && options.split(' ').all(|option| help.out.contains(option)), "{}", help.out);
+    assert!(
+        help.status == 0 && options.split(' ').all(|option| help.out.contains(option)),
+        "{}",
+        help.out
+    );
     for option in ["--rel", "--abs", "--closer-than", "--margin"] {
         for bad in ["-1", "nan", "inf", "x"] {
-            folder.run(&format!("distance a.obj b.obj poses.txt {option} {bad}")).assert_refused(&[option, "must be"]);
+            folder
+                .run(&format!("distance a.obj b.obj poses.txt {option} {bad}"))
+                .assert_refused(&[option, "must be"]);
         }
     }
     for (bad, part) in [
@@ -170,12 +266,20 @@ fn bad_options_are_refused_and_all_are_named() {
         ("--budget-us 1 --budget-work 1", "--budget-us"),
         ("--reps 0", "--reps"),
     ] {
-        folder.run(&format!("distance a.obj b.obj poses.txt {bad}")).assert_refused(&[part]);
+        folder
+            .run(&format!("distance a.obj b.obj poses.txt {bad}"))
+            .assert_refused(&[part]);
     }
-    folder.run("distance a.obj none.obj poses.txt").assert_refused(&["none.obj: "]);
-    folder.run("distance a.obj a.obj poses").assert_refused(&["poses: "]);
+    folder
+        .run("distance a.obj none.obj poses.txt")
+        .assert_refused(&["none.obj: "]);
+    folder
+        .run("distance a.obj a.obj poses")
+        .assert_refused(&["poses: "]);
     folder.write("broken.obj", "v 0 0 0\nv 1 0\n");
-    folder.run("distance a.obj broken.obj poses.txt").assert_refused(&["broken.obj:2: "]);
+    folder
+        .run("distance a.obj broken.obj poses.txt")
+        .assert_refused(&["broken.obj:2: "]);
 }
 
 /// The fixtures say where surfaces meet: there and only there the distance is 0.
@@ -184,13 +288,29 @@ fn hard_cases_are_zero_where_they_meet() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let shared = root.join("../shared/hardcases/meshes");
     let mut answered = 0;
-    for folder in [root.join("tests/fixtures/meshes"), shared].into_iter().filter(|folder| folder.is_dir()) {
-        for case in std::fs::read_dir(folder).unwrap().map(|case| case.unwrap().path()) {
+    for folder in [root.join("tests/fixtures/meshes"), shared]
+        .into_iter()
+        .filter(|folder| folder.is_dir())
+    {
+        for case in std::fs::read_dir(folder)
+            .unwrap()
+            .map(|case| case.unwrap().path())
+        {
             let files = ["a.obj", "b.obj", "poses.txt"].map(|file| case.join(file));
             let truth = truth(&case.join("truth.csv"));
-            for options in ["", "--mode exact", "--rel 1e-3", "--memory", "--budget-work 2000"] {
+            for options in [
+                "",
+                "--mode exact",
+                "--rel 1e-3",
+                "--memory",
+                "--budget-work 2000",
+            ] {
                 let here = Folder::new();
-                let output = here.command(&format!("distance {options}")).args(&files).output().unwrap();
+                let output = here
+                    .command(&format!("distance {options}"))
+                    .args(&files)
+                    .output()
+                    .unwrap();
                 let answer = Answer::new(&output);
                 if answer.status == 2 {
                     answer.assert_refused(&[".obj"]);
@@ -199,12 +319,19 @@ fn hard_cases_are_zero_where_they_meet() {
                 let rows = rows(&answer);
                 assert_eq!(rows.len(), truth.len());
                 for (row, truth) in rows.iter().zip(&truth) {
-                    let (Some(row), Truth::Pairs(pairs)) = (row, truth) else { continue };
+                    let (Some(row), Truth::Pairs(pairs)) = (row, truth) else {
+                        continue;
+                    };
                     let name = || format!("{} {options}: {row:?}", case.display());
                     assert!(row.high > 0.0 || *pairs > 0, "{}", name());
                     assert!(row.low == 0.0 || *pairs == 0, "{}", name());
                     if !options.contains("budget") {
-                        assert_eq!((row.high == 0.0, row.stop.as_str()), (*pairs > 0, "finished"), "{}", name());
+                        assert_eq!(
+                            (row.high == 0.0, row.stop.as_str()),
+                            (*pairs > 0, "finished"),
+                            "{}",
+                            name()
+                        );
                         assert!(row.nearest.is_some(), "{}", name());
                     }
                     answered += 1;
@@ -236,17 +363,37 @@ impl Case {
         });
         let diagonal = |soup: &Soup| {
             let corner = |pick: fn(DVec3, DVec3) -> DVec3| {
-                soup.vertices.iter().map(|&v| DVec3::from_array(v)).reduce(pick).unwrap()
+                soup.vertices
+                    .iter()
+                    .map(|&v| DVec3::from_array(v))
+                    .reduce(pick)
+                    .unwrap()
             };
             corner(DVec3::max).distance(corner(DVec3::min))
         };
         let size = diagonal(&meshes[0]).max(diagonal(&meshes[1]));
         let poses = text(&path.join("poses.txt"));
-        let lines = poses.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
-        folder.write("poses.txt", lines.step_by(stride).collect::<Vec<_>>().join("\n"));
+        let lines = poses
+            .lines()
+            .filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+        folder.write(
+            "poses.txt",
+            lines.step_by(stride).collect::<Vec<_>>().join("\n"),
+        );
         let distance = |line: &str| line.split(',').nth(1).unwrap().parse().unwrap();
-        let truth = text(&path.join("truth_distance.csv")).lines().skip(1).step_by(stride).map(distance).collect();
-        Self { name: path.file_name().unwrap().to_str().unwrap().into(), folder, meshes, truth, size }
+        let truth = text(&path.join("truth_distance.csv"))
+            .lines()
+            .skip(1)
+            .step_by(stride)
+            .map(distance)
+            .collect();
+        Self {
+            name: path.file_name().unwrap().to_str().unwrap().into(),
+            folder,
+            meshes,
+            truth,
+            size,
+        }
     }
 
     /// Of the poses that are apart.
@@ -274,34 +421,64 @@ impl Case {
     }
 
     fn check(&self, (options, margin): &(String, f64)) {
-        let answer = self.folder.run(&format!("distance a.obj b.obj poses.txt {options}"));
+        let answer = self
+            .folder
+            .run(&format!("distance a.obj b.obj poses.txt {options}"));
         assert_eq!(answer.status, 0, "{} {options}: {}", self.name, answer.err);
         let rows = rows(&answer);
         assert_eq!(rows.len(), self.truth.len());
         let poses = poses(&self.folder.path().join("poses.txt"));
         for (i, ((row, &apart), pose)) in rows.iter().zip(&self.truth).zip(poses).enumerate() {
             let row = row.as_ref().unwrap();
-            let at = || format!("{} {options}, pose {i}: {row:?}, apart by {apart}", self.name);
+            let at = || {
+                format!(
+                    "{} {options}, pose {i}: {row:?}, apart by {apart}",
+                    self.name
+                )
+            };
             // What the truth itself is off by.
             let error = 2e-15 * self.size;
             let truth = (apart - 2.0 * margin).max(0.0);
-            assert!(row.low - error <= truth && truth <= row.high + error, "{}", at());
+            assert!(
+                row.low - error <= truth && truth <= row.high + error,
+                "{}",
+                at()
+            );
             assert!(apart > 0.0 || row.low == 0.0, "{}", at());
-            assert!(row.high > 0.0 || truth <= error && (apart == 0.0 || *margin > 0.0), "{}", at());
+            assert!(
+                row.high > 0.0 || truth <= error && (apart == 0.0 || *margin > 0.0),
+                "{}",
+                at()
+            );
             let finished = row.stop == "finished";
             assert!(finished || options.contains("budget"), "{}", at());
             if finished && !options.contains("closer") {
-                assert!(row.high == 0.0 || apart > 0.0 && (truth > 0.0 || row.high <= error), "{}", at());
+                assert!(
+                    row.high == 0.0 || apart > 0.0 && (truth > 0.0 || row.high <= error),
+                    "{}",
+                    at()
+                );
                 self.check_tolerance(options, row, &at);
             }
             if options.contains("closer") {
                 let limit = self.median();
                 let answer = if apart <= limit { "yes" } else { "no" };
-                assert!(row.closer == answer || (apart - limit).abs() <= error, "{}", at());
+                assert!(
+                    row.closer == answer || (apart - limit).abs() <= error,
+                    "{}",
+                    at()
+                );
             }
             if *margin == 0.0 && row.high > 0.0 {
-                let Some((triangles, points)) = row.nearest else { continue };
-                assert!((points[0].distance(points[1]) - row.high).abs() <= 1e-14 * (self.size + row.high), "{}", at());
+                let Some((triangles, points)) = row.nearest else {
+                    continue;
+                };
+                assert!(
+                    (points[0].distance(points[1]) - row.high).abs()
+                        <= 1e-14 * (self.size + row.high),
+                    "{}",
+                    at()
+                );
                 let pose = pose.unwrap();
                 self.check_point(0, triangles[0], points[0], |v| v, &at);
                 self.check_point(1, triangles[1], points[1], |v| pose.transform_point(v), &at);
@@ -330,10 +507,16 @@ impl Case {
         at: &dyn Fn() -> String,
     ) {
         let soup = &self.meshes[mesh];
-        let corners = soup.triangles[triangle].map(|index| moved(DVec3::from_array(soup.vertices[index as usize])));
-        let [low, high] = [DVec3::min, DVec3::max].map(|pick| corners.into_iter().reduce(pick).unwrap());
+        let corners = soup.triangles[triangle]
+            .map(|index| moved(DVec3::from_array(soup.vertices[index as usize])));
+        let [low, high] =
+            [DVec3::min, DVec3::max].map(|pick| corners.into_iter().reduce(pick).unwrap());
         let error = DVec3::splat(1e-14 * (self.size + point.length()));
-        assert!(point.cmpge(low - error).all() && point.cmple(high + error).all(), "{}", at());
+        assert!(
+            point.cmpge(low - error).all() && point.cmple(high + error).all(),
+            "{}",
+            at()
+        );
     }
 }
 
@@ -346,7 +529,10 @@ fn real_meshes_are_as_far_apart_as_the_truth_says() {
         return;
     }
     let all = std::env::var_os("PUNCTUAL_ALL_CASES").is_some_and(|value| value == "1");
-    let mut cases: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|case| case.unwrap().path()).collect();
+    let mut cases: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|case| case.unwrap().path())
+        .collect();
     cases.retain(|case| case.join("truth_distance.csv").exists());
     cases.sort();
     assert!(!cases.is_empty());
@@ -355,7 +541,13 @@ fn real_meshes_are_as_far_apart_as_the_truth_says() {
         // Prime to the 7 or 10 offsets of an approach, so all of them are asked.
         let case = Case::new(path, if all { 1 } else { 9 });
         let questions = case.questions();
-        let chosen = if all { 0..questions.len() } else { i % questions.len()..i % questions.len() + 1 };
-        questions[chosen].iter().for_each(|question| case.check(question));
+        let chosen = if all {
+            0..questions.len()
+        } else {
+            i % questions.len()..i % questions.len() + 1
+        };
+        questions[chosen]
+            .iter()
+            .for_each(|question| case.check(question));
     }
 }

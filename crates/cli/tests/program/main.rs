@@ -25,8 +25,14 @@ use std::process::Stdio;
 use punctual::shapes::{cuboid, icosphere};
 use run::{Answer, Folder, IDENTITY};
 
-const ORDERS: [&str; 6] =
-    ["penetration", "low-alpha", "overlap-volume", "depth-first", "breadth-first", "random --seed 7"];
+const ORDERS: [&str; 6] = [
+    "penetration",
+    "low-alpha",
+    "overlap-volume",
+    "depth-first",
+    "breadth-first",
+    "random --seed 7",
+];
 
 /// Two spheres, and poses from coincident over touching to apart.
 fn spheres() -> (Folder, Vec<u64>) {
@@ -35,12 +41,25 @@ fn spheres() -> (Folder, Vec<u64>) {
     folder.write("b.obj", write::obj(&icosphere(1)));
     let shifts = [0.0, 0.5, 1.5, 2.0, 2.5];
     let pose = |x: &f64| format!("1 0 0 {x} 0 1 0 0 0 0 1 0 # {x}\n");
-    folder.write("poses.txt", format!("# B from left to right\n\n{}", shifts.iter().map(pose).collect::<String>()));
+    folder.write(
+        "poses.txt",
+        format!(
+            "# B from left to right\n\n{}",
+            shifts.iter().map(pose).collect::<String>()
+        ),
+    );
     let (a, b) = (icosphere(2), icosphere(1));
     let brute_force = |x: &f64| {
         let shift = punctual::glam::DVec3::new(*x, 0.0, 0.0);
-        let moved: Vec<_> = (0..b.len()).map(|j| b.triangle(j).map(|v| v + shift)).collect();
-        let count = |i: usize| moved.iter().filter(|t| punctual::triangles_intersect(&a.triangle(i), t)).count();
+        let moved: Vec<_> = (0..b.len())
+            .map(|j| b.triangle(j).map(|v| v + shift))
+            .collect();
+        let count = |i: usize| {
+            moved
+                .iter()
+                .filter(|t| punctual::triangles_intersect(&a.triangle(i), t))
+                .count()
+        };
         (0..a.len()).map(count).sum::<usize>() as u64
     };
     (folder, shifts.iter().map(brute_force).collect())
@@ -55,9 +74,17 @@ fn pair_counts_what_brute_force_counts() {
     assert_eq!(found, truth);
     assert!(truth[1] > 0 && truth[4] == 0);
     for row in all.rows() {
-        assert_eq!((row.stop.as_str(), row.upper_bound), ("finished", row.pairs));
+        assert_eq!(
+            (row.stop.as_str(), row.upper_bound),
+            ("finished", row.pairs)
+        );
     }
-    for (row, truth) in folder.run("pair a.obj b.obj poses.txt").rows().iter().zip(truth) {
+    for (row, truth) in folder
+        .run("pair a.obj b.obj poses.txt")
+        .rows()
+        .iter()
+        .zip(truth)
+    {
         assert_eq!((row.hit == "1", row.pairs), (truth > 0, -1));
         assert_eq!(row.stop, if truth > 0 { "first-hit" } else { "finished" });
         assert!(row.upper_bound >= truth as i64);
@@ -68,7 +95,14 @@ fn pair_counts_what_brute_force_counts() {
 fn every_order_and_budget_is_sound() {
     let (folder, truth) = spheres();
     for order in ORDERS {
-        for rest in ["", "--memory", "--budget-work 0", "--budget-work 999", "--budget-us 0", "--budget-us 2.5"] {
+        for rest in [
+            "",
+            "--memory",
+            "--budget-work 0",
+            "--budget-work 999",
+            "--budget-us 0",
+            "--budget-us 2.5",
+        ] {
             for mode in ["any", "all"] {
                 let options = format!("--mode {mode} --order {order} {rest}");
                 let answer = folder.run(&format!("pair a.obj b.obj poses.txt --reps 2 {options}"));
@@ -76,11 +110,17 @@ fn every_order_and_budget_is_sound() {
                 for (row, &truth) in answer.rows().iter().zip(&truth) {
                     let stopped = row.stop == "deadline" || row.stop == "work-limit";
                     assert!(truth > 0 || row.hit == "0", "{options}: {row:?}");
-                    assert!(truth == 0 || row.verdict != "separated", "{options}: {row:?}");
+                    assert!(
+                        truth == 0 || row.verdict != "separated",
+                        "{options}: {row:?}"
+                    );
                     assert!(row.upper_bound >= truth as i64, "{options}: {row:?}");
                     assert!(stopped || row.verdict != "undecided", "{options}: {row:?}");
                     assert!(row.pairs <= truth as i64, "{options}: {row:?}");
-                    assert!(mode == "any" || stopped || row.pairs == truth as i64, "{options}: {row:?}");
+                    assert!(
+                        mode == "any" || stopped || row.pairs == truth as i64,
+                        "{options}: {row:?}"
+                    );
                     assert!(!stopped || rest.contains("budget"), "{options}: {row:?}");
                 }
             }
@@ -92,7 +132,12 @@ fn every_order_and_budget_is_sound() {
 fn every_work_budget_is_kept_and_repeatable() {
     let (folder, _) = spheres();
     let limit = u64::MAX;
-    let full = folder.run(&format!("pair a.obj b.obj poses.txt --mode all --budget-work {limit}")).rows()[1].work;
+    let full = folder
+        .run(&format!(
+            "pair a.obj b.obj poses.txt --mode all --budget-work {limit}"
+        ))
+        .rows()[1]
+        .work;
     for budget in (0..full - punctual::MAX_STEP_WORK).step_by((full / 10).max(1) as usize) {
         let command = format!("pair a.obj b.obj poses.txt --mode all --budget-work {budget}");
         let (rows, again) = (folder.run(&command).rows(), folder.run(&command).rows());
@@ -106,40 +151,81 @@ fn every_work_budget_is_kept_and_repeatable() {
 fn pair_tells_what_it_expects_and_how_sure_it_is() {
     let (folder, truth) = spheres();
     for mode in ["any", "all"] {
-        let tell = |rest: &str| folder.run(&format!("pair a.obj b.obj poses.txt --mode {mode} {rest}")).rows();
+        let tell = |rest: &str| {
+            folder
+                .run(&format!("pair a.obj b.obj poses.txt --mode {mode} {rest}"))
+                .rows()
+        };
         for (row, truth) in tell("").iter().zip(&truth) {
             let hit = f64::from(u8::from(*truth > 0));
-            assert_eq!((row.remaining, row.probability), (Some(0.0), Some(hit)), "{row:?}");
+            assert_eq!(
+                (row.remaining, row.probability),
+                (Some(0.0), Some(hit)),
+                "{row:?}"
+            );
             assert_eq!(row.recall, (mode == "all").then_some(1.0));
         }
-        let [low, usual, high] = ["0.01", "0.5", "0.99"].map(|p| tell(&format!("--budget-work 99 --prior {p}")));
-        for ((low, usual), high) in low.iter().zip(&usual).zip(&high).filter(|((row, _), _)| row.verdict == "undecided")
+        let [low, usual, high] =
+            ["0.01", "0.5", "0.99"].map(|p| tell(&format!("--budget-work 99 --prior {p}")));
+        for ((low, usual), high) in low
+            .iter()
+            .zip(&usual)
+            .zip(&high)
+            .filter(|((row, _), _)| row.verdict == "undecided")
         {
-            assert!(low.probability < usual.probability && usual.probability < high.probability, "{low:?} {high:?}");
-            assert!(usual.remaining > Some(0.0) && usual.predicted.is_some_and(|[p50, p90]| p50 <= p90), "{usual:?}");
+            assert!(
+                low.probability < usual.probability && usual.probability < high.probability,
+                "{low:?} {high:?}"
+            );
+            assert!(
+                usual.remaining > Some(0.0) && usual.predicted.is_some_and(|[p50, p90]| p50 <= p90),
+                "{usual:?}"
+            );
             assert_eq!(usual.recall, (mode == "all").then_some(0.0));
         }
-        assert!(usual.iter().filter(|row| row.verdict == "undecided").count() >= 2);
+        assert!(
+            usual
+                .iter()
+                .filter(|row| row.verdict == "undecided")
+                .count()
+                >= 2
+        );
     }
     for prior in ["-0.1", "1.1", "nan", "x"] {
-        folder.run(&format!("pair a.obj b.obj poses.txt --prior {prior}")).assert_refused(&["--prior"]);
+        folder
+            .run(&format!("pair a.obj b.obj poses.txt --prior {prior}"))
+            .assert_refused(&["--prior"]);
     }
 }
 
 #[test]
 fn pairs_out_lists_the_pairs_sorted() {
     let (folder, truth) = spheres();
-    folder.write("bad.txt", format!("nan {}{}", &IDENTITY[1..], folder.read("poses.txt")));
+    folder.write(
+        "bad.txt",
+        format!("nan {}{}", &IDENTITY[1..], folder.read("poses.txt")),
+    );
     let answer = folder.run("pair a.obj b.obj bad.txt --mode all --reps 2 --pairs-out pairs.csv");
     assert_eq!(answer.status, 1);
     let number = |field: &str| field.parse::<usize>().unwrap();
-    let lines: Vec<Vec<usize>> = folder.read("pairs.csv").lines().map(|l| l.split(',').map(number).collect()).collect();
+    let lines: Vec<Vec<usize>> = folder
+        .read("pairs.csv")
+        .lines()
+        .map(|l| l.split(',').map(number).collect())
+        .collect();
     assert!(lines.is_sorted() && lines.iter().all(|line| line.len() == 3));
     for (pose, truth) in truth.into_iter().enumerate() {
-        assert_eq!(lines.iter().filter(|line| line[0] == pose + 1).count() as u64, truth);
+        assert_eq!(
+            lines.iter().filter(|line| line[0] == pose + 1).count() as u64,
+            truth
+        );
     }
-    folder.run("pair a.obj b.obj poses.txt --pairs-out x.csv").assert_refused(&["--mode all"]);
-    folder.run("pair a.obj b.obj poses.txt --mode all --pairs-out no/x.csv").assert_refused(&["no/x.csv"]);
+    folder
+        .run("pair a.obj b.obj poses.txt --pairs-out x.csv")
+        .assert_refused(&["--mode all"]);
+    folder
+        .run("pair a.obj b.obj poses.txt --mode all --pairs-out no/x.csv")
+        .assert_refused(&["no/x.csv"]);
 }
 
 /// Two fans around one apex: every triangle meets every other.
@@ -149,16 +235,34 @@ fn more_pairs_than_the_workspace_holds_are_all_counted() {
     let folder = Folder::new();
     let mut fan = String::from("v 0 0 0\n");
     for i in 0..n {
-        fan += &format!("v {i} 1 {0}\nv {i} 2 {0}\nf 1 {1} {2}\n", i % 7, 2 * i + 2, 2 * i + 3);
+        fan += &format!(
+            "v {i} 1 {0}\nv {i} 2 {0}\nf 1 {1} {2}\n",
+            i % 7,
+            2 * i + 2,
+            2 * i + 3
+        );
     }
     folder.write("fan.obj", fan);
     folder.write("poses.txt", IDENTITY);
     let limit = u64::MAX;
-    let command = "pair fan.obj fan.obj poses.txt --mode all --memory --pairs-out pairs.csv --budget-work";
+    let command =
+        "pair fan.obj fan.obj poses.txt --mode all --memory --pairs-out pairs.csv --budget-work";
     let row = &folder.run(&format!("{command} {limit}")).rows()[0];
-    assert_eq!((row.pairs as usize, row.upper_bound as usize, row.stop.as_str()), (n * n, n * n, "finished"));
+    assert_eq!(
+        (
+            row.pairs as usize,
+            row.upper_bound as usize,
+            row.stop.as_str()
+        ),
+        (n * n, n * n, "finished")
+    );
     assert_eq!(folder.read("pairs.csv").lines().count(), n * n);
-    let part = &folder.run(&format!("{command} {}", row.work - 2 * punctual::MAX_STEP_WORK)).rows()[0];
+    let part = &folder
+        .run(&format!(
+            "{command} {}",
+            row.work - 2 * punctual::MAX_STEP_WORK
+        ))
+        .rows()[0];
     assert_eq!(part.stop, "work-limit");
     assert!(part.pairs > 1 << 20 && part.pairs < row.pairs && part.upper_bound >= row.pairs);
 }
@@ -177,7 +281,10 @@ fn bad_poses_are_error_rows_and_the_others_go_on() {
         "1 0 0 0 0 1 0 0 0 0 1 0 0",
         "1 0 0 0 0 1 0 0 0 0 1 1,5",
     ];
-    folder.write("poses.txt", format!("{good}\n# next are bad\n{}\n{good}\n", bad.join("\n")));
+    folder.write(
+        "poses.txt",
+        format!("{good}\n# next are bad\n{}\n{good}\n", bad.join("\n")),
+    );
     let answer = folder.run("pair a.obj b.obj poses.txt --mode all --memory");
     assert_eq!(answer.status, 1);
     let rows = answer.rows();
@@ -185,7 +292,11 @@ fn bad_poses_are_error_rows_and_the_others_go_on() {
     for row in [&rows[0], &rows[bad.len() + 1]] {
         assert_eq!(row.pairs as u64, truth[1]);
     }
-    assert!(rows[1..=bad.len()].iter().all(|row| row.is_error() && row.pairs == -1));
+    assert!(
+        rows[1..=bad.len()]
+            .iter()
+            .all(|row| row.is_error() && row.pairs == -1)
+    );
     for i in 0..bad.len() {
         let place = format!("poses.txt:{}: pose {}: ", i + 3, i + 1);
         assert!(answer.err.contains(&place), "{place}: {}", answer.err);
@@ -195,8 +306,14 @@ fn bad_poses_are_error_rows_and_the_others_go_on() {
 #[test]
 fn all_formats_give_the_same_answers() {
     let folder = Folder::new();
-    folder.write("box.obj", write::obj(&cuboid(punctual::glam::Vec3::splat(0.75), 2)));
-    folder.write("poses.txt", format!("{IDENTITY}0 -1 0 0.25 1 0 0 0.125 0 0 1 0\n1 0 0 5 0 1 0 0 0 0 1 0\n"));
+    folder.write(
+        "box.obj",
+        write::obj(&cuboid(punctual::glam::Vec3::splat(0.75), 2)),
+    );
+    folder.write(
+        "poses.txt",
+        format!("{IDENTITY}0 -1 0 0.25 1 0 0 0.125 0 0 1 0\n1 0 0 5 0 1 0 0 0 0 1 0\n"),
+    );
     let mesh = icosphere(2);
     let mut answers = Vec::new();
     for (name, bytes) in write::all_formats(&mesh) {
@@ -204,12 +321,21 @@ fn all_formats_give_the_same_answers() {
         for pair in [format!("{name} box.obj"), format!("box.obj {name}")] {
             let answer = folder.run(&format!("pair {pair} poses.txt --mode all"));
             assert_eq!(answer.status, 0, "{name}: {}", answer.err);
-            let counts: Vec<_> = answer.rows().iter().map(|row| (row.hit.clone(), row.pairs)).collect();
+            let counts: Vec<_> = answer
+                .rows()
+                .iter()
+                .map(|row| (row.hit.clone(), row.pairs))
+                .collect();
             answers.push((name, counts));
         }
     }
     for [first, second] in answers.as_chunks::<2>().0 {
-        assert_eq!((&first.1, &second.1), (&answers[0].1, &answers[1].1), "{}", first.0);
+        assert_eq!(
+            (&first.1, &second.1),
+            (&answers[0].1, &answers[1].1),
+            "{}",
+            first.0
+        );
     }
     assert!(answers[0].1[0].1 > 0 && answers[0].1[2].1 == 0);
 }
@@ -220,7 +346,14 @@ fn meshes_may_come_from_standard_input() {
     let (folder, truth) = spheres();
     let piped = folder.run_with_input("pair - b.obj poses.txt --mode all", &folder.read("a.obj"));
     assert_eq!((piped.status, piped.err.as_str()), (0, ""));
-    assert_eq!(piped.rows().iter().map(|row| row.pairs as u64).collect::<Vec<_>>(), truth);
+    assert_eq!(
+        piped
+            .rows()
+            .iter()
+            .map(|row| row.pairs as u64)
+            .collect::<Vec<_>>(),
+        truth
+    );
     folder.write("sweeps.txt", "1 0 0 5 0 1 0 0 0 0 1 0 -10 0 0\n");
     folder.write("rays.txt", "5 0 0 -1 0 0\n");
     for command in [
@@ -233,28 +366,49 @@ fn meshes_may_come_from_standard_input() {
         let answer = folder.run_with_input(command, &folder.read("b.obj"));
         assert_eq!((answer.status, answer.err.as_str()), (0, ""), "{command}");
     }
-    for (name, bytes) in write::all_formats(&icosphere(2)).into_iter().filter(|(_, bytes)| bytes.is_ascii()) {
+    for (name, bytes) in write::all_formats(&icosphere(2))
+        .into_iter()
+        .filter(|(_, bytes)| bytes.is_ascii())
+    {
         let answer = folder.run_with_input("info -", &String::from_utf8(bytes).unwrap());
         assert!(answer.out.contains(" 320\n"), "{name}: {}", answer.err);
     }
-    folder.run_with_input("pair - - poses.txt", &folder.read("a.obj")).assert_refused(&["-: ", "can be read once"]);
-    folder.run_with_input("info -", "what is this\n").assert_refused(&["-: no mesh format by its content"]);
+    folder
+        .run_with_input("pair - - poses.txt", &folder.read("a.obj"))
+        .assert_refused(&["-: ", "can be read once"]);
+    folder
+        .run_with_input("info -", "what is this\n")
+        .assert_refused(&["-: no mesh format by its content"]);
 }
 
 #[test]
 fn meshes_are_scaled_and_turned() {
     let folder = Folder::new();
     // In millimetres, y up: a floor, and a post that stands on it.
-    folder.write("floor.obj", "v -1000 0 -1000\nv 1000 0 -1000\nv 0 0 2000\nf 1 2 3\n");
+    folder.write(
+        "floor.obj",
+        "v -1000 0 -1000\nv 1000 0 -1000\nv 0 0 2000\nf 1 2 3\n",
+    );
     folder.write("post.obj", "v 0 0 0\nv 10 0 0\nv 0 3000 0\nf 1 2 3\n");
-    folder.write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0.5\n1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 -0.5\n");
+    folder.write(
+        "poses.txt",
+        "1 0 0 0 0 1 0 0 0 0 1 0.5\n1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 -0.5\n",
+    );
     let low = |command: &str| {
         let answer = folder.run(&format!("distance floor.obj post.obj poses.txt {command}"));
         assert_eq!((answer.status, answer.err.as_str()), (0, ""));
-        answer.out.lines().skip(2).map(|row| row.split(',').nth(1).unwrap().parse().unwrap()).collect::<Vec<f64>>()
+        answer
+            .out
+            .lines()
+            .skip(2)
+            .map(|row| row.split(',').nth(1).unwrap().parse().unwrap())
+            .collect::<Vec<f64>>()
     };
     assert_eq!(
-        low("--scale 0.001 --up y --mode exact").iter().map(|x| (1e9 * x).round()).collect::<Vec<_>>(),
+        low("--scale 0.001 --up y --mode exact")
+            .iter()
+            .map(|x| (1e9 * x).round())
+            .collect::<Vec<_>>(),
         [5e8, 0.0, 0.0]
     );
     // Where z is up, the floor is a wall through the post's foot.
@@ -263,13 +417,28 @@ fn meshes_are_scaled_and_turned() {
     folder.write("rays.txt", "0.01 0.01 9 0 0 -1\n");
     let column = |command: &str, at: usize| {
         let out = folder.run(command).out;
-        out.lines().nth(2).unwrap().split(',').nth(at).unwrap().parse::<f64>().unwrap()
+        out.lines()
+            .nth(2)
+            .unwrap()
+            .split(',')
+            .nth(at)
+            .unwrap()
+            .parse::<f64>()
+            .unwrap()
     };
-    let until = column("motion floor.obj post.obj sweeps.txt --scale 0.001 --up y --tolerance 0", 1);
+    let until = column(
+        "motion floor.obj post.obj sweeps.txt --scale 0.001 --up y --tolerance 0",
+        1,
+    );
     assert!((until - 0.5).abs() < 1e-9, "{until}");
-    assert_eq!(column("rays floor.obj rays.txt --scale 0.001 --up y", 2), 9.0);
+    assert_eq!(
+        column("rays floor.obj rays.txt --scale 0.001 --up y", 2),
+        9.0
+    );
     for scale in ["0", "-1", "nan", "inf", "x"] {
-        folder.run(&format!("info post.obj --scale {scale}")).assert_refused(&["--scale", "must be"]);
+        folder
+            .run(&format!("info post.obj --scale {scale}"))
+            .assert_refused(&["--scale", "must be"]);
     }
     folder.run("info post.obj --up w").assert_refused(&["--up"]);
 }
@@ -284,14 +453,26 @@ fn triangles_answers_line_by_line() {
     );
     folder.write("pairs.txt", &lines);
     let answer = folder.run("triangles pairs.txt");
-    assert_eq!((answer.status, answer.out.as_str()), (1, "1\n0\nerror\nerror\n0\nerror\n1\n"));
+    assert_eq!(
+        (answer.status, answer.out.as_str()),
+        (1, "1\n0\nerror\nerror\n0\nerror\n1\n")
+    );
     for line in [5, 6, 8] {
-        assert!(answer.err.contains(&format!("pairs.txt:{line}: ")), "{}", answer.err);
+        assert!(
+            answer.err.contains(&format!("pairs.txt:{line}: ")),
+            "{}",
+            answer.err
+        );
     }
     assert_eq!(answer.err.lines().count(), 3);
     let piped = folder.run_with_input("triangles -", &format!("{a} {a}\n"));
-    assert_eq!((piped.status, piped.out.as_str(), piped.err.as_str()), (0, "1\n", ""));
-    folder.run("triangles none.txt").assert_refused(&["none.txt: "]);
+    assert_eq!(
+        (piped.status, piped.out.as_str(), piped.err.as_str()),
+        (0, "1\n", "")
+    );
+    folder
+        .run("triangles none.txt")
+        .assert_refused(&["none.txt: "]);
 }
 
 #[test]
@@ -303,8 +484,14 @@ fn info_prints_a_table_for_each_mesh() {
     let tables: Vec<&str> = answer.out.split("\n\n").collect();
     assert_eq!(tables.len(), 2);
     let field = |table: &str, name: &str| {
-        let line = table.lines().find(|line| line.trim_start().starts_with(name));
-        line.unwrap_or_else(|| panic!("no {name}: {table}")).split_whitespace().last().unwrap().to_owned()
+        let line = table
+            .lines()
+            .find(|line| line.trim_start().starts_with(name));
+        line.unwrap_or_else(|| panic!("no {name}: {table}"))
+            .split_whitespace()
+            .last()
+            .unwrap()
+            .to_owned()
     };
     assert!(tables[0].starts_with("a.obj\n"));
     assert_eq!(field(tables[0], "triangles"), "320");
@@ -313,7 +500,13 @@ fn info_prints_a_table_for_each_mesh() {
     let alpha: f64 = field(tables[0], "0 ").parse().unwrap();
     assert!(alpha > 0.0 && alpha < 1.0, "{}", tables[0]);
     assert_eq!(field(tables[1], "triangles"), "1");
-    assert_eq!((field(tables[0], "coordinates"), field(tables[1], "coordinates")), ("f32".into(), "f64".into()));
+    assert_eq!(
+        (
+            field(tables[0], "coordinates"),
+            field(tables[1], "coordinates")
+        ),
+        ("f32".into(), "f64".into())
+    );
     folder.run("info none.stl").assert_refused(&["none.stl: "]);
 }
 
@@ -327,7 +520,10 @@ fn help_names_every_option_and_bad_options_are_refused() {
     for command in ["triangles", "info"] {
         assert_eq!(folder.run(&format!("{command} --help")).status, 0);
     }
-    assert_eq!(folder.run("--version").out, concat!("punctual ", env!("CARGO_PKG_VERSION"), "\n"));
+    assert_eq!(
+        folder.run("--version").out,
+        concat!("punctual ", env!("CARGO_PKG_VERSION"), "\n")
+    );
     for bad in [
         "",
         "info",
@@ -345,11 +541,19 @@ fn help_names_every_option_and_bad_options_are_refused() {
 #[test]
 fn closed_pipe_is_no_failure() {
     let folder = Folder::new();
-    let mut child = folder.command("triangles -").stdin(Stdio::piped()).spawn().unwrap();
+    let mut child = folder
+        .command("triangles -")
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
     drop(child.stdout.take());
     let line = "0 0 0 1 0 0 0 1 0 0 0 0 1 0 0 0 1 0\n";
     // The program may stop reading at any moment, so a failed write is fine.
-    let _ = child.stdin.take().unwrap().write_all(line.repeat(20_000).as_bytes());
+    let _ = child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(line.repeat(20_000).as_bytes());
     let answer = Answer::new(&child.wait_with_output().unwrap());
     assert_eq!((answer.status, answer.err.as_str()), (0, ""));
 }

@@ -21,27 +21,46 @@ impl Row {
     /// `None` for a line that held no motion.
     fn new(sweep: usize, line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
-        assert_eq!((fields.len(), fields[0]), (HEADER.split(',').count(), sweep.to_string().as_str()), "{line}");
+        assert_eq!(
+            (fields.len(), fields[0]),
+            (HEADER.split(',').count(), sweep.to_string().as_str()),
+            "{line}"
+        );
         if fields[6] == "error" {
-            assert!(fields[1..5].iter().all(|field| field.is_empty()) && line.ends_with(",0,error,0"), "{line}");
+            assert!(
+                fields[1..5].iter().all(|field| field.is_empty()) && line.ends_with(",0,error,0"),
+                "{line}"
+            );
             return None;
         }
         fields[5].parse::<u64>().unwrap();
         let touching_at = (!fields[2].is_empty()).then(|| fields[2].parse().unwrap());
-        assert!(fields[3..5].iter().all(|id| id.parse::<u32>().is_ok() == touching_at.is_some()), "{line}");
+        assert!(
+            fields[3..5]
+                .iter()
+                .all(|id| id.parse::<u32>().is_ok() == touching_at.is_some()),
+            "{line}"
+        );
         let row = Self {
             free_until: fields[1].parse().unwrap(),
             touching_at,
             stop: fields[6].into(),
             work: fields[7].parse().unwrap(),
         };
-        assert!(0.0 <= row.free_until && row.free_until <= row.touching_at.unwrap_or(1.0), "{line}");
+        assert!(
+            0.0 <= row.free_until && row.free_until <= row.touching_at.unwrap_or(1.0),
+            "{line}"
+        );
         Some(row)
     }
 }
 
 fn rows(answer: &Answer) -> Vec<Option<Row>> {
-    answer.lines(HEADER).enumerate().map(|(sweep, line)| Row::new(sweep, line)).collect()
+    answer
+        .lines(HEADER)
+        .enumerate()
+        .map(|(sweep, line)| Row::new(sweep, line))
+        .collect()
 }
 
 /// Cubes of edge 2: B comes from the right, starts in contact, stops short, goes on a screw of no turn and of half a turn.
@@ -66,28 +85,60 @@ fn cubes() -> Folder {
 fn ask(folder: &Folder, options: &str) -> Vec<Row> {
     let answer = folder.run(&format!("motion a.obj b.obj sweeps.txt {options}"));
     assert_eq!(answer.status, 1, "{options}: {}", answer.err);
-    assert!(answer.err.contains("sweeps.txt:4: sweep 3: ") && answer.err.lines().count() == 1, "{}", answer.err);
+    assert!(
+        answer.err.contains("sweeps.txt:4: sweep 3: ") && answer.err.lines().count() == 1,
+        "{}",
+        answer.err
+    );
     let rows = rows(&answer);
-    assert_eq!(rows.iter().map(Option::is_some).collect::<Vec<_>>(), [true, true, true, false, true, true]);
+    assert_eq!(
+        rows.iter().map(Option::is_some).collect::<Vec<_>>(),
+        [true, true, true, false, true, true]
+    );
     rows.into_iter().flatten().collect()
 }
 
 #[test]
 fn times_of_cubes() {
     let folder = cubes();
-    for options in ["", "--tolerance 0", "--tolerance 1e-3", "--memory --reps 2", "--portable", "--margin 0.25"] {
+    for options in [
+        "",
+        "--tolerance 0",
+        "--tolerance 1e-3",
+        "--memory --reps 2",
+        "--portable",
+        "--margin 0.25",
+    ] {
         let rows = ask(&folder, options);
-        let margin = if options.contains("margin") { 0.125 } else { 0.0 };
+        let margin = if options.contains("margin") {
+            0.125
+        } else {
+            0.0
+        };
         let tolerance = if options.contains("1e-3") { 1e-3 } else { 4e-6 };
         for (row, time) in [(&rows[0], 0.5 - margin), (&rows[3], 0.5 - margin)] {
             let touching = row.touching_at.unwrap();
-            assert!(row.free_until <= time && time <= touching + 1e-15, "{options}: {row:?}");
-            assert!((touching - row.free_until) * 4.0 <= tolerance && row.stop == "finished", "{options}: {row:?}");
+            assert!(
+                row.free_until <= time && time <= touching + 1e-15,
+                "{options}: {row:?}"
+            );
+            assert!(
+                (touching - row.free_until) * 4.0 <= tolerance && row.stop == "finished",
+                "{options}: {row:?}"
+            );
         }
-        assert_eq!((rows[1].free_until, rows[1].touching_at), (0.0, Some(0.0)), "{options}");
+        assert_eq!(
+            (rows[1].free_until, rows[1].touching_at),
+            (0.0, Some(0.0)),
+            "{options}"
+        );
         for free in [&rows[2], &rows[4]] {
             let is_free = (free.free_until, free.touching_at) == (1.0, None);
-            assert_eq!(is_free, margin == 0.0 || free == &rows[4], "{options}: {free:?}");
+            assert_eq!(
+                is_free,
+                margin == 0.0 || free == &rows[4],
+                "{options}: {free:?}"
+            );
         }
     }
 }
@@ -99,11 +150,18 @@ fn budgets_are_kept() {
     for budget in [0, 100, 1_000, 3_000] {
         let rows = ask(&folder, &format!("--budget-work {budget}"));
         for (row, whole) in rows.iter().zip(&whole) {
-            assert!(row.free_until <= whole.free_until && row.work <= budget + MAX_DISTANCE_STEP_WORK, "{row:?}");
+            assert!(
+                row.free_until <= whole.free_until && row.work <= budget + MAX_DISTANCE_STEP_WORK,
+                "{row:?}"
+            );
             assert!(row.stop == "work-limit" || row == whole, "{row:?}");
         }
     }
-    assert!(ask(&folder, "--budget-us 0").iter().all(|row| row.stop == "deadline" && row.free_until == 0.0));
+    assert!(
+        ask(&folder, "--budget-us 0")
+            .iter()
+            .all(|row| row.stop == "deadline" && row.free_until == 0.0)
+    );
 }
 
 #[test]
@@ -111,17 +169,29 @@ fn bad_options_are_refused_and_all_are_named() {
     let folder = cubes();
     let help = folder.run("motion --help");
     let options = "--tolerance --reps --budget-us --budget-work --portable --memory --margin";
-    assert!(help.status == 0 && options.split(' ').all(|option| help.out.contains(option)), "{}", help.out);
+    assert!(
+        help.status == 0 && options.split(' ').all(|option| help.out.contains(option)),
+        "{}",
+        help.out
+    );
     for bad in ["-1", "nan", "inf", "x"] {
         folder
             .run(&format!("motion a.obj b.obj sweeps.txt --tolerance {bad}"))
             .assert_refused(&["--tolerance", "must be"]);
     }
-    folder.run("motion a.obj b.obj none.txt").assert_refused(&["none.txt: "]);
-    folder.write("bad.txt", "1 0 0 0 0 1 0 0 0 0 1 0 1 2 x\n1 0 0 0 0 1 0 0 0 0 1 0 2 0 0 0 0 2 0 0 0 0 2 0\n");
+    folder
+        .run("motion a.obj b.obj none.txt")
+        .assert_refused(&["none.txt: "]);
+    folder.write(
+        "bad.txt",
+        "1 0 0 0 0 1 0 0 0 0 1 0 1 2 x\n1 0 0 0 0 1 0 0 0 0 1 0 2 0 0 0 0 2 0 0 0 0 2 0\n",
+    );
     let answer = folder.run("motion a.obj b.obj bad.txt");
     assert_eq!(answer.status, 1);
-    for part in ["bad.txt:1: sweep 0: translation: ", "bad.txt:2: sweep 1: last pose: "] {
+    for part in [
+        "bad.txt:1: sweep 0: translation: ",
+        "bad.txt:2: sweep 1: last pose: ",
+    ] {
         assert!(answer.err.contains(part), "{}", answer.err);
     }
 }

@@ -34,9 +34,19 @@ impl Csv {
     fn read(folder: &Folder, name: &str) -> Self {
         let text = folder.read(&format!("report/{name}.csv"));
         let (header, rest) = text.split_once('\n').unwrap();
-        let row = |line: &str| line.split(',').map(|field| field.parse().unwrap_or(f64::NAN)).collect();
-        let csv = Self { header: header.split(',').map(String::from).collect(), rows: rest.lines().map(row).collect() };
-        assert!(!csv.rows.is_empty() && csv.rows.iter().all(|row| row.len() == csv.header.len()), "{name}");
+        let row = |line: &str| {
+            line.split(',')
+                .map(|field| field.parse().unwrap_or(f64::NAN))
+                .collect()
+        };
+        let csv = Self {
+            header: header.split(',').map(String::from).collect(),
+            rows: rest.lines().map(row).collect(),
+        };
+        assert!(
+            !csv.rows.is_empty() && csv.rows.iter().all(|row| row.len() == csv.header.len()),
+            "{name}"
+        );
         csv
     }
 
@@ -65,15 +75,35 @@ fn the_quick_report_is_whole_and_agrees_with_the_model() {
         assert!(!page.contains(outside), "{outside}");
     }
     for name in shown {
-        assert!(folder.read(&format!("report/{name}.svg")).contains("</svg>"), "{name}");
-        assert!(folder.bytes(&format!("report/{name}.png")).starts_with(b"\x89PNG"), "{name}");
+        assert!(
+            folder
+                .read(&format!("report/{name}.svg"))
+                .contains("</svg>"),
+            "{name}"
+        );
+        assert!(
+            folder
+                .bytes(&format!("report/{name}.png"))
+                .starts_with(b"\x89PNG"),
+            "{name}"
+        );
     }
 
     let table1 = Csv::read(&folder, "table1");
-    let ratios = table1.rows.iter().map(|row| table1.get(row, "visits") / table1.get(row, "eq11"));
-    assert!(ratios.clone().all(|ratio| (0.5..2.0).contains(&ratio)), "{:?}", ratios.collect::<Vec<_>>());
+    let ratios = table1
+        .rows
+        .iter()
+        .map(|row| table1.get(row, "visits") / table1.get(row, "eq11"));
+    assert!(
+        ratios.clone().all(|ratio| (0.5..2.0).contains(&ratio)),
+        "{:?}",
+        ratios.collect::<Vec<_>>()
+    );
     let equation11 = Csv::read(&folder, "equation11");
-    let deviations = equation11.rows.iter().map(|row| (equation11.get(row, "measured_over_eq11") - 1.0).abs());
+    let deviations = equation11
+        .rows
+        .iter()
+        .map(|row| (equation11.get(row, "measured_over_eq11") - 1.0).abs());
     assert!(median(deviations.collect()) < 0.1);
 
     let figure6 = Csv::read(&folder, "figure6");
@@ -81,13 +111,19 @@ fn the_quick_report_is_whole_and_agrees_with_the_model() {
     let errors = figure6.rows.iter().map(|row| {
         let (alpha, delta) = (figure6.get(row, "alpha"), figure6.get(row, "delta"));
         let depth = figure6.get(row, "n").log2() as u32;
-        (table.visits_at_delta([alpha; 3], delta, depth) / figure6.get(row, "random_corners")).log2().abs()
+        (table.visits_at_delta([alpha; 3], delta, depth) / figure6.get(row, "random_corners"))
+            .log2()
+            .abs()
     });
     assert!(median(errors.collect()) < 0.1);
 
     let singles = Csv::read(&folder, "delta_queries");
     let error = |model: &str| {
-        let of = |row: &Vec<f64>| (singles.get(row, model) / singles.get(row, "counted")).log2().abs();
+        let of = |row: &Vec<f64>| {
+            (singles.get(row, model) / singles.get(row, "counted"))
+                .log2()
+                .abs()
+        };
         median(singles.rows.iter().map(of).collect())
     };
     assert!(error("table") < error("eq11"));
@@ -115,7 +151,11 @@ fn the_report_is_the_same_every_time() {
     assert_eq!((one.status, one.out), (0, two.out));
     assert_eq!(folder.read("one/index.html"), folder.read("two/index.html"));
     let figure4 = folder.read("one/figure4.csv");
-    let rungs: Vec<&str> = figure4.lines().skip(1).map(|line| line.rsplitn(6, ',').last().unwrap()).collect();
+    let rungs: Vec<&str> = figure4
+        .lines()
+        .skip(1)
+        .map(|line| line.rsplitn(6, ',').last().unwrap())
+        .collect();
     assert_eq!(rungs, ["ball,20", "ball,80", "ball,320"]);
 }
 
@@ -131,8 +171,12 @@ fn bad_ladders_are_refused() {
         ("a.obj,empty.obj", "empty.obj"),
         ("a.obj,no.obj", "no.obj"),
     ] {
-        folder.run(&format!("paper --out report --quick --meshes {meshes}")).assert_refused(&[part]);
+        folder
+            .run(&format!("paper --out report --quick --meshes {meshes}"))
+            .assert_refused(&[part]);
     }
-    folder.run("paper --quick --out file/report").assert_refused(&["file/report"]);
+    folder
+        .run("paper --quick --out file/report")
+        .assert_refused(&["file/report"]);
     folder.run("paper --quick").assert_refused(&["--out"]);
 }

@@ -18,9 +18,25 @@ fn folder() -> Folder {
 fn made(folder: &Folder, options: &str, count: usize) -> String {
     let answer = folder.run(&format!("poses {options}"));
     assert_eq!((answer.status, answer.err.as_str()), (0, ""), "{options}");
-    assert_eq!(answer.out.lines().filter(|line| !line.starts_with('#')).count(), count, "{options}");
-    assert_eq!(answer.out, folder.run(&format!("poses {options}")).out, "{options}");
-    assert_ne!(answer.out, folder.run(&format!("poses {options} --seed 2")).out, "{options}");
+    assert_eq!(
+        answer
+            .out
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .count(),
+        count,
+        "{options}"
+    );
+    assert_eq!(
+        answer.out,
+        folder.run(&format!("poses {options}")).out,
+        "{options}"
+    );
+    assert_ne!(
+        answer.out,
+        folder.run(&format!("poses {options} --seed 2")).out,
+        "{options}"
+    );
     answer.out
 }
 
@@ -41,7 +57,12 @@ fn poses_near_contact_lie_on_the_side_that_they_say() {
         let offsets: Vec<f64> = poses
             .lines()
             .filter_map(|line| {
-                line.strip_prefix("# approach=")?.split_once("offset=")?.1.strip_suffix('%')?.parse().ok()
+                line.strip_prefix("# approach=")?
+                    .split_once("offset=")?
+                    .1
+                    .strip_suffix('%')?
+                    .parse()
+                    .ok()
             })
             .collect();
         assert_eq!(offsets.len(), 33);
@@ -57,7 +78,10 @@ fn poses_near_contact_lie_on_the_side_that_they_say() {
 fn a_rolling_body_touches_in_about_half_of_its_frames() {
     let folder = folder();
     let poses = made(&folder, "a.obj b.obj --roll 100", 100);
-    let count = hits(&folder, "a.obj b.obj", &poses).into_iter().filter(|met| *met).count();
+    let count = hits(&folder, "a.obj b.obj", &poses)
+        .into_iter()
+        .filter(|met| *met)
+        .count();
     assert!((20..=80).contains(&count), "{count}");
     for few in [1, 2] {
         made(&folder, &format!("a.obj b.obj --roll {few}"), few);
@@ -67,20 +91,43 @@ fn a_rolling_body_touches_in_about_half_of_its_frames() {
 #[test]
 fn random_poses_meet_and_do_not() {
     let folder = folder();
-    let met = hits(&folder, "a.obj b.obj", &made(&folder, "a.obj b.obj --random 60", 60));
+    let met = hits(
+        &folder,
+        "a.obj b.obj",
+        &made(&folder, "a.obj b.obj --random 60", 60),
+    );
     assert!(met.contains(&true) && met.contains(&false));
 }
 
 #[test]
 fn poses_that_cannot_be_made_are_refused() {
     let folder = folder();
-    folder.run("poses a.obj b.obj").assert_refused(&["--contact <N>|--roll <N>|--random <N>"]);
-    folder.run("poses a.obj b.obj --contact 3 --roll 3").assert_refused(&["cannot be used with"]);
-    folder.run("poses a.obj b.obj --roll 3 --inside").assert_refused(&["--inside", "cannot be used"]);
-    folder.run("poses a.obj none.obj --roll 3").assert_refused(&["none.obj"]);
+    folder
+        .run("poses a.obj b.obj")
+        .assert_refused(&["--contact <N>|--roll <N>|--random <N>"]);
+    folder
+        .run("poses a.obj b.obj --contact 3 --roll 3")
+        .assert_refused(&["cannot be used with"]);
+    folder
+        .run("poses a.obj b.obj --roll 3 --inside")
+        .assert_refused(&["--inside", "cannot be used"]);
+    folder
+        .run("poses a.obj none.obj --roll 3")
+        .assert_refused(&["none.obj"]);
     // Specks at two ends of a box, which no line hits.
-    let speck = |x: f32| format!("v {x} {x} {x}\nv {} {x} {x}\nv {x} {} {x}\n", x + 1e-6, x + 1e-6);
-    folder.write("specks.obj", format!("{}{}f 1 2 3\nf 4 5 6\n", speck(0.0), speck(1.0)));
+    let speck = |x: f32| {
+        format!(
+            "v {x} {x} {x}\nv {} {x} {x}\nv {x} {} {x}\n",
+            x + 1e-6,
+            x + 1e-6
+        )
+    };
+    folder.write(
+        "specks.obj",
+        format!("{}{}f 1 2 3\nf 4 5 6\n", speck(0.0), speck(1.0)),
+    );
     folder.write("speck.obj", format!("{}f 1 2 3\n", speck(0.0)));
-    folder.run("poses specks.obj speck.obj --contact 3").assert_refused(&["none of", "lines in a row"]);
+    folder
+        .run("poses specks.obj speck.obj --contact 3")
+        .assert_refused(&["none of", "lines in a row"]);
 }

@@ -10,7 +10,13 @@ const HEADER: &str = "ray,triangle,t,side,free_until,ns,stop,work";
 fn cube() -> Folder {
     let folder = Folder::new();
     folder.write("a.obj", write::obj(&cuboid([1.0; 3], 2)));
-    let lines = ["-3 .3 .4 2 0 0 # through", "-3 .3 .4 -2 0 0", "1 2 3 0 0 0", "0 .3 .4 1 0 0", "-3 1 .4 1 0 0"];
+    let lines = [
+        "-3 .3 .4 2 0 0 # through",
+        "-3 .3 .4 -2 0 0",
+        "1 2 3 0 0 0",
+        "0 .3 .4 1 0 0",
+        "-3 1 .4 1 0 0",
+    ];
     folder.write("rays.txt", lines.join("\n"));
     folder
 }
@@ -19,12 +25,27 @@ fn cube() -> Folder {
 fn said(folder: &Folder, options: &str) -> Vec<String> {
     let answer = folder.run(&format!("rays a.obj rays.txt {options}"));
     assert_eq!(answer.status, 1, "{options}: {}", answer.err);
-    assert!(answer.err.contains("rays.txt:3: ray 2: the ray's direction is zero"), "{}", answer.err);
+    assert!(
+        answer
+            .err
+            .contains("rays.txt:3: ray 2: the ray's direction is zero"),
+        "{}",
+        answer.err
+    );
     let lines = answer.lines(HEADER);
     let row = |line: &str| {
         let fields: Vec<&str> = line.split(',').collect();
-        assert!(fields.len() == 8 && fields[5].parse::<u64>().is_ok() && fields[7].parse::<u64>().is_ok(), "{line}");
-        assert_eq!(fields[1].parse::<u32>().is_ok(), !fields[2].is_empty(), "{line}");
+        assert!(
+            fields.len() == 8
+                && fields[5].parse::<u64>().is_ok()
+                && fields[7].parse::<u64>().is_ok(),
+            "{line}"
+        );
+        assert_eq!(
+            fields[1].parse::<u32>().is_ok(),
+            !fields[2].is_empty(),
+            "{line}"
+        );
         [0, 2, 3, 4, 6].map(|i: usize| fields[i]).join(",")
     };
     lines.map(row).collect()
@@ -33,30 +54,57 @@ fn said(folder: &Folder, options: &str) -> Vec<String> {
 #[test]
 fn hits_of_a_cube() {
     let folder = cube();
-    let nearest =
-        ["0,1,front,1,finished", "1,,,inf,finished", "2,,,,error", "3,1,back,1,finished", "4,2,edge,2,finished"];
+    let nearest = [
+        "0,1,front,1,finished",
+        "1,,,inf,finished",
+        "2,,,,error",
+        "3,1,back,1,finished",
+        "4,2,edge,2,finished",
+    ];
     for options in ["", "--mode nearest --reps 2", "--portable"] {
         let rows = said(&folder, options);
         assert_eq!(rows[..4], nearest[..4], "{options}");
         // Where the ray comes into the plane of a face it also meets the face before.
-        assert!(rows[4].starts_with("4,2,") && rows[4].ends_with(",2,finished"), "{}", rows[4]);
+        assert!(
+            rows[4].starts_with("4,2,") && rows[4].ends_with(",2,finished"),
+            "{}",
+            rows[4]
+        );
     }
     let all = said(&folder, "--mode all");
-    assert_eq!(all[..2], ["0,1,front,inf,finished", "0,2,back,inf,finished"]);
+    assert_eq!(
+        all[..2],
+        ["0,1,front,inf,finished", "0,2,back,inf,finished"]
+    );
     assert!(all.len() > 8, "{all:?}");
     assert_eq!(said(&folder, "--mode any")[3], "3,1,back,0,first-hit");
     let stopped = said(&folder, "--budget-work 0");
-    assert!(stopped.iter().all(|row| row.ends_with(",,,0,work-limit") || row == "2,,,,error"), "{stopped:?}");
+    assert!(
+        stopped
+            .iter()
+            .all(|row| row.ends_with(",,,0,work-limit") || row == "2,,,,error"),
+        "{stopped:?}"
+    );
 }
 
 #[test]
 fn segments_end_at_their_ends() {
     let folder = cube();
-    folder.write("rays.txt", "-3 .3 .4 -1 .3 .4\n-3 .3 .4 -1.001 .3 .4\n-3 .3 .4 -3 .3 .4\n");
+    folder.write(
+        "rays.txt",
+        "-3 .3 .4 -1 .3 .4\n-3 .3 .4 -1.001 .3 .4\n-3 .3 .4 -3 .3 .4\n",
+    );
     let answer = folder.run("rays a.obj rays.txt --segments");
-    assert!(answer.status == 1 && answer.err.contains("rays.txt:3: ray 2: "), "{}", answer.err);
+    assert!(
+        answer.status == 1 && answer.err.contains("rays.txt:3: ray 2: "),
+        "{}",
+        answer.err
+    );
     let lines: Vec<&str> = answer.lines(HEADER).collect();
-    assert!(lines[0].contains(",1,front,1,") && lines[1].starts_with("1,,,,inf,") && lines.len() == 3, "{lines:?}");
+    assert!(
+        lines[0].contains(",1,front,1,") && lines[1].starts_with("1,,,,inf,") && lines.len() == 3,
+        "{lines:?}"
+    );
 }
 
 #[test]
@@ -64,7 +112,15 @@ fn bad_options_are_refused_and_all_are_named() {
     let folder = cube();
     let help = folder.run("rays --help");
     let options = "--segments --mode --reps --budget-us --budget-work --portable";
-    assert!(help.status == 0 && options.split(' ').all(|option| help.out.contains(option)), "{}", help.out);
-    folder.run("rays a.obj rays.txt --mode first").assert_refused(&["--mode", "first"]);
-    folder.run("rays a.obj none.txt").assert_refused(&["none.txt: "]);
+    assert!(
+        help.status == 0 && options.split(' ').all(|option| help.out.contains(option)),
+        "{}",
+        help.out
+    );
+    folder
+        .run("rays a.obj rays.txt --mode first")
+        .assert_refused(&["--mode", "first"]);
+    folder
+        .run("rays a.obj none.txt")
+        .assert_refused(&["none.txt: "]);
 }

@@ -17,7 +17,11 @@ pub struct Folder(PathBuf);
 
 impl Folder {
     pub fn new() -> Self {
-        let name = format!("punctual-{}-{}", std::process::id(), FOLDERS.fetch_add(1, Ordering::Relaxed));
+        let name = format!(
+            "punctual-{}-{}",
+            std::process::id(),
+            FOLDERS.fetch_add(1, Ordering::Relaxed)
+        );
         let path = std::env::temp_dir().join(name);
         fs::create_dir_all(&path).unwrap();
         Self(path)
@@ -45,14 +49,25 @@ impl Folder {
     }
 
     pub fn run_with_input(&self, arguments: &str, input: &str) -> Answer {
-        let mut child = self.command(arguments).stdin(Stdio::piped()).spawn().unwrap();
-        child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+        let mut child = self
+            .command(arguments)
+            .stdin(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child
+            .stdin
+            .take()
+            .unwrap()
+            .write_all(input.as_bytes())
+            .unwrap();
         Answer::new(&child.wait_with_output().unwrap())
     }
 
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_punctual"));
-        command.current_dir(&self.0).args(arguments.split_whitespace());
+        command
+            .current_dir(&self.0)
+            .args(arguments.split_whitespace());
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
@@ -73,24 +88,41 @@ pub struct Answer {
 
 impl Answer {
     pub fn new(output: &Output) -> Self {
-        let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8(text.clone()).unwrap());
+        let [out, err] =
+            [&output.stdout, &output.stderr].map(|text| String::from_utf8(text.clone()).unwrap());
         assert!(!err.contains("panicked"), "{err}");
-        Self { status: output.status.code().expect("an exit status"), out, err }
+        Self {
+            status: output.status.code().expect("an exit status"),
+            out,
+            err,
+        }
     }
 
     /// The lines after the one that names the program and the one of the columns.
     pub fn lines(&self, header: &str) -> std::str::Lines<'_> {
         let mut lines = self.out.lines();
-        let first = lines.next().unwrap_or_else(|| panic!("no output; {}", self.err));
-        let version = concat!("# peer=punctual version=", env!("CARGO_PKG_VERSION"), " build_ns=");
-        assert!(first.strip_prefix(version).unwrap().parse::<u64>().is_ok(), "{first}");
+        let first = lines
+            .next()
+            .unwrap_or_else(|| panic!("no output; {}", self.err));
+        let version = concat!(
+            "# peer=punctual version=",
+            env!("CARGO_PKG_VERSION"),
+            " build_ns="
+        );
+        assert!(
+            first.strip_prefix(version).unwrap().parse::<u64>().is_ok(),
+            "{first}"
+        );
         assert_eq!(lines.next(), Some(header));
         lines
     }
 
     /// The rows of `punctual pair`.
     pub fn rows(&self) -> Vec<Row> {
-        self.lines(HEADER).enumerate().map(|(pose, line)| Row::new(pose, line)).collect()
+        self.lines(HEADER)
+            .enumerate()
+            .map(|(pose, line)| Row::new(pose, line))
+            .collect()
     }
 
     /// No result, status 2, and a message that contains all of `parts`.
@@ -136,7 +168,11 @@ impl Row {
             stop: fields[6].into(),
             work: fields[8].parse().unwrap(),
             upper_bound: fields[9].parse().unwrap_or(-1),
-            predicted: fields[10].parse().ok().zip(fields[11].parse().ok()).map(<[f64; 2]>::from),
+            predicted: fields[10]
+                .parse()
+                .ok()
+                .zip(fields[11].parse().ok())
+                .map(<[f64; 2]>::from),
             remaining: fields[13].parse().ok(),
             probability: fields[14].parse().ok(),
             recall: fields[15].parse().ok(),
@@ -148,9 +184,17 @@ impl Row {
             _ => panic!("{line}"),
         };
         assert_eq!(row.hit, hit, "{line}");
-        assert_eq!(row.verdict == "error", row.stop.is_empty() && row.upper_bound < 0, "{line}");
-        let told =
-            [row.predicted.is_some(), !fields[12].is_empty(), row.remaining.is_some(), row.probability.is_some()];
+        assert_eq!(
+            row.verdict == "error",
+            row.stop.is_empty() && row.upper_bound < 0,
+            "{line}"
+        );
+        let told = [
+            row.predicted.is_some(),
+            !fields[12].is_empty(),
+            row.remaining.is_some(),
+            row.probability.is_some(),
+        ];
         assert_eq!(told, [!row.is_error(); 4], "{line}");
         row
     }

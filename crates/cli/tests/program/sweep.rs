@@ -41,7 +41,17 @@ fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
     assert_eq!((first.status, first.err.as_str()), (0, ""));
     assert!(first.out.contains("wrong: 0\n"), "{}", first.out);
     for file in FILES {
-        assert!(folder.path().join("one").join(file).metadata().unwrap().len() > 100, "{file}");
+        assert!(
+            folder
+                .path()
+                .join("one")
+                .join(file)
+                .metadata()
+                .unwrap()
+                .len()
+                > 100,
+            "{file}"
+        );
     }
     assert_eq!(folder.run("sweep --builtin --quick --out two").status, 0);
     let [one, two] = ["one", "two"].map(|name| folder.read(&format!("{name}/summary.json")));
@@ -49,7 +59,11 @@ fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
     assert!(work(&one).contains("\"wrong\": 0.0"));
     let rows = |name: &str| -> Vec<String> {
         let table = folder.read(&format!("{name}/sweep.csv"));
-        table.lines().filter(|line| line.contains(",work_percent,")).map(str::to_owned).collect()
+        table
+            .lines()
+            .filter(|line| line.contains(",work_percent,"))
+            .map(str::to_owned)
+            .collect()
     };
     assert_eq!(rows("one"), rows("two"));
     assert!(rows("one").len() > 1000);
@@ -66,9 +80,16 @@ fn a_sweep_is_never_wrong_and_its_work_is_repeatable() {
     let compared = folder.run("compare one/summary.json two/summary.json");
     assert_eq!(compared.status, 0);
     assert!(!compared.out.contains(",work,"), "{}", compared.out);
-    folder.write("other.json", one.replace("\"wrong\": 0.0", "\"wrong\": 3.0"));
+    folder.write(
+        "other.json",
+        one.replace("\"wrong\": 0.0", "\"wrong\": 3.0"),
+    );
     let changed = folder.run("compare one/summary.json other.json");
-    assert!(changed.out.contains("wrong,work,0.0000,3.0000,+3.0000"), "{}", changed.out);
+    assert!(
+        changed.out.contains("wrong,work,0.0000,3.0000,+3.0000"),
+        "{}",
+        changed.out
+    );
 }
 
 fn figure(summary: &str, name: &str) -> f64 {
@@ -82,15 +103,31 @@ fn bounds_close_in(table: &str) {
     let mut lines = 0;
     for line in table.lines().filter(|line| line.contains(",work_percent,")) {
         let fields: Vec<&str> = line.split(',').collect();
-        let numbers: Vec<f64> = fields[5..].iter().map(|field| field.parse().unwrap()).collect();
+        let numbers: Vec<f64> = fields[5..]
+            .iter()
+            .map(|field| field.parse().unwrap())
+            .collect();
         if fields[3] == "1" {
             before = [0.0, 0.0, f64::INFINITY, f64::INFINITY, 0.0, 0.0];
         }
         for (i, (now, before)) in numbers.iter().zip(before).enumerate() {
-            assert!(if i == 2 || i == 3 { *now <= before } else { *now >= before }, "{line}");
+            assert!(
+                if i == 2 || i == 3 {
+                    *now <= before
+                } else {
+                    *now >= before
+                },
+                "{line}"
+            );
         }
-        assert!(fields[4].parse::<u32>().unwrap() > 0 && numbers[1] <= 1.0 && numbers[2] >= 1.0, "{line}");
-        assert!(fields[3] != "100" || fields[1] != "depth-first" || numbers[4..] == [1.0, 1.0], "{line}");
+        assert!(
+            fields[4].parse::<u32>().unwrap() > 0 && numbers[1] <= 1.0 && numbers[2] >= 1.0,
+            "{line}"
+        );
+        assert!(
+            fields[3] != "100" || fields[1] != "depth-first" || numbers[4..] == [1.0, 1.0],
+            "{line}"
+        );
         before.copy_from_slice(&numbers);
         lines += 1;
     }
@@ -105,11 +142,21 @@ fn no_order_is_ahead_of_the_best(summary: &str) {
         for what in ["any", "recall"] {
             let best = figure(&format!("{what}@{percent}% oracle"));
             let marches = |order: &&str| what == "recall" && *order == "penetration";
-            let orders =
-                ["penetration", "depth-first", "low-alpha", "overlap-volume", "breadth-first", "random", "cut-off"];
+            let orders = [
+                "penetration",
+                "depth-first",
+                "low-alpha",
+                "overlap-volume",
+                "breadth-first",
+                "random",
+                "cut-off",
+            ];
             for order in orders.iter().filter(|order| !marches(order)) {
                 let reached = figure(&format!("{what}@{percent}% {order}"));
-                assert!(reached <= best, "{what}@{percent}% {order}: {reached} > {best}");
+                assert!(
+                    reached <= best,
+                    "{what}@{percent}% {order}: {reached} > {best}"
+                );
             }
         }
     }
@@ -125,12 +172,23 @@ fn a_broken_guarantee_is_told() {
     assert_eq!(folder.run("sweep case --quick --out report").status, 0);
     // A truth with one pair too many: no certificate may leave it out.
     let truth = folder.read("report/truth/case.csv");
-    folder.write("report/truth/case.csv", truth.replace("# end", "4,0,0\n# end"));
+    folder.write(
+        "report/truth/case.csv",
+        truth.replace("# end", "4,0,0\n# end"),
+    );
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
-    assert!(answer.err.contains("case pose 4") && answer.err.contains("at most 0 pairs"), "{}", answer.err);
+    assert!(
+        answer.err.contains("case pose 4") && answer.err.contains("at most 0 pairs"),
+        "{}",
+        answer.err
+    );
     let page = folder.read("report/index.html");
-    assert_eq!(page.matches("verdict no").count(), 2 * 2, "wrong answers and false bounds");
+    assert_eq!(
+        page.matches("verdict no").count(),
+        2 * 2,
+        "wrong answers and false bounds"
+    );
 }
 
 #[test]
@@ -141,18 +199,30 @@ fn a_truth_that_differs_is_noticed() {
     for name in ["case/a.obj", "case/b.obj"] {
         folder.write(name, crate::write::obj(&punctual::shapes::icosphere(2)));
     }
-    folder.write("case/poses.txt", "1 0 0 0.9 0 1 0 0 0 0 1 0\n1 0 0 5 0 1 0 0 0 0 1 0\n");
+    folder.write(
+        "case/poses.txt",
+        "1 0 0 0.9 0 1 0 0 0 0 1 0\n1 0 0 5 0 1 0 0 0 0 1 0\n",
+    );
     folder.write("case/truth.csv", "pose,hit,pairs\n0,1,1\n1,0,0\n");
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
-    assert!(answer.err.contains("case pose 0") && answer.err.contains("truth.csv has 1"), "{}", answer.err);
+    assert!(
+        answer.err.contains("case pose 0") && answer.err.contains("truth.csv has 1"),
+        "{}",
+        answer.err
+    );
     // The cached truth is used, and a false one is noticed.
     folder.write("case/truth.csv", "pose,hit,pairs\n");
-    folder.run("sweep case --quick --out report").assert_refused(&["truth.csv"]);
+    folder
+        .run("sweep case --quick --out report")
+        .assert_refused(&["truth.csv"]);
     std::fs::remove_file(case.join("truth.csv")).unwrap();
     let cached = folder.read("report/truth/case.csv");
     let lines: Vec<&str> = cached.lines().collect();
-    folder.write("report/truth/case.csv", [&lines[..1], &lines[2..]].concat().join("\n") + "\n");
+    folder.write(
+        "report/truth/case.csv",
+        [&lines[..1], &lines[2..]].concat().join("\n") + "\n",
+    );
     let answer = folder.run("sweep case --quick --out report");
     assert_eq!(answer.status, 1);
     assert!(answer.err.contains("wrong"), "{}", answer.err);
@@ -163,9 +233,15 @@ fn cubes() -> Folder {
     let folder = Folder::new();
     std::fs::create_dir(folder.path().join("case")).unwrap();
     for name in ["case/a.obj", "case/b.obj"] {
-        folder.write(name, crate::write::obj(&punctual::shapes::cuboid([1.0; 3], 4)));
+        folder.write(
+            name,
+            crate::write::obj(&punctual::shapes::cuboid([1.0; 3], 4)),
+        );
     }
-    folder.write("case/poses.txt", "1 0 0 3 0 1 0 0 0 0 1 0\n1 0 0 1.5 0 1 0 0 0 0 1 0\n");
+    folder.write(
+        "case/poses.txt",
+        "1 0 0 3 0 1 0 0 0 0 1 0\n1 0 0 1.5 0 1 0 0 0 0 1 0\n",
+    );
     folder.write("case/truth_distance.csv", "pose,distance\n0,1\n1,0\n");
     folder
 }
@@ -176,24 +252,39 @@ fn distances_are_compared_with_the_truth() {
     let answer = folder.run("sweep case --quick --distance-only --out report");
     assert_eq!((answer.status, answer.err.as_str()), (0, ""));
     let summary = folder.read("report/summary.json");
-    for goal in ["upper bound within 10 % of the distance", "bounds within 10 % of each other"] {
-        let reached =
-            ["nearest-first", "depth-first", "told"].map(|order| figure(&summary, &format!("{goal}: work {order}")));
-        assert!(reached.iter().all(|share| *share > 0.0 && *share < 1.5), "{goal}: {reached:?}");
+    for goal in [
+        "upper bound within 10 % of the distance",
+        "bounds within 10 % of each other",
+    ] {
+        let reached = ["nearest-first", "depth-first", "told"]
+            .map(|order| figure(&summary, &format!("{goal}: work {order}")));
+        assert!(
+            reached.iter().all(|share| *share > 0.0 && *share < 1.5),
+            "{goal}: {reached:?}"
+        );
     }
     let page = folder.read("report/index.html");
     // Of all cases and of this one.
     assert_eq!(page.matches("<svg").count(), 4 + 4);
     assert!(!page.contains("Which triangles meet?"));
     for wrong in ["0,1.01\n1,0", "0,0.99\n1,0", "0,1\n1,0.001"] {
-        folder.write("case/truth_distance.csv", format!("pose,distance\n{wrong}\n"));
+        folder.write(
+            "case/truth_distance.csv",
+            format!("pose,distance\n{wrong}\n"),
+        );
         let answer = folder.run("sweep case --quick --distance-only --out report");
         assert_eq!(answer.status, 1);
-        assert!(answer.err.contains("case pose ") && answer.err.contains("apart"), "{}", answer.err);
+        assert!(
+            answer.err.contains("case pose ") && answer.err.contains("apart"),
+            "{}",
+            answer.err
+        );
         assert!(folder.read("report/index.html").contains("verdict no"));
     }
     folder.write("case/truth_distance.csv", "pose,distance\n0,far\n1,0\n");
-    folder.run("sweep case --quick --out report").assert_refused(&["truth_distance.csv:2", "distance"]);
+    folder
+        .run("sweep case --quick --out report")
+        .assert_refused(&["truth_distance.csv:2", "distance"]);
 }
 
 #[test]
@@ -208,11 +299,18 @@ fn times_of_others_stand_beside_ours() {
     // Of all cases and of this one, over time; the least time, and only where the meshes are apart.
     assert_eq!(page.matches("theirs has its answer").count(), 4);
     assert!(page.contains("<td>432 / 432</td>") && !page.contains("98765"));
-    for bad in ["case,theirs,x,1,5", "case,theirs,0,1", "case,theirs,0,1,-5", "case,theirs,0,1,nan"] {
+    for bad in [
+        "case,theirs,x,1,5",
+        "case,theirs,0,1",
+        "case,theirs,0,1,-5",
+        "case,theirs,0,1,nan",
+    ] {
         folder.write("times.csv", format!("case,peer,pose,distance,ns\n{bad}\n"));
         folder.run(sweep).assert_refused(&["times.csv:2"]);
     }
-    folder.run("sweep case --out report --peer-times none.csv").assert_refused(&["none.csv"]);
+    folder
+        .run("sweep case --out report --peer-times none.csv")
+        .assert_refused(&["none.csv"]);
 }
 
 /// A report without poses in contact, or without poses apart, or of one pose, has no figure that is not a number.
@@ -226,7 +324,11 @@ fn what_was_not_measured_is_said_in_words() {
         let _ = std::fs::remove_dir_all(folder.path().join("report"));
         let answer = folder.run("sweep case --quick --out report");
         assert_eq!((answer.status, answer.err.as_str()), (0, ""));
-        assert!(answer.out.contains(said) && !answer.out.contains("NaN"), "{}", answer.out);
+        assert!(
+            answer.out.contains(said) && !answer.out.contains("NaN"),
+            "{}",
+            answer.out
+        );
         let page = folder.read("report/index.html");
         assert!(!page.contains("NaN"), "{said}");
         assert!(page.contains("1 case of two meshes, 1 pose,"), "{said}");
@@ -238,9 +340,15 @@ fn what_was_not_measured_is_said_in_words() {
 fn the_first_contact_is_told_as_a_share_of_depth_first() {
     let folder = cubes();
     let answer = folder.run("sweep case --quick --out report");
-    let share = answer.out.lines().find_map(|line| line.strip_prefix("first contact found with ")?.split_once(' '));
+    let share = answer.out.lines().find_map(|line| {
+        line.strip_prefix("first contact found with ")?
+            .split_once(' ')
+    });
     let share: f64 = share.expect(&answer.out).0.parse().unwrap();
-    let gain = figure(&folder.read("report/summary.json"), "first hit over depth-first penetration work");
+    let gain = figure(
+        &folder.read("report/summary.json"),
+        "first hit over depth-first penetration work",
+    );
     assert!((share - 1.0 / gain).abs() < 0.005 + 1e-9, "{share} {gain}");
 }
 
@@ -250,24 +358,56 @@ fn orders_and_budgets_can_be_chosen() {
     let choice = "--orders low-alpha --work-percent 40,10,40 --time-us 7";
     let answer = folder.run(&format!("sweep case --quick --out report {choice}"));
     assert_eq!((answer.status, answer.err.as_str()), (0, ""));
-    assert!(answer.out.contains("detected with 10 % of the work"), "{}", answer.out);
+    assert!(
+        answer.out.contains("detected with 10 % of the work"),
+        "{}",
+        answer.out
+    );
     let table = folder.read("report/sweep.csv");
-    let column = |i: usize| table.lines().skip(1).map(|line| line.split(',').nth(i).unwrap()).collect::<BTreeSet<_>>();
-    let orders = ["cut-off", "depth-first", "low-alpha", "narrowed", "oracle", "penetration", "warm"];
+    let column = |i: usize| {
+        table
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').nth(i).unwrap())
+            .collect::<BTreeSet<_>>()
+    };
+    let orders = [
+        "cut-off",
+        "depth-first",
+        "low-alpha",
+        "narrowed",
+        "oracle",
+        "penetration",
+        "warm",
+    ];
     assert_eq!(column(2).into_iter().collect::<Vec<_>>(), orders);
     assert_eq!(column(5).into_iter().collect::<Vec<_>>(), ["10", "40", "7"]);
     assert!(!folder.read("report/index.html").contains("breadth-first"));
-    for bad in ["--orders deepest", "--orders depth-first", "--work-percent 0", "--work-percent 101", "--time-us 0"] {
+    for bad in [
+        "--orders deepest",
+        "--orders depth-first",
+        "--work-percent 0",
+        "--work-percent 101",
+        "--time-us 0",
+    ] {
         let option = bad.split_once(' ').unwrap().0;
-        folder.run(&format!("sweep case --quick --out report {bad}")).assert_refused(&[option]);
+        folder
+            .run(&format!("sweep case --quick --out report {bad}"))
+            .assert_refused(&[option]);
     }
 }
 
 #[test]
 fn bad_cases_are_refused() {
     let folder = Folder::new();
-    folder.run("sweep nowhere --out report").assert_refused(&["nowhere"]);
-    folder.run("sweep --out report").assert_refused(&["CASE_DIR"]);
+    folder
+        .run("sweep nowhere --out report")
+        .assert_refused(&["nowhere"]);
+    folder
+        .run("sweep --out report")
+        .assert_refused(&["CASE_DIR"]);
     folder.write("bad.json", "{}");
-    folder.run("compare bad.json bad.json").assert_refused(&["bad.json", "work"]);
+    folder
+        .run("compare bad.json bad.json")
+        .assert_refused(&["bad.json", "work"]);
 }

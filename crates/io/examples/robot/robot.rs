@@ -35,21 +35,40 @@ impl Robot {
     /// Reads a robot; an error names the link or the joint.
     pub fn load(file: &Path) -> Result<Self, Box<dyn Error>> {
         let folder = file.parent().unwrap_or(Path::new(""));
-        let read = urdf_rs::read_file(file).map_err(|error| format!("{}: {error}", file.display()))?;
+        let read =
+            urdf_rs::read_file(file).map_err(|error| format!("{}: {error}", file.display()))?;
         let link = |link: &urdf_rs::Link| {
-            let tree = tree(link, folder).map_err(|error| format!("link {}: {error}", link.name))?;
-            Ok(Link { name: link.name.clone(), tree })
+            let tree =
+                tree(link, folder).map_err(|error| format!("link {}: {error}", link.name))?;
+            Ok(Link {
+                name: link.name.clone(),
+                tree,
+            })
         };
-        let links = read.links.iter().map(link).collect::<Result<Vec<_>, String>>()?;
+        let links = read
+            .links
+            .iter()
+            .map(link)
+            .collect::<Result<Vec<_>, String>>()?;
         let joints = sorted(read.joints, &links)?;
         let pairs = pairs(links.len(), &joints);
-        Ok(Self { links, joints, pairs })
+        Ok(Self {
+            links,
+            joints,
+            pairs,
+        })
     }
 
     /// Where the links are; an angle in radians, or a way in metres, for each joint that moves, from the root on.
     pub fn poses(&self, angles: &[f64]) -> Result<Vec<Pose>, PoseError> {
         let mut poses = vec![Pose::IDENTITY; self.links.len()];
-        for Moved { joint, parent, child, angle } in &self.joints {
+        for Moved {
+            joint,
+            parent,
+            child,
+            angle,
+        } in &self.joints
+        {
             let axis = DVec3::from_array(joint.axis.xyz.0).normalize_or_zero();
             let by = angle.map_or(0.0, |at| angles[at]);
             let moved = match joint.joint_type {
@@ -57,14 +76,19 @@ impl Robot {
                 _ if axis == DVec3::ZERO => Pose::IDENTITY,
                 _ => Pose::new(DMat3::from_axis_angle(axis, by), DVec3::ZERO)?,
             };
-            poses[*child] = poses[*parent].compose(&origin(&joint.origin)?)?.compose(&moved)?;
+            poses[*child] = poses[*parent]
+                .compose(&origin(&joint.origin)?)?
+                .compose(&moved)?;
         }
         Ok(poses)
     }
 
     /// Angles of the joints that move, from the root on: how many.
     pub fn freedom(&self) -> usize {
-        self.joints.iter().filter(|moved| moved.angle.is_some()).count()
+        self.joints
+            .iter()
+            .filter(|moved| moved.angle.is_some())
+            .count()
     }
 
     /// No point of a link moves farther than this, relative to any other link, while the angles change by `step` (each by no
@@ -73,12 +97,23 @@ impl Robot {
         // How far a link reaches from the joint that holds it, with all that hangs on it.
         let mut reach: Vec<f64> = self.links.iter().map(|link| radius(&link.tree)).collect();
         let mut sum = 0.0;
-        for Moved { joint, parent, child, angle } in self.joints.iter().rev() {
+        for Moved {
+            joint,
+            parent,
+            child,
+            angle,
+        } in self.joints.iter().rev()
+        {
             let by = angle.map_or(0.0, |at| step[at].abs());
             let slides = joint.joint_type == JointType::Prismatic;
             sum += by * if slides { 1.0 } else { reach[*child] };
-            let slide = if slides { joint.limit.upper.abs().max(joint.limit.lower.abs()) } else { 0.0 };
-            let from_parent = DVec3::from_array(joint.origin.xyz.0).length() + slide + reach[*child];
+            let slide = if slides {
+                joint.limit.upper.abs().max(joint.limit.lower.abs())
+            } else {
+                0.0
+            };
+            let from_parent =
+                DVec3::from_array(joint.origin.xyz.0).length() + slide + reach[*child];
             reach[*parent] = reach[*parent].max(from_parent);
         }
         sum
@@ -87,14 +122,19 @@ impl Robot {
 
 /// The distance of the farthest corner from the origin of the frame.
 fn radius(tree: &Tree) -> f64 {
-    (0..tree.mesh().vertex_count()).map(|i| tree.mesh().vertex(i).length()).fold(0.0, f64::max)
+    (0..tree.mesh().vertex_count())
+        .map(|i| tree.mesh().vertex(i).length())
+        .fold(0.0, f64::max)
 }
 
 /// The collision geometry of a link as one tree.
 fn tree(link: &urdf_rs::Link, folder: &Path) -> Result<Tree, Box<dyn Error>> {
     let mut surface = Surface::default();
     for part in &link.collision {
-        surface.add(&Surface::new(&part.geometry, folder)?, &origin(&part.origin)?);
+        surface.add(
+            &Surface::new(&part.geometry, folder)?,
+            &origin(&part.origin)?,
+        );
     }
     Ok(Tree::new(surface.mesh()?))
 }
@@ -102,7 +142,8 @@ fn tree(link: &urdf_rs::Link, folder: &Path) -> Result<Tree, Box<dyn Error>> {
 /// URDF turns about x, then y, then z, all fixed.
 fn origin(pose: &urdf_rs::Pose) -> Result<Pose, PoseError> {
     let [roll, pitch, yaw] = pose.rpy.0;
-    let turn = DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
+    let turn =
+        DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
     Pose::new(turn, pose.xyz.0)
 }
 
@@ -116,9 +157,14 @@ fn sorted(mut joints: Vec<Joint>, links: &[Link]) -> Result<Vec<Moved>, String> 
     let is_placed = |link: &str, left: &[Joint]| !left.iter().any(|joint| joint.child.link == link);
     let (mut sorted, mut angles) = (Vec::new(), 0..);
     while !joints.is_empty() {
-        let next = joints.iter().position(|joint| is_placed(&joint.parent.link, &joints));
+        let next = joints
+            .iter()
+            .position(|joint| is_placed(&joint.parent.link, &joints));
         let joint = joints.remove(next.ok_or("the joints go round in a circle")?);
-        let (parent, child) = (number(&joint.parent.link, &joint)?, number(&joint.child.link, &joint)?);
+        let (parent, child) = (
+            number(&joint.parent.link, &joint)?,
+            number(&joint.child.link, &joint)?,
+        );
         let angle = match joint.joint_type {
             JointType::Fixed => None,
             JointType::Revolute | JointType::Continuous | JointType::Prismatic => angles.next(),
@@ -129,7 +175,12 @@ fn sorted(mut joints: Vec<Joint>, links: &[Link]) -> Result<Vec<Moved>, String> 
                 ));
             }
         };
-        sorted.push(Moved { joint, parent, child, angle });
+        sorted.push(Moved {
+            joint,
+            parent,
+            child,
+            angle,
+        });
     }
     Ok(sorted)
 }
@@ -141,12 +192,18 @@ fn pairs(links: usize, joints: &[Moved]) -> Vec<[usize; 2]> {
     for joint in joints.iter().filter(|joint| joint.angle.is_none()) {
         groups[joint.child] = groups[joint.parent];
     }
-    let neighbours: Vec<[usize; 2]> = joints.iter().map(|joint| [groups[joint.parent], groups[joint.child]]).collect();
+    let neighbours: Vec<[usize; 2]> = joints
+        .iter()
+        .map(|joint| [groups[joint.parent], groups[joint.child]])
+        .collect();
     let may_meet = |&[i, j]: &[usize; 2]| {
         let [x, y] = [groups[i], groups[j]];
         x != y && !neighbours.contains(&[x, y]) && !neighbours.contains(&[y, x])
     };
-    (0..links).flat_map(|j| (0..j).map(move |i| [i, j])).filter(may_meet).collect()
+    (0..links)
+        .flat_map(|j| (0..j).map(move |i| [i, j]))
+        .filter(may_meet)
+        .collect()
 }
 
 #[cfg(test)]
@@ -166,10 +223,17 @@ mod tests {
         for (angles, hand) in [
             ([0.0; 4], DVec3::new(0.0, 0.0, 1.07)),
             ([0.0, FRAC_PI_2, 0.0, 0.0], DVec3::new(0.81, 0.0, 0.26)),
-            ([FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, 2.0], DVec3::new(0.0, 0.4, 0.67)),
+            (
+                [FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, 2.0],
+                DVec3::new(0.0, 0.4, 0.67),
+            ),
         ] {
             let pose = arm.poses(&angles).unwrap()[5];
-            assert!((pose.translation() - hand).length() < 1e-12, "{angles:?}: {}", pose.translation());
+            assert!(
+                (pose.translation() - hand).length() < 1e-12,
+                "{angles:?}: {}",
+                pose.translation()
+            );
         }
     }
 
@@ -185,7 +249,9 @@ mod tests {
             for (at, link) in arm.links.iter().enumerate() {
                 let mesh = link.tree.mesh();
                 for point in (0..mesh.vertex_count()).map(|i| mesh.vertex(i)) {
-                    let way = poses[0][at].transform_point(point).distance(poses[1][at].transform_point(point));
+                    let way = poses[0][at]
+                        .transform_point(point)
+                        .distance(poses[1][at].transform_point(point));
                     closest = closest.max(way / arm.farthest(&step));
                 }
             }
@@ -199,10 +265,20 @@ mod tests {
         let number = |name: &str| arm.links.iter().position(|link| link.name == name).unwrap();
         let may_meet = |a: &str, b: &str| {
             let pair = [number(a), number(b)];
-            arm.pairs.contains(&[pair[0].min(pair[1]), pair[0].max(pair[1])])
+            arm.pairs
+                .contains(&[pair[0].min(pair[1]), pair[0].max(pair[1])])
         };
-        assert!(may_meet("base", "forearm") && may_meet("upper_arm", "tool") && may_meet("tool", "base"));
-        for [a, b] in [["base", "shoulder"], ["wrist", "tool"], ["forearm", "wrist"], ["forearm", "tool"]] {
+        assert!(
+            may_meet("base", "forearm")
+                && may_meet("upper_arm", "tool")
+                && may_meet("tool", "base")
+        );
+        for [a, b] in [
+            ["base", "shoulder"],
+            ["wrist", "tool"],
+            ["forearm", "wrist"],
+            ["forearm", "tool"],
+        ] {
             assert!(!may_meet(a, b), "{a} and {b}");
         }
     }
@@ -212,19 +288,29 @@ mod tests {
         let file = std::env::temp_dir().join(format!("punctual-robot-{}.urdf", std::process::id()));
         let sphere = r#"<collision><geometry><sphere radius="1"/></geometry></collision>"#;
         let ball = format!(r#"<link name="ball">{sphere}</link>"#);
-        let mesh =
-            r#"<link name="hand"><collision><geometry><mesh filename="none.stl"/></geometry></collision></link>"#;
+        let mesh = r#"<link name="hand"><collision><geometry><mesh filename="none.stl"/></geometry></collision></link>"#;
         let joint = |name: &str, kind: &str, child: &str| {
-            format!(r#"<joint name="{name}" type="{kind}"><parent link="ball"/><child link="{child}"/></joint>"#)
+            format!(
+                r#"<joint name="{name}" type="{kind}"><parent link="ball"/><child link="{child}"/></joint>"#
+            )
         };
         for (inside, words) in [
             (mesh.to_owned(), ["link hand", "none.stl"]),
-            (format!("{ball}{}", joint("knee", "fixed", "foot")), ["joint knee", "no link foot"]),
-            (format!("{ball}{ball}{}", joint("slide", "planar", "ball")), ["joints", "circle"]),
+            (
+                format!("{ball}{}", joint("knee", "fixed", "foot")),
+                ["joint knee", "no link foot"],
+            ),
+            (
+                format!("{ball}{ball}{}", joint("slide", "planar", "ball")),
+                ["joints", "circle"],
+            ),
             ("<link>".to_owned(), ["punctual-robot", "urdf"]),
         ] {
             fs::write(&file, format!(r#"<robot name="r">{inside}</robot>"#)).unwrap();
-            let error = Robot::load(&file).err().map(|error| error.to_string()).unwrap_or_default();
+            let error = Robot::load(&file)
+                .err()
+                .map(|error| error.to_string())
+                .unwrap_or_default();
             assert!(words.iter().all(|word| error.contains(word)), "{error}");
         }
         fs::remove_file(&file).unwrap();

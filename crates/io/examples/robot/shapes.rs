@@ -26,7 +26,9 @@ impl Surface {
             Geometry::Box { size } => Self::scaled(&cuboid([0.5; 3], 1), DVec3::from_array(size.0)),
             Geometry::Sphere { radius } => {
                 let ball = icosphere(3);
-                let inner = (0..ball.len()).map(|id| depth(&ball, id)).fold(1.0, f64::min);
+                let inner = (0..ball.len())
+                    .map(|id| depth(&ball, id))
+                    .fold(1.0, f64::min);
                 Self::scaled(&ball, DVec3::splat(radius / inner))
             }
             Geometry::Cylinder { radius, length } => Self::cylinder(*radius, *length),
@@ -38,39 +40,70 @@ impl Surface {
                     None => name,
                 };
                 let mesh = punctual_io::load(&folder.join(name))?.mesh;
-                Self::scaled(&mesh, scale.map_or(DVec3::ONE, |scale| DVec3::from_array(scale.0)))
+                Self::scaled(
+                    &mesh,
+                    scale.map_or(DVec3::ONE, |scale| DVec3::from_array(scale.0)),
+                )
             }
         })
     }
 
     fn scaled(mesh: &Mesh, scale: DVec3) -> Self {
-        let vertices = (0..mesh.vertex_count()).map(|i| mesh.vertex(i) * scale).collect();
-        Self { vertices, triangles: mesh.triangles().to_vec() }
+        let vertices = (0..mesh.vertex_count())
+            .map(|i| mesh.vertex(i) * scale)
+            .collect();
+        Self {
+            vertices,
+            triangles: mesh.triangles().to_vec(),
+        }
     }
 
     /// Around the z axis: two rings of corners, and the middles of both ends.
     fn cylinder(radius: f64, length: f64) -> Self {
         let outer = radius / (0.5 * TAU / f64::from(SIDES)).cos();
-        let corner = |i: u32, z: f64| (outer * DVec2::from_angle(TAU * f64::from(i) / f64::from(SIDES))).extend(z);
+        let corner = |i: u32, z: f64| {
+            (outer * DVec2::from_angle(TAU * f64::from(i) / f64::from(SIDES))).extend(z)
+        };
         let ring = |z: f64| (0..SIDES).map(move |i| corner(i, z)).chain([DVec3::Z * z]);
         let vertices = ring(-0.5 * length).chain(ring(0.5 * length)).collect();
         let (bottom, top) = (SIDES, 2 * SIDES + 1);
         let side = |i: u32| {
             let (j, up) = ((i + 1) % SIDES, SIDES + 1);
-            [[bottom, j, i], [i, j, j + up], [i, j + up, i + up], [top, i + up, j + up]]
+            [
+                [bottom, j, i],
+                [i, j, j + up],
+                [i, j + up, i + up],
+                [top, i + up, j + up],
+            ]
         };
-        Self { vertices, triangles: (0..SIDES).flat_map(side).collect() }
+        Self {
+            vertices,
+            triangles: (0..SIDES).flat_map(side).collect(),
+        }
     }
 
     /// Adds another one, which lies at a pose.
     pub fn add(&mut self, other: &Self, pose: &Pose) {
         let first = self.vertices.len() as u32;
-        self.vertices.extend(other.vertices.iter().map(|&point| pose.transform_point(point)));
-        self.triangles.extend(other.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+        self.vertices.extend(
+            other
+                .vertices
+                .iter()
+                .map(|&point| pose.transform_point(point)),
+        );
+        self.triangles.extend(
+            other
+                .triangles
+                .iter()
+                .map(|corners| corners.map(|corner| first + corner)),
+        );
     }
 
     pub fn mesh(&self) -> Result<Mesh, punctual::MeshError> {
-        Mesh::from_f64(self.vertices.iter().map(DVec3::to_array), self.triangles.iter().copied())
+        Mesh::from_f64(
+            self.vertices.iter().map(DVec3::to_array),
+            self.triangles.iter().copied(),
+        )
     }
 }
 

@@ -78,21 +78,41 @@ pub struct Accessors<'a> {
 
 impl Accessors<'_> {
     /// The elements of an accessor of `N` numbers each; `user`: extensions that may be why it has no bytes.
-    pub fn read<const N: usize>(&self, index: usize, user: &Extensions) -> Result<Vec<[f64; N]>, String> {
-        let accessor = self.root.accessors.get(index).ok_or_else(|| format!("accessor {index} does not exist"))?;
-        self.elements(accessor, user).map_err(|what| super::within(format_args!("accessor {index}"), &what))
+    pub fn read<const N: usize>(
+        &self,
+        index: usize,
+        user: &Extensions,
+    ) -> Result<Vec<[f64; N]>, String> {
+        let accessor = self
+            .root
+            .accessors
+            .get(index)
+            .ok_or_else(|| format!("accessor {index} does not exist"))?;
+        self.elements(accessor, user)
+            .map_err(|what| super::within(format_args!("accessor {index}"), &what))
     }
 
     /// The one number of each element, for indices.
     pub fn read_indices(&self, index: usize, user: &Extensions) -> Result<Vec<u32>, String> {
         let numbers = self.read::<1>(index, user)?;
-        let whole = |&[number]: &[f64; 1]| (number >= 0.0 && number.fract() == 0.0).then_some(number as u32);
+        let whole = |&[number]: &[f64; 1]| {
+            (number >= 0.0 && number.fract() == 0.0).then_some(number as u32)
+        };
         let whole: Option<Vec<u32>> = numbers.iter().map(whole).collect();
         whole.ok_or_else(|| format!("accessor {index}: indices must be u8, u16 or u32"))
     }
 
-    fn elements<const N: usize>(&self, accessor: &Accessor, user: &Extensions) -> Result<Vec<[f64; N]>, String> {
-        let Accessor { byte_offset, count, ref kind, .. } = *accessor;
+    fn elements<const N: usize>(
+        &self,
+        accessor: &Accessor,
+        user: &Extensions,
+    ) -> Result<Vec<[f64; N]>, String> {
+        let Accessor {
+            byte_offset,
+            count,
+            ref kind,
+            ..
+        } = *accessor;
         let numbers = match kind.as_str() {
             "SCALAR" => 1,
             "VEC2" => 2,
@@ -103,30 +123,52 @@ impl Accessors<'_> {
             _ => 0,
         };
         if numbers != N {
-            return Err(format!("its type is `{}`, must have {N} numbers", crate::text::shorten(kind)));
+            return Err(format!(
+                "its type is `{}`, must have {N} numbers",
+                crate::text::shorten(kind)
+            ));
         }
         let component = Component::of(accessor.component_type)?;
         let mut elements = match accessor.buffer_view {
             Some(view) => self.packed(view, byte_offset, component, count)?,
             None if !user.is_empty() => return Err(needs(user)),
-            None if count > self.most_zeros => return Err(format!("{count} elements without bytes are too many")),
+            None if count > self.most_zeros => {
+                return Err(format!("{count} elements without bytes are too many"));
+            }
             None => vec![[0.0; N]; count],
         };
         let left = self.left.get().checked_sub(count);
-        self.left.set(left.ok_or("too many elements, since parts are used again and again")?);
+        self.left
+            .set(left.ok_or("too many elements, since parts are used again and again")?);
         if let Some(sparse) = &accessor.sparse {
             let (at, values) = (&sparse.indices, &sparse.values);
-            let indices: Vec<[f64; 1]> =
-                self.packed(at.buffer_view, at.byte_offset, Component::of(at.component_type)?, sparse.count)?;
-            let values: Vec<[f64; N]> = self.packed(values.buffer_view, values.byte_offset, component, sparse.count)?;
+            let indices: Vec<[f64; 1]> = self.packed(
+                at.buffer_view,
+                at.byte_offset,
+                Component::of(at.component_type)?,
+                sparse.count,
+            )?;
+            let values: Vec<[f64; N]> = self.packed(
+                values.buffer_view,
+                values.byte_offset,
+                component,
+                sparse.count,
+            )?;
             for ([index], value) in indices.into_iter().zip(values) {
-                let fault = || format!("its sparse index {index} is out of range: {count} elements");
-                *elements.get_mut(index as usize).filter(|_| index >= 0.0).ok_or_else(fault)? = value;
+                let fault =
+                    || format!("its sparse index {index} is out of range: {count} elements");
+                *elements
+                    .get_mut(index as usize)
+                    .filter(|_| index >= 0.0)
+                    .ok_or_else(fault)? = value;
             }
         }
         if accessor.normalized {
             let one = component.one();
-            elements.as_flattened_mut().iter_mut().for_each(|x| *x = (*x / one).max(-1.0));
+            elements
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|x| *x = (*x / one).max(-1.0));
         }
         Ok(elements)
     }
@@ -139,8 +181,17 @@ impl Accessors<'_> {
         component: Component,
         count: usize,
     ) -> Result<Vec<[f64; N]>, String> {
-        let View { buffer, byte_offset, byte_length, byte_stride, ref extensions } =
-            *self.root.buffer_views.get(view).ok_or_else(|| format!("buffer view {view} does not exist"))?;
+        let View {
+            buffer,
+            byte_offset,
+            byte_length,
+            byte_stride,
+            ref extensions,
+        } = *self
+            .root
+            .buffer_views
+            .get(view)
+            .ok_or_else(|| format!("buffer view {view} does not exist"))?;
         let bytes = match self.buffers.get(buffer)? {
             Some(bytes) => bytes,
             None if !extensions.is_empty() => return Err(needs(extensions)),
@@ -151,16 +202,24 @@ impl Accessors<'_> {
         }
         let size = N * component.size();
         let stride = byte_stride.filter(|&stride| stride > 0).unwrap_or(size);
-        let last = stride.checked_mul(count - 1).and_then(|last| last.checked_add(offset)?.checked_add(size));
+        let last = stride
+            .checked_mul(count - 1)
+            .and_then(|last| last.checked_add(offset)?.checked_add(size));
         let start = byte_offset.checked_add(offset);
-        let end = last.filter(|&last| last <= byte_length).and_then(|last| last.checked_add(byte_offset));
+        let end = last
+            .filter(|&last| last <= byte_length)
+            .and_then(|last| last.checked_add(byte_offset));
         let elements = match (start, end) {
             (Some(start), Some(end)) if stride >= size => bytes.get(start..end),
             _ => None,
         };
-        let elements = elements.ok_or_else(|| format!("reaches outside buffer view {view} or buffer {buffer}"))?;
+        let elements = elements
+            .ok_or_else(|| format!("reaches outside buffer view {view} or buffer {buffer}"))?;
         let number = |element: &[u8], k: usize| component.number(&element[k * component.size()..]);
-        Ok(elements.chunks(stride).map(|element| std::array::from_fn(|k| number(element, k))).collect())
+        Ok(elements
+            .chunks(stride)
+            .map(|element| std::array::from_fn(|k| number(element, k)))
+            .collect())
     }
 }
 

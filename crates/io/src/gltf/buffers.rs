@@ -22,33 +22,58 @@ pub struct Buffers<'a> {
 
 impl<'a> Buffers<'a> {
     pub fn new(list: &'a [Buffer], chunk: Option<&'a [u8]>, options: &'a ReadOptions) -> Self {
-        Self { list, chunk, options, read: list.iter().map(|_| OnceCell::new()).collect() }
+        Self {
+            list,
+            chunk,
+            options,
+            read: list.iter().map(|_| OnceCell::new()).collect(),
+        }
     }
 
     /// The bytes of a buffer; nothing if it has no address, as buffers of some extensions.
     pub fn get(&self, index: usize) -> Result<Option<&[u8]>, String> {
-        let buffer = self.list.get(index).ok_or_else(|| format!("buffer {index} does not exist"))?;
-        let Some(uri) = &buffer.uri else { return Ok(self.chunk.filter(|_| index == 0)) };
+        let buffer = self
+            .list
+            .get(index)
+            .ok_or_else(|| format!("buffer {index} does not exist"))?;
+        let Some(uri) = &buffer.uri else {
+            return Ok(self.chunk.filter(|_| index == 0));
+        };
         let bytes = self.read[index].get_or_init(|| match uri.strip_prefix("data:") {
-            Some(data) => decode(data).ok_or_else(|| format!("buffer {index}: its data URI is no base64")),
-            None => self.load(uri).map_err(|what| super::within(format_args!("buffer {index}"), &what)),
+            Some(data) => {
+                decode(data).ok_or_else(|| format!("buffer {index}: its data URI is no base64"))
+            }
+            None => self
+                .load(uri)
+                .map_err(|what| super::within(format_args!("buffer {index}"), &what)),
         });
-        bytes.as_ref().map(|bytes| Some(&bytes[..])).map_err(String::clone)
+        bytes
+            .as_ref()
+            .map(|bytes| Some(&bytes[..]))
+            .map_err(String::clone)
     }
 
     /// Bytes read so far from elsewhere than the file.
     pub fn bytes_read(&self) -> usize {
-        self.read.iter().filter_map(|cell| cell.get()?.as_ref().ok()).map(Vec::len).sum()
+        self.read
+            .iter()
+            .filter_map(|cell| cell.get()?.as_ref().ok())
+            .map(Vec::len)
+            .sum()
     }
 
     fn load(&self, uri: &str) -> Result<Vec<u8>, String> {
         let name = percent_decode_str(uri).decode_utf8_lossy();
         let name = PathBuf::from(&*name);
         if uri.contains("://") || name.is_absolute() {
-            return Err("needs a file that is named by a full address, which is not supported".into());
+            return Err(
+                "needs a file that is named by a full address, which is not supported".into(),
+            );
         }
         let Some(folder) = &self.options.folder else {
-            return Err("it is a file of its own, and the folder of the document is not known".into());
+            return Err(
+                "it is a file of its own, and the folder of the document is not known".into(),
+            );
         };
         let file = folder.join(name);
         let fault = |what: &dyn std::fmt::Display| format!("{}: {what}", file.display());
@@ -74,5 +99,7 @@ fn decode(data: &str) -> Option<Vec<u8>> {
     let config = GeneralPurposeConfig::new()
         .with_decode_padding_mode(DecodePaddingMode::Indifferent)
         .with_decode_allow_trailing_bits(true);
-    kind.ends_with(";base64").then(|| GeneralPurpose::new(&STANDARD, config).decode(text).ok()).flatten()
+    kind.ends_with(";base64")
+        .then(|| GeneralPurpose::new(&STANDARD, config).decode(text).ok())
+        .flatten()
 }

@@ -14,7 +14,10 @@ const JSON: &[u8] = b"JSON";
 const BINARY: &[u8] = b"BIN\0";
 
 /// The document, and the bytes of the binary chunk, if there is one.
-pub fn open<'b>(bytes: &'b [u8], notices: &mut Notices) -> Result<(Root, Option<&'b [u8]>), ReadError> {
+pub fn open<'b>(
+    bytes: &'b [u8],
+    notices: &mut Notices,
+) -> Result<(Root, Option<&'b [u8]>), ReadError> {
     if !bytes.starts_with(b"glTF") {
         return Ok((document(bytes, notices, Place::Line)?, None));
     }
@@ -30,18 +33,26 @@ pub fn open<'b>(bytes: &'b [u8], notices: &mut Notices) -> Result<(Root, Option<
     let end = number(bytes, 8).unwrap_or(0).max(at);
     let mut binary = None;
     while binary.is_none() && at < end {
-        let Some((kind, content)) = chunk(bytes, &mut at)? else { break };
+        let Some((kind, content)) = chunk(bytes, &mut at)? else {
+            break;
+        };
         binary = (kind == BINARY).then_some(content);
     }
     let rest = bytes.len().saturating_sub(end.max(at));
     if rest > 0 {
-        notices.add(Place::Byte(bytes.len() - rest), format!("{rest} bytes after the end passed over"));
+        notices.add(
+            Place::Byte(bytes.len() - rest),
+            format!("{rest} bytes after the end passed over"),
+        );
     }
     Ok((root, binary))
 }
 
 fn number(bytes: &[u8], at: usize) -> Option<usize> {
-    bytes.get(at..)?.first_chunk().map(|&n| u32::from_le_bytes(n) as usize)
+    bytes
+        .get(at..)?
+        .first_chunk()
+        .map(|&n| u32::from_le_bytes(n) as usize)
 }
 
 /// The kind and the content of a chunk.
@@ -49,10 +60,17 @@ type Chunk<'b> = (&'b [u8], &'b [u8]);
 
 /// The next chunk. Nothing if fewer bytes are left than its head takes.
 fn chunk<'b>(bytes: &'b [u8], at: &mut usize) -> Result<Option<Chunk<'b>>, ReadError> {
-    let Some(length) = number(bytes, *at) else { return Ok(None) };
-    let Some(kind) = bytes.get(*at + 4..*at + 8) else { return Ok(None) };
+    let Some(length) = number(bytes, *at) else {
+        return Ok(None);
+    };
+    let Some(kind) = bytes.get(*at + 4..*at + 8) else {
+        return Ok(None);
+    };
     let content = bytes[*at + 8..].get(..length).ok_or_else(|| {
-        let what = format!("a chunk of {length} bytes, of which the file has {}", bytes.len() - *at - 8);
+        let what = format!(
+            "a chunk of {length} bytes, of which the file has {}",
+            bytes.len() - *at - 8
+        );
         ReadError::at(Place::Byte(*at), what)
     })?;
     *at += 8 + length;
@@ -60,13 +78,22 @@ fn chunk<'b>(bytes: &'b [u8], at: &mut usize) -> Result<Option<Chunk<'b>>, ReadE
 }
 
 /// Reads JSON; `place` says where in the file one of its lines is.
-fn document(json: &[u8], notices: &mut Notices, place: impl Fn(usize) -> Place) -> Result<Root, ReadError> {
+fn document(
+    json: &[u8],
+    notices: &mut Notices,
+    place: impl Fn(usize) -> Place,
+) -> Result<Root, ReadError> {
     let text = decode(json);
     let text = without_padding(&text, notices);
     let root = serde_json::from_str::<Root>(text);
-    let fault = |error: serde_json::Error| ReadError::at(place(error.line()), format!("invalid glTF: {error}"));
+    let fault = |error: serde_json::Error| {
+        ReadError::at(place(error.line()), format!("invalid glTF: {error}"))
+    };
     // The first version has another structure, so that it cannot be read as a whole.
-    if root.as_ref().map_or_else(|_| is_first_version(text), |root| root.asset.version.starts_with("1.")) {
+    if root.as_ref().map_or_else(
+        |_| is_first_version(text),
+        |root| root.asset.version.starts_with("1."),
+    ) {
         return Err(ReadError::needs("glTF 1"));
     }
     root.map_err(fault)

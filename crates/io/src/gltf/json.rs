@@ -138,11 +138,22 @@ impl Root {
         let scenes = self.scenes.iter().map(|scene| &scene.extensions);
         let nodes = self.nodes.iter().map(|node| &node.extensions);
         let meshes = self.meshes.iter().map(|mesh| &mesh.extensions);
-        let primitives = self.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|primitive| &primitive.extensions);
+        let primitives = self
+            .meshes
+            .iter()
+            .flat_map(|mesh| &mesh.primitives)
+            .map(|primitive| &primitive.extensions);
         let accessors = self.accessors.iter().map(|accessor| &accessor.extensions);
         let views = self.buffer_views.iter().map(|view| &view.extensions);
         let buffers = self.buffers.iter().map(|buffer| &buffer.extensions);
-        let all = scenes.chain(nodes).chain(meshes).chain(primitives).chain(accessors).chain(views).chain(buffers);
-        all.flat_map(|extensions| extensions.keys()).map(String::as_str)
+        let all = scenes
+            .chain(nodes)
+            .chain(meshes)
+            .chain(primitives)
+            .chain(accessors)
+            .chain(views)
+            .chain(buffers);
+        all.flat_map(|extensions| extensions.keys())
+            .map(String::as_str)
     }
 }

@@ -24,7 +24,14 @@ impl<'a> Body<'a> {
             _ => Place::Byte(header.end),
         };
         let (encoding, line_end) = (header.encoding, header.line_end);
-        Self { bytes, encoding, line_end, at: header.end, place, words: b"" }
+        Self {
+            bytes,
+            encoding,
+            line_end,
+            at: header.end,
+            place,
+            words: b"",
+        }
     }
 
     /// Goes to the next element, and says where it is.
@@ -37,9 +44,15 @@ impl<'a> Body<'a> {
         while self.words.is_empty() {
             let rest = &self.bytes[self.at..];
             if rest.is_empty() {
-                return Err(self.fault(format!("end of file before the last `{}`", shorten(&element.name))));
+                return Err(self.fault(format!(
+                    "end of file before the last `{}`",
+                    shorten(&element.name)
+                )));
             }
-            let end = rest.iter().position(|&byte| byte == self.line_end).map_or(rest.len(), |end| end + 1);
+            let end = rest
+                .iter()
+                .position(|&byte| byte == self.line_end)
+                .map_or(rest.len(), |end| end + 1);
             *line += 1;
             self.at += end;
             self.words = rest[..end].trim_ascii();
@@ -50,7 +63,10 @@ impl<'a> Body<'a> {
     /// Ends an element.
     pub fn end(&self, notices: &mut Notices) {
         if !self.words.is_empty() {
-            notices.add(self.place, "more values than properties; the last are passed over");
+            notices.add(
+                self.place,
+                "more values than properties; the last are passed over",
+            );
         }
     }
 
@@ -58,9 +74,16 @@ impl<'a> Body<'a> {
     pub fn finish(&self, notices: &mut Notices) {
         let rest = &self.bytes[self.at..];
         let is_text = self.encoding == Encoding::Ascii;
-        let is_blank = if is_text { rest.trim_ascii().is_empty() } else { rest.is_empty() };
+        let is_blank = if is_text {
+            rest.trim_ascii().is_empty()
+        } else {
+            rest.is_empty()
+        };
         if !is_blank {
-            let what = format!("{} bytes after what the header announces passed over", rest.len());
+            let what = format!(
+                "{} bytes after what the header announces passed over",
+                rest.len()
+            );
             notices.add((!is_text).then_some(Place::Byte(self.at)), what);
         }
     }
@@ -75,7 +98,11 @@ impl<'a> Body<'a> {
             };
             return number.ok_or_else(|| {
                 let is_float = matches!(kind, Kind::F32 | Kind::F64);
-                self.fault(format!("`{}` is no {}", shorten(&word), if is_float { "number" } else { "whole number" }))
+                self.fault(format!(
+                    "`{}` is no {}",
+                    shorten(&word),
+                    if is_float { "number" } else { "whole number" }
+                ))
             });
         }
         Ok(match kind {
@@ -93,7 +120,11 @@ impl<'a> Body<'a> {
     /// How many values of a list follow.
     pub fn count(&mut self, kind: Kind) -> Result<u64, ReadError> {
         let count = self.number(kind)?;
-        if count < 0.0 { Err(self.fault(format!("a list of {count} values"))) } else { Ok(count as u64) }
+        if count < 0.0 {
+            Err(self.fault(format!("a list of {count} values")))
+        } else {
+            Ok(count as u64)
+        }
     }
 
     pub fn skip(&mut self, property: &Property) -> Result<(), ReadError> {
@@ -108,7 +139,11 @@ impl<'a> Body<'a> {
         if self.words.is_empty() {
             return Err(self.fault("fewer values than properties"));
         }
-        let end = self.words.iter().position(u8::is_ascii_whitespace).unwrap_or(self.words.len());
+        let end = self
+            .words
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(self.words.len());
         let (word, rest) = self.words.split_at(end);
         self.words = rest.trim_ascii_start();
         Ok(String::from_utf8_lossy(word))
@@ -116,8 +151,9 @@ impl<'a> Body<'a> {
 
     /// The bytes of the next number, the lowest first.
     fn take<const N: usize>(&mut self) -> Result<[u8; N], ReadError> {
-        let mut bytes =
-            *self.bytes[self.at..].first_chunk().ok_or_else(|| self.fault("end of file within an element"))?;
+        let mut bytes = *self.bytes[self.at..]
+            .first_chunk()
+            .ok_or_else(|| self.fault("end of file within an element"))?;
         self.at += N;
         if self.encoding == Encoding::BigEndian {
             bytes.reverse();

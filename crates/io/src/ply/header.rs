@@ -83,22 +83,41 @@ impl Header {
             let fields: Vec<&str> = text.split_ascii_whitespace().collect();
             match fields[..] {
                 ["ply"] if lines == 1 => {}
-                _ if lines == 1 => return Err(fault("the first line of a PLY file must be `ply`".into())),
+                _ if lines == 1 => {
+                    return Err(fault("the first line of a PLY file must be `ply`".into()));
+                }
                 ["comment" | "obj_info", ..] | [] => {}
                 ["format", name, ..] => encoding = Some(format(name).map_err(fault)?),
-                ["element", name, count] => add_element(&mut elements, name, count).map_err(fault)?,
-                ["property", ref kind @ .., name] => add_property(&mut elements, name, kind).map_err(fault)?,
+                ["element", name, count] => {
+                    add_element(&mut elements, name, count).map_err(fault)?
+                }
+                ["property", ref kind @ .., name] => {
+                    add_property(&mut elements, name, kind).map_err(fault)?
+                }
                 ["end_header"] => {
-                    let encoding = encoding.ok_or_else(|| fault("the header names no format".into()))?;
+                    let encoding =
+                        encoding.ok_or_else(|| fault("the header names no format".into()))?;
                     check(&elements, bytes.len()).map_err(fault)?;
-                    return Ok(Self { encoding, elements, lines, end, line_end });
+                    return Ok(Self {
+                        encoding,
+                        elements,
+                        lines,
+                        end,
+                        line_end,
+                    });
                 }
                 // They say what the body holds.
                 ["element" | "property" | "format", ..] => {
-                    return Err(fault(format!("`{}` is no statement of a PLY header", shorten(text.trim()))));
+                    return Err(fault(format!(
+                        "`{}` is no statement of a PLY header",
+                        shorten(text.trim())
+                    )));
                 }
                 [name, ..] => {
-                    let what = format!("unknown statement `{}` in the header passed over", shorten(name));
+                    let what = format!(
+                        "unknown statement `{}` in the header passed over",
+                        shorten(name)
+                    );
                     notices.add(Place::Line(lines), what);
                 }
             }
@@ -109,7 +128,9 @@ impl Header {
 
 /// A carriage return if it ends the first line alone, as on old computers; else the line feed.
 fn line_end(bytes: &[u8]) -> u8 {
-    let mut ends = bytes.iter().skip_while(|&&byte| byte != b'\n' && byte != b'\r');
+    let mut ends = bytes
+        .iter()
+        .skip_while(|&&byte| byte != b'\n' && byte != b'\r');
     match (ends.next(), ends.next()) {
         (Some(b'\r'), next) if next != Some(&b'\n') => b'\r',
         _ => b'\n',
@@ -126,11 +147,17 @@ fn format(name: &str) -> Result<Encoding, String> {
 }
 
 fn add_element(elements: &mut Vec<Element>, name: &str, count: &str) -> Result<(), String> {
-    let count = count.parse().map_err(|_| format!("`{}` is no number of elements", shorten(count)))?;
+    let count = count
+        .parse()
+        .map_err(|_| format!("`{}` is no number of elements", shorten(count)))?;
     if elements.iter().any(|element| element.name == name) {
         return Err(format!("element `{}` a second time", shorten(name)));
     }
-    elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+    elements.push(Element {
+        name: name.to_owned(),
+        count,
+        properties: Vec::new(),
+    });
     Ok(())
 }
 
@@ -141,40 +168,76 @@ fn add_property(elements: &mut [Element], name: &str, types: &[&str]) -> Result<
         _ => (None, None),
     };
     let (Some(count), Some(kind)) = (count, kind) else {
-        return Err(format!("property `{}` is of no type that there is", shorten(name)));
+        return Err(format!(
+            "property `{}` is of no type that there is",
+            shorten(name)
+        ));
     };
     let element = elements.last_mut().ok_or("a property of no element")?;
-    let is_twice = element.properties.iter().any(|property| property.name == name);
+    let is_twice = element
+        .properties
+        .iter()
+        .any(|property| property.name == name);
     if is_twice && (AXES.contains(&name) || CORNER_LISTS.contains(&name)) {
         return Err(format!("property `{}` a second time", shorten(name)));
     }
-    element.properties.push(Property { name: name.to_owned(), count, kind });
+    element.properties.push(Property {
+        name: name.to_owned(),
+        count,
+        kind,
+    });
     Ok(())
 }
 
 /// Whether there is what a surface needs, and no more than a file of so many bytes can hold.
 fn check(elements: &[Element], bytes: usize) -> Result<(), String> {
-    if let Some(Element { name, count, .. }) = elements.iter().find(|element| element.count > bytes) {
-        return Err(format!("{count} elements `{}` do not fit into {bytes} bytes", shorten(name)));
+    if let Some(Element { name, count, .. }) = elements.iter().find(|element| element.count > bytes)
+    {
+        return Err(format!(
+            "{count} elements `{}` do not fit into {bytes} bytes",
+            shorten(name)
+        ));
     }
     let named = |name: &str| elements.iter().find(|element| element.name == name);
     let vertex = named("vertex").ok_or("the file has no element `vertex`")?;
-    let is_number = |axis: &str| vertex.properties.iter().any(|p| p.name == axis && p.count.is_none());
+    let is_number = |axis: &str| {
+        vertex
+            .properties
+            .iter()
+            .any(|p| p.name == axis && p.count.is_none())
+    };
     if !AXES.into_iter().all(is_number) {
         return Err("element `vertex` must have the properties x, y and z".into());
     }
-    let faces = elements.iter().filter(|element| ["face", STRIPS].contains(&element.name.as_str()));
+    let faces = elements
+        .iter()
+        .filter(|element| ["face", STRIPS].contains(&element.name.as_str()));
     if faces.clone().count() == 0 {
-        return Err(match elements.iter().any(|element| element.name == "range_grid") {
-            true => "needs range grids, which is not supported".into(),
-            false => "the file has no element `face`".into(),
-        });
+        return Err(
+            match elements.iter().any(|element| element.name == "range_grid") {
+                true => "needs range grids, which is not supported".into(),
+                false => "the file has no element `face`".into(),
+            },
+        );
     }
-    for Element { name: element, properties, .. } in faces {
+    for Element {
+        name: element,
+        properties,
+        ..
+    } in faces
+    {
         let is_list = |p: &&Property| CORNER_LISTS.contains(&p.name.as_str()) && p.count.is_some();
         match properties.iter().find(is_list) {
-            None => return Err(format!("element `{element}` must have a list `vertex_indices`")),
-            Some(Property { kind: Kind::F32 | Kind::F64, name, .. }) => {
+            None => {
+                return Err(format!(
+                    "element `{element}` must have a list `vertex_indices`"
+                ));
+            }
+            Some(Property {
+                kind: Kind::F32 | Kind::F64,
+                name,
+                ..
+            }) => {
                 return Err(format!("`{name}` must be a list of whole numbers"));
             }
             Some(_) => {}

@@ -29,7 +29,10 @@ fn triangles(mesh: &Mesh) -> impl Iterator<Item = [[f32; 3]; 3]> {
 }
 
 fn floats(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
 }
 
 pub fn obj(mesh: &Mesh) -> Vec<u8> {
@@ -82,14 +85,24 @@ fn ply(mesh: &Mesh, format: &str) -> Vec<u8> {
         match format {
             "ascii" => bytes.extend(format!("255 {} {} {}\n", v[0], v[1], v[2]).bytes()),
             "binary_little_endian" => bytes.extend([255].into_iter().chain(floats(&v))),
-            _ => bytes.extend([255].into_iter().chain(v.into_iter().flat_map(f32::to_be_bytes))),
+            _ => bytes.extend(
+                [255]
+                    .into_iter()
+                    .chain(v.into_iter().flat_map(f32::to_be_bytes)),
+            ),
         }
     }
     for t in mesh.triangles() {
         match format {
             "ascii" => bytes.extend(format!("3 {} {} {}\n", t[0], t[1], t[2]).bytes()),
-            "binary_little_endian" => bytes.extend([3].into_iter().chain(t.iter().flat_map(|i| i.to_le_bytes()))),
-            _ => bytes.extend([3].into_iter().chain(t.iter().flat_map(|i| i.to_be_bytes()))),
+            "binary_little_endian" => bytes.extend(
+                [3].into_iter()
+                    .chain(t.iter().flat_map(|i| i.to_le_bytes())),
+            ),
+            _ => bytes.extend(
+                [3].into_iter()
+                    .chain(t.iter().flat_map(|i| i.to_be_bytes())),
+            ),
         }
     }
     bytes
@@ -115,7 +128,12 @@ fn glb(mesh: &Mesh) -> Vec<u8> {
 fn gltf(mesh: &Mesh) -> Vec<u8> {
     let (_, buffer) = document(mesh, "");
     let data = base64::engine::general_purpose::STANDARD.encode(buffer);
-    document(mesh, &format!(r#","uri":"data:application/octet-stream;base64,{data}""#)).0.into_bytes()
+    document(
+        mesh,
+        &format!(r#","uri":"data:application/octet-stream;base64,{data}""#),
+    )
+    .0
+    .into_bytes()
 }
 
 /// The file holds the sphere moved and halved; two nodes bring it back.
@@ -152,6 +170,11 @@ pub fn pack_glb(json: &str, buffer: &[u8]) -> Vec<u8> {
     let mut bytes = b"glTF\x02\0\0\0".to_vec();
     bytes.extend(word(28 + json.len() + buffer.len()));
     bytes.extend(word(json.len()).into_iter().chain(*b"JSON").chain(json));
-    bytes.extend(word(buffer.len()).into_iter().chain(*b"BIN\0").chain(buffer.iter().copied()));
+    bytes.extend(
+        word(buffer.len())
+            .into_iter()
+            .chain(*b"BIN\0")
+            .chain(buffer.iter().copied()),
+    );
     bytes
 }

@@ -33,19 +33,39 @@ impl Case {
     }
 
     fn of(folder: &Path, is_motion: bool) -> Result<Self, Failure> {
-        let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
+        let name = folder
+            .file_name()
+            .unwrap_or(folder.as_os_str())
+            .to_string_lossy()
+            .into_owned();
         let sweeps = folder.join("sweeps.txt");
         let (poses, motions) = if sweeps.exists() {
             let listed = files::motions(&sweeps)?;
-            (Vec::new(), listed.into_iter().filter_map(|listed| listed.entry.ok()).collect())
+            (
+                Vec::new(),
+                listed
+                    .into_iter()
+                    .filter_map(|listed| listed.entry.ok())
+                    .collect(),
+            )
         } else {
             let listed = files::poses(&folder.join("poses.txt"))?;
-            let poses: Vec<Pose> = listed.into_iter().filter_map(|listed| listed.entry.ok()).collect();
+            let poses: Vec<Pose> = listed
+                .into_iter()
+                .filter_map(|listed| listed.entry.ok())
+                .collect();
             let motions = motions::between(&poses, is_motion);
             (poses, motions)
         };
         let [a, b] = [files::mesh(folder, "a")?, files::mesh(folder, "b")?].map(tree);
-        Ok(Self { name, a, b, poses, motions, is_motion })
+        Ok(Self {
+            name,
+            a,
+            b,
+            poses,
+            motions,
+            is_motion,
+        })
     }
 
     /// The same, where the poses are consecutive frames of a motion.
@@ -61,10 +81,22 @@ impl Case {
     /// # Errors
     /// If one of the files cannot be read.
     pub fn approached(files: &str) -> Result<Self, Failure> {
-        let (a, b) = files.split_once(',').ok_or_else(|| format!("`{files}`: must be two files, A,B"))?;
-        let stem = |file: &str| Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let (a, b) = files
+            .split_once(',')
+            .ok_or_else(|| format!("`{files}`: must be two files, A,B"))?;
+        let stem = |file: &str| {
+            Path::new(file)
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
         let name = format!("{}_{}", stem(a), stem(b));
-        Ok(Self::generated(&name, load(Path::new(a))?.mesh, load(Path::new(b))?.mesh))
+        Ok(Self::generated(
+            &name,
+            load(Path::new(a))?.mesh,
+            load(Path::new(b))?.mesh,
+        ))
     }
 
     /// Pairs of built-in shapes, approached like that.
@@ -83,14 +115,24 @@ impl Case {
             ("field_knot", field(), knot()),
             ("plate_plate", plate(), plate()),
         ];
-        pairs.into_iter().map(|(name, a, b)| Self::generated(name, a, b)).collect()
+        pairs
+            .into_iter()
+            .map(|(name, a, b)| Self::generated(name, a, b))
+            .collect()
     }
 
     fn generated(name: &str, a: Mesh, b: Mesh) -> Self {
         let (a, b) = (tree(a), tree(b));
         let poses = Approaches::new(&a, &b).poses();
         let motions = motions::between(&poses, false);
-        Self { name: format!("approach_{name}"), a, b, poses, motions, is_motion: false }
+        Self {
+            name: format!("approach_{name}"),
+            a,
+            b,
+            poses,
+            motions,
+            is_motion: false,
+        }
     }
 }
 
@@ -129,15 +171,29 @@ impl Touch {
 impl<'t> Approaches<'t> {
     fn new(a: &'t Tree, b: &'t Tree) -> Self {
         let diagonals = [a, b].map(|tree| tree.mesh().aabb().extents().length());
-        let (size, reach) = (diagonals[0].min(diagonals[1]), 0.5 * (diagonals[0] + diagonals[1]));
-        Self { a, b, size, reach, random: Random::new(1), workspace: Workspace::new() }
+        let (size, reach) = (
+            diagonals[0].min(diagonals[1]),
+            0.5 * (diagonals[0] + diagonals[1]),
+        );
+        Self {
+            a,
+            b,
+            size,
+            reach,
+            random: Random::new(1),
+            workspace: Workspace::new(),
+        }
     }
 
     /// A little before and behind the touch, from all sides.
     fn poses(&mut self) -> Vec<Pose> {
         let touches: Vec<_> = (0..APPROACHES).filter_map(|_| self.touch()).collect();
-        let at = |touch: &Touch, offset: &f64| touch.pose(self, touch.along + 0.01 * offset * self.size);
-        touches.iter().flat_map(|touch| OFFSETS.iter().filter_map(move |offset| at(touch, offset))).collect()
+        let at =
+            |touch: &Touch, offset: &f64| touch.pose(self, touch.along + 0.01 * offset * self.size);
+        touches
+            .iter()
+            .flat_map(|touch| OFFSETS.iter().filter_map(move |offset| at(touch, offset)))
+            .collect()
     }
 
     /// The first touch on a random line; a line that passes by is drawn again, but not for ever.
@@ -147,19 +203,36 @@ impl<'t> Approaches<'t> {
 
     fn touch_on_line(&mut self) -> Option<Touch> {
         let random = &mut self.random;
-        let turn = DQuat::from_xyzw(normal(random), normal(random), normal(random), normal(random)).normalize();
+        let turn = DQuat::from_xyzw(
+            normal(random),
+            normal(random),
+            normal(random),
+            normal(random),
+        )
+        .normalize();
         let direction = random_direction(random);
-        let start =
-            self.a.mesh().aabb().center() + (random_direction(random) * 0.3 * self.reach).reject_from(direction);
-        let mut touch = Touch { turn, start, direction, along: 0.0 };
+        let start = self.a.mesh().aabb().center()
+            + (random_direction(random) * 0.3 * self.reach).reject_from(direction);
+        let mut touch = Touch {
+            turn,
+            start,
+            direction,
+            along: 0.0,
+        };
         let step = 0.005 * self.size.max(0.1 * self.reach);
         let steps = (2.0 * self.reach / step) as usize;
         let far = self.reach;
-        let mut inside = (0..steps).map(|i| far - step * i as f64).find(|&along| self.meets(&touch, along))?;
+        let mut inside = (0..steps)
+            .map(|i| far - step * i as f64)
+            .find(|&along| self.meets(&touch, along))?;
         let mut outside = inside + step;
         for _ in 0..40 {
             let middle = 0.5 * (outside + inside);
-            if self.meets(&touch, middle) { inside = middle } else { outside = middle }
+            if self.meets(&touch, middle) {
+                inside = middle
+            } else {
+                outside = middle
+            }
         }
         touch.along = outside;
         Some(touch)
@@ -167,7 +240,8 @@ impl<'t> Approaches<'t> {
 
     fn meets(&mut self, touch: &Touch, along: f64) -> bool {
         touch.pose(self, along).is_some_and(|pose| {
-            let outcome = Query::new(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
+            let outcome =
+                Query::new(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
             matches!(outcome.verdict, Verdict::Intersecting { .. })
         })
     }

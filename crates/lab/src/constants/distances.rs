@@ -1,7 +1,9 @@
 //! Distance queries, stopped on the way: what the model sees, and what came of it.
 
 use punctual::internals::Closing;
-use punctual::{Budget, Distance, DistanceQuery, ManualClock, PairMemory, Pose, StopReason, Workspace};
+use punctual::{
+    Budget, Distance, DistanceQuery, ManualClock, PairMemory, Pose, StopReason, Workspace,
+};
 
 use super::cases::Case;
 use super::sample::{STOPS, THINNED};
@@ -27,7 +29,12 @@ pub struct Moment {
 
 /// All poses of a case, without and with limits, at all moments; those of a motion also with a memory.
 pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
-    let mut sampler = Sampler { number, case, workspace: Workspace::new(), moments: Vec::new() };
+    let mut sampler = Sampler {
+        number,
+        case,
+        workspace: Workspace::new(),
+        moments: Vec::new(),
+    };
     let (mut memory, mut last) = (PairMemory::new(), None);
     for (i, &pose) in case.poses.iter().enumerate() {
         if !case.is_motion || i % THINNED == 0 {
@@ -38,7 +45,11 @@ pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
             if last.is_some() {
                 sampler.sample(&query, last, &memory);
             }
-            last = Some(run(&query, &mut sampler.workspace, Some(&mut memory), None).stats.work as f64);
+            last = Some(
+                run(&query, &mut sampler.workspace, Some(&mut memory), None)
+                    .stats
+                    .work as f64,
+            );
         }
     }
     sampler.moments
@@ -57,7 +68,11 @@ impl Sampler<'_> {
         let distance = self.sample(&query, None, &PairMemory::new());
         let limits = LIMITS.map(|share| share * distance);
         let at_contact = LIMITS_AT_CONTACT.map(|share| share * self.case.a.unit_length());
-        for &limit in if distance > 0.0 { &limits[..] } else { &at_contact } {
+        for &limit in if distance > 0.0 {
+            &limits[..]
+        } else {
+            &at_contact
+        } {
             self.sample(&query.closer_than(limit), None, &PairMemory::new());
         }
     }
@@ -69,15 +84,28 @@ impl Sampler<'_> {
         let total = whole.stats.work as f64;
         let moment = |stop, work, low, high| {
             let closing = query.closing(work, [low, high]);
-            Moment { case: self.number, stop, closing, total, distance: whole.high, last }
+            Moment {
+                case: self.number,
+                stop,
+                closing,
+                total,
+                distance: whole.high,
+                last,
+            }
         };
         self.moments.push(moment(None, 0, 0.0, f64::INFINITY));
         for share in STOPS {
             let limit = (share * total) as u64;
-            let Distance { low, high, stop, stats, .. } =
-                run(query, &mut self.workspace, memory().as_mut(), Some(limit));
+            let Distance {
+                low,
+                high,
+                stop,
+                stats,
+                ..
+            } = run(query, &mut self.workspace, memory().as_mut(), Some(limit));
             if stop == StopReason::WorkLimit {
-                self.moments.push(moment(Some(share), stats.work, low, high));
+                self.moments
+                    .push(moment(Some(share), stats.work, low, high));
             }
         }
         whole.high
@@ -90,7 +118,12 @@ fn run(
     memory: Option<&mut PairMemory>,
     limit: Option<u64>,
 ) -> Distance {
-    query.run_with(workspace, memory, limit.map_or(Budget::unlimited(), Budget::work), &ManualClock::new())
+    query.run_with(
+        workspace,
+        memory,
+        limit.map_or(Budget::unlimited(), Budget::work),
+        &ManualClock::new(),
+    )
 }
 
 impl Moment {

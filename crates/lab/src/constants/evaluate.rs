@@ -4,7 +4,9 @@ use std::io::Write;
 use std::path::Path;
 
 use punctual::Mode;
-use punctual::internals::{Lead, all_left, any_left, between, motion_work_left, probability, recall, work_left};
+use punctual::internals::{
+    Lead, all_left, any_left, between, motion_work_left, probability, recall, work_left,
+};
 use punctual::{DEFAULT_PRIOR, Quantiles};
 
 use super::Data;
@@ -67,12 +69,25 @@ impl Costs {
         let absolute = sorted(self.errors.iter().map(|e| e.abs()));
         let share = |below: usize| below as f64 / self.errors.len() as f64;
         let [low, _, high] = self.below;
-        [quantile(&absolute, 0.5), quantile(&absolute, 0.9), share(high), share(low)].map(text).to_vec()
+        [
+            quantile(&absolute, 0.5),
+            quantile(&absolute, 0.9),
+            share(high),
+            share(low),
+        ]
+        .map(text)
+        .to_vec()
     }
 }
 
 fn fields_of(chances: &Chances) -> Vec<String> {
-    [chances.0.len() as f64, chances.brier(), chances.calibration_error()].map(text).to_vec()
+    [
+        chances.0.len() as f64,
+        chances.brier(),
+        chances.calibration_error(),
+    ]
+    .map(text)
+    .to_vec()
 }
 
 impl Scores {
@@ -108,7 +123,14 @@ impl Scores {
     }
 
     fn add_distance(&mut self, moment: &Moment) {
-        let Moment { ref closing, stop, total, distance, last, .. } = *moment;
+        let Moment {
+            ref closing,
+            stop,
+            total,
+            distance,
+            last,
+            ..
+        } = *moment;
         let costs = match (stop, last, closing.limit) {
             (None, None, None) => Some(&mut self.distance),
             (None, None, Some(_)) => Some(&mut self.distance_limited),
@@ -138,17 +160,27 @@ impl Scores {
             (Some(0.5), None) => &mut self.motion_at_50,
             _ => return,
         };
-        costs.add(moment.passing.work, moment.total, motion_work_left(&moment.passing, moment.last));
+        costs.add(
+            moment.passing.work,
+            moment.total,
+            motion_work_left(&moment.passing, moment.last),
+        );
     }
 
     fn add_chance(&mut self, sample: &Sample, chance: f64) {
         let (undecided, budgeted) = match sample.last {
             None => (&mut self.chances.0, &mut self.budgeted.0),
-            Some(_) => (&mut self.chances_after_history.0, &mut self.budgeted_after_history.0),
+            Some(_) => (
+                &mut self.chances_after_history.0,
+                &mut self.budgeted_after_history.0,
+            ),
         };
         let is_hit = sample.is_hit();
         if sample.stop.is_none() {
-            budgeted.extend(std::iter::repeat_n((f64::from(is_hit), is_hit), sample.decided));
+            budgeted.extend(std::iter::repeat_n(
+                (f64::from(is_hit), is_hit),
+                sample.decided,
+            ));
         } else {
             undecided.push((chance, is_hit));
             budgeted.push((chance, is_hit));
@@ -193,12 +225,22 @@ impl Scores {
         ];
         let mean = |errors: &[f64]| text(errors.iter().sum::<f64>() / errors.len() as f64);
         let mut fields: Vec<String> = costs.into_iter().flat_map(Costs::fields).collect();
-        let chances = [&self.chances, &self.chances_after_history, &self.budgeted, &self.budgeted_after_history];
+        let chances = [
+            &self.chances,
+            &self.chances_after_history,
+            &self.budgeted,
+            &self.budgeted_after_history,
+        ];
         fields.extend(chances.into_iter().flat_map(fields_of));
         let [told, below @ ..] = self.between.map(|count| count as f64);
         fields.push(text(told));
         fields.extend(below.map(|below| text(below / told)));
-        let recalls = [&self.recalls, &self.recalls_with_hits, &self.recalls_after_history, &self.recalls_marching];
+        let recalls = [
+            &self.recalls,
+            &self.recalls_with_hits,
+            &self.recalls_after_history,
+            &self.recalls_marching,
+        ];
         fields.extend(recalls.map(|errors| mean(errors)));
         fields
     }
@@ -231,14 +273,24 @@ const COSTS: [&str; 15] = [
 
 /// Columns of probabilities: how many were told, their Brier score and calibration error; for queries that their budget left
 /// undecided, and for all with a budget.
-const CHANCES: [&str; 4] = ["undecided", "undecided_after_history", "budgeted", "budgeted_after_history"];
+const CHANCES: [&str; 4] = [
+    "undecided",
+    "undecided_after_history",
+    "budgeted",
+    "budgeted_after_history",
+];
 
 fn header() -> String {
-    let costs =
-        COSTS.iter().flat_map(|cost| ["median", "p90", "below_p90", "below_p10"].map(|f| format!("{cost}_{f}")));
-    let chances = CHANCES.iter().flat_map(|of| ["count", "brier", "ece"].map(|f| format!("{of}_{f}")));
-    let between = ["count", "below_p10", "below_p50", "below_p90"].map(|of| format!("distance_between_{of}"));
-    let recalls = ["", "_with_hits", "_after_history", "_marching_with_hits"].map(|of| format!("recall_mae{of}"));
+    let costs = COSTS.iter().flat_map(|cost| {
+        ["median", "p90", "below_p90", "below_p10"].map(|f| format!("{cost}_{f}"))
+    });
+    let chances = CHANCES
+        .iter()
+        .flat_map(|of| ["count", "brier", "ece"].map(|f| format!("{of}_{f}")));
+    let between =
+        ["count", "below_p10", "below_p50", "below_p90"].map(|of| format!("distance_between_{of}"));
+    let recalls = ["", "_with_hits", "_after_history", "_marching_with_hits"]
+        .map(|of| format!("recall_mae{of}"));
     let names: Vec<String> = costs.chain(chances).chain(between).chain(recalls).collect();
     format!("case,{}", names.join(","))
 }
@@ -263,7 +315,12 @@ pub fn report(data: &Data, folder: &Path, out: &mut impl Write) -> Result<(), Fa
         total.add_motion(moment);
         cases[moment.case].add_motion(moment);
     }
-    let named = data.names.iter().map(String::as_str).zip(&cases).chain([("total", &total)]);
+    let named = data
+        .names
+        .iter()
+        .map(String::as_str)
+        .zip(&cases)
+        .chain([("total", &total)]);
     let row = |(name, scores): (&str, &Scores)| [vec![name.to_owned()], scores.fields()].concat();
     let rows: Vec<_> = named.map(row).collect();
     report::write_csv(folder, "model", &header(), &rows)?;
@@ -275,7 +332,14 @@ pub fn report(data: &Data, folder: &Path, out: &mut impl Write) -> Result<(), Fa
 
 /// Three decimals; nothing for what was not measured.
 fn text(x: f64) -> String {
-    if x.is_finite() { format!("{x:.3}").trim_end_matches('0').trim_end_matches('.').to_owned() } else { String::new() }
+    if x.is_finite() {
+        format!("{x:.3}")
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned()
+    } else {
+        String::new()
+    }
 }
 
 #[cfg(test)]
@@ -284,6 +348,9 @@ mod tests {
 
     #[test]
     fn numbers_in_the_table() {
-        assert_eq!([text(f64::NAN), text(0.5), text(2.0), text(1.0 / 3.0)], ["", "0.5", "2", "0.333"]);
+        assert_eq!(
+            [text(f64::NAN), text(0.5), text(2.0), text(1.0 / 3.0)],
+            ["", "0.5", "2", "0.333"]
+        );
     }
 }

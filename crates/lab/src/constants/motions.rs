@@ -1,7 +1,9 @@
 //! Motion queries, stopped on the way: what the model sees, and what came of it.
 
 use punctual::internals::Passing;
-use punctual::{Budget, ManualClock, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Workspace};
+use punctual::{
+    Budget, ManualClock, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Workspace,
+};
 
 use super::cases::Case;
 use super::sample::{STOPS, THINNED};
@@ -21,7 +23,11 @@ pub struct Moment {
 
 /// All motions of a case that begin free, at all moments; those from frame to frame also with a memory.
 pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
-    let mut sampler = Sampler { number, workspace: Workspace::new(), moments: Vec::new() };
+    let mut sampler = Sampler {
+        number,
+        workspace: Workspace::new(),
+        moments: Vec::new(),
+    };
     let (mut memory, mut last) = (PairMemory::new(), None);
     for (i, &motion) in case.motions.iter().enumerate() {
         let query = MotionQuery::new(&case.a, &case.b, motion);
@@ -32,7 +38,11 @@ pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
             if last.is_some() {
                 sampler.sample(&query, last, &memory);
             }
-            last = Some(run(&query, &mut sampler.workspace, Some(&mut memory), None).stats.work as f64);
+            last = Some(
+                run(&query, &mut sampler.workspace, Some(&mut memory), None)
+                    .stats
+                    .work as f64,
+            );
         }
     }
     sampler.moments
@@ -42,9 +52,17 @@ pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
 pub fn between(poses: &[Pose], are_frames: bool) -> Vec<Motion> {
     let motion = |(i, ends): (usize, &[Pose])| {
         let way = ends[1].translation() - ends[0].translation();
-        if are_frames || i % 2 == 0 { Motion::screw(ends[0], ends[1]) } else { Motion::straight(ends[0], way) }
+        if are_frames || i % 2 == 0 {
+            Motion::screw(ends[0], ends[1])
+        } else {
+            Motion::straight(ends[0], way)
+        }
     };
-    poses.windows(2).enumerate().filter_map(|motion_of| motion(motion_of).ok()).collect()
+    poses
+        .windows(2)
+        .enumerate()
+        .filter_map(|motion_of| motion(motion_of).ok())
+        .collect()
 }
 
 struct Sampler {
@@ -62,10 +80,21 @@ impl Sampler {
             return;
         }
         let total = whole.stats.work as f64;
-        let moment = |stop, passing| Moment { case: self.number, stop, passing, total, last };
+        let moment = |stop, passing| Moment {
+            case: self.number,
+            stop,
+            passing,
+            total,
+            last,
+        };
         self.moments.push(moment(None, query.passing(0, 0.0, None)));
         for share in STOPS {
-            let said = run(query, &mut self.workspace, memory().as_mut(), Some((share * total) as u64));
+            let said = run(
+                query,
+                &mut self.workspace,
+                memory().as_mut(),
+                Some((share * total) as u64),
+            );
             if said.stop == StopReason::WorkLimit {
                 let passing = query.passing(said.stats.work, said.free_until, said.touching_at);
                 self.moments.push(moment(Some(share), passing));
@@ -74,6 +103,16 @@ impl Sampler {
     }
 }
 
-fn run(query: &MotionQuery, workspace: &mut Workspace, memory: Option<&mut PairMemory>, limit: Option<u64>) -> Passage {
-    query.run_with(workspace, memory, limit.map_or(Budget::unlimited(), Budget::work), &ManualClock::new())
+fn run(
+    query: &MotionQuery,
+    workspace: &mut Workspace,
+    memory: Option<&mut PairMemory>,
+    limit: Option<u64>,
+) -> Passage {
+    query.run_with(
+        workspace,
+        memory,
+        limit.map_or(Budget::unlimited(), Budget::work),
+        &ManualClock::new(),
+    )
 }

@@ -1,7 +1,10 @@
 //! Queries of known truth, stopped on the way: what the model sees, and what came of it.
 
 use punctual::internals::{FrontSummary, Lead, pair_cost};
-use punctual::{Budget, Counts, History, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Tree, Workspace};
+use punctual::{
+    Budget, Counts, History, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Tree,
+    Workspace,
+};
 
 use super::cases::Case;
 
@@ -53,11 +56,19 @@ impl Sample {
 
 /// All poses of a case, in both modes, at all moments; those of a motion also with a memory.
 pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
-    let mut sampler = Sampler { number: case_number, case, workspace: Workspace::new(), samples: Vec::new() };
+    let mut sampler = Sampler {
+        number: case_number,
+        case,
+        workspace: Workspace::new(),
+        samples: Vec::new(),
+    };
     let mut memories = [PairMemory::new(), PairMemory::new()];
     let [a, b] = [&case.a, &case.b].map(|tree| Tree::new(tree.mesh().clone()));
     for (number, &pose) in case.poses.iter().enumerate() {
-        let (query, marching) = (Query::new(&a, &b, pose), Query::new(&case.a, &case.b, pose).mode(Mode::All));
+        let (query, marching) = (
+            Query::new(&a, &b, pose),
+            Query::new(&case.a, &case.b, pose).mode(Mode::All),
+        );
         let complete = run(&query.mode(Mode::All), &mut sampler.workspace, None, None);
         for (mode, memory) in [Mode::All, Mode::Any].into_iter().zip(&mut memories) {
             let query = query.mode(mode);
@@ -87,10 +98,20 @@ struct Sampler<'c> {
 
 impl Sampler<'_> {
     /// All moments of a query. A memory that knows nothing yet gives none.
-    fn sample(&mut self, query: &Query, mode: Mode, complete: &Outcome, memory: Option<&PairMemory>, marches: bool) {
+    fn sample(
+        &mut self,
+        query: &Query,
+        mode: Mode,
+        complete: &Outcome,
+        memory: Option<&PairMemory>,
+        marches: bool,
+    ) {
         let last = match memory.map(|memory| (memory.history(), memory.last_bv_tests())) {
             None => None,
-            Some((Some(history), Some(bv_tests))) => Some(Last { history, bv_tests: bv_tests as f64 }),
+            Some((Some(history), Some(bv_tests))) => Some(Last {
+                history,
+                bv_tests: bv_tests as f64,
+            }),
             Some(_) => return,
         };
         let lead = match last {
@@ -98,7 +119,8 @@ impl Sampler<'_> {
             Some(last) if mode == Mode::All && last.history.met => Lead::LastFrame,
             _ => Lead::Nothing,
         };
-        let roots = [&self.case.a, &self.case.b].map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));
+        let roots = [&self.case.a, &self.case.b]
+            .map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));
         let sample = |stop, front, end: &Outcome| Sample {
             case: self.number,
             mode,
@@ -113,10 +135,16 @@ impl Sampler<'_> {
         };
         let whole = run(query, &mut self.workspace, memory.cloned().as_mut(), None);
         let before = self.samples.len();
-        self.samples.push(sample(None, query.front_before(), &whole));
+        self.samples
+            .push(sample(None, query.front_before(), &whole));
         for stop in STOPS {
             let limit = (stop * complete.stats.work as f64) as u64;
-            let outcome = run(query, &mut self.workspace, memory.cloned().as_mut(), Some(limit));
+            let outcome = run(
+                query,
+                &mut self.workspace,
+                memory.cloned().as_mut(),
+                Some(limit),
+            );
             if outcome.stop == StopReason::WorkLimit
                 && let Ok(front) = query.front(&self.workspace)
             {
@@ -130,16 +158,32 @@ impl Sampler<'_> {
 }
 
 /// One run, however often the pair buffer fills; without a limit, to the end.
-fn run(query: &Query, workspace: &mut Workspace, memory: Option<&mut PairMemory>, limit: Option<u64>) -> Outcome {
+fn run(
+    query: &Query,
+    workspace: &mut Workspace,
+    memory: Option<&mut PairMemory>,
+    limit: Option<u64>,
+) -> Outcome {
     let budget = limit.map_or(Budget::unlimited(), Budget::work);
     let outcome = query.run_with(workspace, memory, budget, &ManualClock::new());
-    if outcome.stop == StopReason::PairsFull { resume(query, workspace, outcome, limit) } else { outcome }
+    if outcome.stop == StopReason::PairsFull {
+        resume(query, workspace, outcome, limit)
+    } else {
+        outcome
+    }
 }
 
-fn resume(query: &Query, workspace: &mut Workspace, mut outcome: Outcome, limit: Option<u64>) -> Outcome {
+fn resume(
+    query: &Query,
+    workspace: &mut Workspace,
+    mut outcome: Outcome,
+    limit: Option<u64>,
+) -> Outcome {
     loop {
         workspace.drain_pairs().for_each(drop);
-        let budget = limit.map_or(Budget::unlimited(), |limit| Budget::work(limit.saturating_sub(outcome.stats.work)));
+        let budget = limit.map_or(Budget::unlimited(), |limit| {
+            Budget::work(limit.saturating_sub(outcome.stats.work))
+        });
         match query.resume_with(workspace, None, budget, &ManualClock::new()) {
             Ok(next) if next.stop == StopReason::PairsFull => outcome = next,
             Ok(next) => return next,

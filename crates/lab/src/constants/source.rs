@@ -5,7 +5,9 @@ use std::collections::HashSet;
 use punctual::Mode;
 use punctual::internals::{FrontSummary, Lead};
 use punctual::internals::{between_features, closing_features, features_of_all, features_of_any};
-use punctual::internals::{history_features, hit_features, marching_features, passing_features, recall_features};
+use punctual::internals::{
+    history_features, hit_features, marching_features, passing_features, recall_features,
+};
 
 use super::Data;
 use super::distances::Moment;
@@ -26,13 +28,15 @@ const PULL: f64 = 1e-3;
 /// Fits the constants: Rust source, to be put in the place of `src/model/constants.rs`.
 pub fn fit(data: &Data) -> String {
     let open = data.samples.iter().filter(|sample| !sample.front.is_done());
-    let (marching, open): (Vec<&Sample>, Vec<&Sample>) = open.partition(|sample| sample.lead == Lead::Curves);
-    let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) = open.into_iter().partition(|sample| sample.last.is_some());
+    let (marching, open): (Vec<&Sample>, Vec<&Sample>) =
+        open.partition(|sample| sample.lead == Lead::Curves);
+    let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) =
+        open.into_iter().partition(|sample| sample.last.is_some());
     // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
     let hit = [false, true].map(|begun| {
         // Of a front that leaves nothing the answer is known.
-        let moments =
-            of(&alone, Mode::Any).filter(|sample| sample.front.is_begun() == begun && !sample.front.is_clear());
+        let moments = of(&alone, Mode::Any)
+            .filter(|sample| sample.front.is_begun() == begun && !sample.front.is_clear());
         regression(moments, |s| (hit_features(&s.front), f64::from(s.is_hit())))
     });
     [
@@ -49,28 +53,45 @@ pub fn fit(data: &Data) -> String {
 }
 
 fn of<'s>(samples: &[&'s Sample], mode: Mode) -> impl Iterator<Item = &'s Sample> {
-    samples.iter().copied().filter(move |sample| sample.mode == mode)
+    samples
+        .iter()
+        .copied()
+        .filter(move |sample| sample.mode == mode)
 }
 
 /// Weights of the logit of a hit, before a query and after a part of it.
 type Hit = [[f64; 13]; 2];
 
 fn logit(hit: &Hit, sample: &Sample) -> f64 {
-    dot(&hit[usize::from(sample.front.is_begun())], &hit_features(&sample.front))
+    dot(
+        &hit[usize::from(sample.front.is_begun())],
+        &hit_features(&sample.front),
+    )
 }
 
 fn bv_tests_left(alone: &[&Sample], hit: &Hit) -> String {
-    let all = quantiles(of(alone, Mode::All), |s| (features_of_all(&s.front), log_left(s)));
+    let all = quantiles(of(alone, Mode::All), |s| {
+        (features_of_all(&s.front), log_left(s))
+    });
     let roots = of(alone, Mode::All).filter(|sample| sample.stop.is_none());
     let [_, _, root_most] = quantiles(roots, |s| ([1.0, s.root_cost.max(1.0).log2()], log_left(s)));
     let chance = |s: &Sample| sigmoid(logit(hit, s));
-    let any = quantiles(of(alone, Mode::Any), |s| (features_of_any(&s.front, chance(s)), log_left(s)));
-    let of_roots =
-        "90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.";
+    let any = quantiles(of(alone, Mode::Any), |s| {
+        (features_of_any(&s.front, chance(s)), log_left(s))
+    });
+    let of_roots = "90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.";
     [
-        table("ALL_LEFT", &all, "Quantiles of the BV tests left, for each the weights of `features_of_all`."),
+        table(
+            "ALL_LEFT",
+            &all,
+            "Quantiles of the BV tests left, for each the weights of `features_of_all`.",
+        ),
         list("ROOT_MOST", &root_most, of_roots),
-        table("ANY_LEFT", &any, "The same if the first hit ends the query, weights of `features_of_any`."),
+        table(
+            "ANY_LEFT",
+            &any,
+            "The same if the first hit ends the query, weights of `features_of_any`.",
+        ),
     ]
     .concat()
 }
@@ -84,8 +105,15 @@ fn changes(remembering: &[&Sample]) -> String {
         let frames = of(remembering, mode).filter(|sample| sample.stop.is_none());
         quantiles(frames, change).map(|[w]| w)
     });
-    list("ALL_AFTER", &all, "Quantiles of log2 (BV tests of a frame / those of the frame before).")
-        + &list("ANY_AFTER", &any, "The same if the first hit ends the query.")
+    list(
+        "ALL_AFTER",
+        &all,
+        "Quantiles of log2 (BV tests of a frame / those of the frame before).",
+    ) + &list(
+        "ANY_AFTER",
+        &any,
+        "The same if the first hit ends the query.",
+    )
 }
 
 fn other_counts(data: &Data) -> String {
@@ -93,30 +121,49 @@ fn other_counts(data: &Data) -> String {
     let triangle_tests = power_law(data, |counts| counts.triangle_tests);
     let of_openings = "log2 of opened node pairs: intercept, slope in log2 of BV tests.";
     list("OPENINGS_OF_BV_TESTS", &openings, of_openings)
-        + &list("TRIANGLE_TESTS_OF_BV_TESTS", &triangle_tests, "log2 of triangle tests: the same.")
+        + &list(
+            "TRIANGLE_TESTS_OF_BV_TESTS",
+            &triangle_tests,
+            "log2 of triangle tests: the same.",
+        )
 }
 
 fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
-    let moved = of(remembering, Mode::Any).filter(|sample| sample.stop.is_some() && !sample.front.is_clear());
+    let moved = of(remembering, Mode::Any)
+        .filter(|sample| sample.stop.is_some() && !sample.front.is_clear());
     let after_history = regression(moved, |s| {
-        let features = s.last.map(|last| history_features(logit(hit, s), s.front.deepest, &last.history));
+        let features = s
+            .last
+            .map(|last| history_features(logit(hit, s), s.front.deepest, &last.history));
         (features.unwrap_or_default(), f64::from(s.is_hit()))
     });
-    let poses: Vec<&Sample> = of(alone, Mode::Any).filter(|sample| sample.stop.is_none()).collect();
-    let base_rate = poses.iter().filter(|sample| sample.is_hit()).count() as f64 / poses.len() as f64;
+    let poses: Vec<&Sample> = of(alone, Mode::Any)
+        .filter(|sample| sample.stop.is_none())
+        .collect();
+    let base_rate =
+        poses.iter().filter(|sample| sample.is_hit()).count() as f64 / poses.len() as f64;
     let [before, begun] = hit;
-    let of_history = "The same with the verdict of the frame before, weights of `history_features`.";
+    let of_history =
+        "The same with the verdict of the frame before, weights of `history_features`.";
     [
         list("HIT", begun, "Logit of a hit, weights of `hit_features`."),
         list("HIT_BEFORE", before, "The same before the query."),
         list("HIT_AFTER_HISTORY", &after_history, of_history),
-        constant("BASE_RATE", "f64", &number(base_rate), "Share of poses with a hit."),
+        constant(
+            "BASE_RATE",
+            "f64",
+            &number(base_rate),
+            "Share of poses with a hit.",
+        ),
     ]
     .concat()
 }
 
 fn recall(alone: &[&Sample], remembering: &[&Sample], marching: &[&Sample]) -> String {
-    let followed = remembering.iter().copied().filter(|sample| sample.lead == Lead::LastFrame);
+    let followed = remembering
+        .iter()
+        .copied()
+        .filter(|sample| sample.lead == Lead::LastFrame);
     [
         list(
             "RECALL",
@@ -139,16 +186,32 @@ fn recall(alone: &[&Sample], remembering: &[&Sample], marching: &[&Sample]) -> S
 
 fn distances(moments: &[Moment]) -> String {
     let alone = |is_limited| {
-        moments.iter().filter(move |moment| moment.last.is_none() && moment.closing.limit.is_some() == is_limited)
+        moments.iter().filter(move |moment| {
+            moment.last.is_none() && moment.closing.limit.is_some() == is_limited
+        })
     };
     let left = |moment: &Moment| (moment.total - moment.closing.work).max(1.0).log2();
     let row = |moment: &Moment| (moment.case, closing_features(&moment.closing), left(moment));
-    let [distance, limited] = [false, true].map(|is_limited| quantiles_of(Rows::new(alone(is_limited).map(row))));
+    let [distance, limited] =
+        [false, true].map(|is_limited| quantiles_of(Rows::new(alone(is_limited).map(row))));
     let frames = moments.iter().filter(|moment| moment.stop.is_none());
-    let change =
-        |moment: &Moment| moment.last.map(|last| (moment.case, [1.0], (moment.total.max(1.0) / last.max(1.0)).log2()));
+    let change = |moment: &Moment| {
+        moment.last.map(|last| {
+            (
+                moment.case,
+                [1.0],
+                (moment.total.max(1.0) / last.max(1.0)).log2(),
+            )
+        })
+    };
     let after = quantiles_of(Rows::new(frames.filter_map(change))).map(|[w]| w);
-    let place = |moment: &Moment| Some((moment.case, between_features(&moment.closing), moment.place()?));
+    let place = |moment: &Moment| {
+        Some((
+            moment.case,
+            between_features(&moment.closing),
+            moment.place()?,
+        ))
+    };
     let between = quantiles_of(Rows::new(alone(false).filter_map(place)));
     [
         table("DISTANCE_LEFT", &distance, "Quantiles of the work left in a distance query, for each the weights of `closing_features`."),
@@ -162,10 +225,17 @@ fn distances(moments: &[Moment]) -> String {
 fn motions(moments: &[motions::Moment]) -> String {
     let alone = moments.iter().filter(|moment| moment.last.is_none());
     let left = |moment: &motions::Moment| (moment.total - moment.passing.work).max(1.0).log2();
-    let row = |moment: &motions::Moment| (moment.case, passing_features(&moment.passing), left(moment));
+    let row =
+        |moment: &motions::Moment| (moment.case, passing_features(&moment.passing), left(moment));
     let frames = moments.iter().filter(|moment| moment.stop.is_none());
     let change = |moment: &motions::Moment| {
-        moment.last.map(|last| (moment.case, [1.0], (moment.total.max(1.0) / last.max(1.0)).log2()))
+        moment.last.map(|last| {
+            (
+                moment.case,
+                [1.0],
+                (moment.total.max(1.0) / last.max(1.0)).log2(),
+            )
+        })
     };
     let after = quantiles_of(Rows::new(frames.filter_map(change))).map(|[w]| w);
     [
@@ -192,7 +262,11 @@ struct Rows<const N: usize> {
 impl<const N: usize> Rows<N> {
     /// From the number of a case, features and target of each.
     fn new(given: impl Iterator<Item = (usize, [f64; N], f64)>) -> Self {
-        let mut rows = Self { x: Vec::new(), y: Vec::new(), cases: Vec::new() };
+        let mut rows = Self {
+            x: Vec::new(),
+            y: Vec::new(),
+            cases: Vec::new(),
+        };
         for (case, x, y) in given {
             rows.x.push(x);
             rows.y.push(y);
@@ -201,7 +275,10 @@ impl<const N: usize> Rows<N> {
         rows
     }
 
-    fn of<'s>(samples: impl Iterator<Item = &'s Sample>, row: impl Fn(&Sample) -> ([f64; N], f64)) -> Self {
+    fn of<'s>(
+        samples: impl Iterator<Item = &'s Sample>,
+        row: impl Fn(&Sample) -> ([f64; N], f64),
+    ) -> Self {
         Self::new(samples.map(|sample| {
             let (x, y) = row(sample);
             (sample.case, x, y)
@@ -217,7 +294,11 @@ impl<const N: usize> Rows<N> {
                 fit(&x, &y)
             })
             .collect();
-        self.x.iter().zip(&self.cases).map(|(x, case)| dot(&weights[case % FOLDS], x)).collect()
+        self.x
+            .iter()
+            .zip(&self.cases)
+            .map(|(x, case)| dot(&weights[case % FOLDS], x))
+            .collect()
     }
 }
 
@@ -280,7 +361,9 @@ fn recall_weights<'s, const N: usize>(
     features: fn(&FrontSummary) -> [f64; N],
 ) -> [f64; N] {
     let found = samples.filter(|sample| sample.front.found > 0.0);
-    let (x, y): (Vec<_>, Vec<_>) = found.map(|s| (features(&s.front), s.front.found / s.hits as f64)).unzip();
+    let (x, y): (Vec<_>, Vec<_>) = found
+        .map(|s| (features(&s.front), s.front.found / s.hits as f64))
+        .unzip();
     let mut weights = vec![1.0; x.len()];
     let mut best = (f64::INFINITY, [0.0; N]);
     for _ in 0..20 {
@@ -291,16 +374,29 @@ fn recall_weights<'s, const N: usize>(
         if sum < best.0 {
             best = (sum, w);
         }
-        weights = p.iter().zip(errors).map(|(p, error)| p * (1.0 - p) / error.max(0.01)).collect();
+        weights = p
+            .iter()
+            .zip(errors)
+            .map(|(p, error)| p * (1.0 - p) / error.max(0.01))
+            .collect();
     }
     best.1
 }
 
 /// Intercept and slope of log2 of a count of complete queries.
 fn power_law(data: &Data, count: impl Fn(&punctual::Counts) -> f64) -> [f64; 2] {
-    let whole = data.samples.iter().filter(|sample| sample.stop.is_none() && count(&sample.total) > 0.0);
-    let (x, y): (Vec<_>, Vec<_>) =
-        whole.map(|s| ([1.0, s.total.bv_tests.max(1.0).log2()], count(&s.total).log2())).unzip();
+    let whole = data
+        .samples
+        .iter()
+        .filter(|sample| sample.stop.is_none() && count(&sample.total) > 0.0);
+    let (x, y): (Vec<_>, Vec<_>) = whole
+        .map(|s| {
+            (
+                [1.0, s.total.bv_tests.max(1.0).log2()],
+                count(&s.total).log2(),
+            )
+        })
+        .unzip();
     least_squares(&x, &y, &vec![1.0; x.len()])
 }
 
@@ -355,7 +451,10 @@ fn row(numbers: &[f64]) -> String {
 }
 
 fn lines<const N: usize>(rows: &[[f64; N]]) -> String {
-    let rows: Vec<_> = rows.iter().map(|numbers| format!("\n    {},", row(numbers))).collect();
+    let rows: Vec<_> = rows
+        .iter()
+        .map(|numbers| format!("\n    {},", row(numbers)))
+        .collect();
     format!("[{}\n]", rows.concat())
 }
 
@@ -366,7 +465,12 @@ mod tests {
     #[test]
     fn numbers_keep_five_digits() {
         assert_eq!(
-            [number(1.0 / 3.0), number(-12345.678), number(0.000_123_456), number(0.0)],
+            [
+                number(1.0 / 3.0),
+                number(-12345.678),
+                number(0.000_123_456),
+                number(0.0)
+            ],
             ["0.33333", "-12345.7", "0.00012346", "0.0"]
         );
         assert_eq!(lines(&[[1.0, 2.0]]), "[\n    [1.0000, 2.0000],\n]");

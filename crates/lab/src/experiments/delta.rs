@@ -11,11 +11,18 @@ use super::Lab;
 use super::figure4::{Placements, Turned};
 use super::ladder::Ladder;
 use super::sample::{Rule, Setting};
-use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short};
+use crate::report::{
+    Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short,
+};
 use crate::statistics::{quantile, sorted};
 
 /// The models, as the report names them.
-const MODELS: [&str; 4] = ["Eq 11", "offset, normal", "offset, uniform", "delta-alpha table"];
+const MODELS: [&str; 4] = [
+    "Eq 11",
+    "offset, normal",
+    "offset, uniform",
+    "delta-alpha table",
+];
 const TABLE: usize = 3;
 
 /// What was counted and what each model says.
@@ -27,14 +34,27 @@ struct Case {
 /// Median and 90 % quantile of `|log2(predicted / counted)|` for each model, and the median with its sign.
 fn errors(cases: &[Case]) -> [[f64; 3]; 4] {
     std::array::from_fn(|model| {
-        let errors = sorted(cases.iter().map(|case| (case.predicted[model] / case.counted).log2()));
+        let errors = sorted(
+            cases
+                .iter()
+                .map(|case| (case.predicted[model] / case.counted).log2()),
+        );
         let sizes = sorted(errors.iter().map(|error| error.abs()));
-        [quantile(&sizes, 0.5), quantile(&sizes, 0.9), quantile(&errors, 0.5)]
+        [
+            quantile(&sizes, 0.5),
+            quantile(&sizes, 0.9),
+            quantile(&errors, 0.5),
+        ]
     })
 }
 
 fn csv_rows(cases: &[Case]) -> Vec<Vec<String>> {
-    let row = |case: &Case| std::iter::once(&case.counted).chain(&case.predicted).map(f64::to_string).collect();
+    let row = |case: &Case| {
+        std::iter::once(&case.counted)
+            .chain(&case.predicted)
+            .map(f64::to_string)
+            .collect()
+    };
     cases.iter().map(row).collect()
 }
 
@@ -43,9 +63,21 @@ const CSV_HEADER: &str = "counted,eq11,offset_normal,offset_uniform,table";
 /// Share of the cases whose error is at most x, for each model.
 fn chart(title: &str, cases: &[Case]) -> Chart {
     let series = MODELS.iter().enumerate().map(|(model, name)| {
-        let sizes = sorted(cases.iter().map(|case| (case.predicted[model] / case.counted).log2().abs()));
+        let sizes = sorted(
+            cases
+                .iter()
+                .map(|case| (case.predicted[model] / case.counted).log2().abs()),
+        );
         let shares = (0..=100).map(|i| f64::from(i) / 100.0);
-        Series::new(*name, model, Shape::Line(shares.map(|share| [quantile(&sizes, share), share]).collect()))
+        Series::new(
+            *name,
+            model,
+            Shape::Line(
+                shares
+                    .map(|share| [quantile(&sizes, share), share])
+                    .collect(),
+            ),
+        )
     });
     Chart {
         title: title.to_owned(),
@@ -56,8 +88,9 @@ fn chart(title: &str, cases: &[Case]) -> Chart {
 }
 
 fn row(name: &str, errors: &[[f64; 3]; 4]) -> Vec<String> {
-    let cells =
-        errors.iter().map(|[median, p90, bias]| format!("{} / {} ({})", short(*median), short(*p90), short(*bias)));
+    let cells = errors.iter().map(|[median, p90, bias]| {
+        format!("{} / {} ({})", short(*median), short(*p90), short(*bias))
+    });
     std::iter::once(name.to_owned()).chain(cells).collect()
 }
 
@@ -73,7 +106,15 @@ fn held_out(count: u32) -> Vec<(Setting, u64)> {
         let alpha = [(); 3].map(|()| random.between(0.55, 0.92));
         let depth = 6 + (random.fraction() * 7.0) as u32;
         let delta = Some(random.between(0.1, 1.0));
-        (Setting { alpha, depth, rule: Rule::Random, delta }, random.bits())
+        (
+            Setting {
+                alpha,
+                depth,
+                rule: Rule::Random,
+                delta,
+            },
+            random.bits(),
+        )
     };
     (0..count).map(|_| draw()).collect()
 }
@@ -93,28 +134,44 @@ fn mean_over_lateral_offsets(alpha: [f64; 3], x: f64, l: u32, centers: Centers) 
 
 /// Whether the table's median error is below that of all other models.
 fn table_wins(errors: &[[f64; 3]; 4]) -> bool {
-    errors[..TABLE].iter().all(|other| errors[TABLE][0] < other[0])
+    errors[..TABLE]
+        .iter()
+        .all(|other| errors[TABLE][0] < other[0])
 }
 
 /// "Eq 11 2^1.0 / 2^2.0, ..."
 fn words(errors: &[[f64; 3]; 4]) -> String {
-    let each = MODELS.iter().zip(errors).map(|(name, [median, p90, _])| format!("{name} 2^{median:.2} / 2^{p90:.2}"));
+    let each = MODELS
+        .iter()
+        .zip(errors)
+        .map(|(name, [median, p90, _])| format!("{name} 2^{median:.2} / 2^{p90:.2}"));
     each.collect::<Vec<_>>().join(", ")
 }
 
 /// The mean over lateral offsets at the setting's delta.
 fn mean_case(lab: &Lab, table: &DeltaTable, setting: &Setting, seed: u64) -> Case {
-    let &Setting { alpha, depth, delta, .. } = setting;
+    let &Setting {
+        alpha,
+        depth,
+        delta,
+        ..
+    } = setting;
     let delta = delta.unwrap_or(0.0);
-    let offset =
-        |centers: Centers| (0..=depth).map(|l| mean_over_lateral_offsets(alpha, 1.0 - delta, l, centers)).sum::<f64>();
+    let offset = |centers: Centers| {
+        (0..=depth)
+            .map(|l| mean_over_lateral_offsets(alpha, 1.0 - delta, l, centers))
+            .sum::<f64>()
+    };
     let predicted = [
         paper::eq11(alpha, depth),
         offset(Centers::Normal),
         offset(Centers::Uniform),
         table.visits_at_delta(alpha, delta, depth),
     ];
-    Case { counted: setting.mean(&lab.effort(), seed).value, predicted }
+    Case {
+        counted: setting.mean(&lab.effort(), seed).value,
+        predicted,
+    }
 }
 
 /// Single runs of a setting, with the whole offset known.
@@ -127,7 +184,13 @@ fn single_cases(table: &DeltaTable, setting: &Setting, seed: u64) -> Vec<Case> {
         let pairs = |centers: Centers| {
             let at = |l: u32| {
                 let level = artificial_level(alpha, l);
-                overlapping_pairs(&level, &level, &DMat3::IDENTITY, DVec3::from_array(offset), centers)
+                overlapping_pairs(
+                    &level,
+                    &level,
+                    &DMat3::IDENTITY,
+                    DVec3::from_array(offset),
+                    centers,
+                )
             };
             (0..=depth).map(at).sum::<f64>()
         };
@@ -135,9 +198,14 @@ fn single_cases(table: &DeltaTable, setting: &Setting, seed: u64) -> Vec<Case> {
             paper::eq11(alpha, depth),
             pairs(Centers::Normal),
             pairs(Centers::Uniform),
-            table.overlapping_pairs(alpha, offset.map(Some), depth).sum(),
+            table
+                .overlapping_pairs(alpha, offset.map(Some), depth)
+                .sum(),
         ];
-        Case { counted: visits.total() as f64, predicted }
+        Case {
+            counted: visits.total() as f64,
+            predicted,
+        }
     };
     (0..5).map(single).collect()
 }
@@ -145,9 +213,16 @@ fn single_cases(table: &DeltaTable, setting: &Setting, seed: u64) -> Vec<Case> {
 pub fn on_artificial_trees(lab: &Lab) -> Result<Section, Failure> {
     let table = DeltaTable::new(13);
     let settings = held_out(lab.choose(400, 40));
-    let means = lab.all(&settings, |(setting, seed)| mean_case(lab, &table, setting, *seed));
-    let singles: Vec<Case> =
-        lab.all(&settings, |(setting, seed)| single_cases(&table, setting, !*seed)).into_iter().flatten().collect();
+    let means = lab.all(&settings, |(setting, seed)| {
+        mean_case(lab, &table, setting, *seed)
+    });
+    let singles: Vec<Case> = lab
+        .all(&settings, |(setting, seed)| {
+            single_cases(&table, setting, !*seed)
+        })
+        .into_iter()
+        .flatten()
+        .collect();
     lab.csv("delta_means", CSV_HEADER, &csv_rows(&means))?;
     lab.csv("delta_queries", CSV_HEADER, &csv_rows(&singles))?;
     let (of_means, of_singles) = (errors(&means), errors(&singles));
@@ -185,8 +260,11 @@ pub fn on_meshes(lab: &Lab, ladders: &[Ladder]) -> Result<Section, Failure> {
         let mesh = &ladder.meshes[ladder.meshes.len() / 2];
         predict(&Placements::new(mesh, turns, shifts, None), &table)
     });
-    let mut rows: Vec<_> =
-        ladders.iter().zip(&cases).map(|(ladder, cases)| row(&ladder.name, &errors(cases))).collect();
+    let mut rows: Vec<_> = ladders
+        .iter()
+        .zip(&cases)
+        .map(|(ladder, cases)| row(&ladder.name, &errors(cases)))
+        .collect();
     let cases: Vec<Case> = cases.into_iter().flatten().collect();
     let all = errors(&cases);
     rows.push(row("all", &all));
@@ -232,16 +310,24 @@ fn predict(placements: &Placements, table: &DeltaTable) -> Vec<Case> {
             let x = (offset / reach).to_array().map(Some);
             let pairs = |centers: Centers| {
                 let levels = levels_a.iter().zip(&levels_b);
-                1.0 + levels.map(|(a, b)| overlapping_pairs(a, b, &DMat3::IDENTITY, offset, centers)).sum::<f64>()
+                1.0 + levels
+                    .map(|(a, b)| overlapping_pairs(a, b, &DMat3::IDENTITY, offset, centers))
+                    .sum::<f64>()
             };
             let predicted = [
                 paper::eq11(alpha, depth),
                 pairs(Centers::Normal),
                 pairs(Centers::Uniform),
-                table.overlapping_pairs(alpha, x, depth).sum::<f64>().max(1.0),
+                table
+                    .overlapping_pairs(alpha, x, depth)
+                    .sum::<f64>()
+                    .max(1.0),
             ];
             let visits = Visits::count(a.root(DVec3::ZERO), b.root(a.shift_to(b, offset)));
-            cases.push(Case { counted: visits.total() as f64, predicted });
+            cases.push(Case {
+                counted: visits.total() as f64,
+                predicted,
+            });
         }
     }
     cases

@@ -11,7 +11,9 @@ use super::Lab;
 use super::ladder::Ladder;
 use super::mesh_tree::MeshTree;
 use super::sample::Spread;
-use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short};
+use crate::report::{
+    Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short,
+};
 
 const DELTA: f64 = 0.4;
 
@@ -37,7 +39,11 @@ impl Placements {
         let mut random = Random::new(4);
         let a = MeshTree::new(mesh, &DMat3::IDENTITY);
         let turn = |i: usize| {
-            let rotation = if i == 0 { DMat3::IDENTITY } else { random_rotation(&mut random) };
+            let rotation = if i == 0 {
+                DMat3::IDENTITY
+            } else {
+                random_rotation(&mut random)
+            };
             let b = MeshTree::new(mesh, &rotation);
             let reach = (a.extents() + b.extents()) * 0.5;
             let mut points = Spread::new(&mut random);
@@ -46,9 +52,16 @@ impl Placements {
                 let x = reach.x - delta.unwrap_or(u) * a.extents().x.min(b.extents().x);
                 DVec3::new(x, (2.0 * v - 1.0) * reach.y, (2.0 * w - 1.0) * reach.z)
             };
-            Turned { rotation, offsets: (0..shifts).map(offset).collect(), b }
+            Turned {
+                rotation,
+                offsets: (0..shifts).map(offset).collect(),
+                b,
+            }
         };
-        Self { turned: (0..turns).map(turn).collect(), a }
+        Self {
+            turned: (0..turns).map(turn).collect(),
+            a,
+        }
     }
 }
 
@@ -57,7 +70,12 @@ fn random_rotation(random: &mut Random) -> DMat3 {
     let [u, v, w] = [(); 3].map(|()| random.fraction());
     let (v, w) = (std::f64::consts::TAU * v, std::f64::consts::TAU * w);
     let (p, q) = ((1.0 - u).sqrt(), u.sqrt());
-    DMat3::from_quat(DQuat::from_xyzw(p * v.sin(), p * v.cos(), q * w.sin(), q * w.cos()))
+    DMat3::from_quat(DQuat::from_xyzw(
+        p * v.sin(),
+        p * v.cos(),
+        q * w.sin(),
+        q * w.cos(),
+    ))
 }
 
 /// One rung: means over all placements.
@@ -76,7 +94,12 @@ fn measure(lab: &Lab, mesh: &Mesh) -> Rung {
     let mut workspace = Workspace::new();
     let (mut visits, mut engine_tests) = (0, 0);
     let Placements { a, turned } = Placements::new(mesh, turns, shifts, Some(DELTA));
-    for Turned { b, rotation, offsets } in &turned {
+    for Turned {
+        b,
+        rotation,
+        offsets,
+    } in &turned
+    {
         for &offset in offsets {
             let shift = a.shift_to(b, offset);
             visits += Visits::count(a.root(DVec3::ZERO), b.root(shift)).total();
@@ -95,7 +118,9 @@ fn measure(lab: &Lab, mesh: &Mesh) -> Rung {
 /// BV tests of a whole query of the library, for all intersecting pairs.
 fn engine_bv_tests(tree: &Tree, rotation: &DMat3, shift: DVec3, workspace: &mut Workspace) -> u64 {
     // Only a mesh beyond 2^1000 has no pose for it.
-    let Ok(b_in_a) = Pose::new(*rotation, shift) else { return 0 };
+    let Ok(b_in_a) = Pose::new(*rotation, shift) else {
+        return 0;
+    };
     let query = Query::new(tree, tree, b_in_a).mode(Mode::All);
     let mut outcome = query.run(workspace, Budget::unlimited());
     while outcome.stop == StopReason::PairsFull {
@@ -122,11 +147,22 @@ struct Growths {
 
 impl Growths {
     fn of(rungs: &[Rung]) -> Option<Self> {
-        let points = |count: fn(&Rung) -> f64| rungs.iter().map(|r| [r.triangles, count(r)]).collect::<Vec<_>>();
+        let points = |count: fn(&Rung) -> f64| {
+            rungs
+                .iter()
+                .map(|r| [r.triangles, count(r)])
+                .collect::<Vec<_>>()
+        };
         let visits = points(|r| r.visits);
-        let logs: Vec<_> = visits.iter().map(|&[n, visits]| [n.log2(), visits]).collect();
-        let &[.., [n, before], [m, after]] = visits.as_slice() else { return None };
-        let last = [after / before, m.log2() / n.log2()].map(|growth| growth.log2() / (m / n).log2());
+        let logs: Vec<_> = visits
+            .iter()
+            .map(|&[n, visits]| [n.log2(), visits])
+            .collect();
+        let &[.., [n, before], [m, after]] = visits.as_slice() else {
+            return None;
+        };
+        let last =
+            [after / before, m.log2() / n.log2()].map(|growth| growth.log2() / (m / n).log2());
         let table1 = match Growth::of(rungs.last()?.alpha.iter().product()) {
             Growth::Power(exponent) => exponent,
             _ => 0.0,
@@ -172,9 +208,16 @@ const HEADER: [&str; 9] = [
 fn findings(fits: &[Growths]) -> (String, Verdict) {
     let range = |of: &dyn Fn(&Growths) -> f64| {
         let values = || fits.iter().map(of);
-        format!("{:.2} to {:.2}", values().fold(f64::MAX, f64::min), values().fold(f64::MIN, f64::max))
+        format!(
+            "{:.2} to {:.2}",
+            values().fold(f64::MAX, f64::min),
+            values().fold(f64::MIN, f64::max)
+        )
     };
-    let logarithmic = fits.iter().filter(|fit| fit.logarithm.r_squared >= fit.power.line.r_squared).count();
+    let logarithmic = fits
+        .iter()
+        .filter(|fit| fit.logarithm.r_squared >= fit.power.line.r_squared)
+        .count();
     let words = format!(
         "A power of n: exponents {}, R2 {} against {} for the logarithm, which fits better for {logarithmic} of {} shapes; \
          over the last step of a ladder {} (b lg n would have {}). A surface's boxes have a product of alphas near \
@@ -188,31 +231,71 @@ fn findings(fits: &[Growths]) -> (String, Verdict) {
         range(&|fit| fit.last[1]),
         range(&|fit| fit.table1),
     );
-    (words, if 2 * logarithmic > fits.len() { Verdict::Holds } else { Verdict::DoesNotHold })
+    (
+        words,
+        if 2 * logarithmic > fits.len() {
+            Verdict::Holds
+        } else {
+            Verdict::DoesNotHold
+        },
+    )
 }
 
 pub fn run(lab: &Lab, ladders: &[Ladder]) -> Result<Section, Failure> {
-    let meshes: Vec<(usize, &Mesh)> =
-        ladders.iter().enumerate().flat_map(|(i, ladder)| ladder.meshes.iter().map(move |mesh| (i, mesh))).collect();
+    let meshes: Vec<(usize, &Mesh)> = ladders
+        .iter()
+        .enumerate()
+        .flat_map(|(i, ladder)| ladder.meshes.iter().map(move |mesh| (i, mesh)))
+        .collect();
     let mut rungs_of: Vec<Vec<Rung>> = ladders.iter().map(|_| Vec::new()).collect();
-    for ((i, _), rung) in meshes.iter().zip(lab.all(&meshes, |(_, mesh)| measure(lab, mesh))) {
+    for ((i, _), rung) in meshes
+        .iter()
+        .zip(lab.all(&meshes, |(_, mesh)| measure(lab, mesh)))
+    {
         rungs_of[*i].push(rung);
     }
-    let (mut csv, mut table, mut series, mut fits) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut csv, mut table, mut series, mut fits) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (i, (ladder, rungs)) in ladders.iter().zip(&rungs_of).enumerate() {
-        for Rung { triangles, visits, engine_tests, alpha } in rungs {
+        for Rung {
+            triangles,
+            visits,
+            engine_tests,
+            alpha,
+        } in rungs
+        {
             let mut row = vec![ladder.name.clone()];
-            row.extend([*triangles, *visits, *engine_tests].iter().chain(alpha).map(f64::to_string));
+            row.extend(
+                [*triangles, *visits, *engine_tests]
+                    .iter()
+                    .chain(alpha)
+                    .map(f64::to_string),
+            );
             csv.push(row);
         }
-        series.push(Series::new("", i, Shape::Points(rungs.iter().map(|r| [r.triangles, r.visits]).collect())));
-        let Some(growths) = Growths::of(rungs) else { continue };
-        let line = [&rungs[0], &rungs[rungs.len() - 1]].map(|r| [r.triangles, growths.power.at(r.triangles)]);
-        series.push(Series::new(ladder.name.as_str(), i, Shape::Line(line.to_vec())));
+        series.push(Series::new(
+            "",
+            i,
+            Shape::Points(rungs.iter().map(|r| [r.triangles, r.visits]).collect()),
+        ));
+        let Some(growths) = Growths::of(rungs) else {
+            continue;
+        };
+        let line = [&rungs[0], &rungs[rungs.len() - 1]]
+            .map(|r| [r.triangles, growths.power.at(r.triangles)]);
+        series.push(Series::new(
+            ladder.name.as_str(),
+            i,
+            Shape::Line(line.to_vec()),
+        ));
         table.push(growths.row(&ladder.name, &rungs[0], &rungs[rungs.len() - 1]));
         fits.push(growths);
     }
-    lab.csv("figure4", "shape,triangles,visits,engine_bv_tests,alpha_x,alpha_y,alpha_z", &csv)?;
+    lab.csv(
+        "figure4",
+        "shape,triangles,visits,engine_bv_tests,alpha_x,alpha_y,alpha_z",
+        &csv,
+    )?;
     let chart = Chart {
         title: format!("Figure 4: N_v at delta = {DELTA} (points) and power laws (lines)"),
         x: Axis::log("triangles n"),

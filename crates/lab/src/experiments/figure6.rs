@@ -22,34 +22,67 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         .flat_map(|(alpha, delta)| depths.iter().map(move |&depth| (alpha, delta, depth)))
         .collect();
     let means = lab.all(&settings, |&(alpha, delta, depth)| {
-        let setting = Setting { alpha: [alpha; 3], depth, rule: Rule::Random, delta: Some(delta) };
+        let setting = Setting {
+            alpha: [alpha; 3],
+            depth,
+            rule: Rule::Random,
+            delta: Some(delta),
+        };
         setting.mean(&lab.effort(), u64::from(depth)).value
     });
-    let csv = settings.iter().zip(&means).map(|(&(alpha, delta, depth), &mean)| {
-        let (eq11, exact) = (paper::eq11([alpha; 3], depth), exact_visits([alpha; 3], delta, depth));
-        [alpha, delta, f64::from(depth).exp2(), mean, eq11, exact].map(|x| x.to_string()).to_vec()
-    });
-    lab.csv("figure6", "alpha,delta,n,random_corners,eq11,exact", &csv.collect::<Vec<_>>())?;
+    let csv = settings
+        .iter()
+        .zip(&means)
+        .map(|(&(alpha, delta, depth), &mean)| {
+            let (eq11, exact) = (
+                paper::eq11([alpha; 3], depth),
+                exact_visits([alpha; 3], delta, depth),
+            );
+            [alpha, delta, f64::from(depth).exp2(), mean, eq11, exact]
+                .map(|x| x.to_string())
+                .to_vec()
+        });
+    lab.csv(
+        "figure6",
+        "alpha,delta,n,random_corners,eq11,exact",
+        &csv.collect::<Vec<_>>(),
+    )?;
 
     let (mut blocks, mut rows, mut worst) = (Vec::new(), Vec::new(), [0f64; 2]);
-    let exponent =
-        |points: &[[f64; 2]]| PowerLaw::fit(&points[points.len() - LAST..]).map_or(f64::NAN, |law| law.exponent());
+    let exponent = |points: &[[f64; 2]]| {
+        PowerLaw::fit(&points[points.len() - LAST..]).map_or(f64::NAN, |law| law.exponent())
+    };
     for alpha in ALPHAS {
         let of_depth = |visits: &dyn Fn(u32) -> f64| -> Vec<[f64; 2]> {
-            depths.iter().map(|&depth| [f64::from(depth).exp2(), visits(depth)]).collect()
+            depths
+                .iter()
+                .map(|&depth| [f64::from(depth).exp2(), visits(depth)])
+                .collect()
         };
         let eq11 = of_depth(&|depth| paper::eq11([alpha; 3], depth));
         let mut row = vec![alpha.to_string(), format!("{:.2}", exponent(&eq11))];
         let mut series = Vec::new();
         for (i, delta) in DELTAS.into_iter().enumerate() {
-            let at = settings.iter().zip(&means).filter(|(s, _)| s.0 == alpha && s.1 == delta);
-            let points: Vec<[f64; 2]> = at.map(|(s, mean)| [f64::from(s.2).exp2(), *mean]).collect();
+            let at = settings
+                .iter()
+                .zip(&means)
+                .filter(|(s, _)| s.0 == alpha && s.1 == delta);
+            let points: Vec<[f64; 2]> =
+                at.map(|(s, mean)| [f64::from(s.2).exp2(), *mean]).collect();
             let found = exponent(&points);
             let worst = &mut worst[usize::from(delta >= DEEP)];
             *worst = worst.max((found - exponent(&eq11)).abs());
             row.push(format!("{found:.2}"));
-            series.push(Series::new(format!("delta {delta}"), i, Shape::Points(points)));
-            series.push(Series::new("", i, Shape::Line(of_depth(&|depth| exact_visits([alpha; 3], delta, depth)))));
+            series.push(Series::new(
+                format!("delta {delta}"),
+                i,
+                Shape::Points(points),
+            ));
+            series.push(Series::new(
+                "",
+                i,
+                Shape::Line(of_depth(&|depth| exact_visits([alpha; 3], delta, depth))),
+            ));
         }
         series.push(Series::new("Eq 11", 6, Shape::Dashed(eq11)));
         rows.push(row);
@@ -63,7 +96,9 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     }
     let header = ["alpha".to_owned(), "Eq 11".to_owned()].into_iter();
     let header = header.chain(DELTAS.map(|delta| format!("delta {delta}")));
-    blocks.push(Block::Text(format!("Exponents of n over the last {LAST} sizes:")));
+    blocks.push(Block::Text(format!(
+        "Exponents of n over the last {LAST} sizes:"
+    )));
     blocks.push(Block::Table(Table::new(header, rows)));
     let [shallow, deep] = worst;
     Ok(Section {

@@ -12,7 +12,9 @@ const DELTAS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
 fn edges(middles: &[f64]) -> Vec<f64> {
     let half = (middles[1] - middles[0]) / 2.0;
-    std::iter::once(middles[0] - half).chain(middles.iter().map(|middle| middle + half)).collect()
+    std::iter::once(middles[0] - half)
+        .chain(middles.iter().map(|middle| middle + half))
+        .collect()
 }
 
 /// Largest and least of some numbers, apart.
@@ -24,19 +26,40 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     let depths = lab.choose([9, 13], [7, 9]);
     let settings: Vec<(u32, f64, f64)> = depths
         .iter()
-        .flat_map(|&depth| ALPHAS.iter().flat_map(move |&alpha| DELTAS.map(|delta| (depth, alpha, delta))))
+        .flat_map(|&depth| {
+            ALPHAS
+                .iter()
+                .flat_map(move |&alpha| DELTAS.map(|delta| (depth, alpha, delta)))
+        })
         .collect();
     let means = lab.all(&settings, |&(depth, alpha, delta)| {
-        let setting = Setting { alpha: [alpha; 3], depth, rule: Rule::Random, delta: Some(delta) };
+        let setting = Setting {
+            alpha: [alpha; 3],
+            depth,
+            rule: Rule::Random,
+            delta: Some(delta),
+        };
         setting.mean(&lab.effort(), 7).value
     });
-    let csv = settings.iter().zip(&means).map(|(&(depth, alpha, delta), &mean)| {
-        let ratio = (mean / paper::eq11([alpha; 3], depth)).log2();
-        [f64::from(depth).exp2(), alpha, delta, mean, ratio].map(|x| x.to_string()).to_vec()
-    });
-    lab.csv("figure7", "n,alpha,delta,visits,log2_visits_over_eq11", &csv.collect::<Vec<_>>())?;
+    let csv = settings
+        .iter()
+        .zip(&means)
+        .map(|(&(depth, alpha, delta), &mean)| {
+            let ratio = (mean / paper::eq11([alpha; 3], depth)).log2();
+            [f64::from(depth).exp2(), alpha, delta, mean, ratio]
+                .map(|x| x.to_string())
+                .to_vec()
+        });
+    lab.csv(
+        "figure7",
+        "n,alpha,delta,visits,log2_visits_over_eq11",
+        &csv.collect::<Vec<_>>(),
+    )?;
     let mut blocks = Vec::new();
-    for (depth, values) in depths.into_iter().zip(means.chunks(ALPHAS.len() * DELTAS.len())) {
+    for (depth, values) in depths
+        .into_iter()
+        .zip(means.chunks(ALPHAS.len() * DELTAS.len()))
+    {
         let map = HeatMap {
             title: format!("Figure 7: N_v at n = {}", 1 << depth),
             x: Axis::linear("delta"),
@@ -51,18 +74,30 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     let deepest = depths[1];
     let n = 1 << deepest;
     // log2 of the counts of the larger trees, a row for each alpha.
-    let logs: Vec<f64> = means[ALPHAS.len() * DELTAS.len()..].iter().map(|mean| mean.log2()).collect();
-    let row = |alpha: usize| logs[alpha * DELTAS.len()..(alpha + 1) * DELTAS.len()].iter().copied();
+    let logs: Vec<f64> = means[ALPHAS.len() * DELTAS.len()..]
+        .iter()
+        .map(|mean| mean.log2())
+        .collect();
+    let row = |alpha: usize| {
+        logs[alpha * DELTAS.len()..(alpha + 1) * DELTAS.len()]
+            .iter()
+            .copied()
+    };
     let at_80 = 6;
     let over_delta = spread(row(at_80).skip(1));
-    let from_eq11 = |i: usize| logs[at_80 * DELTAS.len() + i] - paper::eq11([ALPHAS[at_80]; 3], deepest).log2();
+    let from_eq11 =
+        |i: usize| logs[at_80 * DELTAS.len() + i] - paper::eq11([ALPHAS[at_80]; 3], deepest).log2();
     let over_alpha = spread((0..ALPHAS.len()).map(|alpha| logs[alpha * DELTAS.len() + 4]));
     Ok(Section {
         id: "figure7".to_owned(),
         title: "Figure 7: delta and alpha".to_owned(),
         lead: Lead::Claim(
             "N_v depends on alpha, and on delta only to a minor extent.".to_owned(),
-            if over_delta < 2.0 { Verdict::Holds } else { Verdict::DoesNotHold },
+            if over_delta < 2.0 {
+                Verdict::Holds
+            } else {
+                Verdict::DoesNotHold
+            },
         ),
         measured: format!(
             "At n = {n} and alpha = 0.8, N_v changes by a factor of 2^{over_delta:.1} from delta = 0.1 to 0.9; \

@@ -40,12 +40,34 @@ pub fn load(files: &str) -> Result<Ladder, Failure> {
         .collect::<Result<Vec<Mesh>, punctual_io::FileError>>()?;
     meshes.sort_by_key(Mesh::len);
     if meshes.windows(2).any(|pair| pair[0].len() == pair[1].len()) || meshes.len() < 2 {
-        return Err(format!("{}: a ladder needs two sizes or more, all different", files[0].display()).into());
+        return Err(format!(
+            "{}: a ladder needs two sizes or more, all different",
+            files[0].display()
+        )
+        .into());
     }
-    let stems: Vec<_> = files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy()).collect();
+    let stems: Vec<_> = files
+        .iter()
+        .map(|file| file.file_stem().unwrap_or_default().to_string_lossy())
+        .collect();
     let common = |a: &str, b: &str| a.chars().zip(b.chars()).take_while(|(a, b)| a == b).count();
-    let length = stems.iter().map(|stem| common(stem, &stems[0])).min().unwrap_or(0);
-    let name: String = stems[0].chars().take(length).filter(|c| !c.is_control() && *c != ',').collect();
+    let length = stems
+        .iter()
+        .map(|stem| common(stem, &stems[0]))
+        .min()
+        .unwrap_or(0);
+    let name: String = stems[0]
+        .chars()
+        .take(length)
+        .filter(|c| !c.is_control() && *c != ',')
+        .collect();
     let name = name.trim_end_matches(|c: char| !c.is_alphabetic());
-    Ok(Ladder { name: if name.is_empty() { "meshes".to_owned() } else { name.to_owned() }, meshes })
+    Ok(Ladder {
+        name: if name.is_empty() {
+            "meshes".to_owned()
+        } else {
+            name.to_owned()
+        },
+        meshes,
+    })
 }

@@ -15,10 +15,16 @@ struct Bounds {
 }
 
 impl Bounds {
-    const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+    const EMPTY: Self = Self {
+        min: DVec3::INFINITY,
+        max: DVec3::NEG_INFINITY,
+    };
 
     fn union(self, other: Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 
     fn area(self) -> f64 {
@@ -47,10 +53,14 @@ impl MeshTree {
     pub fn new(mesh: &Mesh, rotation: &DMat3) -> Self {
         let bounds = |i: usize| {
             let corners = mesh.triangle(i).map(|corner| *rotation * corner);
-            corners.iter().fold(Bounds::EMPTY, |b, &x| b.union(Bounds { min: x, max: x }))
+            corners
+                .iter()
+                .fold(Bounds::EMPTY, |b, &x| b.union(Bounds { min: x, max: x }))
         };
         let mut boxes: Vec<Bounds> = (0..mesh.len()).map(bounds).collect();
-        let mut tree = Self { nodes: Vec::with_capacity(2 * boxes.len()) };
+        let mut tree = Self {
+            nodes: Vec::with_capacity(2 * boxes.len()),
+        };
         tree.split(&mut boxes);
         tree
     }
@@ -83,7 +93,11 @@ impl MeshTree {
 
     /// The root of the tree moved by `shift`.
     pub fn root(&self, shift: DVec3) -> MeshNode<'_> {
-        MeshNode { tree: self, index: 0, shift }
+        MeshNode {
+            tree: self,
+            index: 0,
+            shift,
+        }
     }
 
     /// How far to move `other` so that the centre of its root's box is at `offset` from this one's.
@@ -97,7 +111,13 @@ impl MeshTree {
         let sum: DVec3 = leaves.map(|leaf| leaf.bounds.max - leaf.bounds.min).sum();
         let n = self.leaves() as f64;
         let ratio = (sum / n / self.extents()).to_array();
-        ratio.map(|ratio| if ratio > 0.0 { ratio.min(1.0).powf(1.0 / n.log2()) } else { 1.0 })
+        ratio.map(|ratio| {
+            if ratio > 0.0 {
+                ratio.min(1.0).powf(1.0 / n.log2())
+            } else {
+                1.0
+            }
+        })
     }
 
     /// What each level below the root looks like around the root's centre; leaves of higher levels go down with it.
@@ -112,7 +132,10 @@ impl MeshTree {
                 count,
                 half_extent: boxes().map(|b| (b.max - b.min) * 0.5).sum::<DVec3>() / count,
                 center,
-                variance: boxes().map(|b| (b.center() - self.center() - center).powf(2.0)).sum::<DVec3>() / count,
+                variance: boxes()
+                    .map(|b| (b.center() - self.center() - center).powf(2.0))
+                    .sum::<DVec3>()
+                    / count,
             });
             let next = self.below(&nodes);
             if next.len() == nodes.len() {
@@ -142,14 +165,28 @@ pub struct MeshNode<'t> {
 
 impl BinaryNode for MeshNode<'_> {
     fn overlaps(&self, other: &Self) -> bool {
-        let (a, b) = (&self.tree.nodes[self.index].bounds, &other.tree.nodes[other.index].bounds);
+        let (a, b) = (
+            &self.tree.nodes[self.index].bounds,
+            &other.tree.nodes[other.index].bounds,
+        );
         let shift = other.shift - self.shift;
         a.min.cmple(b.max + shift).all() && (b.min + shift).cmple(a.max).all()
     }
 
     fn children(&self) -> Option<[Self; 2]> {
         let second = self.tree.nodes[self.index].second;
-        (second > 0).then(|| [Self { index: self.index + 1, ..*self }, Self { index: second, ..*self }])
+        (second > 0).then(|| {
+            [
+                Self {
+                    index: self.index + 1,
+                    ..*self
+                },
+                Self {
+                    index: second,
+                    ..*self
+                },
+            ]
+        })
     }
 }
 
@@ -158,7 +195,12 @@ const BINS: usize = 16;
 /// Reorders the boxes and returns how many are on the first side, neither none nor all: the cheapest border between bins,
 /// half and half where no border divides them.
 fn partition(boxes: &mut [Bounds]) -> usize {
-    let centers = boxes.iter().fold(Bounds::EMPTY, |all, b| all.union(Bounds { min: b.center(), max: b.center() }));
+    let centers = boxes.iter().fold(Bounds::EMPTY, |all, b| {
+        all.union(Bounds {
+            min: b.center(),
+            max: b.center(),
+        })
+    });
     let extent = centers.max - centers.min;
     let bin = |b: &Bounds, axis: usize| {
         let share = (b.center()[axis] - centers.min[axis]) / extent[axis];
@@ -173,8 +215,14 @@ fn partition(boxes: &mut [Bounds]) -> usize {
         }
         for border in 1..BINS {
             let side = |bins: &[(Bounds, f64)]| {
-                let all = bins.iter().fold((Bounds::EMPTY, 0.0), |all, bin| (all.0.union(bin.0), all.1 + bin.1));
-                if all.1 > 0.0 { all.0.area() * all.1 } else { f64::INFINITY }
+                let all = bins.iter().fold((Bounds::EMPTY, 0.0), |all, bin| {
+                    (all.0.union(bin.0), all.1 + bin.1)
+                });
+                if all.1 > 0.0 {
+                    all.0.area() * all.1
+                } else {
+                    f64::INFINITY
+                }
             };
             let cost = side(&bins[..border]) + side(&bins[border..]);
             if cost < best.0 {
@@ -209,12 +257,22 @@ mod tests {
         let tree = MeshTree::new(&mesh, &DMat3::from_rotation_z(0.3));
         assert_eq!(tree.leaves(), mesh.len());
         assert_eq!(tree.nodes.len(), 2 * mesh.len() - 1);
-        for (i, node) in tree.nodes.iter().enumerate().filter(|(_, node)| node.second > 0) {
-            let both = tree.nodes[i + 1].bounds.union(tree.nodes[node.second].bounds);
+        for (i, node) in tree
+            .nodes
+            .iter()
+            .enumerate()
+            .filter(|(_, node)| node.second > 0)
+        {
+            let both = tree.nodes[i + 1]
+                .bounds
+                .union(tree.nodes[node.second].bounds);
             assert_eq!((both.min, both.max), (node.bounds.min, node.bounds.max));
         }
         let levels = tree.levels();
-        assert_eq!((levels[0].count, levels[levels.len() - 1].count), (2.0, mesh.len() as f64));
+        assert_eq!(
+            (levels[0].count, levels[levels.len() - 1].count),
+            (2.0, mesh.len() as f64)
+        );
     }
 
     #[test]
@@ -230,7 +288,9 @@ mod tests {
             let ((a, b), (c, d)) = (boxes(i, DVec3::ZERO), boxes(j, shift));
             a.cmple(d).all() && c.cmple(b).all()
         };
-        let expected = (0..mesh.len()).map(|i| (0..mesh.len()).filter(|&j| meets(i, j)).count() as u64).sum::<u64>();
+        let expected = (0..mesh.len())
+            .map(|i| (0..mesh.len()).filter(|&j| meets(i, j)).count() as u64)
+            .sum::<u64>();
         let visits = Visits::count(tree.root(DVec3::ZERO), tree.root(shift));
         assert_eq!(visits.leaf_pairs, expected);
         assert!(expected > 0);
@@ -242,7 +302,13 @@ mod tests {
         let mesh = Mesh::new(corners, [[0, 1, 2]; 5]).unwrap();
         let tree = MeshTree::new(&mesh, &DMat3::IDENTITY);
         assert_eq!((tree.leaves(), tree.alpha()), (5, [1.0; 3]));
-        assert_eq!(Visits::count(tree.root(DVec3::ZERO), tree.root(DVec3::ZERO)).leaf_pairs, 25);
-        assert_eq!(MeshTree::new(&Mesh::new(corners, [[0, 1, 2]]).unwrap(), &DMat3::IDENTITY).leaves(), 1);
+        assert_eq!(
+            Visits::count(tree.root(DVec3::ZERO), tree.root(DVec3::ZERO)).leaf_pairs,
+            25
+        );
+        assert_eq!(
+            MeshTree::new(&Mesh::new(corners, [[0, 1, 2]]).unwrap(), &DMat3::IDENTITY).leaves(),
+            1
+        );
     }
 }

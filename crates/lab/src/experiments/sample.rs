@@ -44,7 +44,11 @@ impl Spread {
 impl Effort {
     /// The mean `N_v` over runs, each of which gets random numbers and a point of a [`Spread`], by `seed`, and has a weight.
     /// The error is that of independent points, and so too large.
-    pub fn mean_visits(&self, seed: u64, mut run: impl FnMut(&mut Random, [f64; 3]) -> (Visits, f64)) -> Mean {
+    pub fn mean_visits(
+        &self,
+        seed: u64,
+        mut run: impl FnMut(&mut Random, [f64; 3]) -> (Visits, f64),
+    ) -> Mean {
         let mut random = Random::new(seed);
         let mut spread = Spread::new(&mut random);
         let (mut runs, mut tests, mut sum, mut squares) = (0, 0, 0.0, 0.0);
@@ -58,7 +62,10 @@ impl Effort {
         }
         let n = f64::from(runs);
         let value = sum / n;
-        Mean { value, error: ((squares / n - value * value).max(0.0) / n).sqrt() }
+        Mean {
+            value,
+            error: ((squares / n - value * value).max(0.0) / n).sqrt(),
+        }
     }
 }
 
@@ -83,15 +90,31 @@ impl Setting {
     ///
     /// Trees with random corners cannot tell an axis from its reverse, so that positive offsets are enough for them.
     pub fn offset(&self, point: [f64; 3]) -> [f64; 3] {
-        let uniform = if self.rule == Rule::Fixed { point.map(|u| 2.0 * u - 1.0) } else { point };
-        [self.delta.map_or(uniform[0], |delta| 1.0 - delta), uniform[1], uniform[2]]
+        let uniform = if self.rule == Rule::Fixed {
+            point.map(|u| 2.0 * u - 1.0)
+        } else {
+            point
+        };
+        [
+            self.delta.map_or(uniform[0], |delta| 1.0 - delta),
+            uniform[1],
+            uniform[2],
+        ]
     }
 
     /// What two new trees visit at an offset.
     pub fn visits(&self, random: &mut Random, offset: [f64; 3]) -> Visits {
         let mut tree = || {
-            let corners = if self.rule == Rule::Fixed { Corners::Fixed } else { Corners::Random(random.bits()) };
-            ArtificialTree { alpha: self.alpha, depth: self.depth, corners }
+            let corners = if self.rule == Rule::Fixed {
+                Corners::Fixed
+            } else {
+                Corners::Random(random.bits())
+            };
+            ArtificialTree {
+                alpha: self.alpha,
+                depth: self.depth,
+                corners,
+            }
         };
         let [a, b] = [tree(), tree()];
         a.visits(&b, offset)
@@ -121,7 +144,9 @@ pub fn parallel<I: Sync, O: Send>(items: &[I], run: impl Fn(&I) -> O + Sync) -> 
             let i = next.fetch_add(1, Ordering::Relaxed);
             let Some(item) = items.get(i) else { break };
             let result = run(item);
-            *results[i].lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(result);
+            *results[i]
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(result);
         }
     };
     thread::scope(|scope| {
@@ -129,7 +154,13 @@ pub fn parallel<I: Sync, O: Send>(items: &[I], run: impl Fn(&I) -> O + Sync) -> 
             scope.spawn(work);
         }
     });
-    results.into_iter().filter_map(|slot| slot.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())).collect()
+    results
+        .into_iter()
+        .filter_map(|slot| {
+            slot.into_inner()
+                .unwrap_or_else(|poisoned| poisoned.into_inner())
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -139,7 +170,10 @@ mod tests {
     #[test]
     fn results_keep_their_order() {
         let items: Vec<u64> = (0..1000).collect();
-        assert_eq!(parallel(&items, |i| i * i), items.iter().map(|i| i * i).collect::<Vec<_>>());
+        assert_eq!(
+            parallel(&items, |i| i * i),
+            items.iter().map(|i| i * i).collect::<Vec<_>>()
+        );
         assert!(parallel(&[], |i: &u64| *i).is_empty());
     }
 
@@ -149,21 +183,40 @@ mod tests {
         let n = 4096;
         let mut octants = [0; 8];
         for _ in 0..n {
-            let octant = spread.next().iter().fold(0, |octant, &u| 2 * octant + usize::from(u >= 0.5));
+            let octant = spread
+                .next()
+                .iter()
+                .fold(0, |octant, &u| 2 * octant + usize::from(u >= 0.5));
             octants[octant] += 1;
         }
         // Independent points would be off by 21 on average.
-        assert!(octants.iter().all(|&count: &i32| (count - n / 8).abs() < 12), "{octants:?}");
+        assert!(
+            octants
+                .iter()
+                .all(|&count: &i32| (count - n / 8).abs() < 12),
+            "{octants:?}"
+        );
     }
 
     #[test]
     fn effort_bounds_the_runs() {
-        let effort = Effort { tests: 100, least: 3, most: 20 };
+        let effort = Effort {
+            tests: 100,
+            least: 3,
+            most: 20,
+        };
         let runs_of = |bv_tests: u64| {
             let mut runs = 0;
             effort.mean_visits(1, |_, _| {
                 runs += 1;
-                (Visits { overlapping: vec![7], bv_tests, leaf_pairs: 0 }, 1.0)
+                (
+                    Visits {
+                        overlapping: vec![7],
+                        bv_tests,
+                        leaf_pairs: 0,
+                    },
+                    1.0,
+                )
             });
             runs
         };

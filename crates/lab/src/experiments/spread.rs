@@ -14,7 +14,12 @@ const ALPHA: [f64; 3] = [0.8; 3];
 /// `N_v` of single queries at each delta, ascending.
 fn single_queries(lab: &Lab, depth: u32, deltas: &[f64]) -> Vec<Vec<f64>> {
     lab.all(deltas, |&delta| {
-        let setting = Setting { alpha: ALPHA, depth, rule: Rule::Random, delta: Some(delta) };
+        let setting = Setting {
+            alpha: ALPHA,
+            depth,
+            rule: Rule::Random,
+            delta: Some(delta),
+        };
         let mut random = Random::new(9);
         let mut points = Spread::new(&mut random);
         let mut single = |_| {
@@ -40,15 +45,38 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
     let n = 1 << depth;
     let deltas: Vec<f64> = (1..=20).map(|i| f64::from(i) / 20.0).collect();
     let queries = single_queries(lab, depth, &deltas);
-    let quantiles = |p: f64| queries.iter().map(|values| quantile(values, p)).collect::<Vec<f64>>();
+    let quantiles = |p: f64| {
+        queries
+            .iter()
+            .map(|values| quantile(values, p))
+            .collect::<Vec<f64>>()
+    };
     let (low, median, high) = (quantiles(0.1), quantiles(0.5), quantiles(0.9));
-    let exact: Vec<f64> = deltas.iter().map(|&delta| exact_visits(ALPHA, delta, depth)).collect();
-    let rows =
-        (0..deltas.len()).map(|i| [deltas[i], low[i], median[i], high[i], exact[i]].map(|x| x.to_string()).to_vec());
-    lab.csv("spread", "delta,p10,median,p90,exact_mean", &rows.collect::<Vec<_>>())?;
+    let exact: Vec<f64> = deltas
+        .iter()
+        .map(|&delta| exact_visits(ALPHA, delta, depth))
+        .collect();
+    let rows = (0..deltas.len()).map(|i| {
+        [deltas[i], low[i], median[i], high[i], exact[i]]
+            .map(|x| x.to_string())
+            .to_vec()
+    });
+    lab.csv(
+        "spread",
+        "delta,p10,median,p90,exact_mean",
+        &rows.collect::<Vec<_>>(),
+    )?;
 
-    let along = |values: &[f64]| deltas.iter().zip(values).map(|(&delta, &v)| [delta, v]).collect::<Vec<[f64; 2]>>();
-    let band = (0..deltas.len()).map(|i| [deltas[i], low[i], high[i]]).collect();
+    let along = |values: &[f64]| {
+        deltas
+            .iter()
+            .zip(values)
+            .map(|(&delta, &v)| [delta, v])
+            .collect::<Vec<[f64; 2]>>()
+    };
+    let band = (0..deltas.len())
+        .map(|i| [deltas[i], low[i], high[i]])
+        .collect();
     let over_delta = Chart {
         title: format!("Single queries at alpha = 0.8, n = {n}"),
         x: Axis::linear("delta"),
@@ -57,7 +85,11 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
             Series::new("10 % to 90 %", 0, Shape::Band(band)),
             Series::new("median", 0, Shape::Line(along(&median))),
             Series::new("mean by the delta model", 1, Shape::Line(along(&exact))),
-            Series::new("Eq 11", 6, Shape::Dashed(along(&vec![paper::eq11(ALPHA, depth); deltas.len()]))),
+            Series::new(
+                "Eq 11",
+                6,
+                Shape::Dashed(along(&vec![paper::eq11(ALPHA, depth); deltas.len()])),
+            ),
         ],
     };
     let all = sorted(queries.into_iter().flatten());
@@ -86,6 +118,9 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
             short(p90),
             short(most)
         ),
-        blocks: vec![lab.plot("spread", &over_delta)?, lab.plot("spread_histogram", &columns)?],
+        blocks: vec![
+            lab.plot("spread", &over_delta)?,
+            lab.plot("spread_histogram", &columns)?,
+        ],
     })
 }

@@ -5,11 +5,18 @@ use crate::paper::{self, Growth};
 
 use super::Lab;
 use super::sample::{Rule, Setting};
-use crate::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short};
+use crate::report::{
+    Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table, Verdict, short,
+};
 
 /// One of the paper's rows each, and how deep trees can be counted in reasonable time.
-const PRODUCTS: [(&str, f64, u32); 5] =
-    [("0.2", 0.2, 13), ("1/4", 0.25, 13), ("sqrt(1/8)", 0.353_553_390_593_273_8, 13), ("3/4", 0.75, 11), ("1", 1.0, 9)];
+const PRODUCTS: [(&str, f64, u32); 5] = [
+    ("0.2", 0.2, 13),
+    ("1/4", 0.25, 13),
+    ("sqrt(1/8)", 0.353_553_390_593_273_8, 13),
+    ("3/4", 0.75, 11),
+    ("1", 1.0, 9),
+];
 /// The exponent is that of the last doublings: the first ones are still dominated by the sum's beginning.
 const LAST: usize = 4;
 const FIRST_DEPTH: u32 = 3;
@@ -23,7 +30,12 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         })
         .collect();
     let counts = lab.all(&settings, |&(product, depth)| {
-        let setting = Setting { alpha: [product.cbrt(); 3], depth, rule: Rule::Random, delta: None };
+        let setting = Setting {
+            alpha: [product.cbrt(); 3],
+            depth,
+            rule: Rule::Random,
+            delta: None,
+        };
         setting.mean(&lab.effort(), u64::from(depth))
     });
     let (mut csv, mut table, mut series, mut worst) = (Vec::new(), Vec::new(), Vec::new(), 0f64);
@@ -36,13 +48,19 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
             .collect();
         csv.extend(points.iter().map(|&[n, visits]| {
             let model = paper::eq11([product.cbrt(); 3], n.log2() as u32);
-            vec![product.to_string(), n.to_string(), visits.to_string(), model.to_string()]
+            vec![
+                product.to_string(),
+                n.to_string(),
+                visits.to_string(),
+                model.to_string(),
+            ]
         }));
         let last = &points[points.len() - LAST..];
         let exponent = PowerLaw::fit(last).map_or(f64::NAN, |law| law.exponent());
         // What the finite sum itself gives over the same sizes.
         let sum = |&[n, _]: &[f64; 2]| [n, paper::eq11([product.cbrt(); 3], n.log2() as u32)];
-        let expected = PowerLaw::fit(&last.iter().map(sum).collect::<Vec<_>>()).map_or(f64::NAN, |law| law.exponent());
+        let expected = PowerLaw::fit(&last.iter().map(sum).collect::<Vec<_>>())
+            .map_or(f64::NAN, |law| law.exponent());
         worst = worst.max((exponent - expected).abs());
         let growth = match Growth::of(product) {
             Growth::Constant => "O(1)".to_owned(),
@@ -57,7 +75,11 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
             short(last[LAST - 1][1]),
         ]);
         series.push(Series::new("", i, Shape::Points(points.clone())));
-        series.push(Series::new(format!("product {name}"), i, Shape::Line(points.iter().map(sum).collect())));
+        series.push(Series::new(
+            format!("product {name}"),
+            i,
+            Shape::Line(points.iter().map(sum).collect()),
+        ));
     }
     lab.csv("table1", "alpha_product,n,visits,eq11", &csv)?;
     let chart = Chart {
@@ -66,7 +88,13 @@ pub fn run(lab: &Lab) -> Result<Section, Failure> {
         y: Axis::log("N_v"),
         series,
     };
-    let header = ["product of alphas", "paper", "exponent of the sum", "exponent measured", "N_v at the largest n"];
+    let header = [
+        "product of alphas",
+        "paper",
+        "exponent of the sum",
+        "exponent measured",
+        "N_v at the largest n",
+    ];
     Ok(Section {
         id: "table1".to_owned(),
         title: "Table 1: classes of growth".to_owned(),

@@ -20,18 +20,29 @@ pub struct Axis {
 impl Axis {
     /// Values at places in proportion to them.
     pub fn linear(label: &str) -> Self {
-        Self { label: label.to_owned(), scale: Scale::Linear, range: None }
+        Self {
+            label: label.to_owned(),
+            scale: Scale::Linear,
+            range: None,
+        }
     }
 
     /// Values at places in proportion to their logarithms; those that are not positive are not drawn.
     pub fn log(label: &str) -> Self {
-        Self { label: label.to_owned(), scale: Scale::Log, range: None }
+        Self {
+            label: label.to_owned(),
+            scale: Scale::Log,
+            range: None,
+        }
     }
 
     /// From where to where it goes.
     #[must_use]
     pub fn range(self, range: Range<f64>) -> Self {
-        Self { range: Some(range), ..self }
+        Self {
+            range: Some(range),
+            ..self
+        }
     }
 
     /// The place of a value on the axis, not finite where it has none.
@@ -54,10 +65,18 @@ impl Axis {
         if let Some(range) = &self.range {
             return self.place(range.start)..self.place(range.end);
         }
-        let places = values.map(|value| self.place(value)).filter(|place| place.is_finite());
-        let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+        let places = values
+            .map(|value| self.place(value))
+            .filter(|place| place.is_finite());
+        let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), x| {
+            (low.min(x), high.max(x))
+        });
         let room = if high > low { 0.04 * (high - low) } else { 0.5 };
-        if low > high { 0.0..1.0 } else { low - room..high + room }
+        if low > high {
+            0.0..1.0
+        } else {
+            low - room..high + room
+        }
     }
 
     /// The places of about six round values, or of powers of ten.
@@ -65,15 +84,24 @@ impl Axis {
         let length = span.end - span.start;
         if self.scale == Scale::Log && length < 2.5 {
             let decades = span.start.floor() as i32..=span.end.ceil() as i32;
-            let steps: &[f64] = if length < 1.3 { &[1.0, 2.0, 3.0, 5.0, 7.0] } else { &[1.0, 3.0] };
-            let values = decades.flat_map(|d| steps.iter().map(move |s| self.place(s * 10f64.powi(d))));
+            let steps: &[f64] = if length < 1.3 {
+                &[1.0, 2.0, 3.0, 5.0, 7.0]
+            } else {
+                &[1.0, 3.0]
+            };
+            let values =
+                decades.flat_map(|d| steps.iter().map(move |s| self.place(s * 10f64.powi(d))));
             return values.filter(|place| span.contains(place)).collect();
         }
         let rough = length / 6.0;
         let decade = 10f64.powf(rough.log10().floor());
         let least = if self.scale == Scale::Log { 1.0 } else { 0.0 };
         let nice = [1.0, 2.0, 5.0, 10.0].map(|s| s * decade);
-        let step = nice.into_iter().find(|step| *step >= rough * 0.999).unwrap_or(rough).max(least);
+        let step = nice
+            .into_iter()
+            .find(|step| *step >= rough * 0.999)
+            .unwrap_or(rough)
+            .max(least);
         let first = (span.start / step).ceil() as i64;
         let last = (span.end / step + 1e-9).floor() as i64;
         (first..=last).map(|i| i as f64 * step).collect()
@@ -100,15 +128,24 @@ mod tests {
 
     fn labels(axis: &Axis, values: Range<f64>) -> Vec<String> {
         let span = axis.span([values.start, values.end].into_iter());
-        axis.ticks(&span).into_iter().map(|tick| axis.tick_label(tick)).collect()
+        axis.ticks(&span)
+            .into_iter()
+            .map(|tick| axis.tick_label(tick))
+            .collect()
     }
 
     #[test]
     fn ticks_are_round_numbers() {
-        assert_eq!(labels(&Axis::linear("").range(0.0..1.0), 0.0..0.0), ["0", "0.2", "0.4", "0.6", "0.8", "1"]);
+        assert_eq!(
+            labels(&Axis::linear("").range(0.0..1.0), 0.0..0.0),
+            ["0", "0.2", "0.4", "0.6", "0.8", "1"]
+        );
         assert_eq!(labels(&Axis::linear(""), -13.0..1.5), ["-10", "-5", "0"]);
         assert_eq!(labels(&Axis::log(""), 1.0..2e7), ["1", "100", "10k", "1M"]);
-        assert_eq!(labels(&Axis::log("").range(100.0..1e4), 1.0..1.0), ["100", "300", "1000", "3000"]);
+        assert_eq!(
+            labels(&Axis::log("").range(100.0..1e4), 1.0..1.0),
+            ["100", "300", "1000", "3000"]
+        );
     }
 
     #[test]

@@ -16,27 +16,45 @@ impl Chances {
     /// Mean difference, over ten bins, between what was told and how often it came.
     pub fn calibration_error(&self) -> f64 {
         let bins = self.bins();
-        bins.iter().map(|bin| bin.count * (bin.told - bin.came).abs()).sum::<f64>() / self.0.len() as f64
+        bins.iter()
+            .map(|bin| bin.count * (bin.told - bin.came).abs())
+            .sum::<f64>()
+            / self.0.len() as f64
     }
 
     /// How often came true what was told, bin by bin, with 95 % intervals.
     pub fn diagram(&self, title: &str) -> Chart {
         let bins = self.bins();
         let points = bins.iter().map(|bin| [bin.told, bin.came]).collect();
-        let intervals = bins.iter().map(|bin| [bin.told, bin.interval()[0], bin.interval()[1]]).collect();
+        let intervals = bins
+            .iter()
+            .map(|bin| [bin.told, bin.interval()[0], bin.interval()[1]])
+            .collect();
         let total = self.0.len() as f64;
         let shares = (0..10).map(|i| {
             let (low, high) = (f64::from(i) / 10.0, f64::from(i + 1) / 10.0);
-            let count: f64 = bins.iter().filter(|bin| bin.told >= low && bin.told < high).map(|bin| bin.count).sum();
+            let count: f64 = bins
+                .iter()
+                .filter(|bin| bin.told >= low && bin.told < high)
+                .map(|bin| bin.count)
+                .sum();
             [low, high, count / total]
         });
         Chart {
-            title: format!("{title}: Brier {:.3}, ECE {:.3}", self.brier(), self.calibration_error()),
+            title: format!(
+                "{title}: Brier {:.3}, ECE {:.3}",
+                self.brier(),
+                self.calibration_error()
+            ),
             x: Axis::linear("probability told").range(0.0..1.0),
             y: Axis::linear("share that came true").range(0.0..1.0),
             series: vec![
                 Series::new("share of the queries", 7, Shape::Columns(shares.collect())),
-                Series::new("as it should be", 6, Shape::Dashed(vec![[0.0, 0.0], [1.0, 1.0]])),
+                Series::new(
+                    "as it should be",
+                    6,
+                    Shape::Dashed(vec![[0.0, 0.0], [1.0, 1.0]]),
+                ),
                 Series::new("95 % interval", 1, Shape::Intervals(intervals)),
                 Series::new("measured", 0, Shape::Points(points)),
             ],
@@ -46,7 +64,11 @@ impl Chances {
     /// Ten bins of equal width, without the empty ones.
     pub fn bins(&self) -> Vec<Bin> {
         let bin = |i: usize| {
-            let inside = || self.0.iter().filter(move |(p, _)| ((p * 10.0) as usize).min(9) == i);
+            let inside = || {
+                self.0
+                    .iter()
+                    .filter(move |(p, _)| ((p * 10.0) as usize).min(9) == i)
+            };
             let count = inside().count() as f64;
             let told = inside().map(|(p, _)| p).sum::<f64>() / count;
             let came = inside().filter(|(_, hit)| *hit).count() as f64 / count;

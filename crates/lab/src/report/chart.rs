@@ -44,20 +44,32 @@ pub enum Shape {
 impl Series {
     /// Series with the same `color` number look alike; there are eight.
     pub fn new(name: impl Into<String>, color: usize, shape: Shape) -> Self {
-        Self { name: name.into(), color: SERIES[color % SERIES.len()].light, shape }
+        Self {
+            name: name.into(),
+            color: SERIES[color % SERIES.len()].light,
+            shape,
+        }
     }
 
     fn corners(&self) -> Vec<[f64; 2]> {
         match &self.shape {
             Shape::Line(points) | Shape::Dashed(points) | Shape::Points(points) => points.clone(),
-            Shape::Band(bars) | Shape::Intervals(bars) => {
-                bars.iter().flat_map(|&[x, low, high]| [[x, low], [x, high]]).collect()
-            }
-            Shape::Columns(columns) => columns.iter().flat_map(|&[l, r, height]| [[l, height], [r, height]]).collect(),
+            Shape::Band(bars) | Shape::Intervals(bars) => bars
+                .iter()
+                .flat_map(|&[x, low, high]| [[x, low], [x, high]])
+                .collect(),
+            Shape::Columns(columns) => columns
+                .iter()
+                .flat_map(|&[l, r, height]| [[l, height], [r, height]])
+                .collect(),
         }
     }
 
-    fn draw<DB: DrawingBackend<ErrorType: 'static>>(&self, canvas: &Canvas<DB>, frame: &Frame) -> Result<(), Failure> {
+    fn draw<DB: DrawingBackend<ErrorType: 'static>>(
+        &self,
+        canvas: &Canvas<DB>,
+        frame: &Frame,
+    ) -> Result<(), Failure> {
         match &self.shape {
             Shape::Line(points) => {
                 for piece in pieces(points, frame) {
@@ -75,9 +87,17 @@ impl Series {
                 }
             }
             Shape::Band(bars) => {
-                let low = bars.iter().filter_map(|&[x, low, _]| frame.nearest_pixel(x, low));
-                let high = bars.iter().rev().filter_map(|&[x, _, high]| frame.nearest_pixel(x, high));
-                canvas.draw(&Polygon::new(low.chain(high).collect::<Vec<_>>(), self.color.mix(0.2)))?;
+                let low = bars
+                    .iter()
+                    .filter_map(|&[x, low, _]| frame.nearest_pixel(x, low));
+                let high = bars
+                    .iter()
+                    .rev()
+                    .filter_map(|&[x, _, high]| frame.nearest_pixel(x, high));
+                canvas.draw(&Polygon::new(
+                    low.chain(high).collect::<Vec<_>>(),
+                    self.color.mix(0.2),
+                ))?;
             }
             Shape::Intervals(bars) => {
                 for &[x, low, high] in bars {
@@ -88,10 +108,15 @@ impl Series {
             }
             Shape::Columns(columns) => {
                 for &[left, right, height] in columns {
-                    let corners = [frame.nearest_pixel(left, height), frame.nearest_pixel(right, height)];
+                    let corners = [
+                        frame.nearest_pixel(left, height),
+                        frame.nearest_pixel(right, height),
+                    ];
                     if let [Some(from), Some((x, _))] = corners {
-                        canvas
-                            .draw(&Rectangle::new([from, (x, pixels(frame.bottom))], self.color.mix(0.6).filled()))?;
+                        canvas.draw(&Rectangle::new(
+                            [from, (x, pixels(frame.bottom))],
+                            self.color.mix(0.6).filled(),
+                        ))?;
                     }
                 }
             }
@@ -115,10 +140,17 @@ impl Series {
                 }
             }
             Shape::Points(_) => {
-                canvas.draw(&Circle::new(point(x + 12.0, y), pixels(3.5), self.color.filled()))?;
+                canvas.draw(&Circle::new(
+                    point(x + 12.0, y),
+                    pixels(3.5),
+                    self.color.filled(),
+                ))?;
             }
             Shape::Intervals(_) => {
-                canvas.draw(&PathElement::new([point(x + 12.0, y - 7.0), point(x + 12.0, y + 7.0)], self.stroke()))?;
+                canvas.draw(&PathElement::new(
+                    [point(x + 12.0, y - 7.0), point(x + 12.0, y + 7.0)],
+                    self.stroke(),
+                ))?;
             }
             Shape::Band(_) | Shape::Columns(_) => {
                 let corners = [point(x, y - 6.0), point(x + 24.0, y + 6.0)];
@@ -136,7 +168,10 @@ impl Series {
 /// The parts of a line that are within the frame.
 fn pieces(points: &[[f64; 2]], frame: &Frame) -> Vec<Vec<(i32, i32)>> {
     let pixels: Vec<_> = points.iter().map(|&[x, y]| frame.pixel(x, y)).collect();
-    pixels.split(Option::is_none).map(|piece| piece.iter().flatten().copied().collect()).collect()
+    pixels
+        .split(Option::is_none)
+        .map(|piece| piece.iter().flatten().copied().collect())
+        .collect()
 }
 
 /// A line cut into dashes.
@@ -150,7 +185,10 @@ fn dashes(line: &[(i32, i32)]) -> Vec<Vec<(i32, i32)>> {
         let length = (to.0 - from.0).hypot(to.1 - from.1);
         let at = |s: f64| {
             let t = (s / length).clamp(0.0, 1.0);
-            ((from.0 + (to.0 - from.0) * t).round() as i32, (from.1 + (to.1 - from.1) * t).round() as i32)
+            (
+                (from.0 + (to.0 - from.0) * t).round() as i32,
+                (from.1 + (to.1 - from.1) * t).round() as i32,
+            )
         };
         let mut start = -phase;
         while start < length {
@@ -194,7 +232,10 @@ impl Draw for Chart {
         (WIDTH as u32, (self.top() + HEIGHT + frame::BELOW) as u32)
     }
 
-    fn draw<DB: DrawingBackend<ErrorType: 'static>>(&self, canvas: &Canvas<DB>) -> Result<(), Failure> {
+    fn draw<DB: DrawingBackend<ErrorType: 'static>>(
+        &self,
+        canvas: &Canvas<DB>,
+    ) -> Result<(), Failure> {
         frame::title(canvas, &self.title)?;
         for (series, x, row) in self.legend() {
             let y = frame::below_title(&self.title) + 4.0 + ROW * row as f64;
@@ -213,6 +254,8 @@ impl Draw for Chart {
             bottom: self.top() + HEIGHT,
         };
         frame.draw(canvas)?;
-        self.series.iter().try_for_each(|series| series.draw(canvas, &frame))
+        self.series
+            .iter()
+            .try_for_each(|series| series.draw(canvas, &frame))
     }
 }

@@ -89,7 +89,10 @@ pub(super) fn below_title(text: &str) -> f64 {
     22.0 + ROW * title_lines(text).len() as f64
 }
 
-pub(super) fn title<DB: DrawingBackend<ErrorType: 'static>>(canvas: &Canvas<DB>, text: &str) -> Result<(), Failure> {
+pub(super) fn title<DB: DrawingBackend<ErrorType: 'static>>(
+    canvas: &Canvas<DB>,
+    text: &str,
+) -> Result<(), Failure> {
     for (row, line) in title_lines(text).iter().enumerate() {
         let at = point(12.0, 18.0 + ROW * row as f64);
         canvas.draw_text(line, &style(TITLE, HPos::Left, VPos::Center), at)?;
@@ -102,7 +105,8 @@ impl Frame<'_> {
     pub fn pixel(&self, x: f64, y: f64) -> Option<(i32, i32)> {
         let (x, y) = (self.x.place(x), self.y.place(y));
         let inside = |place: f64, span: &Range<f64>| place >= span.start && place <= span.end;
-        (inside(x, &self.x_span) && inside(y, &self.y_span)).then(|| point(self.across(x), self.down(y)))
+        (inside(x, &self.x_span) && inside(y, &self.y_span))
+            .then(|| point(self.across(x), self.down(y)))
     }
 
     /// The pixel of the nearest value within the frame; `None` for a value without a place.
@@ -110,37 +114,71 @@ impl Frame<'_> {
         let (x, y) = (self.x.place(x), self.y.place(y));
         let into = |place: f64, span: &Range<f64>| place.clamp(span.start, span.end);
         let known = !x.is_nan() && !y.is_nan();
-        known.then(|| point(self.across(into(x, &self.x_span)), self.down(into(y, &self.y_span))))
+        known.then(|| {
+            point(
+                self.across(into(x, &self.x_span)),
+                self.down(into(y, &self.y_span)),
+            )
+        })
     }
 
     fn across(&self, place: f64) -> f64 {
-        self.left + (place - self.x_span.start) / (self.x_span.end - self.x_span.start) * (self.right - self.left)
+        self.left
+            + (place - self.x_span.start) / (self.x_span.end - self.x_span.start)
+                * (self.right - self.left)
     }
 
     fn down(&self, place: f64) -> f64 {
-        self.bottom - (place - self.y_span.start) / (self.y_span.end - self.y_span.start) * (self.bottom - self.top)
+        self.bottom
+            - (place - self.y_span.start) / (self.y_span.end - self.y_span.start)
+                * (self.bottom - self.top)
     }
 
     /// Grid, ticks, labels and border.
-    pub fn draw<DB: DrawingBackend<ErrorType: 'static>>(&self, canvas: &Canvas<DB>) -> Result<(), Failure> {
-        let line = |from, to, color: &RGBColor| PathElement::new(vec![from, to], color.stroke_width(PIXELS));
+    pub fn draw<DB: DrawingBackend<ErrorType: 'static>>(
+        &self,
+        canvas: &Canvas<DB>,
+    ) -> Result<(), Failure> {
+        let line = |from, to, color: &RGBColor| {
+            PathElement::new(vec![from, to], color.stroke_width(PIXELS))
+        };
         for tick in self.x.ticks(&self.x_span) {
             let x = self.across(tick);
-            canvas.draw(&line(point(x, self.top), point(x, self.bottom + 4.0), &GRID.light))?;
+            canvas.draw(&line(
+                point(x, self.top),
+                point(x, self.bottom + 4.0),
+                &GRID.light,
+            ))?;
             let style = style(TEXT, HPos::Center, VPos::Top);
-            canvas.draw_text(&self.x.tick_label(tick), &style, point(x, self.bottom + 7.0))?;
+            canvas.draw_text(
+                &self.x.tick_label(tick),
+                &style,
+                point(x, self.bottom + 7.0),
+            )?;
         }
         for tick in self.y.ticks(&self.y_span) {
             let y = self.down(tick);
-            canvas.draw(&line(point(self.left - 4.0, y), point(self.right, y), &GRID.light))?;
+            canvas.draw(&line(
+                point(self.left - 4.0, y),
+                point(self.right, y),
+                &GRID.light,
+            ))?;
             let style = style(TEXT, HPos::Right, VPos::Center);
             canvas.draw_text(&self.y.tick_label(tick), &style, point(self.left - 7.0, y))?;
         }
         let below = style(TEXT, HPos::Center, VPos::Bottom);
         let middle = (self.left + self.right) / 2.0;
-        canvas.draw_text(&self.x.label, &below, point(middle, self.bottom + BELOW - 6.0))?;
+        canvas.draw_text(
+            &self.x.label,
+            &below,
+            point(middle, self.bottom + BELOW - 6.0),
+        )?;
         let beside = style(TEXT, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
-        canvas.draw_text(&self.y.label, &beside, point(6.0, (self.top + self.bottom) / 2.0))?;
+        canvas.draw_text(
+            &self.y.label,
+            &beside,
+            point(6.0, (self.top + self.bottom) / 2.0),
+        )?;
         let border = [point(self.left, self.top), point(self.right, self.bottom)];
         Ok(canvas.draw(&Rectangle::new(border, INK.light.stroke_width(PIXELS)))?)
     }

@@ -113,7 +113,10 @@ impl Page {
     /// The sections, with the verdicts on what is claimed.
     fn contents(&self) -> String {
         let mut html = String::from("<table class=\"contents\">\n");
-        for Section { id, title, lead, .. } in &self.sections {
+        for Section {
+            id, title, lead, ..
+        } in &self.sections
+        {
             let (class, text) = match lead {
                 Lead::Claim(_, verdict) => (verdict.class(), verdict.text()),
                 Lead::Shows(_) => ("", ""),
@@ -130,21 +133,36 @@ impl Page {
 
 impl Section {
     fn html(&self) -> String {
-        let Self { id, title, lead, measured, blocks } = self;
+        let Self {
+            id,
+            title,
+            lead,
+            measured,
+            blocks,
+        } = self;
         let side = |name: &str, class: &str, text: &str| {
-            format!("<div><h3>{name}</h3><p class=\"{class}\">{}</p></div>\n", escape(text))
+            format!(
+                "<div><h3>{name}</h3><p class=\"{class}\">{}</p></div>\n",
+                escape(text)
+            )
         };
         let measured = side("Measured", "", measured);
         let sides = match lead {
             Lead::Claim(claim, verdict) => {
-                let verdict = side("Verdict", &format!("verdict {}", verdict.class()), verdict.text());
+                let verdict = side(
+                    "Verdict",
+                    &format!("verdict {}", verdict.class()),
+                    verdict.text(),
+                );
                 side("Claim", "", claim) + &measured + &verdict
             }
             Lead::Shows(what) => side("Shown", "", what) + &measured,
         };
         let title = escape(title);
         let blocks: String = blocks.iter().map(Block::html).collect();
-        format!("<section>\n<h2 id=\"{id}\">{title}</h2>\n<div class=\"sides\">\n{sides}</div>\n{blocks}</section>\n")
+        format!(
+            "<section>\n<h2 id=\"{id}\">{title}</h2>\n<div class=\"sides\">\n{sides}</div>\n{blocks}</section>\n"
+        )
     }
 }
 
@@ -156,7 +174,10 @@ impl Block {
             Self::Text(text) => format!("<p>{}</p>\n", escape(text)),
             Self::Details(summary, blocks) => {
                 let blocks: String = blocks.iter().map(Self::html).collect();
-                format!("<details><summary>{}</summary>\n{blocks}</details>\n", escape(summary))
+                format!(
+                    "<details><summary>{}</summary>\n{blocks}</details>\n",
+                    escape(summary)
+                )
             }
         }
     }
@@ -164,17 +185,28 @@ impl Block {
 
 impl Table {
     /// `rows` have as many cells as the header.
-    pub fn new<H: Into<String>>(header: impl IntoIterator<Item = H>, rows: Vec<Vec<String>>) -> Self {
-        Self { header: header.into_iter().map(Into::into).collect(), rows }
+    pub fn new<H: Into<String>>(
+        header: impl IntoIterator<Item = H>,
+        rows: Vec<Vec<String>>,
+    ) -> Self {
+        Self {
+            header: header.into_iter().map(Into::into).collect(),
+            rows,
+        }
     }
 
     fn html(&self) -> String {
         let row = |cells: &[String], tag: &str| {
-            let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
+            let cells = cells
+                .iter()
+                .map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
             format!("<tr>{}</tr>\n", cells.collect::<String>())
         };
         let rows: String = self.rows.iter().map(|cells| row(cells, "td")).collect();
-        format!("<div class=\"scroll\"><table>\n{}{rows}</table></div>\n", row(&self.header, "th"))
+        format!(
+            "<div class=\"scroll\"><table>\n{}{rows}</table></div>\n",
+            row(&self.header, "th")
+        )
     }
 }
 

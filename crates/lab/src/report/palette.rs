@@ -11,7 +11,10 @@ pub(super) struct Shade {
 }
 
 const fn shade(light: [u8; 3], dark: [u8; 3]) -> Shade {
-    Shade { light: RGBColor(light[0], light[1], light[2]), dark: RGBColor(dark[0], dark[1], dark[2]) }
+    Shade {
+        light: RGBColor(light[0], light[1], light[2]),
+        dark: RGBColor(dark[0], dark[1], dark[2]),
+    }
 }
 
 pub(super) const PAPER: Shade = shade([255, 255, 255], [22, 27, 34]);
@@ -34,7 +37,8 @@ pub(super) const SERIES: [Shade; 8] = [
 pub(super) fn with_dark_mode(svg: &str) -> String {
     let mut rules = String::new();
     for Shade { light, dark } in [&PAPER, &INK, &GRID].into_iter().chain(&SERIES) {
-        let [light, dark] = [light, dark].map(|color| format!("#{:02X}{:02X}{:02X}", color.0, color.1, color.2));
+        let [light, dark] =
+            [light, dark].map(|color| format!("#{:02X}{:02X}{:02X}", color.0, color.1, color.2));
         for property in ["fill", "stroke"] {
             // Writing to a string cannot fail.
             let _ = write!(rules, "[{property}=\"{light}\"]{{{property}:{dark}}}");

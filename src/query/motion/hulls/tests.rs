@@ -28,7 +28,8 @@ impl Sink for Found {
     }
 
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        self.pairs.extend(bits(hits).map(|bit| (child(bit as u32), self.keys[0][0])));
+        self.pairs
+            .extend(bits(hits).map(|bit| (child(bit as u32), self.keys[0][0])));
     }
 
     fn cluster(&mut self, pair: Pair, _column: usize) {
@@ -36,7 +37,12 @@ impl Sink for Found {
     }
 
     fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        let pair = |bit: usize| ([first[0] + bit as u32 / 8, first[1] + bit as u32 % 8], self.keys[0][0]);
+        let pair = |bit: usize| {
+            (
+                [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8],
+                self.keys[0][0],
+            )
+        };
         self.triangles.extend(bits(hits).map(pair));
     }
 }
@@ -56,20 +62,43 @@ impl Kernel for &Meeting<'_> {
     /// Whether they are found below the roots, and no pair on the way there waits for longer.
     fn run<L: Lanes>(self, lanes: L) -> bool {
         let holds = |side: usize, pair: &Pair| {
-            let (node, i) = (&self.trees[side].nodes()[pair.nodes[side] as usize], self.triangles[side]);
-            let is_alive = || !node.is_cluster || pair.alive[side] >> (i - node.first_triangle) & 1 != 0;
+            let (node, i) = (
+                &self.trees[side].nodes()[pair.nodes[side] as usize],
+                self.triangles[side],
+            );
+            let is_alive =
+                || !node.is_cluster || pair.alive[side] >> (i - node.first_triangle) & 1 != 0;
             node.triangle_range().contains(&(i as usize)) && is_alive()
         };
         let (mut pair, mut key) = (Pair::new(0, 0), f32::NEG_INFINITY);
         loop {
-            let mut found = Found { keys: [[0.0; WIDTH]; WIDTH], pairs: Vec::new(), triangles: Vec::new() };
+            let mut found = Found {
+                keys: [[0.0; WIDTH]; WIDTH],
+                pairs: Vec::new(),
+                triangles: Vec::new(),
+            };
             let mut views = Views::NONE;
             let mut hulls = Hulls::new(0.6, key, self.span, &mut views);
-            expand(lanes, pair, self.trees, self.relation, &mut hulls, &mut found);
-            if let Some((_, key)) = found.triangles.iter().find(|found| found.0 == self.triangles) {
+            expand(
+                lanes,
+                pair,
+                self.trees,
+                self.relation,
+                &mut hulls,
+                &mut found,
+            );
+            if let Some((_, key)) = found
+                .triangles
+                .iter()
+                .find(|found| found.0 == self.triangles)
+            {
                 return *key <= self.time;
             }
-            match found.pairs.iter().find(|(pair, _)| holds(0, pair) && holds(1, pair)) {
+            match found
+                .pairs
+                .iter()
+                .find(|(pair, _)| holds(0, pair) && holds(1, pair))
+            {
                 Some(next) if next.1 <= self.time => (pair, key) = *next,
                 _ => return false,
             }
@@ -99,27 +128,58 @@ impl Kernel for &InLanes<'_> {
 fn check_triangles(trees: [&Tree; 2], course: &Course, piece: &Piece, pair: [u32; 2], time: f64) {
     let [a, b] = trees;
     let relation = Relation::new(a, b, &course.pose(piece.middle));
-    let (local, all) = (piece.local(time), glide(course, piece, &relation, a.unit().origin, 0.0));
+    let (local, all) = (
+        piece.local(time),
+        glide(course, piece, &relation, a.unit().origin, 0.0),
+    );
     for (swings, spread) in [(true, false), (true, true), (false, false), (false, true)] {
         let glide = &Glide { swings, ..all };
-        let said = InLanes { trees, placement: &relation.triangles, glide, pair, spread };
-        let part = if spread { ((local + 0.5) * 8.0) as usize } else { 0 }.min(7);
+        let said = InLanes {
+            trees,
+            placement: &relation.triangles,
+            glide,
+            pair,
+            spread,
+        };
+        let part = if spread {
+            ((local + 0.5) * 8.0) as usize
+        } else {
+            0
+        }
+        .min(7);
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
             let (enter, alive) = instructions.run(&said);
-            assert!(alive >> part & 1 != 0 && enter[part] <= local, "{swings} {spread}: {local} {enter:?} {alive:b}");
+            assert!(
+                alive >> part & 1 != 0 && enter[part] <= local,
+                "{swings} {spread}: {local} {enter:?} {alive:b}"
+            );
         }
     }
-    let corners = |side: usize| trees[side].mesh().triangle(trees[side].ids()[pair[side] as usize] as usize);
+    let corners = |side: usize| {
+        trees[side]
+            .mesh()
+            .triangle(trees[side].ids()[pair[side] as usize] as usize)
+    };
     for span in [1.0, 0.1, 1e-3] {
         // From before the time to after it.
-        let (half, middle) = (span / 2.0, (time + span / 3.0).clamp(span / 2.0, 1.0 - span / 2.0));
+        let (half, middle) = (
+            span / 2.0,
+            (time + span / 3.0).clamp(span / 2.0, 1.0 - span / 2.0),
+        );
         let (twist, pose) = (course.twist(middle), course.pose(middle));
         let of_b = corners(1).map(|corner| pose.transform_point(corner));
         let error = course.bend_besides(half) + 2.0 * course.rounding;
-        let (velocities, bends) = (of_b.map(|corner| twist.at(corner)), course.bends(&twist, &of_b, half));
-        let window = Swept::new(&corners(0), &of_b, velocities, bends, error, half).window(f64::INFINITY);
+        let (velocities, bends) = (
+            of_b.map(|corner| twist.at(corner)),
+            course.bends(&twist, &of_b, half),
+        );
+        let window =
+            Swept::new(&corners(0), &of_b, velocities, bends, error, half).window(f64::INFINITY);
         let holds = |[enter, leave]: [f64; 2]| enter <= time - middle && time - middle <= leave;
-        assert!(window.is_some_and(holds), "{span}: {time} {middle} {window:?}");
+        assert!(
+            window.is_some_and(holds),
+            "{span}: {time} {middle} {window:?}"
+        );
     }
 }
 
@@ -129,7 +189,12 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
     let meshes = || {
         let corners = [[0.5, 0.4, 0.1], [-0.6, 0.3, 0.0], [0.0, -0.7, 0.2]];
         let triangle = Mesh::from_f64(corners, [[0, 1, 2]]).unwrap();
-        [shapes::cuboid([0.9, 0.6, 0.02], 5), shapes::gear(9, 2), shapes::torus_knot(2, 3, 0.2, 24), triangle]
+        [
+            shapes::cuboid([0.9, 0.6, 0.02], 5),
+            shapes::gear(9, 2),
+            shapes::torus_knot(2, 3, 0.2, 24),
+            triangle,
+        ]
     };
     let tree = |mesh: &Mesh, size: f64| {
         let vertices = (0..mesh.vertex_count()).map(|i| mesh.vertex(i) * size);
@@ -149,7 +214,8 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
         let middle = |[p, q, r]: [DVec3; 3]| (p + q + r) / 3.0;
         let normal = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p).normalize();
         let kind = random.bits() % 3;
-        let mut vector = |size: f64| DVec3::from_array([(); 3].map(|()| random.between(-size, size)));
+        let mut vector =
+            |size: f64| DVec3::from_array([(); 3].map(|()| random.between(-size, size)));
         let start = DMat3::from_axis_angle(vector(1.0).normalize(), vector(3.0).x);
         let across = |normal: DVec3, axis: DVec3| axis.cross(normal).normalize();
         let axis = match kind {
@@ -161,13 +227,18 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
         let (at, of_b, from_axis) = match kind {
             0 => (of_a[0], of_b[0], vector(size)),
             1 => (middle(of_a), of_b[0], normal(of_a) * vector(size).x),
-            _ => (of_a[0], middle(of_b), turned * start * normal(of_b) * vector(size).x),
+            _ => (
+                of_a[0],
+                middle(of_b),
+                turned * start * normal(of_b) * vector(size).x,
+            ),
         };
         // The last kinds like a pendulum, lowest where it meets the other triangle, or like a wheel, which rolls there.
         let velocity = axis.cross(from_axis) * (-angle * [0.0, 0.4, 1.0][round / 9 % 3]);
         let arm = turned.transpose() * from_axis - start * of_b;
         let place = at - from_axis - velocity * time + arm;
-        let motion = Motion::with_arm(Pose::unchecked(start, place), velocity, axis * angle, arm).unwrap();
+        let motion =
+            Motion::with_arm(Pose::unchecked(start, place), velocity, axis * angle, arm).unwrap();
         let course = Course::new(a, b, None, &motion);
         let piece = course.piece(0);
         if course.pieces != 1 || !piece.is_on_the_spot {
@@ -177,15 +248,32 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
         let relation = Relation::new(a, b, &piece.pose);
         let mut span = Span::new(&course, [a, b], &piece, &relation, until, 0.0).unwrap();
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
-            let meeting =
-                Meeting { trees: [a, b], relation: &relation, span: &span, triangles, time: piece.local(time) };
-            assert!(instructions.run(&meeting), "round {round}: they meet at {time}");
+            let meeting = Meeting {
+                trees: [a, b],
+                relation: &relation,
+                span: &span,
+                triangles,
+                time: piece.local(time),
+            };
+            assert!(
+                instructions.run(&meeting),
+                "round {round}: they meet at {time}"
+            );
         }
         check_triangles([a, b], &course, &piece, triangles, time);
         met += 1;
         (span.turn, span.bulge) = (0.0, 0.0);
-        let straight = Meeting { trees: [a, b], relation: &relation, span: &span, triangles, time: piece.local(time) };
+        let straight = Meeting {
+            trees: [a, b],
+            relation: &relation,
+            span: &span,
+            triangles,
+            time: piece.local(time),
+        };
         lost_without += usize::from(!Instructions::PORTABLE.run(&straight));
     }
-    assert!(met > 3_000 && lost_without > met / 100, "{lost_without} of {met} would be lost if ways were straight");
+    assert!(
+        met > 3_000 && lost_without > met / 100,
+        "{lost_without} of {met} would be lost if ways were straight"
+    );
 }

@@ -49,7 +49,9 @@ impl Meeting {
     /// Of a pair of which this was found.
     fn new(key: PairKey, verdict: Verdict) -> Option<Self> {
         // Of bodies with margins nothing is found: they are not plain.
-        let Verdict::Intersecting { witness } = verdict else { return None };
+        let Verdict::Intersecting { witness } = verdict else {
+            return None;
+        };
         Some(Self { key, witness })
     }
 }
@@ -66,12 +68,16 @@ pub(crate) struct Hands<'h> {
 impl Hands<'_> {
     /// Runs what was begun to its end.
     fn finish(&mut self, frame: &Frame, round: &Round) {
-        frame.crew.finish(self.batches, round, frame.bodies, self.scratch, &mut |_| ());
+        frame
+            .crew
+            .finish(self.batches, round, frame.bodies, self.scratch, &mut |_| ());
     }
 
     /// The tests that were dealt.
     fn tests(&mut self) -> impl Iterator<Item = Test> {
-        self.batches.iter_mut().flat_map(|batch| batch.tests.drain(..))
+        self.batches
+            .iter_mut()
+            .flat_map(|batch| batch.tests.drain(..))
     }
 }
 
@@ -124,7 +130,10 @@ impl Revisit {
     /// What this frame spent.
     pub fn spent(&self) -> Spent {
         let work = self.searches.work + self.beside + self.tests as u64 * WORK_PER_WITNESS;
-        Spent { work, ..self.searches }
+        Spent {
+            work,
+            ..self.searches
+        }
     }
 
     /// Of a frame that tests nothing.
@@ -151,33 +160,51 @@ impl Revisit {
             return;
         }
         let first = self.next;
-        let most = if frame.budget.is_unlimited() { usize::MAX } else { enough };
+        let most = if frame.budget.is_unlimited() {
+            usize::MAX
+        } else {
+            enough
+        };
         let mut left = [most.min(pairs.len()), most / PER_REST];
         let (mut goes_on, mut is_cut, mut meanwhile) = (true, false, Some(meanwhile));
         while goes_on && !is_cut {
             goes_on = self.gather(frame, broad, pairs, &mut left, deadline);
             let round = self.begin(frame, pairs, hands, |pairs, place| {
-                Some(Test::new(pairs.key(place as usize), place, pairs.witness(place as usize)))
+                Some(Test::new(
+                    pairs.key(place as usize),
+                    place,
+                    pairs.witness(place as usize),
+                ))
             });
             if let Some(meanwhile) = meanwhile.take() {
                 meanwhile(broad, pairs);
             }
             hands.finish(frame, &round);
             let mut before = 0;
-            hands.tests().for_each(|Test { key, place, witness, outcome, .. }| {
-                self.tests += usize::from(outcome != Outcome::Untested);
-                let place = pairs.place_now(place as usize, key, before);
-                before = place.unwrap_or(before);
-                match outcome {
-                    Outcome::Met => {
-                        place.into_iter().for_each(|place| pairs.hold(place, frame.number));
-                        self.found.push(Meeting { key, witness });
+            hands.tests().for_each(
+                |Test {
+                     key,
+                     place,
+                     witness,
+                     outcome,
+                     ..
+                 }| {
+                    self.tests += usize::from(outcome != Outcome::Untested);
+                    let place = pairs.place_now(place as usize, key, before);
+                    before = place.unwrap_or(before);
+                    match outcome {
+                        Outcome::Met => {
+                            place
+                                .into_iter()
+                                .for_each(|place| pairs.hold(place, frame.number));
+                            self.found.push(Meeting { key, witness });
+                        }
+                        Outcome::Lost => self.lost.extend(place.map(|place| place as u32)),
+                        Outcome::Untested if is_cut => {}
+                        Outcome::Untested => (is_cut, self.next) = (true, key),
                     }
-                    Outcome::Lost => self.lost.extend(place.map(|place| place as u32)),
-                    Outcome::Untested if is_cut => {}
-                    Outcome::Untested => (is_cut, self.next) = (true, key),
-                }
-            });
+                },
+            );
         }
         // Those from a place on come before the others; and before both, those that rest.
         let turn = self.found.iter().position(|meeting| meeting.key < first);
@@ -190,9 +217,18 @@ impl Revisit {
 
     /// Of the pairs whose latest witnesses do not meet any more, tests the ones before, and what lies next to the latest if it is
     /// expected to meet: surfaces that meet go on meeting there, unless they go far in a frame.
-    fn test_again(&mut self, frame: &Frame, pairs: &mut Pairs, hands: &mut Hands, deadline: &mut Deadline) {
+    fn test_again(
+        &mut self,
+        frame: &Frame,
+        pairs: &mut Pairs,
+        hands: &mut Hands,
+        deadline: &mut Deadline,
+    ) {
         // The others were lost before this frame.
-        self.waiting.extend(self.lost.extract_if(.., |place| !pairs.is_lost(*place as usize)));
+        self.waiting.extend(
+            self.lost
+                .extract_if(.., |place| !pairs.is_lost(*place as usize)),
+        );
         let (of_all, mut passed) = (USUAL_NEARBY + self.nearby, self.passed);
         let round = self.begin(frame, pairs, hands, |pairs, place| {
             let mut test = Test::new(pairs.key(place as usize), place, NO_TRIANGLES);
@@ -202,36 +238,54 @@ impl Revisit {
             if deadline.has_room(WORK_PER_NEIGHBORS) && frame.bodies.know_neighbors(test.key) {
                 let is_expected = of_all + state.nearby >= LEAST_NEARBY;
                 // Things may have changed since it was expected.
-                passed = if is_expected { passed } else { (passed + 1) % PER_NEARBY };
+                passed = if is_expected {
+                    passed
+                } else {
+                    (passed + 1) % PER_NEARBY
+                };
                 test.asks_beside = is_expected || passed == 0;
-                deadline.spend(if test.asks_beside { WORK_PER_NEIGHBORS } else { 0 });
+                deadline.spend(if test.asks_beside {
+                    WORK_PER_NEIGHBORS
+                } else {
+                    0
+                });
             }
             test.state = Some(state);
             Some(test)
         });
         hands.finish(frame, &round);
         self.passed = passed;
-        hands.tests().for_each(|Test { state, key, place, witness, beside, outcome, .. }| {
-            let Some(mut state) = state else { return };
-            if let Some(met) = beside {
-                self.learn_beside(&mut state, met);
-            }
-            match outcome {
-                Outcome::Met => {
-                    if let Some(older) = state.memory.witness(1).filter(|_| beside.is_none()) {
-                        state.memory.found(older);
+        hands.tests().for_each(
+            |Test {
+                 state,
+                 key,
+                 place,
+                 witness,
+                 beside,
+                 outcome,
+                 ..
+             }| {
+                let Some(mut state) = state else { return };
+                if let Some(met) = beside {
+                    self.learn_beside(&mut state, met);
+                }
+                match outcome {
+                    Outcome::Met => {
+                        if let Some(older) = state.memory.witness(1).filter(|_| beside.is_none()) {
+                            state.memory.found(older);
+                        }
+                        state.note_test(Some(witness), frame.number);
+                        self.find(Meeting { key, witness });
                     }
-                    state.note_test(Some(witness), frame.number);
-                    self.find(Meeting { key, witness });
+                    Outcome::Lost | Outcome::Untested => {
+                        state.note_test(None, frame.number);
+                        self.lost.push(place);
+                    }
                 }
-                Outcome::Lost | Outcome::Untested => {
-                    state.note_test(None, frame.number);
-                    self.lost.push(place);
-                }
-            }
-            let marks = state.marks(frame.number);
-            pairs.put_back(place as usize, state, marks);
-        });
+                let marks = state.marks(frame.number);
+                pairs.put_back(place as usize, state, marks);
+            },
+        );
     }
 
     /// Gathers pairs that met, from the one on whose turn it is: those that rest are found, and others wait for their tests or
@@ -246,7 +300,11 @@ impl Revisit {
         deadline: &mut Deadline,
     ) -> bool {
         let (known, mut place) = (pairs.len(), pairs.place(self.next));
-        let enough = if frame.is_timed() { TESTS * frame.threads() } else { usize::MAX };
+        let enough = if frame.is_timed() {
+            TESTS * frame.threads()
+        } else {
+            usize::MAX
+        };
         let mut goes_on = true;
         while *left > 0 && self.waiting.len() < enough {
             if place == known {
@@ -259,7 +317,8 @@ impl Revisit {
             if met.is_none() {
                 continue;
             }
-            self.is_full = self.found.len() + self.waiting.len() + self.lost.len() >= self.found.capacity();
+            self.is_full =
+                self.found.len() + self.waiting.len() + self.lost.len() >= self.found.capacity();
             goes_on = !self.is_full && deadline.has_room(WORK_PER_WITNESS);
             if !goes_on {
                 break;
@@ -301,11 +360,23 @@ impl Revisit {
         mut test: impl FnMut(&mut Pairs, u32) -> Option<Test>,
     ) -> Round {
         let parts = if frame.threads() == 1 { 1 } else { PARTS };
-        let each = self.waiting.len().div_ceil(parts).next_multiple_of(LANES).max(LANES);
-        let round = Round { kind: RoundKind::Test, ..Round::to_the_end(frame.number, frame.mode, *end) };
+        let each = self
+            .waiting
+            .len()
+            .div_ceil(parts)
+            .next_multiple_of(LANES)
+            .max(LANES);
+        let round = Round {
+            kind: RoundKind::Test,
+            ..Round::to_the_end(frame.number, frame.mode, *end)
+        };
         for (part, places) in self.waiting.chunks(each).enumerate() {
-            batches[part].tests.extend(places.iter().filter_map(|&place| test(pairs, place)));
-            frame.crew.begin(part, &mut batches[part..=part], &round, frame.bodies);
+            batches[part]
+                .tests
+                .extend(places.iter().filter_map(|&place| test(pairs, place)));
+            frame
+                .crew
+                .begin(part, &mut batches[part..=part], &round, frame.bodies);
         }
         self.waiting.clear();
         round
@@ -331,5 +402,8 @@ impl Revisit {
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
     // Two fixed bodies may be known whose distance was asked for.
-    !bodies.is_special(key) && broad.compares(pair) && bodies.may_meet(pair) && !broad.is_of_another(bodies, pair)
+    !bodies.is_special(key)
+        && broad.compares(pair)
+        && bodies.may_meet(pair)
+        && !broad.is_of_another(bodies, pair)
 }

@@ -36,7 +36,9 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         self.lost.sort_unstable();
-        let first = self.lost.partition_point(|&place| pairs.key(place as usize) < self.turns[0]);
+        let first = self
+            .lost
+            .partition_point(|&place| pairs.key(place as usize) < self.turns[0]);
         for at in (first..self.lost.len()).chain(0..first) {
             let place = self.lost[at] as usize;
             if !self.has_room(hands, deadline) {
@@ -62,7 +64,11 @@ impl Revisit {
                     break;
                 }
                 left -= 1;
-                deadline.spend(if is_unmet { WORK_PER_MERGED_PAIR } else { PASSED as u64 });
+                deadline.spend(if is_unmet {
+                    WORK_PER_MERGED_PAIR
+                } else {
+                    PASSED as u64
+                });
                 if is_unmet && self.is_sought(place, deep, frame, broad, pairs) {
                     left += PER_TEST;
                     self.ask(turn, place, frame, pairs, hands, deadline);
@@ -78,14 +84,23 @@ impl Revisit {
     }
 
     /// Whether a pair that did not meet, and whose boxes overlap `deep`ly or not, is to be searched before it is listed.
-    fn is_sought(&self, place: usize, deep: bool, frame: &Frame, broad: &Broad, pairs: &mut Pairs) -> bool {
+    fn is_sought(
+        &self,
+        place: usize,
+        deep: bool,
+        frame: &Frame,
+        broad: &Broad,
+        pairs: &mut Pairs,
+    ) -> bool {
         let (key, number) = (pairs.key(place), frame.number);
         let part = frame.bodies.common_part(bodies_of(key));
         // The stopped run of bodies at rest is gone on with later.
         if part.is_none_or(|part| (part >= DEEP) != deep) || frame.changed(key) < number {
             return false;
         }
-        let is_due = |known: &mut Known| !known.is_completed(number) && !known.stays_apart(frame.bodies, number);
+        let is_due = |known: &mut Known| {
+            !known.is_completed(number) && !known.stays_apart(frame.bodies, number)
+        };
         pairs.overlapping(place, true, number).is_some_and(is_due) && is_plain(key, frame, broad)
     }
 
@@ -100,11 +115,20 @@ impl Revisit {
         deadline: &mut Deadline,
     ) {
         let threads = frame.threads().min(hands.batches.len());
-        let dealt = Turn { index: place as u32, next: Some(TurnKind::Meet), ..pairs.take(place, frame.number) };
+        let dealt = Turn {
+            index: place as u32,
+            next: Some(TurnKind::Meet),
+            ..pairs.take(place, frame.number)
+        };
         if threads == 1 {
             // A deadline that goes on knows how fast it goes.
             let mut searched = dealt;
-            searched.search(frame.bodies, hands.scratch, &round_of_searches(frame, None), deadline);
+            searched.search(
+                frame.bodies,
+                hands.scratch,
+                &round_of_searches(frame, None),
+                deadline,
+            );
             return self.end_search(turn, searched, pairs);
         }
         hands.batches[hands.dealt % threads].turns.push(dealt);
@@ -121,8 +145,18 @@ impl Revisit {
         if mem::take(&mut hands.dealt) == 0 {
             return;
         }
-        let Hands { batches, scratch, end, .. } = hands;
-        frame.crew.run(batches, &round_of_searches(frame, *end), frame.bodies, scratch);
+        let Hands {
+            batches,
+            scratch,
+            end,
+            ..
+        } = hands;
+        frame.crew.run(
+            batches,
+            &round_of_searches(frame, *end),
+            frame.bodies,
+            scratch,
+        );
         for searched in batches.iter_mut().flat_map(|batch| batch.turns.drain(..)) {
             self.end_search(turn, searched, pairs);
         }
@@ -142,5 +176,8 @@ impl Revisit {
 }
 
 fn round_of_searches(frame: &Frame, end: Option<Duration>) -> Round {
-    Round { kind: RoundKind::Search, ..Round::to_the_end(frame.number, frame.mode, end) }
+    Round {
+        kind: RoundKind::Search,
+        ..Round::to_the_end(frame.number, frame.mode, end)
+    }
 }

@@ -18,8 +18,10 @@ pub const PROVEN: Feature = |stop| f64::from(u8::from(stop.is_proven()));
 pub const FINISHED: Feature = |stop| f64::from(u8::from(stop.finished));
 
 /// What is reached on the way to the end: its place in [`Run::reached`], and words for it.
-pub const GOALS: [(usize, &str); 2] =
-    [(0, "upper bound within 10 % of the distance"), (1, "bounds within 10 % of each other")];
+pub const GOALS: [(usize, &str); 2] = [
+    (0, "upper bound within 10 % of the distance"),
+    (1, "bounds within 10 % of each other"),
+];
 
 /// The budgets at which stops are looked at: places in [`Run::stops`].
 #[derive(Clone, Copy, PartialEq)]
@@ -31,22 +33,47 @@ pub enum Kind {
 impl Kind {
     /// The runs of a case, of all rounds together.
     fn runs(self, case: &Measurement) -> impl Iterator<Item = &Run> {
-        let rounds = case.distance.rounds.iter().flatten().filter(move |_| self == Self::Time);
-        case.distance.runs.iter().filter(move |_| self == Self::Work).chain(rounds)
+        let rounds = case
+            .distance
+            .rounds
+            .iter()
+            .flatten()
+            .filter(move |_| self == Self::Time);
+        case.distance
+            .runs
+            .iter()
+            .filter(move |_| self == Self::Work)
+            .chain(rounds)
     }
 
-    fn of_order<'m>(self, case: &'m Measurement, order: &'static str) -> impl Iterator<Item = &'m Run> {
+    fn of_order<'m>(
+        self,
+        case: &'m Measurement,
+        order: &'static str,
+    ) -> impl Iterator<Item = &'m Run> {
         self.runs(case).filter(move |run| run.order == order)
     }
 
     /// A feature at the `i`-th budget, of all poses of all cases, sorted.
-    pub fn spread(self, cases: &[Measurement], order: &'static str, i: usize, feature: Feature) -> Vec<f64> {
+    pub fn spread(
+        self,
+        cases: &[Measurement],
+        order: &'static str,
+        i: usize,
+        feature: Feature,
+    ) -> Vec<f64> {
         let runs = cases.iter().flat_map(|case| self.of_order(case, order));
         sorted(runs.map(|run| feature(&run.stops[i])))
     }
 
     /// Its mean over cases, which count alike, of the means over their poses.
-    pub fn mean(self, cases: &[Measurement], order: &'static str, i: usize, feature: Feature) -> f64 {
+    pub fn mean(
+        self,
+        cases: &[Measurement],
+        order: &'static str,
+        i: usize,
+        feature: Feature,
+    ) -> f64 {
         let of_case = |case| mean(self.of_order(case, order).map(|run| feature(&run.stops[i])));
         mean(cases.iter().filter_map(of_case)).unwrap_or(f64::NAN)
     }
@@ -76,15 +103,27 @@ pub const MEAN: fn(&[f64]) -> f64 = |values| mean(values.iter().copied()).unwrap
 pub const LARGEST: fn(&[f64]) -> f64 = |values| quantile(values, 1.0);
 
 /// The share of the work of a finished depth-first query with which the median pose of a case reaches a goal.
-pub fn reached<'m>(cases: &'m [Measurement], order: &'static str, goal: usize) -> impl Iterator<Item = (&'m str, f64)> {
+pub fn reached<'m>(
+    cases: &'m [Measurement],
+    order: &'static str,
+    goal: usize,
+) -> impl Iterator<Item = (&'m str, f64)> {
     cases.iter().filter_map(move |case| {
-        let values = sorted(Kind::Work.of_order(case, order).map(|run| run.reached[goal]));
+        let values = sorted(
+            Kind::Work
+                .of_order(case, order)
+                .map(|run| run.reached[goal]),
+        );
         (!values.is_empty()).then(|| (&*case.name, quantile(&values, 0.5)))
     })
 }
 
 /// Mean over cases, and the worst.
-pub fn reached_over_cases<'m>(cases: &'m [Measurement], order: &'static str, goal: usize) -> (f64, Worst<'m>) {
+pub fn reached_over_cases<'m>(
+    cases: &'m [Measurement],
+    order: &'static str,
+    goal: usize,
+) -> (f64, Worst<'m>) {
     let mean = mean(reached(cases, order, goal).map(|(_, share)| share)).unwrap_or(f64::NAN);
     (mean, Worst::largest(reached(cases, order, goal)))
 }
@@ -100,12 +139,18 @@ pub fn work_figures(cases: &[Measurement], figures: &mut BTreeMap<String, f64>) 
                 figures.insert(format!("{name}: work {order} {case}"), share);
             }
         }
-        let whole = Kind::Work.whole(cases, order, MEAN).map(|(_, work)| work.ln());
-        figures.insert(format!("finished distance: work {order}"), mean(whole).map_or(f64::NAN, f64::exp));
+        let whole = Kind::Work
+            .whole(cases, order, MEAN)
+            .map(|(_, work)| work.ln());
+        figures.insert(
+            format!("finished distance: work {order}"),
+            mean(whole).map_or(f64::NAN, f64::exp),
+        );
     }
 }
 
-pub const HEADER: &str = "case,order,budget_kind,budget,poses,low_p10,low_p50,high_p50,high_p90,high_near,proven";
+pub const HEADER: &str =
+    "case,order,budget_kind,budget,poses,low_p10,low_p50,high_p50,high_p90,high_near,proven";
 
 /// The tidy table: a line for each case, order and budget, bounds over the true distance.
 pub fn table(case: &Measurement) -> Vec<Vec<String>> {
@@ -113,8 +158,19 @@ pub fn table(case: &Measurement) -> Vec<Vec<String>> {
         return Vec::new();
     }
     let alone = std::slice::from_ref(case);
-    let works = plan().percent().map(|percent| (Kind::Work, "work_percent", u64::from(percent), percent as usize - 1));
-    let times = plan().microseconds().iter().enumerate().map(|(i, &us)| (Kind::Time, "time_us", us, i));
+    let works = plan().percent().map(|percent| {
+        (
+            Kind::Work,
+            "work_percent",
+            u64::from(percent),
+            percent as usize - 1,
+        )
+    });
+    let times = plan()
+        .microseconds()
+        .iter()
+        .enumerate()
+        .map(|(i, &us)| (Kind::Time, "time_us", us, i));
     let budgets: Vec<_> = works.chain(times).collect();
     let line = |order, (kind, name, budget, i): (Kind, &str, u64, usize)| {
         let [low, high] = [LOW, HIGH].map(|feature| kind.spread(alone, order, i, feature));
@@ -127,8 +183,17 @@ pub fn table(case: &Measurement) -> Vec<Vec<String>> {
             share(HIGH_IS_NEAR),
             share(PROVEN),
         ];
-        let names = [case.name.clone(), order.to_owned(), name.to_owned(), budget.to_string(), low.len().to_string()];
+        let names = [
+            case.name.clone(),
+            order.to_owned(),
+            name.to_owned(),
+            budget.to_string(),
+            low.len().to_string(),
+        ];
         names.into_iter().chain(numbers.map(cell)).collect()
     };
-    ORDERS.iter().flat_map(|order| budgets.iter().map(move |budget| line(order, *budget))).collect()
+    ORDERS
+        .iter()
+        .flat_map(|order| budgets.iter().map(move |budget| line(order, *budget)))
+        .collect()
 }

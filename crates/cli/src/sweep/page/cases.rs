@@ -8,23 +8,36 @@ use super::super::contender::{DEFAULT, DEPTH_FIRST, label};
 use super::super::measure::Limit;
 use super::super::plan::plan;
 use super::super::summary::{
-    COVERAGE, DETECTED, Feature, Measurement, RECALL, Stratum, UNDECIDED, WORK, Which, first_hit_of_case, volume_left,
+    COVERAGE, DETECTED, Feature, Measurement, RECALL, Stratum, UNDECIDED, WORK, Which,
+    first_hit_of_case, volume_left,
 };
-use super::{Report, at_work, best, counted, distance, has_intersections, number, over_time, over_work};
+use super::{
+    Report, at_work, best, counted, distance, has_intersections, number, over_time, over_work,
+};
 
 /// Orders that are shown for kinds of poses.
 fn shown() -> impl Iterator<Item = &'static str> {
-    plan().names().filter(|order| [DEFAULT, DEPTH_FIRST, "low-alpha"].contains(order))
+    plan()
+        .names()
+        .filter(|order| [DEFAULT, DEPTH_FIRST, "low-alpha"].contains(order))
 }
 
 impl Report<'_> {
     pub(super) fn strata(&self) -> Section {
         let [soon, later] = [5, 20].map(|percent| plan().percent_near(percent));
-        let header = ["poses".to_owned(), "number".to_owned(), format!("undecided at {later} %")].into_iter();
+        let header = [
+            "poses".to_owned(),
+            "number".to_owned(),
+            format!("undecided at {later} %"),
+        ]
+        .into_iter();
         let header = header.chain(
-            [format!("detected at {soon} %"), format!("pairs at {later} %")]
-                .into_iter()
-                .flat_map(|what| shown().map(move |order| format!("{what}: {}", label(order)))),
+            [
+                format!("detected at {soon} %"),
+                format!("pairs at {later} %"),
+            ]
+            .into_iter()
+            .flat_map(|what| shown().map(move |order| format!("{what}: {}", label(order)))),
         );
         Section {
             id: "strata".into(),
@@ -41,18 +54,39 @@ impl Report<'_> {
     }
 
     fn stratum(&self, stratum: Stratum) -> Vec<String> {
-        let poses: usize = self.cases.iter().map(|case| case.strata.iter().filter(|s| **s == stratum).count()).sum();
+        let poses: usize = self
+            .cases
+            .iter()
+            .map(|case| case.strata.iter().filter(|s| **s == stratum).count())
+            .sum();
         let at = |order, mode, percent, feature: Feature| {
-            let which = Which { order, mode, budget: Limit::Work(percent) };
+            let which = Which {
+                order,
+                mode,
+                budget: Limit::Work(percent),
+            };
             let rows = self.cases.iter().flat_map(|case| {
-                case.work.rows.iter().filter(move |row| which.picks(row) && case.strata[row.pose] == stratum)
+                case.work
+                    .rows
+                    .iter()
+                    .filter(move |row| which.picks(row) && case.strata[row.pose] == stratum)
             });
             number(mean(rows.map(feature)).unwrap_or(f64::NAN))
         };
         let [soon, later] = [5, 20].map(|percent| plan().percent_near(percent));
-        let mut row = vec![stratum.name().to_owned(), poses.to_string(), at(DEFAULT, Mode::Any, later, UNDECIDED)];
+        let mut row = vec![
+            stratum.name().to_owned(),
+            poses.to_string(),
+            at(DEFAULT, Mode::Any, later, UNDECIDED),
+        ];
         for (mode, percent, feature) in [(Mode::Any, soon, DETECTED), (Mode::All, later, RECALL)] {
-            let cell = |order| if stratum.collides() { at(order, mode, percent, feature) } else { "-".to_owned() };
+            let cell = |order| {
+                if stratum.collides() {
+                    at(order, mode, percent, feature)
+                } else {
+                    "-".to_owned()
+                }
+            };
             row.extend(shown().map(cell));
         }
         row
@@ -77,7 +111,10 @@ impl Report<'_> {
         ];
         let mut blocks = Vec::new();
         if self.cases.iter().any(has_intersections) {
-            blocks.push(Block::Table(Table::new(header, self.cases.iter().map(row).collect())));
+            blocks.push(Block::Table(Table::new(
+                header,
+                self.cases.iter().map(row).collect(),
+            )));
         }
         for case in self.cases {
             blocks.push(self.plots_of(case)?);
@@ -101,16 +138,45 @@ impl Report<'_> {
         let mut charts = Vec::new();
         if case.hits() > 0 && has_intersections(case) {
             charts.extend([
-                ("work", over_work(alone, &format!("{name}: pairs found, over work"), Mode::All, RECALL)),
-                ("any-time", over_time(alone, &format!("{name}: contact detected within a time"), Mode::Any, DETECTED)),
-                ("all-time", over_time(alone, &format!("{name}: pairs found within a time"), Mode::All, RECALL)),
+                (
+                    "work",
+                    over_work(
+                        alone,
+                        &format!("{name}: pairs found, over work"),
+                        Mode::All,
+                        RECALL,
+                    ),
+                ),
+                (
+                    "any-time",
+                    over_time(
+                        alone,
+                        &format!("{name}: contact detected within a time"),
+                        Mode::Any,
+                        DETECTED,
+                    ),
+                ),
+                (
+                    "all-time",
+                    over_time(
+                        alone,
+                        &format!("{name}: pairs found within a time"),
+                        Mode::All,
+                        RECALL,
+                    ),
+                ),
             ]);
         }
         if distance::has_any(case) {
             charts.extend(distance::charts(alone, &format!(": {name}")));
         }
-        let plots = charts.iter().map(|(what, chart)| self.plot(&format!("cases/{name}-{what}"), chart));
-        Ok(Block::Details(name.clone(), plots.collect::<Result<_, _>>()?))
+        let plots = charts
+            .iter()
+            .map(|(what, chart)| self.plot(&format!("cases/{name}-{what}"), chart));
+        Ok(Block::Details(
+            name.clone(),
+            plots.collect::<Result<_, _>>()?,
+        ))
     }
 }
 
@@ -120,9 +186,17 @@ fn row(case: &Measurement) -> Vec<String> {
     let any = |order| at_work(alone, order, Mode::Any, soon, DETECTED);
     let all = |order| at_work(alone, order, Mode::All, later, RECALL);
     let orders = || plan().contenders().map(|contender| contender.name);
-    let name = |order: &str, value: f64| if value.is_nan() { "-".to_owned() } else { order.to_owned() };
+    let name = |order: &str, value: f64| {
+        if value.is_nan() {
+            "-".to_owned()
+        } else {
+            order.to_owned()
+        }
+    };
     let [best_any, best_all] = [best(orders(), any), best(orders(), all)];
-    let left = volume_left(alone, DEFAULT, plan().percent_near(50)).next().map_or(f64::NAN, |(_, left)| left);
+    let left = volume_left(alone, DEFAULT, plan().percent_near(50))
+        .next()
+        .map_or(f64::NAN, |(_, left)| left);
     vec![
         case.name.clone(),
         format!("{} x {}", case.triangles[0], case.triangles[1]),

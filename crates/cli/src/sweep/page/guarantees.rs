@@ -7,16 +7,26 @@ use super::Report;
 
 impl Report<'_> {
     pub(super) fn guarantees(&self) -> Vec<Section> {
-        let sum = |count: &dyn Fn(&Measurement) -> usize| self.cases.iter().map(count).sum::<usize>();
+        let sum =
+            |count: &dyn Fn(&Measurement) -> usize| self.cases.iter().map(count).sum::<usize>();
         let wrong = sum(&|case| {
             case.work.wrong.len()
                 + case.distance.wrong.len()
                 + case.rounds.iter().map(|round| round.wrong).sum::<usize>()
         });
         let stops = sum(&|case| {
-            case.work.rows.len() + case.distance.stops + case.rounds.iter().map(|round| round.rows.len()).sum::<usize>()
+            case.work.rows.len()
+                + case.distance.stops
+                + case
+                    .rounds
+                    .iter()
+                    .map(|round| round.rows.len())
+                    .sum::<usize>()
         });
-        let [certificates, loose] = [sum(&|case| case.work.certificates), sum(&|case| case.work.loose.len())];
+        let [certificates, loose] = [
+            sum(&|case| case.work.certificates),
+            sum(&|case| case.work.loose.len()),
+        ];
         let [(overrun, most), (of_distances, most_of_distances)] = overruns(self.cases);
         vec![
             tested(
@@ -32,7 +42,9 @@ impl Report<'_> {
                 "What may have been missed",
                 "A stopped query bounds what it may have missed: its bound on the number of pairs is never too low, and each \
                  missed pair meets in one of the boxes that it names.",
-                format!("{loose} false in {certificates} certificates (one missed pair was looked up in each)."),
+                format!(
+                    "{loose} false in {certificates} certificates (one missed pair was looked up in each)."
+                ),
                 loose == 0,
             ),
             tested(
@@ -49,7 +61,11 @@ impl Report<'_> {
 }
 
 fn tested(id: &str, title: &str, claim: &str, measured: String, holds: bool) -> Section {
-    let verdict = if holds { Verdict::Holds } else { Verdict::DoesNotHold };
+    let verdict = if holds {
+        Verdict::Holds
+    } else {
+        Verdict::DoesNotHold
+    };
     Section {
         id: id.to_owned(),
         title: title.to_owned(),

@@ -8,8 +8,8 @@ use super::super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, NARROWED
 use super::super::measure::Limit;
 use super::super::plan::plan;
 use super::super::summary::{
-    BV_TESTS, COVERAGE, DETECTED, Feature, RECALL, WORK, Which, Worst, area, first_hit, first_hit_of_case, volume_left,
-    worst_case,
+    BV_TESTS, COVERAGE, DETECTED, Feature, RECALL, WORK, Which, Worst, area, first_hit,
+    first_hit_of_case, volume_left, worst_case,
 };
 use super::{Report, at_work, decimals, drawn, number, over_work};
 
@@ -56,27 +56,59 @@ const QUESTIONS: [Question; 3] = [
 impl Report<'_> {
     /// A section for each question.
     pub(super) fn work(&self) -> Result<Vec<Section>, Failure> {
-        QUESTIONS.iter().map(|question| self.answer(question)).collect()
+        QUESTIONS
+            .iter()
+            .map(|question| self.answer(question))
+            .collect()
     }
 
     fn answer(&self, question: &Question) -> Result<Section, Failure> {
-        let &Question { id, title, shown, mode, feature, percent } = question;
+        let &Question {
+            id,
+            title,
+            shown,
+            mode,
+            feature,
+            percent,
+        } = question;
         let percent = plan().percent_near(percent);
         let at = |order, percent| at_work(self.cases, order, mode, percent, feature);
-        let worst =
-            |order, percent| worst_case(self.cases, Which { order, mode, budget: Limit::Work(percent) }, feature);
+        let worst = |order, percent| {
+            worst_case(
+                self.cases,
+                Which {
+                    order,
+                    mode,
+                    budget: Limit::Work(percent),
+                },
+                feature,
+            )
+        };
         let mut chart = over_work(self.cases, title, mode, feature);
         chart.series.insert(0, self.band(mode, feature));
-        let table = by_percent(plan().names(), |order, percent| [at(order, percent), worst(order, percent).value]);
+        let table = by_percent(plan().names(), |order, percent| {
+            [at(order, percent), worst(order, percent).value]
+        });
         let compared = drawn().filter(|curve| mode == Mode::All || curve.order != CUT_OFF);
         let words = compared.map(|curve| {
             let Worst { case, value } = worst(curve.order, percent);
-            format!("{} {} (worst case {}, {case})", curve.label, number(at(curve.order, percent)), number(value))
+            format!(
+                "{} {} (worst case {}, {case})",
+                curve.label,
+                number(at(curve.order, percent)),
+                number(value)
+            )
         });
-        let mut measured = format!("With {percent} % of the work: {}.", words.collect::<Vec<_>>().join("; "));
+        let mut measured = format!(
+            "With {percent} % of the work: {}.",
+            words.collect::<Vec<_>>().join("; ")
+        );
         if id == "all" {
-            let [ours, plain, oracle] = [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| number(area(self.cases, order)));
-            measured += &format!(" Mean over all budgets: {ours}, depth-first {plain}, best order {oracle}.");
+            let [ours, plain, oracle] =
+                [DEFAULT, DEPTH_FIRST, ORACLE].map(|order| number(area(self.cases, order)));
+            measured += &format!(
+                " Mean over all budgets: {ours}, depth-first {plain}, best order {oracle}."
+            );
         }
         let mut text =
             "Each case counts alike, as the mean over its poses in contact. The worst case is the one with the least \
@@ -90,36 +122,68 @@ impl Report<'_> {
             title: title.to_owned(),
             lead: Lead::Shows(shown.to_owned()),
             measured,
-            blocks: vec![self.plot(id, &chart)?, Block::Text(text), Block::Table(table)],
+            blocks: vec![
+                self.plot(id, &chart)?,
+                Block::Text(text),
+                Block::Table(table),
+            ],
         })
     }
 
     /// The middle half of the poses. Where an answer is yes or no it would say nothing.
     fn band(&self, mode: Mode, feature: Feature) -> Series {
         let bar = |percent: u32| {
-            let which = Which { order: DEFAULT, mode, budget: Limit::Work(percent) };
-            let rows = self
-                .cases
-                .iter()
-                .flat_map(|case| case.work.rows.iter().filter(move |row| which.picks(row) && case.collides(row)));
+            let which = Which {
+                order: DEFAULT,
+                mode,
+                budget: Limit::Work(percent),
+            };
+            let rows = self.cases.iter().flat_map(|case| {
+                case.work
+                    .rows
+                    .iter()
+                    .filter(move |row| which.picks(row) && case.collides(row))
+            });
             let values = sorted(rows.map(feature));
-            [f64::from(percent), quantile(&values, 0.25), quantile(&values, 0.75)]
+            [
+                f64::from(percent),
+                quantile(&values, 0.25),
+                quantile(&values, 0.75),
+            ]
         };
-        Series::new("", 0, Shape::Band(if mode == Mode::Any { vec![] } else { plan().percent().map(bar).collect() }))
+        Series::new(
+            "",
+            0,
+            Shape::Band(if mode == Mode::Any {
+                vec![]
+            } else {
+                plan().percent().map(bar).collect()
+            }),
+        )
     }
 
     pub(super) fn first_hit(&self) -> Section {
-        let header = ["share of what depth-first takes", "work: mean", "worst case", "BV tests: mean"];
+        let header = [
+            "share of what depth-first takes",
+            "work: mean",
+            "worst case",
+            "BV tests: mean",
+        ];
         let worst = |order: &str| {
-            let shares =
-                self.cases.iter().filter_map(|case| Some((&*case.name, 1.0 / first_hit_of_case(case, order, WORK)?)));
+            let shares = self.cases.iter().filter_map(|case| {
+                Some((&*case.name, 1.0 / first_hit_of_case(case, order, WORK)?))
+            });
             Worst::largest(shares)
         };
         let row = |order| {
-            let [work, bv_tests] = [WORK, BV_TESTS].map(|cost| 1.0 / first_hit(self.cases, order, cost));
-            std::iter::once(label(order).to_owned()).chain([work, worst(order).value, bv_tests].map(number)).collect()
+            let [work, bv_tests] =
+                [WORK, BV_TESTS].map(|cost| 1.0 / first_hit(self.cases, order, cost));
+            std::iter::once(label(order).to_owned())
+                .chain([work, worst(order).value, bv_tests].map(number))
+                .collect()
         };
-        let [ours, oracle] = [DEFAULT, ORACLE].map(|order| 1.0 / first_hit(self.cases, order, WORK));
+        let [ours, oracle] =
+            [DEFAULT, ORACLE].map(|order| 1.0 / first_hit(self.cases, order, WORK));
         let Worst { case, value } = worst(DEFAULT);
         Section {
             id: "first-hit".into(),
@@ -140,11 +204,14 @@ impl Report<'_> {
     /// How the certificate shrinks.
     pub(super) fn volume_left(&self) -> Result<Section, Failure> {
         let half = plan().percent_near(50);
-        let at =
-            |order, percent| mean(volume_left(self.cases, order, percent).map(|(_, left)| left)).unwrap_or(f64::NAN);
+        let at = |order, percent| {
+            mean(volume_left(self.cases, order, percent).map(|(_, left)| left)).unwrap_or(f64::NAN)
+        };
         let worst = |order, percent| Worst::largest(volume_left(self.cases, order, percent));
         let line = |(color, order): (usize, &&'static str)| {
-            let points = plan().percent().map(|percent| [f64::from(percent), at(order, percent)]);
+            let points = plan()
+                .percent()
+                .map(|percent| [f64::from(percent), at(order, percent)]);
             Series::new(label(order), color, Shape::Line(points.collect()))
         };
         let chart = Chart {
@@ -187,15 +254,23 @@ impl Report<'_> {
 }
 
 /// A row for each order and a column for each share of the work; `cell` gives the mean and the worst case.
-fn by_percent(orders: impl Iterator<Item = &'static str>, cell: impl Fn(&'static str, u32) -> [f64; 2]) -> Table {
-    let header =
-        std::iter::once("mean / worst case".to_owned()).chain(plan().percent().map(|percent| format!("{percent} %")));
+fn by_percent(
+    orders: impl Iterator<Item = &'static str>,
+    cell: impl Fn(&'static str, u32) -> [f64; 2],
+) -> Table {
+    let header = std::iter::once("mean / worst case".to_owned())
+        .chain(plan().percent().map(|percent| format!("{percent} %")));
     let row = |order| {
         let cells = plan().percent().map(|percent| {
             let [mean, worst] = cell(order, percent);
             format!("{} / {}", number(mean), number(worst))
         });
-        std::iter::once(label(order).to_owned()).chain(cells).collect()
+        std::iter::once(label(order).to_owned())
+            .chain(cells)
+            .collect()
     };
-    Table { header: header.collect(), rows: orders.map(row).collect() }
+    Table {
+        header: header.collect(),
+        rows: orders.map(row).collect(),
+    }
 }
