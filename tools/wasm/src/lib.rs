@@ -1,4 +1,4 @@
-//! What `tests/platforms` asks, for a WebAssembly runtime: see `run.js`.
+//! What `tests/platforms` asks, for a WebAssembly runtime: see `run.mjs`.
 
 extern crate alloc;
 

@@ -1,5 +1,5 @@
-// Prints the hashes of a module: node run.js punctual_wasm.wasm
-const { readFileSync } = require("node:fs");
+// Prints the hashes of a module: node run.mjs punctual_wasm.wasm
+import { readFileSync } from "node:fs";
 const { exports } = new WebAssembly.Instance(new WebAssembly.Module(readFileSync(process.argv[2])));
 if (!exports.has_no_time()) throw new Error("a budget of time was spent without a clock");
 const at = exports.answers();
