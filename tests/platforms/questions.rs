@@ -6,8 +6,9 @@ use alloc::vec::Vec;
 use core::fmt::{Debug, Write};
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, ContactQuery, DistanceQuery, Mode, Motion, MotionQuery, PairMemory, Patches, Pose,
-    PushOutQuery, Query, Ray, RayBatch, RayMode, RayQuery, Tree, Workspace,
+    Budget, ContactQuery, Distance, DistanceQuery, Mode, Motion, MotionQuery, Outcome, PairMemory,
+    Passage, Patches, Pose, PushOutQuery, Query, Ray, RayBatch, RayMode, RayQuery, Stats, Tree,
+    Workspace,
 };
 
 const ENOUGH: Budget = Budget::work(1 << 40);
@@ -48,15 +49,52 @@ impl Answers<'_> {
     }
 }
 
+/// The counts of a query, without their names, which may change.
+fn counts(stats: &Stats) -> impl Debug {
+    let tests = [
+        stats.bv_tests,
+        stats.primitive_tests,
+        stats.exact_tests,
+        stats.work,
+    ];
+    (tests, stats.bv_tests_per_level, stats.queue_peak)
+}
+
+fn outcome(outcome: &Outcome) -> impl Debug {
+    (
+        outcome.verdict,
+        outcome.stop,
+        outcome.found,
+        counts(&outcome.stats),
+    )
+}
+
+fn bounds(found: &Distance) -> impl Debug {
+    let nearest = found
+        .nearest
+        .map(|nearest| (nearest.triangles, nearest.points));
+    (
+        [found.low, found.high],
+        nearest,
+        found.stop,
+        counts(&found.stats),
+    )
+}
+
+fn times(found: &Passage) -> impl Debug {
+    let times = (found.free_until, found.touching_at, found.triangles);
+    (times, found.stop, counts(&found.stats))
+}
+
 /// Every question about two trees.
 pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace: Workspace) {
     let mut memory = PairMemory::new();
     let any = Query::new(a, b, pose);
-    answers.tell("any", any.run(&mut workspace, ENOUGH));
+    answers.tell("any", outcome(&any.run(&mut workspace, ENOUGH)));
     let all = Query::new(a, b, pose).mode(Mode::All);
     answers.tell("predict", (any.predict(None), all.predict(None)));
     let cut = all.run(&mut workspace, Budget::work(1_500));
-    answers.tell("cut", (cut, workspace.pairs()));
+    answers.tell("cut", (outcome(&cut), workspace.pairs()));
     let certificate = all.certificate(&workspace).expect("of this query");
     answers.tell(
         "certificate",
@@ -67,28 +105,31 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
     );
     answers.tell("estimate", all.estimate(&workspace, None));
     let whole = all.run_with_memory(&mut workspace, &mut memory, ENOUGH);
-    answers.tell("all", (whole, workspace.pairs()));
+    answers.tell("all", (outcome(&whole), workspace.pairs()));
     answers.tell(
         "again",
-        any.run_with_memory(&mut workspace, &mut memory, ENOUGH),
+        outcome(&any.run_with_memory(&mut workspace, &mut memory, ENOUGH)),
     );
 
     let distance = DistanceQuery::new(a, b, pose);
     answers.tell(
         "distance-cut",
-        distance.run(&mut workspace, Budget::work(2_500)),
+        bounds(&distance.run(&mut workspace, Budget::work(2_500))),
     );
     answers.tell(
         "distance-estimate",
         (distance.predict(None), distance.estimate(&workspace, None)),
     );
-    answers.tell("distance", distance.run(&mut workspace, ENOUGH));
+    answers.tell("distance", bounds(&distance.run(&mut workspace, ENOUGH)));
 
     let contacts = ContactQuery::new(a, b, pose).margin(0.02);
     let found = contacts.run(&mut workspace, ENOUGH);
     answers.tell(
         "contacts",
-        (found, workspace.contacts().collect::<Vec<_>>()),
+        (
+            (found.low, found.found, found.stop, counts(&found.stats)),
+            workspace.contacts().collect::<Vec<_>>(),
+        ),
     );
     let mut patches = Patches::new();
     patches.update(a, b, workspace.contacts());
@@ -97,7 +138,14 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
     let push = PushOutQuery::new(a, b, pose)
         .query_limit(12)
         .run(&mut workspace, Budget::work(300_000));
-    answers.tell("push-out", push);
+    let told = (
+        push.push
+            .map(|push| (push.direction, push.distance, push.b_in_a)),
+        push.queries,
+        push.stop,
+        push.work,
+    );
+    answers.tell("push-out", told);
 
     let start = pose.translation() * 3.0 + DVec3::new(0.1, 0.0, 4.0);
     let start = Pose::new(pose.rotation(), start).expect("the same rotation");
@@ -107,9 +155,12 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
     let query = MotionQuery::new(a, b, motion).tolerance(1e-3);
     answers.tell(
         "motion-cut",
-        query.run(&mut workspace, Budget::work(20_000)),
+        times(&query.run(&mut workspace, Budget::work(20_000))),
     );
-    answers.tell("motion", query.run(&mut workspace, Budget::work(200_000)));
+    answers.tell(
+        "motion",
+        times(&query.run(&mut workspace, Budget::work(200_000))),
+    );
 
     let place = |i: u32| {
         pose.transform_point(DVec3::new(f64::from(i % 7), f64::from(i % 5), 9.0) * 0.3 - 0.6)
@@ -119,10 +170,14 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
         .collect();
     let mut hits = [None; 40];
     let done = RayBatch::new(a, &rays).run(&mut workspace, &mut hits, ENOUGH);
-    answers.tell("rays", (done, hits));
+    answers.tell("rays", ((done.done, done.stop, counts(&done.stats)), hits));
     let through = Ray::segment([-5.0, 0.01, 0.02], [5.0, -0.01, 0.03]).expect("two points");
     let cast = RayQuery::new(a, through)
         .mode(RayMode::All)
         .run(&mut workspace, ENOUGH);
-    answers.tell("all-hits", (cast, workspace.ray_hits()));
+    let told = (cast.hit, cast.found, cast.free_until, cast.stop);
+    answers.tell(
+        "all-hits",
+        (told, counts(&cast.stats), workspace.ray_hits()),
+    );
 }
