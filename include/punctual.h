@@ -1109,10 +1109,6 @@ typedef struct punctual_certificate {
    * Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
    */
   double largest_extent;
-  /**
-   * Units of work that narrowing it took; 0 if it was not narrowed.
-   */
-  uint64_t work;
 } punctual_certificate;
 
 /**
@@ -1404,24 +1400,6 @@ punctual_status punctual_query_open_boxes(const struct punctual_query *query,
                                           size_t *count);
 
 /**
- * `punctual_query_certificate` and `punctual_query_open_boxes` after `work` units of work that open the largest of the
- * boxes: the more, the less room is left and the lower is the upper bound. The run in `workspace` stays as it is and can be
- * resumed; the work is done in `aside`, another workspace, whatever that held before. Intersections that it comes across
- * have boxes too, since the query has not found them. Takes time linear in the open pairs, then that of the work; allocates
- * nothing.
- *
- * Fails as `punctual_query_certificate`.
- */
-punctual_status punctual_query_narrowed_certificate(const struct punctual_query *query,
-                                                    const struct punctual_workspace *workspace,
-                                                    struct punctual_workspace *aside,
-                                                    uint64_t work,
-                                                    struct punctual_certificate *certificate,
-                                                    struct punctual_aabb *boxes,
-                                                    size_t capacity,
-                                                    size_t *count);
-
-/**
  * What this query will take, if nothing stops it, given what is remembered of the pair; `memory` may be null. Takes about a
  * microsecond and allocates nothing.
  */
@@ -1659,22 +1637,6 @@ punctual_status punctual_distance_query_open_boxes(const struct punctual_distanc
                                                    struct punctual_aabb *boxes,
                                                    size_t capacity,
                                                    size_t *count);
-
-/**
- * `punctual_distance_query_certificate` and `punctual_distance_query_open_boxes` after `work` units of work that open the
- * largest of the boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`. `high` stays as
- * it is, and before there is one nothing is gained.
- *
- * Fails as `punctual_distance_query_certificate`.
- */
-punctual_status punctual_distance_query_narrowed_certificate(const struct punctual_distance_query *query,
-                                                             const struct punctual_workspace *workspace,
-                                                             struct punctual_workspace *aside,
-                                                             uint64_t work,
-                                                             struct punctual_certificate *certificate,
-                                                             struct punctual_aabb *boxes,
-                                                             size_t capacity,
-                                                             size_t *count);
 
 /**
  * Units of work that this query will take if nothing stops it, given what is remembered of the pair; `memory` may be null. A rough
@@ -1926,21 +1888,6 @@ punctual_status punctual_contact_query_open_boxes(const struct punctual_contact_
                                                   struct punctual_aabb *boxes,
                                                   size_t capacity,
                                                   size_t *count);
-
-/**
- * `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the
- * largest of the boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
- *
- * Fails as `punctual_contact_query_certificate`.
- */
-punctual_status punctual_contact_query_narrowed_certificate(const struct punctual_contact_query *query,
-                                                            const struct punctual_workspace *workspace,
-                                                            struct punctual_workspace *aside,
-                                                            uint64_t work,
-                                                            struct punctual_certificate *certificate,
-                                                            struct punctual_aabb *boxes,
-                                                            size_t capacity,
-                                                            size_t *count);
 
 /**
  * The contacts that the last query found, if it was a contact query, without those drained: the nearest first. As many as

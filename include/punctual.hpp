@@ -388,15 +388,6 @@ struct Query : punctual_query {
                                  std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_query_open_boxes, this, workspace.get(), boxes, capacity);
   }
-  /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
-  Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
-                                                    punctual_aabb *boxes, std::size_t capacity,
-                                                    std::size_t &count) const noexcept {
-    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
-      return punctual_query_narrowed_certificate(this, workspace.get(), aside.get(), work, certificate, boxes,
-                                                 capacity, &count);
-    });
-  }
 };
 
 /** How far apart? The fields of punctual_distance_query are public; the trees must outlive it. */
@@ -432,15 +423,6 @@ struct DistanceQuery : punctual_distance_query {
   Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
                                  std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_distance_query_open_boxes, this, workspace.get(), boxes, capacity);
-  }
-  /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
-  Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
-                                                    punctual_aabb *boxes, std::size_t capacity,
-                                                    std::size_t &count) const noexcept {
-    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
-      return punctual_distance_query_narrowed_certificate(this, workspace.get(), aside.get(), work, certificate, boxes,
-                                                  capacity, &count);
-    });
   }
 };
 
@@ -506,15 +488,6 @@ struct ContactQuery : punctual_contact_query {
   Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
                                  std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_contact_query_open_boxes, this, workspace.get(), boxes, capacity);
-  }
-  /** After so much work in another workspace. Writes up to `capacity` boxes, and how many there are to `count`. */
-  Result<punctual_certificate> narrowed_certificate(const Workspace &workspace, Workspace &aside, std::uint64_t work,
-                                                    punctual_aabb *boxes, std::size_t capacity,
-                                                    std::size_t &count) const noexcept {
-    return detail::filled<punctual_certificate>([&](punctual_certificate *certificate) {
-      return punctual_contact_query_narrowed_certificate(this, workspace.get(), aside.get(), work, certificate, boxes,
-                                                  capacity, &count);
-    });
   }
 };
 

@@ -26,11 +26,7 @@ fn the_counter_counts() {
 }
 
 /// Everything a caller can do with a query inside a frame.
-fn use_query(
-    query: &Query,
-    [workspace, aside]: [&mut Workspace; 2],
-    mut memory: Option<&mut PairMemory>,
-) {
+fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut PairMemory>) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     let budgets = [
         Budget::work(0),
@@ -45,10 +41,6 @@ fn use_query(
             let certificate = query.certificate(workspace).unwrap();
             black_box((certificate.upper_bound(), certificate.largest_extent()));
             black_box(certificate.boxes().count());
-            let narrowed = query
-                .narrowed_certificate(workspace, aside, 500 * resumption)
-                .unwrap();
-            black_box((narrowed.upper_bound(), narrowed.boxes().count()));
             match outcome.stop {
                 StopReason::Finished | StopReason::FirstHit => break,
                 StopReason::PairsFull => drop(black_box(workspace.drain_pairs())),
@@ -65,7 +57,7 @@ fn use_query(
 /// The same of a distance query.
 fn use_distance(
     query: &DistanceQuery,
-    [workspace, aside]: [&mut Workspace; 2],
+    workspace: &mut Workspace,
     mut memory: Option<&mut PairMemory>,
 ) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
@@ -79,13 +71,7 @@ fn use_distance(
         let mut said = query.run_with(workspace, memory.as_deref_mut(), budget, &clock);
         while said.stop != StopReason::Finished {
             let _ = black_box(query.estimate(workspace, memory.as_deref()));
-            black_box(
-                query
-                    .narrowed_certificate(workspace, aside, 2_000)
-                    .unwrap()
-                    .boxes()
-                    .count(),
-            );
+            black_box(query.certificate(workspace).unwrap().boxes().count());
             let more = [Budget::work(5_000), Budget::time(Duration::from_micros(30))]
                 [usize::from(said.stats.work % 2 == 1)];
             said = query
@@ -116,7 +102,7 @@ fn use_motion(query: &MotionQuery, workspace: &mut Workspace, memory: &mut PairM
 }
 
 /// The same of a contact query, in a workspace that has room.
-fn use_contacts(query: &ContactQuery, [workspace, aside]: [&mut Workspace; 2]) {
+fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     for budget in [
         Budget::work(0),
@@ -127,13 +113,6 @@ fn use_contacts(query: &ContactQuery, [workspace, aside]: [&mut Workspace; 2]) {
         let mut said = query.run_with(workspace, budget, &clock);
         while said.stop != StopReason::Finished {
             black_box(query.certificate(workspace).unwrap().boxes().count());
-            black_box(
-                query
-                    .narrowed_certificate(workspace, aside, 2_000)
-                    .unwrap()
-                    .boxes()
-                    .count(),
-            );
             black_box(workspace.contacts().count());
             if said.stop == StopReason::PairsFull {
                 drop(black_box(workspace.drain_contacts()));
@@ -153,7 +132,6 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
         Workspace::with_capacity(0, 1),
         Workspace::with_capacity(3, 5),
     ];
-    let mut aside = Workspace::with_capacity(30, 50);
     for mut workspace in workspaces {
         for mode in MODES {
             for order in ORDERS {
@@ -165,9 +143,9 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
                 ] {
                     let mut memory = PairMemory::new();
                     let calls = allocator_calls(|| {
-                        use_query(&query, [&mut workspace, &mut aside], None);
-                        use_query(&query, [&mut workspace, &mut aside], Some(&mut memory));
-                        use_query(&query, [&mut workspace, &mut aside], Some(&mut memory));
+                        use_query(&query, &mut workspace, None);
+                        use_query(&query, &mut workspace, Some(&mut memory));
+                        use_query(&query, &mut workspace, Some(&mut memory));
                     });
                     assert_eq!(calls, 0, "{mode:?} {order:?}");
                 }
@@ -182,9 +160,9 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
         ] {
             let mut memory = PairMemory::new();
             let calls = allocator_calls(|| {
-                use_distance(&query, [&mut workspace, &mut aside], None);
-                use_distance(&query, [&mut workspace, &mut aside], Some(&mut memory));
-                use_distance(&query, [&mut workspace, &mut aside], Some(&mut memory));
+                use_distance(&query, &mut workspace, None);
+                use_distance(&query, &mut workspace, Some(&mut memory));
+                use_distance(&query, &mut workspace, Some(&mut memory));
             });
             assert_eq!(calls, 0, "{query:?}");
         }
@@ -208,7 +186,7 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
             query.margin(0.01),
             query.margin(0.01).contact_limit(3),
         ] {
-            let calls = allocator_calls(|| use_contacts(&query, [&mut workspace, &mut aside]));
+            let calls = allocator_calls(|| use_contacts(&query, &mut workspace));
             assert_eq!(calls, 0, "{query:?}");
         }
         let mut patches = Patches::new();

@@ -32,8 +32,6 @@ fn ask(
     let limit = usize::from(bytes.arbitrary::<u8>()?);
     let work = u64::from(bytes.arbitrary::<u16>()?) % 8192;
     let mut workspace = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
-    let mut aside =
-        Workspace::with_capacity(bytes.int_in_range(0..=64)?, bytes.int_in_range(1..=64)?);
     let query = query.contact_limit(limit);
     let (mut said, mut found) = (run(&query, &mut workspace, Budget::work(work)), Vec::new());
     while said.stop != StopReason::Finished {
@@ -50,11 +48,6 @@ fn ask(
             said.found,
             &missing,
         );
-        let more = u64::from(bytes.arbitrary::<u16>().unwrap_or(0));
-        let narrowed = query
-            .narrowed_certificate(&workspace, &mut aside, more)
-            .expect("it is stopped");
-        assert_names(&narrowed, said.found, &missing);
         if said.stop == StopReason::PairsFull {
             found.extend(workspace.drain_contacts());
         }

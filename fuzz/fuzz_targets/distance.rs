@@ -50,7 +50,6 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
     let pose = pose(bytes)?;
     let mut truth = Truth::new(&a, &b, &pose);
     let mut workspace = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
-    let mut aside = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
     let (mut memory, clock) = (PairMemory::new(), ManualClock::new());
     while !bytes.is_empty() {
         let asked = question(&truth, bytes)?;
@@ -73,12 +72,6 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
                     .certificate(&workspace)
                     .expect("the workspace holds a stopped run");
                 assert_names(&plain, 0, &closer);
-                let narrowed = query.narrowed_certificate(&workspace, &mut aside, work);
-                assert_names(
-                    &narrowed.expect("the workspace holds a stopped run"),
-                    0,
-                    &closer,
-                );
             }
             let resumed = query.resume_with(
                 &mut workspace,

@@ -19,11 +19,6 @@ pub struct Certificate<'w> {
     pub(super) b: &'w Tree,
     pub(super) place: Place<'w>,
     pub(super) workspace: &'w Workspace,
-    /// The run that it is of: another one than `workspace` holds if it was narrowed.
-    whole: &'w Workspace,
-    is_narrowed: bool,
-    /// How many of the open node pairs of `whole` the narrowing took over.
-    taken: usize,
 }
 
 /// Where B is.
@@ -41,29 +36,6 @@ impl<'w> Certificate<'w> {
             b,
             place,
             workspace,
-            whole: workspace,
-            is_narrowed: false,
-            taken: 0,
-        }
-    }
-
-    /// The same, after `workspace` has gone on with the first `taken` node pairs and with all triangle pairs.
-    pub(super) fn narrowed(self, workspace: &'w Workspace, taken: usize) -> Self {
-        Self {
-            workspace,
-            taken,
-            is_narrowed: true,
-            ..self
-        }
-    }
-
-    /// Units of work spent on narrowing it; 0 if it was not narrowed.
-    #[must_use]
-    pub fn work(&self) -> u64 {
-        if self.is_narrowed {
-            self.workspace.work()
-        } else {
-            0
         }
     }
 
@@ -92,7 +64,6 @@ impl<'w> Certificate<'w> {
                 alive,
             }) => count(self.a, a, alive[0]) * count(self.b, b, alive[1]),
             Open::Triangles(_) => 1,
-            Open::Found(_) => 0,
             Open::Piece(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
@@ -144,7 +115,7 @@ impl<'w> Certificate<'w> {
         match open {
             Open::Nodes(Pair { nodes, .. }) => Block::new(a, nodes[0], &Pose::IDENTITY)
                 .overlap(&Block::new(b, nodes[1], b_in_a), margin),
-            Open::Triangles(pair) | Open::Found(pair) => {
+            Open::Triangles(pair) => {
                 let (of_a, of_b) = (
                     triangle_bounds(a, pair[0], &Pose::IDENTITY),
                     triangle_bounds(b, pair[1], b_in_a),
@@ -167,7 +138,7 @@ impl<'w> Certificate<'w> {
                 node(a, nodes[0], &Pose::IDENTITY),
                 ahead.swept(None, |pose| node(b, nodes[1], pose)),
             ),
-            Open::Triangles(pair) | Open::Found(pair) => {
+            Open::Triangles(pair) => {
                 let of_b = ahead.swept(None, |pose| triangle_bounds(b, pair[1], pose));
                 (triangle_bounds(a, pair[0], &Pose::IDENTITY), of_b)
             }
@@ -213,25 +184,8 @@ impl<'w> Certificate<'w> {
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
-        let rest = self
-            .whole
-            .open_nodes()
-            .skip(self.taken)
-            .take(if self.is_narrowed { usize::MAX } else { 0 });
-        let nodes = workspace.open_nodes().chain(rest).map(Open::Nodes);
-        let found = if self.is_narrowed {
-            workspace.pairs()
-        } else {
-            &[]
-        }
-        .iter()
-        .copied()
-        .map(Open::Found);
-        nodes
-            .chain(triangles)
-            .chain(found)
-            .chain(later)
-            .take(self.most())
+        let nodes = workspace.open_nodes().map(Open::Nodes);
+        nodes.chain(triangles).chain(later).take(self.most())
     }
 
     /// What is left of a motion.
@@ -265,8 +219,6 @@ enum Open {
     Nodes(Pair),
     /// Ids of the input meshes.
     Triangles([u32; 2]),
-    /// The same of a pair that was found while the certificate was narrowed.
-    Found([u32; 2]),
     /// All of both meshes, in a piece of a motion that the query has not come to.
     Piece(u32),
 }

@@ -19,9 +19,7 @@ use crate::model::cost::{
     WORK_PER_FEATURES, WORK_PER_FEATURES_ALONE, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::tree::WIDTH;
-use crate::triangle::distance::{
-    Chosen, Closest, Distances, Four, closest, closest_or_meeting, distances,
-};
+use crate::triangle::distance::{Chosen, Closest, Distances, Four, closest, distances};
 use crate::triangle::triangle_segment;
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -32,16 +30,9 @@ impl Traversal<'_, '_, Distance> {
     #[inline(never)]
     pub(super) fn is_full(&self) -> bool {
         let Workspace {
-            contacts,
-            found,
-            search,
-            ..
+            contacts, search, ..
         } = &*self.workspace;
-        if self.strategy.largest_first {
-            found.len() == found.capacity()
-        } else {
-            contacts.is_full() && !(search.proposed.is_empty() && search.linked.is_empty())
-        }
+        contacts.is_full() && !(search.proposed.is_empty() && search.linked.is_empty())
     }
 
     /// Lower bounds of up to eight waiting pairs.
@@ -68,7 +59,7 @@ impl Traversal<'_, '_, Distance> {
         let proven = F8::load(lanes, &keys).max(F8::splat(lanes, 0.0)).sqrt()
             * F8::splat(lanes, 1.0 - f32::EPSILON);
         let low = F8::load(lanes, &found.low).max(proven);
-        if self.workspace.contacts.margin().is_some() && !self.strategy.largest_first {
+        if self.workspace.contacts.margin().is_some() {
             let meet = !F8::splat(lanes, 0.0).less(low).mask();
             // More than the root, which is rounded.
             let cut = F8::splat(lanes, self.question.cut).sqrt()
@@ -219,13 +210,7 @@ impl Traversal<'_, '_, Distance> {
                 self.a.ids()[pair[0] as usize],
                 self.b.ids()[pair[1] as usize],
             ];
-            if self.strategy.largest_first {
-                stats.work += WORK_PER_CLOSEST_POINTS;
-                if closest_or_meeting(a, b).low.max(proven) <= margin {
-                    workspace.found.push(ids);
-                    workspace.run.found += 1;
-                }
-            } else if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
+            if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
                 workspace.contacts.push(contact);
                 workspace.run.found += 1;
             }

@@ -266,9 +266,7 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             &self.b.nodes()[pair.nodes[1] as usize],
         );
         let threshold = self.strategy.queue_threshold;
-        if self.strategy.largest_first {
-            self.queue_by_room(pair, 0.0, 0.0);
-        } else if a.self_cost * b.self_cost >= threshold * threshold {
+        if a.self_cost * b.self_cost >= threshold * threshold {
             let volume = || overlap_volume(a, b, self.relation);
             let alpha = || a.alpha().element_product() * b.alpha().element_product();
             let random = &mut self.workspace.run.random;
@@ -344,11 +342,7 @@ impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
 
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, _column: usize) {
-        if self.strategy.largest_first {
-            self.queue_by_room(pair, 0.0, 0.0);
-        } else {
-            self.workspace.front.push(pair);
-        }
+        self.workspace.front.push(pair);
     }
 
     #[inline(always)]

@@ -14,7 +14,7 @@
 //! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
-//! | what an unfinished query can still say | [`certificate`], [`narrow`] |
+//! | what an unfinished query can still say | [`certificate`] |
 //! | what a query costs | [`estimate`], [`probe`], [`measure`] |
 
 #[cfg(all(test, feature = "std"))]
@@ -46,7 +46,6 @@ mod march;
 mod measure;
 mod memory;
 mod motion;
-mod narrow;
 mod nearest;
 #[cfg(feature = "internals")]
 pub(crate) mod opened;

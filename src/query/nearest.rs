@@ -7,8 +7,7 @@
 //! put back with the others.
 //!
 //! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that closes in: each pair within
-//! the limit goes to a list. So are certificates that are narrowed ([`super::narrow`]), of which the list has the triangles
-//! only. What is done with triangle pairs stands in [`super::closest_pairs`].
+//! the limit goes to a list. What is done with triangle pairs stands in [`super::closest_pairs`].
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
@@ -184,9 +183,6 @@ impl Sink for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        if self.strategy.largest_first {
-            return self.queue_all(hits, child);
-        }
         let mut deepest = (0.0, None);
         let last = if self.strategy.deepest_first {
             self.closest(hits)
@@ -209,9 +205,6 @@ impl Sink for Traversal<'_, '_, Distance> {
     #[inline(always)]
     fn cluster(&mut self, pair: Pair, column: usize) {
         let key = least_key(&self.keys, &pair, column);
-        if self.strategy.largest_first {
-            return self.queue_by_room(pair, key, root(self.question.cut));
-        }
         self.place(pair, key, &mut (0.0, None));
     }
 
@@ -237,24 +230,11 @@ impl Sink for Traversal<'_, '_, Distance> {
 }
 
 impl Traversal<'_, '_, Distance> {
-    /// Queues pairs by room.
-    #[cold]
-    #[inline(never)]
-    fn queue_all(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        for bit in bits(hits) {
-            let key = self.keys.as_flattened()[bit];
-            self.queue_by_room(child(bit as u32), key, root(self.question.cut));
-        }
-    }
-
     /// Whether of many triangle pairs the closest are looked at first: where one distance is asked for, by the queue.
     #[inline(always)]
     fn puts_back(&self) -> bool {
         let is_alone = self.workspace.contacts.margin().is_none();
-        is_alone
-            && self.origin != Origin::Path
-            && !self.strategy.deepest_first
-            && !self.strategy.largest_first
+        is_alone && self.origin != Origin::Path && !self.strategy.deepest_first
     }
 
     /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they are eight pairs, and puts the

@@ -89,38 +89,20 @@ impl FromStr for Order {
     }
 }
 
-/// How far the boxes of two nodes, one of them thicker by `reach`, overlap along each axis of A's node, and how far they
-/// could, A's units. Both are a little more than 0, so that products over the axes tell flat boxes apart.
-fn overlap(a: &Node, b: &Node, relation: &Relation, reach: f32) -> [[f32; 2]; 3] {
+/// The volume in which the boxes of two nodes overlap over that of the smaller one, on the axes of A's node; within 0..=1.
+pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
     let view = Views::between(a, b, relation).of_b;
     let (center, half) = (
         view.point(b.own_center * relation.scale),
         view.half(b.own_half * relation.scale),
     );
     let [distance, a, b] = [(center - a.own_center).abs(), a.own_half, half].map(xyz);
-    per_axis!(k => {
-        let (least, slack) = (2.0 * a[k].min(b[k]) + reach, 1e-3 * (a[k] + b[k]) + 1e-9);
-        [(a[k] + b[k] + reach - distance[k]).clamp(0.0, least) + slack, least + slack]
-    })
-}
-
-/// The volume in which the boxes of two nodes overlap over that of the smaller one, on the axes of A's node; within 0..=1.
-pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
-    overlap(a, b, relation, 0.0)
-        .iter()
-        .map(|[common, most]| common / most)
-        .product()
-}
-
-/// The bucket of a pair in an order in which the largest room comes first that its boxes, one of them thicker by `reach` (A's
-/// units), have in common.
-pub(super) fn bucket_by_room(a: &Node, b: &Node, relation: &Relation, reach: f32) -> usize {
-    // No two boxes overlap in 64 cubic units of A. Two buckets for each factor of two.
-    let room: f32 = overlap(a, b, relation, reach)
-        .iter()
-        .map(|[common, _]| common)
-        .product();
-    ((-2.0 * libm::log2f(room / 64.0)) as usize).min(BUCKETS - 1)
+    // A little more than 0, so that products over the axes tell flat boxes apart.
+    let shares: [f32; 3] = per_axis!(k => {
+        let (least, slack) = (2.0 * a[k].min(b[k]), 1e-3 * (a[k] + b[k]) + 1e-9);
+        ((a[k] + b[k] - distance[k]).clamp(0.0, least) + slack) / (least + slack)
+    });
+    shares.iter().product()
 }
 
 /// Boxes overlap by at most about a sixth of the sum of their sizes, so relative depth times this is within 0..=1.

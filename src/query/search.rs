@@ -112,16 +112,6 @@ impl Search {
         }
     }
 
-    /// Begins with all that another search has left, except its dive, and one pair at a time.
-    pub fn copy_from(&mut self, other: &Self) {
-        self.waiting.clone_from(&other.waiting);
-        self.proposed.clone_from(&other.proposed);
-        self.put_off.clone_from(&other.put_off);
-        // One of both is empty.
-        self.put_off.extend(other.linked.iter().copied());
-        (self.interval, self.is_used, self.dropped) = (other.interval, true, other.dropped);
-    }
-
     /// Begins with a triangle pair, if one is known, and without a dive.
     pub fn begin_pairs(&mut self, known: Option<Bounded>) {
         self.clear();

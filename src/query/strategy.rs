@@ -27,8 +27,6 @@ pub(crate) struct Strategy {
     pub queue_threshold: f32,
     /// Whether the deepest of siblings goes on top of the stack.
     pub deepest_first: bool,
-    /// Whether pairs are queued by the room in which their boxes overlap, whatever the order.
-    pub largest_first: bool,
     /// Triangle pairs that wait before they are tested.
     pub batch: usize,
     pub march: Marching,
@@ -68,26 +66,10 @@ impl Strategy {
     pub const NONE: Self = Self {
         queue_threshold: f32::INFINITY,
         deepest_first: false,
-        largest_first: false,
         batch: WIDTH,
         march: Marching::Never,
         warm_start: WarmStart::None,
     };
-
-    /// For what a run has left open: so that the room for what is not known shrinks as fast as may be.
-    pub fn narrowing(self) -> Self {
-        let march = if self.march == Marching::Never {
-            Marching::Never
-        } else {
-            Marching::Over
-        };
-        Self {
-            queue_threshold: 0.0,
-            largest_first: true,
-            march,
-            ..Self::NONE
-        }
-    }
 
     /// For a run that nothing will stop: depth-first, which costs least.
     pub fn complete(options: &Options) -> Self {

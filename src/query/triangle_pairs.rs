@@ -79,11 +79,6 @@ impl TrianglePairs {
         }
     }
 
-    pub fn copy_from(&mut self, other: &Self) {
-        self.len = other.len;
-        self.pairs[..self.len].copy_from_slice(other.as_slice());
-    }
-
     /// Takes up to eight pairs, no more than `limit`, from the top, and fills the rest up with one of them.
     #[inline(always)]
     pub fn pop_batch(&mut self, limit: usize) -> ([[u32; 2]; 8], usize) {

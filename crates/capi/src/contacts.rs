@@ -3,7 +3,7 @@
 use crate::arrays::{find_room, list};
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::distance::not_negative;
-use crate::outcome::{hand_out, punctual_certificate, punctual_stats, punctual_stop_reason};
+use crate::outcome::{punctual_certificate, punctual_stats, punctual_stop_reason};
 use crate::pose::{punctual_aabb, punctual_point, punctual_pose};
 use crate::query::{answer, trees};
 use crate::sized::{begin, grows, place, read, rows};
@@ -207,38 +207,6 @@ pub unsafe extern "C" fn punctual_contact_query_open_boxes(
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
         unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
-    })
-}
-
-/// `punctual_contact_query_certificate` and `punctual_contact_query_open_boxes` after `work` units of work that open the
-/// largest of the boxes, done in `aside`, another workspace, as by `punctual_query_narrowed_certificate`.
-///
-/// Fails as `punctual_contact_query_certificate`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_contact_query_narrowed_certificate(
-    query: *const punctual_contact_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    aside: Option<&mut punctual_workspace>,
-    work: u64,
-    certificate: *mut punctual_certificate,
-    boxes: *mut punctual_aabb,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_contact_query_narrowed_certificate", || {
-        // SAFETY: the contract of the header for structs.
-        let query = unsafe { read(query, "query") }?.check()?;
-        // SAFETY: the same.
-        let (certificate, count) = (
-            unsafe { place(certificate, "certificate") }?,
-            given(count, "count")?,
-        );
-        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
-        given(aside, "aside")?.0.change("aside", |aside| {
-            let open = query.narrowed_certificate(workspace, aside, work)?;
-            // SAFETY: the contract of the header for arrays.
-            unsafe { hand_out(&open, certificate, boxes, capacity, count) }
-        })
     })
 }
 

@@ -1,11 +1,7 @@
 //! What queries say: outcome, counters and certificate.
 
-use crate::arrays::list;
-use crate::pose::punctual_aabb;
-use crate::sized::{Place, grows};
-use crate::status::Fault;
+use crate::sized::grows;
 use crate::workspace::punctual_triangle_pair;
-use core::mem::MaybeUninit;
 use core::time::Duration;
 use punctual::{Certificate, LEVELS, Quantiles, Stats, StopReason, Verdict};
 
@@ -81,11 +77,9 @@ pub struct punctual_certificate {
     pub upper_bound: u64,
     /// Every missed intersection lies in a box with no edge longer than this, in the length unit of the meshes.
     pub largest_extent: f64,
-    /// Units of work that narrowing it took; 0 if it was not narrowed.
-    pub work: u64,
 }
 
-grows!(punctual_certificate: size, upper_bound..work);
+grows!(punctual_certificate: size, upper_bound..largest_extent);
 
 /// Bounds below which a number stays with the given probability.
 #[repr(C)]
@@ -129,26 +123,8 @@ impl From<Certificate<'_>> for punctual_certificate {
             open_pairs: open.open_pairs(),
             upper_bound: open.upper_bound(),
             largest_extent: open.largest_extent(),
-            work: open.work(),
         }
     }
-}
-
-/// Writes a certificate and as many of its boxes as there is room for; nothing if that is no array.
-///
-/// # Safety
-/// That of [`list`].
-pub(crate) unsafe fn hand_out(
-    open: &Certificate,
-    certificate: Place<punctual_certificate>,
-    boxes: *mut punctual_aabb,
-    capacity: usize,
-    count: &mut MaybeUninit<usize>,
-) -> Result<(), Fault> {
-    // SAFETY: the caller's promise.
-    unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }?;
-    certificate.write((*open).into());
-    Ok(())
 }
 
 impl From<StopReason> for punctual_stop_reason {

@@ -4,7 +4,7 @@ use crate::arrays::list;
 use crate::budget::{AnyClock, punctual_budget, punctual_clock};
 use crate::memory::punctual_memory;
 use crate::outcome::{
-    hand_out, punctual_certificate, punctual_stats, punctual_stop_reason, punctual_verdict, verdict,
+    punctual_certificate, punctual_stats, punctual_stop_reason, punctual_verdict, verdict,
 };
 use crate::pose::{punctual_aabb, punctual_pose};
 use crate::sized::{Sized32, begin, grows, place, read};
@@ -232,41 +232,6 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
         let open = query.certificate(given(workspace, "workspace")?.0.get("workspace")?)?;
         // SAFETY: the contract of the header for arrays.
         unsafe { list(boxes, capacity, "boxes", count, open.boxes()) }
-    })
-}
-
-/// `punctual_query_certificate` and `punctual_query_open_boxes` after `work` units of work that open the largest of the
-/// boxes: the more, the less room is left and the lower is the upper bound. The run in `workspace` stays as it is and can be
-/// resumed; the work is done in `aside`, another workspace, whatever that held before. Intersections that it comes across
-/// have boxes too, since the query has not found them. Takes time linear in the open pairs, then that of the work; allocates
-/// nothing.
-///
-/// Fails as `punctual_query_certificate`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn punctual_query_narrowed_certificate(
-    query: *const punctual_query<'_>,
-    workspace: Option<&punctual_workspace>,
-    aside: Option<&mut punctual_workspace>,
-    work: u64,
-    certificate: *mut punctual_certificate,
-    boxes: *mut punctual_aabb,
-    capacity: usize,
-    count: Option<&mut MaybeUninit<usize>>,
-) -> punctual_status {
-    door("punctual_query_narrowed_certificate", || {
-        // SAFETY: the contract of the header for structs.
-        let query = unsafe { read(query, "query") }?.check()?;
-        // SAFETY: the same.
-        let (certificate, count) = (
-            unsafe { place(certificate, "certificate") }?,
-            given(count, "count")?,
-        );
-        let workspace = given(workspace, "workspace")?.0.get("workspace")?;
-        given(aside, "aside")?.0.change("aside", |aside| {
-            let open = query.narrowed_certificate(workspace, aside, work)?;
-            // SAFETY: the contract of the header for arrays.
-            unsafe { hand_out(&open, certificate, boxes, capacity, count) }
-        })
     })
 }
 

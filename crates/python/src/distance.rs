@@ -290,8 +290,6 @@ pub struct DistanceQuery {
     asked: Asked,
     options: DistanceOptions,
     workspace: Box<Workspace>,
-    /// For certificates.
-    aside: Option<Box<Workspace>>,
 }
 
 impl DistanceQuery {
@@ -330,7 +328,6 @@ impl DistanceQuery {
             asked,
             options,
             workspace: Box::new(Workspace::new()),
-            aside: None,
         })
     }
 
@@ -400,29 +397,14 @@ impl DistanceQuery {
             .into())
     }
 
-    /// Where the last run may have missed what is closer than its upper bound by more than the tolerance, after so many units
-    /// of work that open the largest boxes: the more, the less room is left. The run stays as it is. Raises ResumeError before
-    /// the first run.
-    #[pyo3(signature = (*, work=0))]
-    fn certificate(&mut self, work: u64) -> PyResult<Certificate> {
-        if work == 0 {
-            return Ok(self
-                .query()
-                .certificate(&self.workspace)
-                .map_err(resume_error)?
-                .into());
-        }
-        let Self {
-            trees: [a, b],
-            asked,
-            options,
-            workspace,
-            aside,
-            ..
-        } = self;
-        let query = options.query(a, b, asked.pose);
-        let open = query.narrowed_certificate(workspace, aside.get_or_insert_default(), work);
-        Ok(open.map_err(resume_error)?.into())
+    /// Where the last run may have missed what is closer than its upper bound by more than the tolerance. Raises ResumeError
+    /// before the first run.
+    fn certificate(&self) -> PyResult<Certificate> {
+        Ok(self
+            .query()
+            .certificate(&self.workspace)
+            .map_err(resume_error)?
+            .into())
     }
 
     fn __repr__(&self) -> String {

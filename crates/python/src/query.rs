@@ -352,8 +352,6 @@ pub struct Query {
     asked: Asked,
     options: QueryOptions,
     workspace: Box<Workspace>,
-    /// For certificates.
-    aside: Option<Box<Workspace>>,
     /// All that the last run found, and its outcome.
     pairs: Vec<[u32; 2]>,
     outcome: Option<Outcome>,
@@ -424,7 +422,6 @@ impl Query {
             asked,
             options,
             workspace,
-            aside: None,
             pairs: Vec::new(),
             outcome: None,
         })
@@ -480,28 +477,13 @@ impl Query {
         Ok(Estimate::new(&estimate, &self.workspace.cost_model()))
     }
 
-    /// What the last run left open, as far as it is proven, after so many units of work that open the largest boxes: the
-    /// more, the less room is left. The run stays as it is. Raises ResumeError before the first run.
-    #[pyo3(signature = (*, work=0))]
-    fn certificate(&mut self, work: u64) -> PyResult<Certificate> {
-        if work == 0 {
-            return Ok(self
-                .query()
-                .certificate(&self.workspace)
-                .map_err(resume_error)?
-                .into());
-        }
-        let Self {
-            trees: [a, b],
-            asked,
-            options,
-            workspace,
-            aside,
-            ..
-        } = self;
-        let query = options.query(a, b, asked.pose);
-        let open = query.narrowed_certificate(workspace, aside.get_or_insert_default(), work);
-        Ok(open.map_err(resume_error)?.into())
+    /// What the last run left open, as far as it is proven. Raises ResumeError before the first run.
+    fn certificate(&self) -> PyResult<Certificate> {
+        Ok(self
+            .query()
+            .certificate(&self.workspace)
+            .map_err(resume_error)?
+            .into())
     }
 
     fn __repr__(&self) -> String {

@@ -51,7 +51,7 @@ query = p.Query(ball, mesh, rows, mode="all", early=False, prior=third)
 part = query.run(work=two)
 if part.stop == "work-limit":
     query.resume(budget=1), query.estimate(memory=memory).remaining.time.p50
-query.certificate(work=two).boxes, query.predict().bv_tests.p90, memory.clearance(ball, ring, rows)
+query.certificate().boxes, query.predict().bv_tests.p90, memory.clearance(ball, ring, rows)
 batch = p.collide_batch(ball, mesh, np.stack([pose, pose]), work=two, threads=two)
 p.collide_batch(mesh, ring, rows), p.collide_batch(ball, ring, [rows, rows])
 assert_type(batch.verdict, NDArray[np.int8])
@@ -62,7 +62,7 @@ p.distance(mesh, ring, relative_tolerance=1, margins=[third, third])
 assert_type(far.points, Union[NDArray[np.float64], None])
 p.closer_than(ball, mesh, third, rows, margins=(0.1, 0.2), work=two)
 distance = p.DistanceQuery(mesh, ring, pose, closer_than=third, margins=point[:2], absolute_tolerance=1)
-distance.run(budget=third), distance.predict(), distance.estimate().distance.p10, distance.certificate(work=two)
+distance.run(budget=third), distance.predict(), distance.estimate().distance.p10, distance.certificate()
 apart = p.distance_batch(ball, mesh, [rows], closer_than=two, margins=[0, 0], threads=two)
 assert_type(apart.points, NDArray[np.float64])
 

@@ -8,7 +8,7 @@ use punctual::{
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};
-use crate::stage::{NARROWED, NORMAL, Stage, aside, count, fact, length, placed, tests};
+use crate::stage::{NORMAL, OPEN_BOXES, Stage, count, fact, length, placed, tests};
 use crate::{Bodies, View};
 
 /// Contacts that are drawn, the first that were found.
@@ -26,26 +26,20 @@ pub fn contacts(
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
-    let ([workspace, aside], drawn, around) = (
-        [0; 2].map(|_| Workspace::new()),
-        HashSet::new(),
-        Aabb::EMPTY,
-    );
     let mut steps = Steps {
         query,
         most,
-        workspace,
-        aside,
+        workspace: Workspace::new(),
         placed,
-        drawn,
-        around,
+        drawn: HashSet::new(),
+        around: Aabb::EMPTY,
         arrays,
     };
     let steps = climb(&mut steps, &mut stage, answer)?;
     let layers = [
         ("met", "contacts"),
         ("normal", "normals, from B to A"),
-        ("box", NARROWED),
+        ("box", OPEN_BOXES),
     ];
     Ok(View::of_query(
         "Where two meshes touch",
@@ -60,8 +54,6 @@ struct Steps<'t> {
     query: ContactQuery<'t>,
     most: Option<usize>,
     workspace: Workspace,
-    /// Where certificates are narrowed.
-    aside: Workspace,
     placed: [[usize; 2]; 2],
     drawn: HashSet<[u32; 2]>,
     around: Aabb,
@@ -129,11 +121,7 @@ impl Stepwise for Steps<'_> {
     }
 
     fn look(&mut self, said: &Contacts, stage: &mut Stage) -> Result<Value, ResumeError> {
-        let certificate = self.query.narrowed_certificate(
-            &self.workspace,
-            &mut self.aside,
-            aside(&said.stats),
-        )?;
+        let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
         let none = if certificate.open_pairs() > 0 {
             "none yet"

@@ -6,7 +6,7 @@ use punctual::{
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};
-use crate::stage::{NARROWED, Stage, aside, fact, length, placed, tests};
+use crate::stage::{OPEN_BOXES, Stage, fact, length, placed, tests};
 use crate::{Bodies, View};
 
 /// A page for a query of these bodies at this pose, which was answered so.
@@ -24,7 +24,6 @@ pub fn distance(
         bodies,
         query,
         workspace: Workspace::new(),
-        aside: Workspace::new(),
         placed,
         near,
         met,
@@ -33,7 +32,7 @@ pub fn distance(
     let layers = [
         ("met", "their triangles"),
         ("near", "closest points found"),
-        ("box", NARROWED),
+        ("box", OPEN_BOXES),
     ];
     Ok(View::of_query(
         "How far two meshes are apart",
@@ -48,8 +47,6 @@ struct Steps<'t> {
     bodies: &'t Bodies<'t>,
     query: DistanceQuery<'t>,
     workspace: Workspace,
-    /// Where certificates are narrowed.
-    aside: Workspace,
     placed: [[usize; 2]; 2],
     /// Arrays of segments and of triangles.
     near: usize,
@@ -75,11 +72,7 @@ impl Stepwise for Steps<'_> {
     }
 
     fn look(&mut self, found: &Distance, stage: &mut Stage) -> Result<Value, ResumeError> {
-        let certificate = self.query.narrowed_certificate(
-            &self.workspace,
-            &mut self.aside,
-            aside(&found.stats),
-        )?;
+        let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
         let likely = self.query.estimate(&self.workspace, None)?.distance;
         let [least, most] = [likely.p10, likely.p90];

@@ -8,7 +8,7 @@ use punctual::{
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};
-use crate::stage::{NARROWED, Stage, aside, count, fact, length, percent, placed, tests};
+use crate::stage::{OPEN_BOXES, Stage, count, fact, length, percent, placed, tests};
 use crate::{Bodies, View};
 
 /// Node pairs that wait in the queue, as in `Workspace::new`, and found pairs that a workspace holds before they are taken out.
@@ -30,7 +30,7 @@ pub fn pair(
     let placed = stage.bodies(bodies, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
     let [queue, found] = CAPACITY;
-    let [workspace, aside] = [0; 2].map(|_| Workspace::with_capacity(queue, found));
+    let workspace = Workspace::with_capacity(queue, found);
     let (found, met, around) = (Vec::new(), Default::default(), Aabb::EMPTY);
     let mut steps = Steps {
         bodies,
@@ -38,7 +38,6 @@ pub fn pair(
         pose,
         mode,
         workspace,
-        aside,
         found,
         met,
         around,
@@ -46,7 +45,7 @@ pub fn pair(
         arrays,
     };
     let steps = climb(&mut steps, &mut stage, answer)?;
-    let layers = [("met", "triangles that meet"), ("box", NARROWED)];
+    let layers = [("met", "triangles that meet"), ("box", OPEN_BOXES)];
     Ok(View::of_query(
         "Where two meshes meet",
         bodies,
@@ -62,8 +61,6 @@ struct Steps<'t> {
     pose: &'t Pose,
     mode: Mode,
     workspace: Workspace,
-    /// Where certificates are narrowed.
-    aside: Workspace,
     /// Pairs that have not been looked at.
     found: Vec<[u32; 2]>,
     /// The triangles of A and of B that are known to meet others, and the arrays that have them, in the order of discovery.
@@ -140,14 +137,10 @@ impl Stepwise for Steps<'_> {
     }
 
     fn look(&mut self, outcome: &Outcome, stage: &mut Stage) -> Result<Value, ResumeError> {
-        let most = self.query.certificate(&self.workspace)?.upper_bound();
-        let narrowed = self.query.narrowed_certificate(
-            &self.workspace,
-            &mut self.aside,
-            aside(&outcome.stats),
-        )?;
+        let certificate = self.query.certificate(&self.workspace)?;
+        let most = certificate.upper_bound();
         let estimate = self.query.estimate(&self.workspace, None)?;
-        let (boxes, open, remark) = stage.open_boxes(&narrowed);
+        let (boxes, open, remark) = stage.open_boxes(&certificate);
         let (mut facts, mut remarks) = (
             vec![fact("Verdict", outcome.verdict.name())],
             Vec::from_iter(remark),
@@ -156,14 +149,10 @@ impl Stepwise for Steps<'_> {
             facts.push(fact("Probability to meet", percent(estimate.probability)));
         }
         if self.mode == Mode::All {
-            let bounds = [
-                ("Pairs, at most", most),
-                ("After a tenth more work", narrowed.upper_bound()),
-            ];
-            let far = bounds
-                .iter()
-                .filter(|(_, bound)| *bound > FAR * outcome.found.max(1));
-            remarks.extend(far.map(|&(name, _)| fact(name, "says nothing yet")));
+            let bound = "Pairs, at most";
+            if most > FAR * outcome.found.max(1) {
+                remarks.push(fact(bound, "says nothing yet"));
+            }
             // Of none, any share may be found.
             let share = if outcome.found == 0 && most > 0 {
                 "none found yet".into()
@@ -172,15 +161,14 @@ impl Stepwise for Steps<'_> {
             };
             facts.extend([
                 fact("Pairs found", count(outcome.found)),
-                fact(bounds[0].0, count(bounds[0].1)),
-                fact(bounds[1].0, count(bounds[1].1)),
+                fact(bound, count(most)),
                 fact("Share found, expected", share),
             ]);
         }
         facts.extend(open);
         facts.push(fact(
             "Longest of their edges",
-            length(narrowed.largest_extent()),
+            length(certificate.largest_extent()),
         ));
         facts.extend(tests(&outcome.stats));
         let mut surfaces = stage.both(&self.placed);

@@ -39,13 +39,8 @@ const MOST_SQUARES: f64 = 12.0;
 /// Length of a normal, over half of the diagonal of all that is shown.
 pub const NORMAL: f64 = 0.06;
 
-/// What boxes are called, of a certificate narrowed by [`aside`].
-pub const NARROWED: &str = "boxes still open, after a tenth more work";
-
-/// Work that narrows the certificate of a query: a tenth of its own.
-pub fn aside(stats: &Stats) -> u64 {
-    stats.work / 10
-}
+/// What the boxes of a certificate are called.
+pub const OPEN_BOXES: &str = "boxes still open";
 
 /// The box of a mesh that lies at a pose.
 pub fn placed(mesh: &Mesh, pose: &Pose) -> Aabb {

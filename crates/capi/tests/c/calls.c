@@ -209,16 +209,15 @@ static void bytes(void) {
 
 static void queries(void) {
   punctual_tree *tree = knot();
-  punctual_workspace *workspace, *small, *aside;
+  punctual_workspace *workspace, *small;
   punctual_memory *memory;
   punctual_memory_facts remembered = {.size = sizeof remembered};
   punctual_outcome whole = {.size = sizeof whole}, outcome = {.size = sizeof outcome};
-  punctual_certificate certificate = {.size = sizeof certificate}, narrowed = {.size = sizeof narrowed};
+  punctual_certificate certificate = {.size = sizeof certificate};
   const punctual_triangle_pair *pairs;
   size_t count;
   OK(punctual_workspace_new(&workspace));
   OK(punctual_workspace_with_capacity(16, 8, &small));
-  OK(punctual_workspace_new(&aside));
   OK(punctual_workspace_use_portable_kernels(small));
   OK(punctual_memory_new(&memory));
 
@@ -242,9 +241,6 @@ static void queries(void) {
     OK(punctual_query_open_boxes(&query, small, boxes, 4, &count));
     CHECK(count <= certificate.open_pairs);
     CHECK(count == 0 || boxes[0].max.x - boxes[0].min.x <= certificate.largest_extent);
-    OK(punctual_query_narrowed_certificate(&query, small, aside, 5000, &narrowed, boxes, 4, &count));
-    CHECK(narrowed.upper_bound >= whole.found && narrowed.upper_bound <= certificate.upper_bound);
-    CHECK(count <= narrowed.open_pairs);
     OK(punctual_workspace_pairs(small, &pairs, &count));
     drained += count;
     OK(punctual_workspace_drain_pairs(small));
@@ -279,7 +275,6 @@ static void queries(void) {
         PUNCTUAL_STATUS_BAD_POSE);
   punctual_memory_free(memory);
   punctual_workspace_free(small);
-  punctual_workspace_free(aside);
   punctual_workspace_free(workspace);
   punctual_tree_free(tree);
 }
@@ -350,16 +345,15 @@ static void motions(void) {
 static void distances(void) {
   punctual_mesh *mesh;
   punctual_tree *cube;
-  punctual_workspace *workspace, *aside;
+  punctual_workspace *workspace;
   punctual_memory *memory;
   punctual_distance distance = {.size = sizeof distance};
-  punctual_certificate open = {.size = sizeof open}, narrowed = {.size = sizeof narrowed};
+  punctual_certificate open = {.size = sizeof open};
   punctual_aabb boxes[4];
   size_t count;
   OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
   OK(punctual_tree_new(mesh, NULL, &cube));
   OK(punctual_workspace_new(&workspace));
-  OK(punctual_workspace_new(&aside));
   OK(punctual_memory_new(&memory));
 
   /* Two cubes of edge 2, their middles 3 apart. */
@@ -390,8 +384,6 @@ static void distances(void) {
     OK(punctual_distance_query_certificate(&query, workspace, &open));
     OK(punctual_distance_query_open_boxes(&query, workspace, boxes, 4, &count));
     CHECK(count <= open.open_pairs && (count == 0 || boxes[0].max.x - boxes[0].min.x <= open.largest_extent));
-    OK(punctual_distance_query_narrowed_certificate(&query, workspace, aside, 900, &narrowed, boxes, 4, &count));
-    CHECK(count <= narrowed.open_pairs && (open.open_pairs > 0 || narrowed.open_pairs == 0));
     last = distance;
   }
   CHECK(last.low == before.low && last.high == before.high && open.open_pairs == 0);
@@ -415,7 +407,6 @@ static void distances(void) {
   FAILS(punctual_distance_query_run(&query, workspace, NULL, punctual_budget_unlimited(), NULL, &distance), BAD_ARGUMENT,
         "punctual_distance_query_run: query->margins[1] is -1, which is negative or no number");
   punctual_memory_free(memory);
-  punctual_workspace_free(aside);
   punctual_workspace_free(workspace);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);
@@ -424,7 +415,7 @@ static void distances(void) {
 static void contacts(void) {
   punctual_mesh *mesh;
   punctual_tree *cube;
-  punctual_workspace *workspace, *aside;
+  punctual_workspace *workspace;
   punctual_patches *patches;
   punctual_contacts said = {.size = sizeof said};
   punctual_contact found[64];
@@ -435,7 +426,6 @@ static void contacts(void) {
   OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
   OK(punctual_tree_new(mesh, NULL, &cube));
   OK(punctual_workspace_new(&workspace));
-  OK(punctual_workspace_new(&aside));
   OK(punctual_patches_new(4, &patches));
   OK(punctual_workspace_reserve_contacts(workspace, 10000));
 
@@ -486,8 +476,7 @@ static void contacts(void) {
     OK(punctual_contact_query_open_boxes(&query, workspace, boxes, 4, &count));
     CHECK(count <= open.open_pairs && (said.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT ||
                                        said.stop == PUNCTUAL_STOP_REASON_PAIRS_FULL));
-    OK(punctual_contact_query_narrowed_certificate(&query, workspace, aside, 900, &open, boxes, 4, &count));
-    CHECK(count <= open.open_pairs && open.upper_bound >= all);
+    CHECK(open.upper_bound >= all);
     OK(punctual_workspace_contacts(workspace, NULL, 0, 0, &count));
     sum += count;
     OK(punctual_workspace_drain_contacts(workspace));
@@ -499,7 +488,6 @@ static void contacts(void) {
   FAILS(punctual_contact_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &said), BAD_ARGUMENT,
         "punctual_contact_query_run: query->margin is -1, which is negative or no number");
   punctual_patches_free(patches);
-  punctual_workspace_free(aside);
   punctual_workspace_free(workspace);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);

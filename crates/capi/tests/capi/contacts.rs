@@ -19,14 +19,6 @@ const NO_CONTACT: punctual_contact = punctual_contact {
     segment: [NO_POINT; 2],
 };
 
-const NO_CERTIFICATE: punctual_certificate = punctual_certificate {
-    size: size_of::<punctual_certificate>() as u32,
-    open_pairs: usize::MAX,
-    upper_bound: u64::MAX,
-    largest_extent: -1.0,
-    work: 0,
-};
-
 fn same(ours: &punctual_contacts, theirs: &Contacts) {
     assert_eq!((ours.low, ours.found), (theirs.low, theirs.found));
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
@@ -74,7 +66,6 @@ fn contacts_and_patches_are_those_of_rust() {
     let ours = tree_of(&knot());
     let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
-    let (mut aside, mut other_aside) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
     let (mut patches, mut expected) = (
         owned(|out| punctual_patches_new(3, out)),
         Patches::new().point_limit(3),
@@ -135,60 +126,6 @@ fn contacts_and_patches_are_those_of_rust() {
                 )
             });
             assert_eq!(boxes, certificate.boxes().count());
-            let narrowed = native
-                .narrowed_certificate(&other, &mut other_aside, 700)
-                .unwrap();
-            let mut open = MaybeUninit::uninit();
-            // SAFETY: no room is claimed.
-            let boxes = made(|out| unsafe {
-                let (query, workspace, aside) =
-                    (Some(&query), Some(&*workspace), Some(&mut *aside));
-                let open = Some(&mut open);
-                punctual_contact_query_narrowed_certificate(
-                    asked(query),
-                    workspace,
-                    aside,
-                    700,
-                    slot(open),
-                    null_mut(),
-                    0,
-                    out,
-                )
-            });
-            // SAFETY: written.
-            let open = unsafe { open.assume_init() };
-            assert_eq!(
-                (open.open_pairs, open.upper_bound),
-                (narrowed.open_pairs(), narrowed.upper_bound())
-            );
-            assert_eq!(boxes, narrowed.boxes().count());
-            // A failure writes nothing, neither the certificate nor the count.
-            let (mut unwritten, mut none) = (
-                MaybeUninit::new(NO_CERTIFICATE),
-                MaybeUninit::new(usize::MAX),
-            );
-            // SAFETY: the boxes are null.
-            let status = unsafe {
-                let (query, workspace, aside) =
-                    (Some(&query), Some(&*workspace), Some(&mut *aside));
-                let (open, count) = (Some(&mut unwritten), Some(&mut none));
-                punctual_contact_query_narrowed_certificate(
-                    asked(query),
-                    workspace,
-                    aside,
-                    700,
-                    slot(open),
-                    null_mut(),
-                    1,
-                    count,
-                )
-            };
-            // SAFETY: set above.
-            let (unwritten, none) = unsafe { (unwritten.assume_init(), none.assume_init()) };
-            assert_eq!(
-                (status, unwritten, none),
-                (Status::Null, NO_CERTIFICATE, usize::MAX)
-            );
             if native_said.stop == StopReason::Finished {
                 break;
             }
@@ -383,17 +320,6 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
             punctual_contact_query_open_boxes(asked(None), None, null_mut(), 0, None),
             "query",
         );
-        let status = punctual_contact_query_narrowed_certificate(
-            asked(None),
-            None,
-            None,
-            0,
-            slot(None),
-            null_mut(),
-            0,
-            None,
-        );
-        null_is_seen(status, "query");
         null_is_seen(
             punctual_workspace_contacts(None, null_mut(), size_of::<punctual_contact>(), 0, None),
             "workspace",

@@ -70,49 +70,6 @@ fn same_certificate(
     }
 }
 
-fn same_narrowed_certificate(
-    query: &punctual_distance_query,
-    workspace: &punctual_workspace,
-    theirs: &Certificate,
-) {
-    let mut aside = owned(|out| punctual_workspace_new(out));
-    let (mut open, mut first) = (
-        MaybeUninit::uninit(),
-        punctual_aabb {
-            min: NO_POINT,
-            max: NO_POINT,
-        },
-    );
-    // SAFETY: there is room for one.
-    let count = made(|count| unsafe {
-        let (aside, open) = (Some(&mut *aside), Some(&mut open));
-        let workspace = Some(workspace);
-        punctual_distance_query_narrowed_certificate(
-            asked(Some(query)),
-            workspace,
-            aside,
-            700,
-            slot(open),
-            &mut first,
-            1,
-            count,
-        )
-    });
-    // SAFETY: written.
-    let open = unsafe { open.assume_init() };
-    assert_eq!(
-        (open.open_pairs, open.upper_bound),
-        (theirs.open_pairs(), theirs.upper_bound())
-    );
-    assert!(
-        count == theirs.boxes().count()
-            && theirs
-                .boxes()
-                .next()
-                .is_none_or(|theirs| first.min.x == theirs.min.x)
-    );
-}
-
 fn same_estimate(
     query: &punctual_distance_query,
     workspace: &punctual_workspace,
@@ -147,7 +104,6 @@ fn distances_are_those_of_rust() {
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let mut other = Workspace::new();
     let mut stops = 0;
-    let mut room = Workspace::new();
     for (tolerance, share, margins, limit) in [
         (-1.0, 0.0, [0.0; 2], f64::INFINITY),
         (0.0, 0.0, [0.0; 2], f64::INFINITY),
@@ -198,8 +154,6 @@ fn distances_are_those_of_rust() {
                 stops += 1;
                 same(&distance, &expected);
                 same_certificate(&query, &workspace, &native.certificate(&other).unwrap());
-                let narrowed = native.narrowed_certificate(&other, &mut room, 700).unwrap();
-                same_narrowed_certificate(&query, &workspace, &narrowed);
                 same_estimate(&query, &workspace, native.estimate(&other, None).unwrap());
                 distance = made(|out| {
                     let workspace = Some(&mut *workspace);
@@ -324,17 +278,6 @@ fn null_is_refused_by_distance_queries() {
             punctual_distance_query_open_boxes(asked(Some(&query)), None, null_mut(), 0, None),
             "count",
         );
-        let status = punctual_distance_query_narrowed_certificate(
-            asked(None),
-            None,
-            None,
-            0,
-            slot(None),
-            null_mut(),
-            0,
-            None,
-        );
-        null_is_seen(status, "query");
         null_is_seen(
             punctual_distance_query_run(asked(None), None, None, budget, None, slot(None)),
             "query",

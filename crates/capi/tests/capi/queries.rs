@@ -243,53 +243,6 @@ impl<'t> Both<'t> {
         for (ours, theirs) in boxes.iter().zip(certificate.boxes()) {
             assert_eq!([ours.min.x, ours.max.z], [theirs.min.x, theirs.max.z]);
         }
-        self.same_narrowed_certificate();
-    }
-
-    fn same_narrowed_certificate(&self) {
-        let mut room = Workspace::new();
-        let certificate = self
-            .native
-            .narrowed_certificate(self.other, &mut room, 700)
-            .unwrap();
-        let mut aside = owned(|out| punctual_workspace_new(out));
-        let (mut found, mut first) = (
-            MaybeUninit::uninit(),
-            punctual_aabb {
-                min: NO_POINT,
-                max: NO_POINT,
-            },
-        );
-        let count = made(|count| {
-            let (query, workspace, found) =
-                (Some(&self.query), Some(&*self.workspace), Some(&mut found));
-            // SAFETY: there is room for one.
-            unsafe {
-                punctual_query_narrowed_certificate(
-                    asked(query),
-                    workspace,
-                    Some(&mut *aside),
-                    700,
-                    slot(found),
-                    &mut first,
-                    1,
-                    count,
-                )
-            }
-        });
-        // SAFETY: written.
-        let found = unsafe { found.assume_init() };
-        assert_eq!(
-            (found.open_pairs, found.upper_bound),
-            (certificate.open_pairs(), certificate.upper_bound())
-        );
-        assert_eq!(count, certificate.boxes().count());
-        assert!(
-            certificate
-                .boxes()
-                .next()
-                .is_none_or(|theirs| first.min.x == theirs.min.x)
-        );
     }
 
     fn same_forecasts(&self) {

@@ -60,11 +60,8 @@ pub const WARM: &str = "warm";
 /// A plain exact query of which nothing is known until it returns: depth-first, cut off by the budget.
 pub const CUT_OFF: &str = "cut-off";
 
-/// The default with its certificate narrowed by a tenth more work; the rest is the same.
-pub const NARROWED: &str = "narrowed";
-
 /// Whose room for missed contacts is measured.
-pub const CERTIFIED: [&str; 3] = [DEFAULT, NARROWED, DEPTH_FIRST];
+pub const CERTIFIED: [&str; 2] = [DEFAULT, DEPTH_FIRST];
 
 /// The best order, which knows the truth.
 pub const ORACLE: &str = "oracle";
@@ -118,7 +115,6 @@ pub const CURVES: [Curve; 5] = [
 pub fn label(order: &'static str) -> &'static str {
     match order {
         WARM => "this library, with memory",
-        NARROWED => "this library, a tenth more work for its boxes",
         "low-alpha" => "low alpha first (the paper's)",
         "overlap-volume" => "largest overlap first",
         _ => CURVES

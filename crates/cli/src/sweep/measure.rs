@@ -9,7 +9,7 @@ use punctual::{
 
 use super::case::Case;
 use super::confidence::Guess;
-use super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, NARROWED, ORACLE, WARM};
+use super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, WARM};
 use super::open::{self, Overlap};
 use super::oracle::Oracle;
 use super::plan::plan;
@@ -162,13 +162,13 @@ fn share(part: usize, whole: usize) -> f64 {
 /// Runs every contender at every pose, in both modes, through all budgets of work to the end.
 pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) -> Option<Measured> {
     let mut measured = Measured::default();
-    let mut workspaces = [0; 2].map(|_| Workspace::with_capacity(4096, 1 << 16));
+    let mut workspace = Workspace::with_capacity(4096, 1 << 16);
     let mut memories = [PairMemory::new(), PairMemory::new()];
     for (pose, truth) in truth.iter().enumerate() {
         let full = Query::new(&case.a, &case.b, case.poses[pose])
             .mode(Mode::All)
             .order(Order::DepthFirst);
-        let full = finish(&full, &mut workspaces[0]);
+        let full = finish(&full, &mut workspace);
         let run = Run {
             case,
             truth,
@@ -184,7 +184,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
                     contender.name,
                     mode,
                     None,
-                    &mut workspaces,
+                    &mut workspace,
                     &mut measured,
                 );
             }
@@ -196,7 +196,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
                 WARM,
                 mode,
                 Some(memory),
-                &mut workspaces,
+                &mut workspace,
                 &mut measured,
             );
         }
@@ -273,7 +273,7 @@ impl Run<'_> {
         order: &'static str,
         mode: Mode,
         mut memory: Option<&mut PairMemory>,
-        [workspace, aside]: &mut [Workspace; 2],
+        workspace: &mut Workspace,
         measured: &mut Measured,
     ) {
         let mut judge = Judge::new(self.truth);
@@ -361,20 +361,6 @@ impl Run<'_> {
             measured.rows.push(row);
             if order == DEPTH_FIRST {
                 measured.rows.push(cut_off(row, stopped));
-            }
-            let more = outcome.stats.work / 10;
-            if (order, mode) == (DEFAULT, Mode::All)
-                && let Ok(certificate) = query.narrowed_certificate(workspace, aside, more)
-            {
-                let (extent, volume_left) =
-                    self.check(&certificate, &judge, NARROWED, mode, measured);
-                let unresolved = extent / self.case.size();
-                measured.rows.push(Row {
-                    order: NARROWED,
-                    unresolved,
-                    volume_left,
-                    ..row
-                });
             }
         }
         let (work, bv_tests) = (outcome.stats.work, outcome.stats.bv_tests);

@@ -375,7 +375,6 @@ fn orders_and_budgets_can_be_chosen() {
         "cut-off",
         "depth-first",
         "low-alpha",
-        "narrowed",
         "oracle",
         "penetration",
         "warm",

@@ -4,14 +4,14 @@ use punctual::Mode;
 use punctual_lab::report::{Axis, Block, Chart, Failure, Lead, Section, Series, Shape, Table};
 use punctual_lab::statistics::{mean, quantile, sorted};
 
-use super::super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, NARROWED, ORACLE, label};
+use super::super::contender::{CERTIFIED, CUT_OFF, DEFAULT, DEPTH_FIRST, ORACLE, label};
 use super::super::measure::Limit;
 use super::super::plan::plan;
 use super::super::summary::{
     BV_TESTS, COVERAGE, DETECTED, Feature, RECALL, WORK, Which, Worst, area, first_hit,
     first_hit_of_case, volume_left, worst_case,
 };
-use super::{Report, at_work, decimals, drawn, number, over_work};
+use super::{Report, at_work, drawn, number, over_work};
 
 /// A question that is asked after a share of the work.
 struct Question {
@@ -228,16 +228,13 @@ impl Report<'_> {
             title: "Where could a contact still be?".into(),
             lead: Lead::Shows(
                 "A stopped query names boxes outside of which nothing was missed (its certificate). Their volume, as a share \
-                 of the overlap of the bounding boxes of the two meshes: 1 means that nothing is known, 0 that all is. A \
-                 certificate can be narrowed: a tenth more work opens the largest of its boxes."
+                 of the overlap of the bounding boxes of the two meshes: 1 means that nothing is known, 0 that all is."
                     .into(),
             ),
             measured: format!(
-                "After {half} % of the work: {} (worst case {}, {case}); narrowed {} (worst case {}); depth-first {}.",
+                "After {half} % of the work: {} (worst case {}, {case}); depth-first {}.",
                 number(at(DEFAULT, half)),
                 number(value),
-                decimals(at(NARROWED, half), 3),
-                number(worst(NARROWED, half).value),
                 number(at(DEPTH_FIRST, half)),
             ),
             blocks: vec![
