@@ -1,25 +1,25 @@
 //! Mesh collision detection that answers by the deadline, and says how sure it is.
 //!
-//! A [`Mesh`] is checked once, and its [`Tree`] is built once. A [`Query`] asks about two trees at a [`Pose`], within a
-//! [`Budget`], in a [`Workspace`] that the caller keeps. The [`Outcome`] has a [`Verdict`], never a bare `bool`.
+//! A [`Mesh`] is checked once, and its [`Tree`] is built once. A [`Query`] asks about two trees, within a [`Budget`], in a
+//! [`Workspace`] that the caller keeps. The [`Answer`] tells what is proven, never a bare `bool`.
 //!
 //! ```
 //! use punctual::glam::{DMat3, DVec3};
-//! use punctual::{Budget, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+//! use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
 //!
 //! let (a, b) = (Tree::new(shapes::torus_knot(2, 3, 0.2, 64)), Tree::new(shapes::icosphere(3)));
 //! let mut workspace = Workspace::new();
 //! let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.8, 0.5, 0.0))?;
-//! let query = Query::new(&a, &b, pose).mode(Mode::All);
+//! let query = Query::all_pairs(&a, &b, pose);
 //!
 //! // Far too little: what was found is true, what was not looked at is named.
-//! let outcome = query.run(&mut workspace, Budget::work(2_000));
+//! let answer = query.run(&mut workspace, Budget::work(2_000));
 //! let certificate = query.certificate(&workspace)?;
-//! println!("{} pairs of triangles meet, and at most {}", outcome.found, certificate.upper_bound());
+//! println!("{} pairs of triangles meet, and at most {}", answer.stats.found, certificate.upper_bound());
 //!
 //! // Later, with more time, it goes on where it was stopped.
-//! let outcome = query.resume(&mut workspace, Budget::time(std::time::Duration::from_millis(100)))?;
-//! assert!(matches!(outcome.verdict, Verdict::Intersecting { .. }));
+//! let answer = query.resume(&mut workspace, Budget::time(std::time::Duration::from_millis(100)))?;
+//! assert!(matches!(answer.value, Verdict::Intersecting { .. }));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -41,8 +41,8 @@
 //!
 //! # Further
 //!
-//! - How far apart: [`DistanceQuery`]. Where, and which way out: [`ContactQuery`], [`Patches`], [`PushOutQuery`]. Free until
-//!   when: [`MotionQuery`]. What a ray hits: [`RayQuery`], [`RayBatch`]; in a scene, [`Scene::cast`].
+//! - How far apart: [`Query::distance`]. Where, and which way out: [`Query::contacts`], [`Patches`], [`PushOutQuery`]. Free
+//!   until when: [`Query::impact`]. What a ray hits: [`Query::ray`], [`Query::rays`]; in a scene, [`Scene::cast`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Budget::time`], [`Clock`].
@@ -104,10 +104,11 @@ pub use push_out::{Push, PushOut, PushOutQuery};
 ))]
 pub use query::SystemClock;
 pub use query::{
-    Budget, Certificate, Clock, ContactQuery, Contacts, Distance, DistanceEstimate, DistanceQuery,
-    Estimate, LEVELS, ManualClock, Mode, MotionQuery, Nearest, OptionError, Order, Outcome,
-    PairMemory, Passage, Prediction, Query, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode,
-    RayQuery, ResumeError, Stats, StopReason, Verdict, Workspace,
+    Answer, Bounds, Budget, Certificate, Clock, ClockedBudget, ContactBounds, Contacts, Distance,
+    DistanceEstimate, Estimate, Impact, Intersection, LEVELS, ManualClock, Mode, Nearest,
+    OptionError, Order, PairMemory, Prediction, Query, QueryWithMemory, Question, RayBounds,
+    RayCast, RayHit, RayMode, Rays, Remembers, ResumeError, Stats, StopReason, TimeOfImpact,
+    Verdict, Workspace,
 };
 pub use scene::{
     Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint,

@@ -8,7 +8,7 @@ mod directions;
 mod search;
 
 use crate::math::Pose;
-use crate::query::{Budget, Clock, Deadline, StopReason, Workspace};
+use crate::query::{ClockedBudget, Deadline, StopReason, Workspace};
 use crate::tree::Tree;
 use core::time::Duration;
 use glam::DVec3;
@@ -28,7 +28,7 @@ use search::Search;
 /// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(1.9, 0.1, 0.0))?;
 /// let push = PushOutQuery::new(&a, &b, pose).run(&mut workspace, Budget::work(1_000_000)).push.unwrap();
 /// assert!(push.distance < 0.12 && push.direction.x > 0.9);
-/// let verdict = Query::new(&a, &b, push.b_in_a).run(&mut workspace, Budget::unlimited()).verdict;
+/// let verdict = Query::intersection(&a, &b, push.b_in_a).run(&mut workspace, Budget::unlimited()).value;
 /// assert_eq!(verdict, Verdict::Separated);
 /// # Ok::<(), punctual::PoseError>(())
 /// ```
@@ -65,7 +65,7 @@ pub struct PushOut {
     pub queries: u32,
     /// Why it returned; [`StopReason::Finished`] also at the limit of queries.
     pub stop: StopReason,
-    /// Units of work, see [`Budget::work`].
+    /// Units of work, see [`Budget::work`](crate::Budget::work).
     pub work: u64,
     /// Time; measured only under a time budget.
     pub elapsed: Option<Duration>,
@@ -91,20 +91,14 @@ impl<'t> PushOutQuery<'t> {
         self
     }
 
-    /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic. Afterwards the workspace holds
-    /// nothing that could be resumed.
-    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> PushOut {
-        self.run_with(workspace, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// [`PushOutQuery::run`] by a clock of the caller's.
-    pub fn run_with(
+    /// Runs within a budget. It does not allocate, lock or panic. Afterwards the workspace holds nothing that could be
+    /// resumed.
+    pub fn run<'c>(
         &self,
         workspace: &mut Workspace,
-        budget: Budget,
-        clock: &dyn Clock,
+        budget: impl Into<ClockedBudget<'c>>,
     ) -> PushOut {
-        let mut deadline = Deadline::of(budget, clock);
+        let mut deadline = Deadline::of(budget.into());
         let mut search = Search::new(self, workspace, &mut deadline);
         let stop = search.run().err().unwrap_or(StopReason::Finished);
         let (push, queries, work) = (search.best, search.queries, search.work);

@@ -9,7 +9,7 @@ use super::blocked::{Pool, ROOM, WORK_PER_ADDED, unit};
 use super::directions::{Segments, WORK_PER_SEGMENT, all_around};
 use super::{Push, PushOutQuery};
 use crate::math::{Aabb, Pose};
-use crate::query::{Deadline, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
+use crate::query::{Deadline, Intersection, PairMemory, Query, StopReason, Verdict, Workspace};
 use crate::tree::Tree;
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -149,8 +149,7 @@ impl<'q, 'c> Search<'q, 'c> {
     /// Where the surfaces meet; `None` if they do not.
     fn contacts(&mut self) -> Step<Option<Segments>> {
         let PushOutQuery { a, b, b_in_a, .. } = *self.asked;
-        let query = Query::new(a, b, b_in_a)
-            .mode(Mode::All)
+        let query = Query::all_pairs(a, b, b_in_a)
             .pair_limit(CONTACTS);
         let Some([x, _]) = self.witness(&query, false)? else {
             self.best = Some(Push {
@@ -285,7 +284,7 @@ impl<'q, 'c> Search<'q, 'c> {
         let Some(pose) = self.pushed(direction, distance) else {
             return Ok(false);
         };
-        let witness = self.witness(&Query::new(self.asked.a, self.asked.b, pose), true)?;
+        let witness = self.witness(&Query::intersection(self.asked.a, self.asked.b, pose), true)?;
         if let Some(pair) = witness {
             self.block(pair)?;
         }
@@ -293,13 +292,13 @@ impl<'q, 'c> Search<'q, 'c> {
     }
 
     /// Two triangles that meet, by an exact query; `None` is proof that none do.
-    fn witness(&mut self, query: &Query, complete: bool) -> Step<Option<[u32; 2]>> {
+    fn witness(&mut self, query: &Query<Intersection>, complete: bool) -> Step<Option<[u32; 2]>> {
         if self.queries >= self.asked.query_limit {
             return Err(StopReason::Finished);
         }
         self.queries += 1;
-        query.begin(self.workspace, Some(&self.memory), query.strategy(complete));
-        let stop = query.advance(self.workspace, Some(&mut self.memory), self.deadline);
+        query.begin_as(query.strategy(complete), 0, self.workspace, Some(&self.memory));
+        let stop = query.search(self.workspace, Some(&mut self.memory), self.deadline);
         self.work += self.workspace.work();
         match self.workspace.verdict(stop) {
             Verdict::Undecided => Err(stop),

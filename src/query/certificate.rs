@@ -23,7 +23,7 @@ pub struct Certificate<'w> {
 
 /// Where B is.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Place<'w> {
+pub enum Place<'w> {
     /// At a pose; and the largest distance of the points of a missed pair.
     Still(&'w Pose, f64),
     Moving(&'w MotionOptions),
@@ -84,7 +84,7 @@ impl<'w> Certificate<'w> {
             .followed
             .saturating_sub(march.passed)
             .saturating_sub(waits.count() as u64);
-        open.fold(run.found.saturating_sub(ahead), u64::saturating_add)
+        open.fold(run.stats.found.saturating_sub(ahead), u64::saturating_add)
             .min(all)
     }
 

@@ -5,7 +5,7 @@
 //! lower bound are put off to the end. Within a margin there is no closest: each pair counts, and those that are apart are
 //! looked at in `f64` four at a time.
 
-use super::nearest::Distance;
+use super::nearest::Nearness;
 use super::outcome::Stats;
 use super::search::{Bounded, TOGETHER};
 use super::traversal::Traversal;
@@ -24,7 +24,7 @@ use crate::triangle::triangle_segment;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-impl Traversal<'_, '_, Distance> {
+impl Traversal<'_, '_, Nearness> {
     /// Whether there may be no room for what the next step finds.
     #[cold]
     #[inline(never)]
@@ -131,7 +131,7 @@ impl Traversal<'_, '_, Distance> {
                 ];
                 contacts.push(Contact::parted(ids, &found));
                 run.stats.work += WORK_PER_CONTACT;
-                run.found += 1;
+                run.stats.found += 1;
             }
         }
         search.linked.truncate(search.linked.len() - count);
@@ -212,7 +212,7 @@ impl Traversal<'_, '_, Distance> {
             ];
             if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
                 workspace.contacts.push(contact);
-                workspace.run.found += 1;
+                workspace.run.stats.found += 1;
             }
             return;
         }

@@ -2,29 +2,30 @@
 //!
 //! It is the question of the distance with a cut that stays where it is ([`nearest`]): nothing is said of pairs beyond the
 //! margin, and every pair within is written to the list of the workspace. With margin 0 it is that of the intersection
-//! ([`intersection`](super::intersection)), whose boxes and triangle tests cost less.
+//! ([`meeting`](super::meeting)), whose boxes and triangle tests cost less.
 
-use super::Deadline;
-use super::budget::{Budget, Clock};
-use super::certificate::{Certificate, Place};
-use super::intersection::{Intersection, Overlapping};
+use super::budget::Budget;
+use super::certificate::Place;
 use super::interval::{Interval, Tolerance};
-use super::nearest;
+use super::meeting::{Meeting, Overlapping};
+use super::memory::PairMemory;
+use super::nearest::Nearness;
 use super::options::{ContactOptions, Mode, OptionError, Options};
-use super::outcome::{Stats, StopReason};
+use super::outcome::StopReason;
 use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::triangle_pairs::PATIENCE;
 use super::views::Relation;
-use super::workspace::{Asked, Key, ResumeError, Workspace};
+use super::workspace::{Asked, Key, Workspace};
+use super::{Ask, Deadline, Query, Question};
 use crate::contact::{Contact, face_normal};
 use crate::math::Pose;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// The question where two surfaces meet, or come within a margin of each other. Cheap to make; one for each pose.
+/// The question where two surfaces meet, or come within a margin of each other ([`Query::contacts`]).
 ///
 /// The answer is a set of [`Contact`](crate::Contact)s: all pairs of triangles that are no farther apart than the margin. They
 /// stay in the workspace, nearest first ([`Workspace::contacts`]).
@@ -33,28 +34,30 @@ use glam::DVec3;
 /// pairs that meet; otherwise also those that `f64` cannot tell from such: they are farther apart than the margin by no more
 /// than 4e-14 times the diagonal of the box around both triangles, whatever their shape. The set of a stopped query is
 /// a part of that, and every contact that
-/// it lacks is at least [`Contacts::low`] away and has its middle in one of the boxes of [`ContactQuery::certificate`].
+/// it lacks is at least [`ContactBounds::low`] away and has its middle in one of the boxes of [`Query::certificate`].
 /// Overlapping boxes are opened first and then the closest, so that what was found is mostly the nearest part.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
-/// use punctual::{Budget, ContactQuery, Pose, Tree, Workspace, shapes};
+/// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
 /// let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::icosphere(3)));
 /// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(2.01, 0.0, 0.0))?;
 /// let mut workspace = Workspace::new();
-/// let found = ContactQuery::new(&a, &b, pose).margin(0.05).run(&mut workspace, Budget::unlimited());
-/// assert_eq!(found.found, workspace.contacts().len() as u64);
+/// let found = Query::contacts(&a, &b, pose).margin(0.05).run(&mut workspace, Budget::unlimited());
+/// assert_eq!(found.stats.found, workspace.contacts().len() as u64);
 /// let nearest = workspace.contacts().next().unwrap();
 /// assert!(0.01 <= nearest.distance && nearest.distance < 0.02 && nearest.normal.x < -0.99);
 /// # Ok::<(), punctual::PoseError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct ContactQuery<'t> {
-    a: &'t Tree,
-    b: &'t Tree,
+pub struct Contacts {
     b_in_a: Pose,
     pub(super) options: ContactOptions,
-    fault: Option<OptionError>,
+}
+
+impl Question for Contacts {
+    /// [`Workspace::contacts`] has the contacts that were found.
+    type Value = ContactBounds;
 }
 
 /// Room that the first contact query makes in a workspace that has none.
@@ -63,22 +66,16 @@ const DEFAULT_ROOM: usize = 4096;
 /// No two points are farther apart than this.
 const LARGEST_MARGIN: f64 = 1024.0 * COORDINATE_LIMIT;
 
-impl<'t> ContactQuery<'t> {
+impl<'t> Query<'t, Contacts> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The margin is 0: only triangles
     /// that meet are in contact.
     #[must_use]
-    pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+    pub fn contacts(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let options = ContactOptions {
             margin: 0.0,
             limit: usize::MAX,
         };
-        Self {
-            a,
-            b,
-            b_in_a,
-            options,
-            fault: None,
-        }
+        Self::of([a, b], Contacts { b_in_a, options })
     }
 
     /// Pairs of triangles this close are contacts, in the length unit of the meshes. Less than 0 (and NaN) counts as 0; with
@@ -86,7 +83,7 @@ impl<'t> ContactQuery<'t> {
     #[must_use]
     pub fn margin(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "margin", distance, f64::INFINITY);
-        self.options.margin = if distance > 0.0 {
+        self.asked.options.margin = if distance > 0.0 {
             distance.min(LARGEST_MARGIN)
         } else {
             0.0
@@ -97,82 +94,8 @@ impl<'t> ContactQuery<'t> {
     /// Stop with [`StopReason::PairsFull`] when this many contacts are in the workspace; by default, when it is full.
     #[must_use]
     pub fn contact_limit(mut self, contacts: usize) -> Self {
-        self.options.limit = contacts.max(1);
+        self.asked.options.limit = contacts.max(1);
         self
-    }
-
-    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest
-    /// that it can.
-    ///
-    /// # Errors
-    /// If the margin is negative or no number. The error names the first of them.
-    pub fn checked(self) -> Result<Self, OptionError> {
-        self.fault.map_or(Ok(self), Err)
-    }
-
-    /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
-    ///
-    /// The first contact query in a workspace makes room for 4,096 contacts, unless [`Workspace::reserve_contacts`] has made
-    /// some; later ones do not allocate. It does not lock or panic.
-    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Contacts {
-        self.run_with(workspace, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
-    ///
-    /// However it is cut into pieces by budgets of work, all contacts together are those of one uninterrupted run.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume(
-        &self,
-        workspace: &mut Workspace,
-        budget: Budget,
-    ) -> Result<Contacts, ResumeError> {
-        self.resume_with(workspace, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// [`ContactQuery::run`] by a clock of the caller's.
-    pub fn run_with(
-        &self,
-        workspace: &mut Workspace,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Contacts {
-        let mut deadline = Deadline::of(budget, clock);
-        self.begin(workspace);
-        self.spend(workspace, &mut deadline)
-    }
-
-    /// [`ContactQuery::resume`] by a clock of the caller's.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume_with(
-        &self,
-        workspace: &mut Workspace,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Result<Contacts, ResumeError> {
-        workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, &mut Deadline::of(budget, clock)))
-    }
-
-    /// Where the last run of this query in `workspace` may have missed contacts: the middle of the closest points of each is
-    /// in one of the boxes.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options.
-    pub fn certificate<'w>(
-        &'w self,
-        workspace: &'w Workspace,
-    ) -> Result<Certificate<'w>, ResumeError> {
-        workspace.run.holds(&self.key())?;
-        Ok(Certificate::new(
-            [self.a, self.b],
-            Place::Still(&self.b_in_a, self.options.margin),
-            workspace,
-        ))
     }
 
     /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame: which way the two faces of a
@@ -182,10 +105,10 @@ impl<'t> ContactQuery<'t> {
     ///
     /// ```
     /// use punctual::glam::{DMat3, DVec3, Vec3};
-    /// use punctual::{Budget, ContactQuery, Pose, Tree, Workspace, shapes};
+    /// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
     /// let (floor, ball) = (Tree::new(shapes::cuboid(Vec3::ONE, 1)), Tree::new(shapes::icosphere(3)));
     /// let (mut workspace, pose) = (Workspace::new(), Pose::new(DMat3::IDENTITY, DVec3::Z * 1.99)?);
-    /// let query = ContactQuery::new(&floor, &ball, pose);
+    /// let query = Query::contacts(&floor, &ball, pose);
     /// let _ = query.run(&mut workspace, Budget::unlimited());
     /// let nearest = workspace.contacts().next().unwrap();
     /// let [of_floor, of_ball] = query.face_normals(nearest.triangles);
@@ -201,29 +124,31 @@ impl<'t> ContactQuery<'t> {
             .b
             .mesh()
             .triangle(of_b as usize)
-            .map(|corner| self.b_in_a.transform_point(corner));
+            .map(|corner| self.asked.b_in_a.transform_point(corner));
         [
             face_normal(&self.a.mesh().triangle(of_a as usize)),
             face_normal(&placed),
         ]
     }
 
-    fn key(&self) -> Key {
-        Key::new([self.a, self.b], self.b_in_a, Asked::Contacts(self.options))
-    }
-
-    /// Whether the workspace holds a run of this query, stopped or finished.
-    pub(crate) fn is_in(&self, workspace: &Workspace) -> bool {
-        workspace.run.holds(&self.key()).is_ok()
-    }
-
     /// Whether a contact proves that the surfaces come within the margin.
     pub(crate) fn is_within(&self, contact: &Contact) -> bool {
-        contact.distance <= self.options.margin
+        contact.distance <= self.asked.options.margin
+    }
+}
+
+impl Ask for Query<'_, Contacts> {
+    type Value = ContactBounds;
+
+    fn key(&self) -> Key {
+        Key::new(
+            [self.a, self.b],
+            self.asked.b_in_a,
+            Asked::Contacts(self.asked.options),
+        )
     }
 
-    /// Prepares the workspace for a run from the roots.
-    pub(crate) fn begin(&self, workspace: &mut Workspace) {
+    fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
         workspace.clear();
         workspace.run.begin(
             self.key(),
@@ -235,7 +160,7 @@ impl<'t> ContactQuery<'t> {
         if workspace.contacts.capacity() == 0 {
             workspace.contacts.reserve(DEFAULT_ROOM);
         }
-        let ContactOptions { margin, limit, .. } = self.options;
+        let ContactOptions { margin, limit, .. } = self.asked.options;
         workspace.contacts.begin(margin, limit);
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
@@ -252,17 +177,21 @@ impl<'t> ContactQuery<'t> {
         workspace.front.push(Pair::new(0, 0));
     }
 
-    /// Spends a budget on the run in the workspace.
-    pub(crate) fn spend(&self, workspace: &mut Workspace, deadline: &mut Deadline) -> Contacts {
-        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+    fn advance(
+        &self,
+        workspace: &mut Workspace,
+        _: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> StopReason {
+        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
         let trees = [self.a, self.b];
         workspace.contacts.hurry(deadline.is_timed());
-        let stop = if self.options.margin > 0.0 {
-            let question = nearest::Distance::new(&relation, &workspace.search.interval);
+        let stop = if self.asked.options.margin > 0.0 {
+            let question = Nearness::new(&relation, &workspace.search.interval);
             let stop = Traversal::new(
                 question,
                 trees,
-                &self.b_in_a,
+                &self.asked.b_in_a,
                 &relation,
                 workspace,
                 deadline,
@@ -273,7 +202,7 @@ impl<'t> ContactQuery<'t> {
                 .bound(&workspace.front, f32::INFINITY, relation.unit);
             stop
         } else {
-            let question = Intersection {
+            let question = Meeting {
                 options: &Options {
                     mode: Mode::All,
                     ..Options::DEFAULT
@@ -283,7 +212,7 @@ impl<'t> ContactQuery<'t> {
             Traversal::new(
                 question,
                 trees,
-                &self.b_in_a,
+                &self.asked.b_in_a,
                 &relation,
                 workspace,
                 deadline,
@@ -291,18 +220,20 @@ impl<'t> ContactQuery<'t> {
             .advance()
         };
         workspace.contacts.sort();
-        workspace.run.took(deadline.elapsed());
+        stop
+    }
+
+    fn answer(&self, workspace: &Workspace, stop: StopReason) -> ContactBounds {
         let low = if stop.is_final() {
             f64::INFINITY
         } else {
             workspace.search.interval.low()
         };
-        Contacts {
-            low,
-            found: workspace.run.found,
-            stop,
-            stats: workspace.stats(),
-        }
+        ContactBounds { low }
+    }
+
+    fn place(&self, _: &Workspace) -> Place<'_> {
+        Place::Still(&self.asked.b_in_a, self.asked.options.margin)
     }
 }
 
@@ -311,15 +242,9 @@ impl<'t> ContactQuery<'t> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
-pub struct Contacts {
+pub struct ContactBounds {
     /// Proven: every contact that was not found is at least this far apart, in the length unit of the meshes. Infinite if the
     /// query is finished: none is missing.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
-    /// Contacts found, resumed calls and drained contacts included.
-    pub found: u64,
-    /// Why the query returned.
-    pub stop: StopReason,
-    /// What it has done.
-    pub stats: Stats,
 }

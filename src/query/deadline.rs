@@ -7,7 +7,7 @@
 //!
 //! Whatever the budget, the clock is asked after [`BETWEEN_LOOKS`] whether the caller cancels the call.
 
-use super::budget::{Budget, Clock};
+use super::budget::{Clock, ClockedBudget};
 use super::outcome::StopReason;
 use crate::math::nanoseconds;
 use crate::model::cost::{
@@ -23,7 +23,7 @@ const BETWEEN_LOOKS: u64 = 1 << 20;
 ///
 /// The clock is not a type parameter: the loop would be compiled once for each type, to save a call that costs far less than
 /// the look at the clock itself.
-pub(crate) struct Deadline<'c> {
+pub struct Deadline<'c> {
     clock: &'c dyn Clock,
     started: Option<Duration>,
     end: Option<Duration>,
@@ -50,7 +50,8 @@ impl<'c> Deadline<'c> {
     /// The end of a budget that begins now. Unless it is so short that it might be over before the first step, its start is the
     /// first look.
     #[inline(always)]
-    pub fn of(budget: Budget, clock: &'c dyn Clock) -> Self {
+    pub fn of(budget: ClockedBudget<'c>) -> Self {
+        let (budget, clock) = budget.parts();
         let started = budget.time.map(|_| clock.now());
         let end = started
             .zip(budget.time)

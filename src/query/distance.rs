@@ -1,30 +1,30 @@
-//! How far apart two meshes are: two trees, a pose and a budget in, a [`Distance`] with proven bounds out.
+//! How far apart two meshes are: two trees, a pose and a budget in, proven [`Bounds`] out.
 
-use super::Deadline;
-use super::budget::{Budget, Clock};
-use super::certificate::{Certificate, Place};
+use super::budget::Budget;
+use super::certificate::Place;
 use super::halves::Halves;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
-use super::nearest;
+use super::nearest::Nearness;
 use super::options::{DistanceOptions, OptionError, thickness};
-use super::outcome::{Stats, StopReason};
+use super::outcome::StopReason;
 use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::views::Relation;
-use super::workspace::{Asked, Key, ResumeError, Workspace};
+use super::workspace::{Asked, Key, Workspace};
+use super::{Ask, Deadline, Query, Question, Remembers};
 use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// The question how far apart two surfaces are at a pose: 0 if they meet. Cheap to make; one for each pose.
+/// The question how far apart two surfaces are at a pose ([`Query::distance`]): 0 if they meet.
 ///
 /// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer to B's than `low`, and two
 /// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
 /// with them as close as the tolerance asks and `f64` can tell: 4e-14 times the diagonal of the box around both meshes,
 /// whatever the shape of their triangles. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
-/// meet says so, whatever the tolerance, unless [`DistanceQuery::leave_contact_open`] was asked for.
+/// meet says so, whatever the tolerance, unless [`Query::leave_contact_open`] was asked for.
 ///
 /// Triangle pairs that are all but equally far apart are all looked at, unless boxes, or a plane between the surfaces,
 /// tell
@@ -34,22 +34,25 @@ use glam::DVec3;
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
-/// use punctual::{Budget, DistanceQuery, Pose, Tree, Workspace, shapes};
+/// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
 /// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
 /// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(3.0, 0.0, 0.0))?;
-/// let found = DistanceQuery::new(&a, &b, pose).run(&mut Workspace::new(), Budget::work(20_000));
+/// let found = Query::distance(&a, &b, pose).run(&mut Workspace::new(), Budget::work(20_000)).value;
 /// assert!(found.low <= 0.7 && 0.7 <= found.high + 0.01);
 /// # Ok::<(), punctual::PoseError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct DistanceQuery<'t> {
-    pub(super) a: &'t Tree,
-    pub(super) b: &'t Tree,
+pub struct Distance {
     b_in_a: Pose,
     pub(super) options: DistanceOptions,
     ceiling: f64,
-    fault: Option<OptionError>,
 }
+
+impl Question for Distance {
+    type Value = Bounds;
+}
+
+impl Remembers for Distance {}
 
 /// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies that are farther apart than
 /// so many times this size, where boxes in `f32` tell no more.
@@ -57,7 +60,7 @@ const DEFAULT_TOLERANCE: f64 = 1e-6;
 const FAR: f64 = 64.0;
 const FAR_TOLERANCE: f64 = 1e-5;
 
-impl<'t> DistanceQuery<'t> {
+impl<'t> Query<'t, Distance> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
     /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent; 0 for a point), the
     /// relative one 0. Where the middles of the meshes are more than 64 such units apart, it is 1e-5 if no tolerance at all
@@ -65,7 +68,7 @@ impl<'t> DistanceQuery<'t> {
     /// own
     /// size, which takes up to a tenth more work (`docs/performance.md`).
     #[must_use]
-    pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+    pub fn distance(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
         let (leaves_contact_open, depth_first) = (false, false);
         let options = DistanceOptions {
@@ -76,25 +79,26 @@ impl<'t> DistanceQuery<'t> {
             leaves_contact_open,
             depth_first,
         };
-        Self {
-            a,
-            b,
-            b_in_a,
-            options,
-            ceiling: f64::INFINITY,
-            fault: None,
-        }
+        let ceiling = f64::INFINITY;
+        Self::of(
+            [a, b],
+            Distance {
+                b_in_a,
+                options,
+                ceiling,
+            },
+        )
     }
 
     /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
     /// can tell, no farther apart than 4e-14 times the diagonal of the box around both meshes. Surfaces with large
     /// parallel parts have many pairs of triangles that are all but equally far apart; a
     /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance, unless
-    /// [`DistanceQuery::leave_contact_open`] is asked for too.
+    /// [`Query::leave_contact_open`] is asked for too.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
         OptionError::note(&mut self.fault, "absolute_tolerance", length, f64::MAX);
-        self.options.absolute = Some(length.max(0.0));
+        self.asked.options.absolute = Some(length.max(0.0));
         self
     }
 
@@ -102,16 +106,16 @@ impl<'t> DistanceQuery<'t> {
     #[must_use]
     pub fn relative_tolerance(mut self, share: f64) -> Self {
         OptionError::note(&mut self.fault, "relative_tolerance", share, f64::MAX);
-        self.options.relative = Some(share.max(0.0));
+        self.asked.options.relative = Some(share.max(0.0));
         self
     }
 
     /// Whether a query is done as soon as `high` is no more than the absolute tolerance, even if it is open then whether the
     /// surfaces meet (`low` is 0). Off by default. To decide that about surfaces that all but touch in many places may take
-    /// thousands of times as long as to tell that they are within the tolerance. [`DistanceQuery::closer_than`] is not affected.
+    /// thousands of times as long as to tell that they are within the tolerance. [`Query::closer_than`] is not affected.
     #[must_use]
     pub fn leave_contact_open(mut self, leave: bool) -> Self {
-        self.options.leaves_contact_open = leave;
+        self.asked.options.leaves_contact_open = leave;
         self
     }
 
@@ -120,35 +124,26 @@ impl<'t> DistanceQuery<'t> {
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
         OptionError::note_margins(&mut self.fault, margins);
-        self.options.margins = margins.map(thickness);
+        self.asked.options.margins = margins.map(thickness);
         self
     }
 
     /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as one of the bounds tells.
-    /// [`Distance::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked. What is
+    /// [`Bounds::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked. What is
     /// negative,
     /// and NaN, counts as 0.
     #[must_use]
     pub fn closer_than(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "closer_than", distance, f64::INFINITY);
-        self.options.limit = distance.max(0.0);
+        self.asked.options.limit = distance.max(0.0);
         self
-    }
-
-    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest
-    /// that it can.
-    ///
-    /// # Errors
-    /// If a tolerance or a margin is negative, infinite or no number, or the limit negative or no number. The error
-    /// names the first of them.
-    pub fn checked(self) -> Result<Self, OptionError> {
-        self.fault.map_or(Ok(self), Err)
     }
 
     /// Beyond this, distances are not told apart. A stopped run goes on with the ceiling that it began with.
     #[must_use]
-    pub(crate) fn below(self, ceiling: f64) -> Self {
-        Self { ceiling, ..self }
+    pub(crate) fn below(mut self, ceiling: f64) -> Self {
+        self.asked.ceiling = ceiling;
+        self
     }
 
     /// For comparison: all node pairs on one stack, the closest of siblings on top, so that `low` is 0 almost to the end.
@@ -156,106 +151,13 @@ impl<'t> DistanceQuery<'t> {
     #[doc(hidden)]
     #[must_use]
     pub fn depth_first(mut self) -> Self {
-        self.options.depth_first = true;
+        self.asked.options.depth_first = true;
         self
-    }
-
-    /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
-    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Distance {
-        self.run_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// [`DistanceQuery::run`] with what is remembered of the pair from the frame before, and will be for the next: the
-    /// triangles that were closest then give an upper bound at once, and what is left of the distance a lower bound
-    /// ([`PairMemory::clearance`]).
-    pub fn run_with_memory(
-        &self,
-        workspace: &mut Workspace,
-        memory: &mut PairMemory,
-        budget: Budget,
-    ) -> Distance {
-        self.run_with(
-            workspace,
-            Some(memory),
-            budget.by_system(),
-            &crate::query::SYSTEM,
-        )
-    }
-
-    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
-    ///
-    /// However it is cut into pieces by budgets of work, the outcome at the end is that of one uninterrupted run.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume(
-        &self,
-        workspace: &mut Workspace,
-        budget: Budget,
-    ) -> Result<Distance, ResumeError> {
-        self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// [`DistanceQuery::run`] by a clock of the caller's, with or without a memory.
-    pub fn run_with(
-        &self,
-        workspace: &mut Workspace,
-        mut memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Distance {
-        let mut deadline = Deadline::of(budget, clock);
-        if let Some(memory) = &mut memory {
-            memory.bind(self.a, self.b);
-        }
-        self.begin(workspace, memory.as_deref());
-        self.spend(workspace, memory, &mut deadline)
-    }
-
-    /// [`DistanceQuery::resume`] by a clock of the caller's, with or without a memory.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume_with(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Result<Distance, ResumeError> {
-        workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, clock)))
-    }
-
-    /// Where the last run of this query in `workspace` may have missed what is closer than its upper bound by more than the
-    /// tolerance.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options.
-    pub fn certificate<'w>(
-        &'w self,
-        workspace: &'w Workspace,
-    ) -> Result<Certificate<'w>, ResumeError> {
-        workspace.run.holds(&self.key())?;
-        let reach = workspace
-            .search
-            .interval
-            .high()
-            .min(self.options.limit + self.margin());
-        Ok(Certificate::new(
-            [self.a, self.b],
-            Place::Still(&self.b_in_a, reach),
-            workspace,
-        ))
-    }
-
-    pub(super) fn key(&self) -> Key {
-        Key::new([self.a, self.b], self.b_in_a, Asked::Distance(self.options))
     }
 
     /// From the middle of A's box to that of B's.
     pub(super) fn middle(&self) -> DVec3 {
-        self.b_in_a.transform_point(self.b.unit().origin) - self.a.unit().origin
+        self.asked.b_in_a.transform_point(self.b.unit().origin) - self.a.unit().origin
     }
 
     fn tolerance(&self) -> Tolerance {
@@ -263,7 +165,7 @@ impl<'t> DistanceQuery<'t> {
         let apart = self.middle().abs().max_element();
         let DistanceOptions {
             absolute, relative, ..
-        } = self.options;
+        } = self.asked.options;
         let is_far = absolute.is_none() && apart > FAR * size;
         Tolerance {
             absolute: absolute.unwrap_or(DEFAULT_TOLERANCE * size),
@@ -272,19 +174,14 @@ impl<'t> DistanceQuery<'t> {
     }
 
     fn margin(&self) -> f64 {
-        self.options.margins[0] + self.options.margins[1]
+        self.asked.options.margins[0] + self.asked.options.margins[1]
     }
 
     /// Whether a finished run tells if the surfaces meet, whatever its tolerance.
     pub(crate) fn decides_contact(&self) -> bool {
-        self.options.limit == f64::INFINITY
+        self.asked.options.limit == f64::INFINITY
             && self.margin() == 0.0
-            && !self.options.leaves_contact_open
-    }
-
-    /// Whether the workspace holds a stopped run of this query.
-    pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
-        workspace.run.holds_stopped(&self.key()).is_ok()
+            && !self.asked.options.leaves_contact_open
     }
 
     /// Proven by the run in the workspace: the closest triangles found are no farther apart, margins not subtracted. 0
@@ -296,20 +193,42 @@ impl<'t> DistanceQuery<'t> {
 
     /// Up to which distance the run in the workspace tells more than that it is more; 0 with a limit.
     pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
-        if self.options.limit < f64::INFINITY {
+        if self.asked.options.limit < f64::INFINITY {
             0.0
         } else {
             workspace.search.interval.ceiling()
         }
     }
 
-    /// Prepares the workspace for a run from the roots.
-    pub(crate) fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
+    /// The bounds of the distance of the thickened surfaces.
+    pub(super) fn bounds(&self, interval: &Interval) -> [f64; 2] {
+        let low = less(interval.low(), self.margin(), -f64::EPSILON);
+        let high = if interval.touches() {
+            0.0
+        } else {
+            less(interval.high(), self.margin(), f64::EPSILON)
+        };
+        [low, high]
+    }
+}
+
+impl Ask for Query<'_, Distance> {
+    type Value = Bounds;
+
+    fn key(&self) -> Key {
+        Key::new(
+            [self.a, self.b],
+            self.asked.b_in_a,
+            Asked::Distance(self.asked.options),
+        )
+    }
+
+    fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, _: Budget) {
         workspace.clear();
         workspace.run.begin(
             self.key(),
             Strategy {
-                deepest_first: self.options.depth_first,
+                deepest_first: self.asked.options.depth_first,
                 ..Strategy::NONE
             },
         );
@@ -317,10 +236,10 @@ impl<'t> DistanceQuery<'t> {
             return;
         }
         let guess = memory.and_then(|memory| memory.nearest(self.a, self.b));
-        let known = memory.map_or(0.0, |memory| memory.clearance(self.a, self.b, &self.b_in_a));
-        let interval = Interval::new(self.tolerance(), self.margin(), self.options.limit);
-        let mut interval = interval.below(self.ceiling);
-        if self.options.leaves_contact_open {
+        let known = memory.map_or(0.0, |memory| memory.clearance(self.a, self.b, &self.asked.b_in_a));
+        let interval = Interval::new(self.tolerance(), self.margin(), self.asked.options.limit);
+        let mut interval = interval.below(self.asked.ceiling);
+        if self.asked.options.leaves_contact_open {
             interval = interval.leaving_contact_open();
         }
         if interval.know(known) {
@@ -332,19 +251,18 @@ impl<'t> DistanceQuery<'t> {
         workspace.front.push(Pair::new(0, 0));
     }
 
-    /// Spends a budget on the run in the workspace.
-    pub(crate) fn spend(
+    fn advance(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
-    ) -> Distance {
-        let relation = Relation::new(self.a, self.b, &self.b_in_a);
-        let question = nearest::Distance::new(&relation, &workspace.search.interval);
+    ) -> StopReason {
+        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
+        let question = Nearness::new(&relation, &workspace.search.interval);
         let stop = Traversal::new(
             question,
             [self.a, self.b],
-            &self.b_in_a,
+            &self.asked.b_in_a,
             &relation,
             workspace,
             deadline,
@@ -359,27 +277,15 @@ impl<'t> DistanceQuery<'t> {
             let work = is_whole.then(|| workspace.work());
             memory.remember_distance(
                 [self.a, self.b],
-                &self.b_in_a,
+                &self.asked.b_in_a,
                 &workspace.search.interval,
                 work,
             );
         }
-        workspace.run.took(deadline.elapsed());
-        self.outcome(workspace, stop)
+        stop
     }
 
-    /// The bounds of the distance of the thickened surfaces.
-    pub(super) fn bounds(&self, interval: &Interval) -> [f64; 2] {
-        let low = less(interval.low(), self.margin(), -f64::EPSILON);
-        let high = if interval.touches() {
-            0.0
-        } else {
-            less(interval.high(), self.margin(), f64::EPSILON)
-        };
-        [low, high]
-    }
-
-    fn outcome(&self, workspace: &Workspace, stop: StopReason) -> Distance {
+    fn answer(&self, workspace: &Workspace, _: StopReason) -> Bounds {
         let interval = &workspace.search.interval;
         let [low, high] = self.bounds(interval);
         let nearest = interval.nearest().map(|(pair, found)| Nearest {
@@ -388,25 +294,29 @@ impl<'t> DistanceQuery<'t> {
                 self.b.ids()[pair[1] as usize],
             ],
             points: [
-                found.points[0] - found.direction * self.options.margins[0],
-                found.points[1] + found.direction * self.options.margins[1],
+                found.points[0] - found.direction * self.asked.options.margins[0],
+                found.points[1] + found.direction * self.asked.options.margins[1],
             ],
         });
-        let limit = self.options.limit;
+        let limit = self.asked.options.limit;
         let closer = match limit {
             f64::INFINITY => None,
             _ if high <= limit => Some(true),
             _ if low > limit => Some(false),
             _ => None,
         };
-        Distance {
+        Bounds {
             low,
             high,
             nearest,
             closer,
-            stop,
-            stats: workspace.stats(),
         }
+    }
+
+    fn place(&self, workspace: &Workspace) -> Place<'_> {
+        let most = self.asked.options.limit + self.margin();
+        let reach = workspace.search.interval.high().min(most);
+        Place::Still(&self.asked.b_in_a, reach)
     }
 }
 
@@ -440,22 +350,18 @@ pub struct Nearest {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
-pub struct Distance {
+pub struct Bounds {
     /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
-    /// Proven: the distance of [`Distance::nearest`], and 0 only if the surfaces meet. Infinite if nothing was found yet.
+    /// Proven: the distance of [`Bounds::nearest`], and 0 only if the surfaces meet. Infinite if nothing was found yet.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub high: f64,
     /// The closest triangles found.
     pub nearest: Option<Nearest>,
-    /// Whether the surfaces are as close as [`DistanceQuery::closer_than`] asks; `None` if that is undecided, or not asked.
+    /// Whether the surfaces are as close as [`Query::closer_than`] asks; `None` if that is undecided, or not asked.
     /// Undecided stays what `f64` cannot tell: distances that equal the limit up to 4e-14 times the diagonal of the box
     /// around
     /// both meshes.
     pub closer: Option<bool>,
-    /// Why the query returned.
-    pub stop: StopReason,
-    /// What it has done.
-    pub stats: Stats,
 }

@@ -3,8 +3,9 @@
 //! Apart from the choice of the strategy under a budget of time ([`Query::fits`]), nothing here runs inside a query: the
 //! caller asks when it wants to know, at a price of one to three microseconds.
 
-use super::Query;
-use super::distance::DistanceQuery;
+use super::distance::Distance;
+use super::intersection::Intersection;
+use super::{Ask, Query};
 use super::memory::{PairMemory, Sought};
 use super::options::Mode;
 use super::probe::Probe;
@@ -89,14 +90,14 @@ const EFFORT_AFTER: usize = 120;
 const SAMPLE: usize = 256;
 const SAMPLE_STEP: usize = 8;
 
-impl Query<'_> {
+impl Query<'_, Intersection> {
     /// What this query will take, if nothing stops it, given what is remembered of the pair. Takes about 1 microsecond, no
     /// allocation; the same bits on every machine.
     ///
     /// ```
     /// use punctual::{Pose, Query, Tree, shapes};
     /// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
-    /// let tests = Query::new(&a, &b, Pose::IDENTITY).predict(None).bv_tests;
+    /// let tests = Query::intersection(&a, &b, Pose::IDENTITY).predict(None).bv_tests;
     /// assert!(1.0 <= tests.p10 && tests.p10 <= tests.p50 && tests.p50 <= tests.p90);
     /// ```
     #[must_use]
@@ -131,13 +132,13 @@ impl Query<'_> {
         let front = self.front_while(workspace, goes_on)?;
         let memory = self.known(memory);
         let run = &workspace.run;
-        let decided = run.found > 0 && self.options.mode == Mode::Any;
+        let decided = run.stats.found > 0 && self.asked.options.mode == Mode::Any;
         let remaining = if decided || front.is_done() {
             Prediction::default()
         } else {
             Prediction::of(self.left(&front, memory))
         };
-        let probability = if run.found > 0 {
+        let probability = if run.stats.found > 0 {
             1.0
         } else {
             self.probability(&front, memory)
@@ -173,7 +174,7 @@ impl Query<'_> {
         let summary = FrontSummary {
             bv_tests: run.stats.bv_tests_of_levels() as f64,
             triangle_tests: run.stats.primitive_tests as f64,
-            found: run.found as f64,
+            found: run.stats.found as f64,
             followed: workspace.march.followed as f64,
             passed: workspace.march.passed as f64,
             follows: workspace.march.is_due(),
@@ -181,7 +182,7 @@ impl Query<'_> {
             ..FrontSummary::default()
         };
         let open = workspace.open_nodes().count();
-        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
         let mut probe = Probe::new([self.a, self.b], &relation, summary, goes_on);
         let mut sample = 0;
         for pair in workspace.open_nodes().take(SAMPLE) {
@@ -206,7 +207,7 @@ impl Query<'_> {
     /// The front before the query: its root, opened on trial.
     #[doc(hidden)]
     pub fn front_before(&self) -> FrontSummary {
-        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
         let mut probe = Probe::new(
             [self.a, self.b],
             &relation,
@@ -226,12 +227,12 @@ impl Query<'_> {
 
     fn probability(&self, front: &FrontSummary, memory: Option<&PairMemory>) -> f64 {
         let history = memory.and_then(PairMemory::history);
-        confidence::probability(front, history.as_ref(), self.prior)
+        confidence::probability(front, history.as_ref(), self.asked.prior)
     }
 
     fn left(&self, front: &FrontSummary, memory: Option<&PairMemory>) -> Quantiles {
         let previous = self.previous(memory);
-        match self.options.mode {
+        match self.asked.options.mode {
             Mode::All => prediction::all_left(front, previous),
             Mode::Any => prediction::any_left(front, self.probability(front, memory), previous),
         }
@@ -239,7 +240,7 @@ impl Query<'_> {
 
     /// BV tests of the last query of this mode.
     fn previous(&self, memory: Option<&PairMemory>) -> Option<f64> {
-        Some(memory?.last_bv_tests_of(self.options.mode)? as f64)
+        Some(memory?.last_bv_tests_of(self.asked.options.mode)? as f64)
     }
 
     /// Whether the time lasts to the end, as far as can be told without a look at the boxes: by the 90 % quantile for the
@@ -255,7 +256,7 @@ impl Query<'_> {
         };
         let memory = self.known(memory);
         let roots = pair_cost([a.self_cost, b.self_cost], 1.0);
-        let most = match (self.previous(memory), self.options.mode) {
+        let most = match (self.previous(memory), self.asked.options.mode) {
             (None, _) => prediction::most(roots.into()),
             (Some(previous), Mode::All) => prediction::most_of_all_after(previous),
             (Some(previous), Mode::Any) => prediction::most_of_any_after(previous),
@@ -264,7 +265,7 @@ impl Query<'_> {
     }
 }
 
-/// What can be said of a stopped distance query: see [`DistanceQuery::estimate`].
+/// What can be said of a stopped distance query: see [`Query::estimate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -275,7 +276,7 @@ pub struct DistanceEstimate {
     pub distance: Quantiles,
 }
 
-impl DistanceQuery<'_> {
+impl Query<'_, Distance> {
     /// Units of work that this query will take if nothing stops it, given what is remembered of the pair. In time, a unit takes
     /// [`CostModel::bv_test`]. Constant time, no allocation; the same bits on every machine.
     ///
@@ -287,7 +288,7 @@ impl DistanceQuery<'_> {
     }
 
     /// What the last run of this query in `workspace` leaves open, given what is remembered of the pair: as rough as
-    /// [`DistanceQuery::predict`]. Constant time, no allocation; the same bits on every machine.
+    /// [`Query::predict`]. Constant time, no allocation; the same bits on every machine.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
@@ -315,7 +316,7 @@ impl DistanceQuery<'_> {
         let [of_a, of_b] = [self.a.unit(), self.b.unit()];
         let middles = self.middle().length();
         let apart = middles / (of_a.length() + of_b.length());
-        let limit = self.options.limit;
+        let limit = self.asked.options.limit;
         let limit = (limit < f64::INFINITY).then_some(limit / middles);
         Closing {
             pairs,

@@ -2,7 +2,7 @@
 //!
 //! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the other end goes on.
 
-use super::intersection::{Intersection, Opener};
+use super::meeting::{Meeting, Opener};
 use super::known::Added;
 use super::march::{Corners, March, Place, place};
 use super::traversal::Traversal;
@@ -20,7 +20,7 @@ const STEPS: usize = 4;
 const _: () = assert!(STEPS as u64 * WORK_PER_MARCH_STEP <= MAX_STEP_WORK);
 
 /// A step of the loop that marches, compiled on its own: it is seldom asked for.
-struct MarchOn<'t, 'q, 'c, 'o, O>(&'t mut Traversal<'q, 'c, Intersection<'o, O>>);
+struct MarchOn<'t, 'q, 'c, 'o, O>(&'t mut Traversal<'q, 'c, Meeting<'o, O>>);
 
 impl<O: Opener> Kernel for MarchOn<'_, '_, '_, '_, O> {
     type Output = ();
@@ -31,7 +31,7 @@ impl<O: Opener> Kernel for MarchOn<'_, '_, '_, '_, O> {
     }
 }
 
-impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
+impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
     /// Follows what waits to be followed a little.
     #[inline(always)]
     pub(super) fn march_on<L: Lanes>(&mut self, lanes: L) {
@@ -172,8 +172,8 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             }
             return false;
         }
-        sample.note(pair, run.found);
-        run.found += 1;
+        sample.note(pair, run.stats.found);
+        run.stats.found += 1;
         march.followed += 1;
         found.push([a.id, b.id]);
         let corner = vertex(

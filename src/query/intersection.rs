@@ -1,377 +1,305 @@
-//! Do two surfaces meet, and where? What a traversal that asks this does with node pairs; [`leaf`](super::leaf) has its
-//! triangle tests.
+//! Whether, or where, two surfaces meet: the question, and how a run of it begins and goes on.
 //!
-//! Boxes that overlap are of interest, deepest first. Triangle pairs that were found along a curve ([`march`](super::march))
-//! before the front comes to them are not tested again.
+//! What the traversal does with its node pairs is in [`meeting`](super::meeting).
 
-use super::boxes::{Keys, Overlap};
-use super::expand::{Sink, expand, transposed};
-use super::lone::Lone;
+use super::budget::Budget;
+use super::certificate::Place;
+use super::lone::{Lone, Placing};
+use super::memory::{Before, PairMemory, WITNESSES};
+use super::meeting::{Meeting, Overlapping};
 use super::options::{Mode, Options};
-use super::order::overlap_volume;
-use super::outcome::{LEVELS, StopReason};
-use super::queue::{Origin, Pair};
-use super::strategy::Marching;
-use super::traversal::{Question, Traversal};
-use super::workspace::Workspace;
-use crate::math::lanes::{Column, F8, Lanes, per_lane};
-use crate::math::{bits, larger};
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, opening_work};
-use crate::tree::{Node, WIDTH};
+use super::order::Order;
+use super::outcome::{StopReason, Verdict};
+use super::queue::Pair;
+use super::strategy::{Strategy, WarmStart};
+use super::traversal::Traversal;
+use super::views::Relation;
+use super::workspace::{Asked, Key, Workspace};
+use super::{Ask, Deadline, Query, Question, Remembers};
+use crate::math::{Pose, nanoseconds};
+use crate::model::confidence::DEFAULT_PRIOR;
+use crate::model::cost::Counts;
+use crate::tree::{Tree, WIDTH};
 
-/// Whether, or where, two surfaces meet.
-pub(super) struct Intersection<'q, O = Overlapping> {
-    pub options: &'q Options,
-    pub opener: O,
-}
-
-/// Most nodes that a lone triangle is tested against in one step, each a child of the one before.
-const NODES_PER_STEP: u64 = 3;
-
-const _: () = assert!(MAX_STEP_WORK >= NODES_PER_STEP * opening_work(WIDTH as u32));
-
-/// How node pairs are opened and triangle pairs tested: settled once for a query, at compile time.
-pub(super) trait Opener: Copy {
-    /// The triangle, if one of the meshes is only that.
-    fn lone(&self) -> Option<&Lone<'_>>;
-}
-
-/// By the boxes of both.
+/// The question whether, or where, two surfaces meet at a pose ([`Query::intersection`], [`Query::all_pairs`]).
+///
+/// **Guarantee.** At every moment each intersecting pair of triangles has been reported, or is kept in the workspace as a
+/// triangle pair still to be tested, or lies under a node pair still to be opened. So `Separated` is said only when nothing
+/// is left, a stopped query can name what it may have missed ([`Query::certificate`]), and it can go on later as if it had
+/// never stopped ([`Query::resume`]). A full queue costs order, a full pair buffer is a stop reason; neither costs an answer.
+///
+/// ```
+/// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
+/// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
+/// let mut workspace = Workspace::new();
+/// let answer = Query::intersection(&a, &b, Pose::IDENTITY).run(&mut workspace, Budget::work(20_000));
+/// match answer.value {
+///     // `Within` is what a scene says of bodies with margins.
+///     Verdict::Intersecting { witness } | Verdict::Within { witness, .. } => println!("triangles {witness:?} meet"),
+///     Verdict::Separated => println!("no contact"),
+///     Verdict::Undecided => println!("not known yet"),
+/// }
+/// ```
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Overlapping;
-
-impl Opener for Overlapping {
-    #[inline(always)]
-    fn lone(&self) -> Option<&Lone<'_>> {
-        None
-    }
+pub struct Intersection {
+    pub(super) b_in_a: Pose,
+    pub(super) options: Options,
+    pub(super) prior: f64,
 }
 
-impl Opener for &Lone<'_> {
-    #[inline(always)]
-    fn lone(&self) -> Option<&Lone<'_>> {
-        Some(self)
-    }
+impl Question for Intersection {
+    /// [`Workspace::pairs`] has the pairs of triangles that were found.
+    type Value = Verdict;
 }
 
-impl<O: Opener> Question for Traversal<'_, '_, Intersection<'_, O>> {
-    #[inline(always)]
-    fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        self.workspace.front.pop()
+impl Remembers for Intersection {}
+
+impl<'t> Query<'t, Intersection> {
+    /// Asks whether the surfaces of `a` and `b` meet, where `b_in_a` brings B's coordinates into A's. It stops at the first
+    /// pair of triangles that intersect.
+    #[must_use]
+    pub fn intersection(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+        Self::of(
+            [a, b],
+            Intersection {
+                b_in_a,
+                options: Options::DEFAULT,
+                prior: DEFAULT_PRIOR,
+            },
+        )
     }
 
-    #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let (opener, trees) = (self.question.opener, [self.a, self.b]);
-        if let Some(lone) = opener.lone() {
-            return self.open_lone(lanes, lone, pair);
+    /// Asks for all pairs of triangles that intersect; they stay in the workspace ([`Workspace::pairs`]).
+    #[must_use]
+    pub fn all_pairs(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+        Self::intersection(a, b, b_in_a).mode(Mode::All)
+    }
+
+    /// Any intersection, or all of them.
+    #[must_use]
+    pub fn mode(mut self, mode: Mode) -> Self {
+        self.asked.options.mode = mode;
+        self
+    }
+
+    /// Stop with [`StopReason::PairsFull`] when this many pairs are in the workspace; by default, when it is full.
+    #[must_use]
+    pub fn pair_limit(mut self, pairs: usize) -> Self {
+        self.asked.options.pair_limit = pairs.max(1);
+        self
+    }
+
+    /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
+    /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
+    /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR), as with NaN.
+    #[must_use]
+    pub fn prior(mut self, share: f64) -> Self {
+        self.asked.prior = if share.is_nan() { DEFAULT_PRIOR } else { share };
+        self
+    }
+
+    /// Whether finding much early is worth some more time in all; for queries with [`Mode::All`] that a budget is likely to
+    /// cut off. False by default.
+    ///
+    /// Surfaces meet along curves. With this option each hit leads the query to the neighbors of its triangles, and so
+    /// along the curve (`docs/performance.md` has what that is worth, and what it costs a query that is finished all the
+    /// same), as long as pairs are dear to find otherwise. Budgets of time that are expected to be too short do so anyway, and
+    /// those of work too, but with fewer node pairs in the queue. It needs trees that were built with
+    /// [`crate::BuildOptions::neighbors`]; without them or without a budget it changes nothing, and if no node pair waits in
+    /// the queue at the first hit, no curve is followed.
+    #[must_use]
+    pub fn early(mut self, early: bool) -> Self {
+        self.asked.options.early = early;
+        self
+    }
+
+    /// For experiments: the order of visits; penetration by default, which finds most before a budget ends
+    /// (`docs/benchmarks.md`).
+    #[must_use]
+    pub fn order(mut self, order: Order) -> Self {
+        self.asked.options.order = order;
+        self
+    }
+
+    /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
+    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128 (48 with [`Query::early`]), and
+    /// infinity for the first hit in the default order, and where hits lead along the contact: a stack with the deepest of
+    /// siblings on top finds the first hit sooner than the queue (`docs/benchmarks.md`).
+    #[must_use]
+    pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
+        // The larger of NaN and 0 is 0.
+        self.asked.options.queue_threshold = Some(bv_tests.max(0.0));
+        self
+    }
+
+    /// Whether both trees know what lies next to their triangles.
+    fn can_march(&self) -> bool {
+        self.a.has_neighbors() && self.b.has_neighbors()
+    }
+
+    /// The strategy of a run that nothing stops (`complete`), or of one with a budget of work; both with full batches, with
+    /// which small budgets of scenes find more.
+    pub(crate) fn strategy(&self, complete: bool) -> Strategy {
+        if complete {
+            return Strategy::complete(&self.asked.options);
         }
-        expand(
-            lanes,
-            pair,
-            trees,
-            self.relation,
-            &mut Overlap::new(self.relation),
-            self,
-        );
-    }
-
-    #[inline(always)]
-    fn opened(&self) -> Option<StopReason> {
-        if self.tests_clusters() {
-            self.has_enough()
-        } else {
-            None
+        let strategy =
+            Strategy::choose(&self.asked.options, Budget::work(0), self.can_march(), |_| false);
+        Strategy {
+            batch: WIDTH,
+            ..strategy
         }
     }
 
+    /// Prepares the workspace for a run from the roots, where so many of the latest witnesses were tested already and do not
+    /// meet.
     #[inline(always)]
-    fn waits(&self, any: bool) -> bool {
-        let enough = if any || self.tests_clusters() {
-            1
-        } else {
-            self.strategy.batch
-        };
-        self.workspace.waiting.len() >= enough
-            || self.tests_clusters() && !self.workspace.doubtful.is_empty()
-    }
-
-    #[inline(always)]
-    fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
-        if self.room() == 0 {
-            return Some(StopReason::PairsFull);
-        }
-        self.end_march();
-        if self.workspace.march.is_due() {
-            self.march_on(lanes);
-        } else {
-            self.test_triangles(lanes);
-        }
-        self.workspace.testing = self.goes_on_testing();
-        self.has_enough()
-    }
-}
-
-impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
-    /// The first hit ends a run that asks for no more.
-    #[inline(always)]
-    fn has_enough(&self) -> Option<StopReason> {
-        let is_enough = self.workspace.run.found > 0 && self.question.options.mode == Mode::Any;
-        is_enough.then_some(StopReason::FirstHit)
-    }
-
-    /// Whether clusters are tested when they are opened: one hit of a lone triangle is enough.
-    #[inline(always)]
-    fn tests_clusters(&self) -> bool {
-        self.question.opener.lone().is_some() && self.question.options.mode == Mode::Any
-    }
-
-    /// Goes on with the child that a lone triangle is deepest in, some nodes at a time. A cluster has a step of its own.
-    #[inline(always)]
-    fn open_lone<L: Lanes>(&mut self, lanes: L, lone: &Lone, pair: Pair) {
-        let mut at = lone.other_of(pair);
-        for i in 0..NODES_PER_STEP {
-            let node = &lone.other.nodes()[at as usize];
-            if !(node.is_cluster && self.tests_clusters()) {
-                let Some(next) = self.visit(lanes, lone, node) else {
-                    return;
-                };
-                at = next;
-            } else if i == 0 {
-                return self.test_cluster(lanes, lone, node);
-            } else {
-                break;
+    pub(crate) fn begin_as(
+        &self,
+        strategy: Strategy,
+        refuted: usize,
+        workspace: &mut Workspace,
+        memory: Option<&PairMemory>,
+    ) {
+        workspace.clear();
+        workspace.run.begin(self.key(), strategy);
+        let remembered = memory
+            .filter(|memory| memory.last_verdict() != Some(false) && memory.is_of(self.a, self.b));
+        let witnesses = remembered.map_or(&[][..], PairMemory::witnesses);
+        match strategy.warm_start {
+            WarmStart::None => {}
+            WarmStart::Paths => workspace.witnesses.extend(witnesses.iter().copied()),
+            WarmStart::Witnesses => {
+                // They wait like any other triangle pairs, and so are tested first.
+                let latest = &witnesses[..witnesses.len().min(WITNESSES)];
+                workspace
+                    .waiting
+                    .extend(&latest[refuted.min(latest.len())..]);
+                workspace.testing = workspace.waiting.len() > 0;
             }
         }
-        self.workspace.front.push(lone.pair(at));
-    }
-
-    /// Puts the children of a node that a lone triangle may meet where they belong, but for the deepest, which is returned, if
-    /// it goes first.
-    #[inline(always)]
-    fn visit<L: Lanes>(&mut self, lanes: L, lone: &Lone, node: &Node) -> Option<u32> {
-        self.count(usize::from(node.depth) + 1, u32::from(node.children));
-        let depths = lone.depths(lanes, node);
-        let hits = !depths.mask() & 0xff;
-        let first = node.first_child;
-        if !node.is_cluster && self.origin == Origin::Stack && self.strategy.deepest_first {
-            if hits == 0 {
-                return None;
-            }
-            let deepest = deepest(lanes, depths);
-            self.workspace
-                .front
-                .push_all((hits & !(1 << deepest)).into(), |i| lone.pair(first + i));
-            return Some(first + deepest);
-        }
-        if node.is_cluster {
-            let hits = u64::from(hits);
-            self.triangles(
-                if lone.is_a() { hits } else { transposed(hits) },
-                lone.with(first),
-            );
-        } else {
-            depths.put(&mut self.keys[0]);
-            self.pairs(hits.into(), |i| lone.pair(first + i));
-        }
-        None
-    }
-
-    #[inline(never)]
-    fn queue_all(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        let mut ahead = 0;
-        if self.origin == Origin::Path {
-            ahead = self.workspace.front.path_witnesses();
-        } else if !self.strategy.queues() {
-            return self.workspace.front.push_all(hits, child);
-        }
-        for bit in bits(hits) {
-            let pair = child(bit as u32);
-            if ahead != 0 {
-                let below = self.witnesses_below(pair, ahead);
-                ahead &= !below;
-                if self.workspace.front.follow(pair, below) {
-                    continue;
-                }
-            }
-            self.queue(pair, self.keys.as_flattened()[bit % 64]);
-        }
-        if self.origin == Origin::Path {
-            self.workspace.front.set_aside();
-        }
-    }
-
-    /// Follows no more curves once the traversal has done its share of the work.
-    #[inline(always)]
-    fn end_march(&mut self) {
-        let Workspace {
-            march, run, front, ..
-        } = &*self.workspace;
-        if let Marching::Within(work_per_pair) = self.strategy.march
-            && run.found > 0
-            && run.stats.work - march.work > work_per_pair * front.len() as u64
-        {
-            self.workspace.march.stop();
-            self.strategy.march = Marching::Over;
-            self.workspace.run.strategy = self.strategy;
-            self.workspace.drop_known([self.a, self.b]);
-        }
-    }
-
-    /// Pushes pairs with the deepest on top, below it the second.
-    #[inline(never)]
-    fn push_ranked(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        // The depth, and in the place of its last bits which pair it is. Chosen, not branched: which is deeper cannot be guessed.
-        let (mut first, mut second) = (0, 0);
-        for bit in bits(hits) {
-            let key = self.keys.as_flattened()[bit % 64].to_bits() & !63 | bit as u32;
-            second = second.max(first.min(key));
-            first = first.max(key);
-        }
-        let (first, second) = (first % 64, second % 64);
-        let front = &mut self.workspace.front;
-        let rest = hits & !(1 << first);
-        if rest != 0 {
-            front.push_all(rest & !(1 << second), &child);
-            front.push(child(second));
-        }
-        front.push(child(first));
-    }
-
-    /// Of the pairs at hand those that are deeper than the mean.
-    #[inline(never)]
-    fn deeper(&self, hits: u64) -> u64 {
-        let depths = self.keys.as_flattened();
-        let mean = bits(hits).map(|bit| depths[bit % 64]).sum::<f32>() / hits.count_ones() as f32;
-        bits(hits).fold(0, |deeper, bit| {
-            deeper | u64::from(depths[bit % 64] > mean) << bit
-        })
-    }
-
-    /// Which of these witnesses of the frame before are below a pair.
-    #[inline(always)]
-    fn witnesses_below(&self, Pair { nodes: [a, b], .. }: Pair, among: u16) -> u16 {
-        bits(among).fold(0, |below, i| {
-            let [x, y] = self.workspace.witnesses[i].map(|triangle| triangle as usize);
-            let (a, b) = (&self.a.nodes()[a as usize], &self.b.nodes()[b as usize]);
-            let leads = a.triangle_range().contains(&x) && b.triangle_range().contains(&y);
-            below | u16::from(leads) << i
-        })
-    }
-
-    /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
-    fn queue(&mut self, pair: Pair, depth: f32) {
-        let (a, b) = (
-            &self.a.nodes()[pair.nodes[0] as usize],
-            &self.b.nodes()[pair.nodes[1] as usize],
-        );
-        let threshold = self.strategy.queue_threshold;
-        if a.self_cost * b.self_cost >= threshold * threshold {
-            let volume = || overlap_volume(a, b, self.relation);
-            let alpha = || a.alpha().element_product() * b.alpha().element_product();
-            let random = &mut self.workspace.run.random;
-            let depth = depth / (a.size + b.size * self.relation.scale);
-            let (bucket, first) = self
-                .question
-                .options
-                .order
-                .bucket(volume, depth, alpha, random);
-            self.workspace.front.queue(pair, 0.0, bucket, first);
-        } else {
-            self.workspace.front.push(pair);
-        }
-    }
-}
-
-impl<O: Opener> Sink for Traversal<'_, '_, Intersection<'_, O>> {
-    #[inline(always)]
-    fn count(&mut self, level: usize, bv_tests: u32) {
-        let stats = &mut self.workspace.run.stats;
-        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
-        stats.work += opening_work(bv_tests);
-    }
-
-    #[inline(always)]
-    fn spend(&mut self, work: u64) {
-        self.workspace.run.stats.work += work;
-    }
-
-    #[inline(always)]
-    fn keys(&mut self) -> &mut Keys {
-        &mut self.keys
-    }
-
-    /// Pairs go where their parent came from: on the stack, into the queue, or on the paths to witnesses, and what is beside
-    /// these into the queue.
-    #[inline(always)]
-    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
-        if self.origin != Origin::Stack {
-            return self.queue_all(hits, child);
-        }
-        if !self.strategy.deepest_first {
-            return self.workspace.front.push_all(hits, child);
-        }
-        if hits == 0 {
+        let are_apart =
+            memory.is_some_and(|memory| memory.clearance(self.a, self.b, &self.asked.b_in_a) > 0.0);
+        if are_apart || self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
-        if self.strategy.ranks() {
-            return self.push_ranked(hits, child);
+        let paths = (1u32 << workspace.witnesses.len()) - 1;
+        if workspace.front.follow(Pair::new(0, 0), paths as u16) {
+            // The first of the paths.
+        } else if strategy.queues() {
+            workspace.front.queue(Pair::new(0, 0), 0.0, 0, true);
+        } else {
+            // Made where it is stored: copied in one piece, it would have to wait until the pieces are in the cache.
+            workspace.front.push(Pair::new(0, 0));
         }
-        let front = &mut self.workspace.front;
-        let (mut bit, mut place) = (
-            hits.trailing_zeros(),
-            front.push(child(hits.trailing_zeros())),
-        );
-        let (mut deepest, mut first, mut at) =
-            (self.keys.as_flattened()[bit as usize % 64], bit, place);
-        hits &= hits - 1;
-        while hits != 0 {
-            bit = hits.trailing_zeros();
-            hits &= hits - 1;
-            place = front.push(child(bit));
-            let depth = self.keys.as_flattened()[bit as usize % 64];
-            // Chosen, not branched: which is deeper cannot be guessed.
-            let is_deeper = depth > deepest;
-            deepest = if is_deeper { depth } else { deepest };
-            (first, at) = if is_deeper { (bit, place) } else { (first, at) };
+        // Where triangles met last, others near them are likely to meet now: they are visited first.
+        if let (WarmStart::Witnesses, Some(&[x, y])) = (strategy.warm_start, witnesses.first()) {
+            let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
+            workspace.front.push(Pair::new(x[0], y[0]));
+            workspace.front.push(Pair::new(x[1], y[1]));
         }
-        // It changes places with the last one. Both are made anew: to load what has just been stored takes longer.
-        front.put(at, child(bit));
-        front.put(place, child(first));
     }
 
+    /// Goes on with the run in the workspace until it is over or the deadline stops it.
     #[inline(always)]
-    fn cluster(&mut self, pair: Pair, _column: usize) {
-        self.workspace.front.push(pair);
-    }
-
-    #[inline(always)]
-    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        let mut hits = hits;
-        if self.strategy.march != Marching::Never
-            && hits != 0
-            && !self.workspace.march.known.is_empty()
-        {
-            self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            hits = self.workspace.march.pass(hits, first);
+    pub(crate) fn search(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> StopReason {
+        let before = Before {
+            resumed: workspace.run.stopped,
+            decided: workspace.run.witness.is_some(),
+        };
+        let (options, trees) = (&self.asked.options, [self.a, self.b]);
+        let stop = if Lone::is_one(trees) {
+            // Only a queue asks where B lies.
+            let placed;
+            let relation = if workspace.run.strategy.queues() {
+                placed = Relation::new(self.a, self.b, &self.asked.b_in_a);
+                &placed
+            } else {
+                &Relation::BLIND
+            };
+            let lone = workspace.instructions.run(Placing {
+                trees,
+                b_in_a: &self.asked.b_in_a,
+            });
+            let question = Meeting {
+                options,
+                opener: &lone,
+            };
+            Traversal::new(question, trees, &self.asked.b_in_a, relation, workspace, deadline).advance()
+        } else {
+            let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
+            let question = Meeting {
+                options,
+                opener: Overlapping,
+            };
+            Traversal::new(
+                question,
+                trees,
+                &self.asked.b_in_a,
+                &relation,
+                workspace,
+                deadline,
+            )
+            .advance()
+        };
+        if stop == StopReason::FlushedToZero {
+            return stop;
         }
-        if self.strategy.ranks() && hits.count_ones() as usize > WIDTH {
-            let deeper = self.deeper(hits);
-            self.workspace.waiting.push_all(hits & !deeper, first);
-            hits = deeper;
+        if let Some(memory) = memory {
+            memory.bind(self.a, self.b);
+            memory.remember(self.asked.options.mode, stop, workspace, before);
         }
-        self.workspace.waiting.push_all(hits, first);
+        stop
     }
 }
 
-/// The lane of the greatest depth, but for its last three bits; of depths of which one is not negative.
-#[inline(always)]
-fn deepest<L: Lanes>(lanes: L, depths: F8<L>) -> u32 {
-    let lane = F8::load(lanes, &per_lane!(i => f32::from_bits(i)));
-    let [low, high] = depths
-        .and(F8::splat(lanes, f32::from_bits(!7)))
-        .or(lane)
-        .halves();
-    let [x, y, z, w] = low.fast_max(high).to_array();
-    larger(larger(x, y), larger(z, w)).to_bits() & 7
+impl Ask for Query<'_, Intersection> {
+    type Value = Verdict;
+
+    fn key(&self) -> Key {
+        Key::new(
+            [self.a, self.b],
+            self.asked.b_in_a,
+            Asked::Intersection(self.asked.options),
+        )
+    }
+
+    fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget) {
+        let fits = |limit| self.fits(limit, memory, &workspace.cost_model);
+        let strategy = Strategy::choose(&self.asked.options, budget, self.can_march(), fits);
+        self.begin_as(strategy, 0, workspace, memory);
+    }
+
+    /// Also learns what the work costs.
+    fn advance(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> StopReason {
+        let before = if workspace.run.stopped {
+            workspace.counts()
+        } else {
+            Counts::default()
+        };
+        let stop = self.search(workspace, memory, deadline);
+        if let Some(elapsed) = deadline.elapsed() {
+            let done = workspace.counts().since(&before);
+            workspace.cost_model = workspace.cost_model.learned(&done, nanoseconds(elapsed));
+        }
+        stop
+    }
+
+    fn answer(&self, workspace: &Workspace, stop: StopReason) -> Verdict {
+        workspace.verdict(stop)
+    }
+
+    fn place(&self, _: &Workspace) -> Place<'_> {
+        Place::Still(&self.asked.b_in_a, 0.0)
+    }
 }

@@ -2,7 +2,7 @@
 //! at a time through the exact test.
 
 use super::expand;
-use super::intersection::{Intersection, Opener};
+use super::meeting::{Meeting, Opener};
 use super::lone::Lone;
 use super::options::Mode;
 use super::traversal::Traversal;
@@ -20,7 +20,7 @@ use crate::triangle::batch::{self, Crossings};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
 
-impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
+impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
     ///
     /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never meet. So if the first hit
@@ -210,7 +210,7 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             ];
             if let Some(contact) = Contact::touching(ids, [a, b]) {
                 stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
-                self.workspace.run.found += 1;
+                self.workspace.run.stats.found += 1;
                 self.workspace.contacts.push(contact);
             }
         } else if triangles_intersect(a, b) {
@@ -222,11 +222,11 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
     #[inline(always)]
     fn report(&mut self, pair: [u32; 2], crossings: impl FnOnce() -> u32) {
         let workspace = &mut *self.workspace;
-        if workspace.run.found > 0 && self.question.options.mode == Mode::Any {
+        if workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any {
             // One is enough; the others of its batch stay open.
             return workspace.doubtful.push(pair);
         }
-        if self.strategy.march.goes_on() && workspace.run.found == 0 {
+        if self.strategy.march.goes_on() && workspace.run.stats.found == 0 {
             self.strategy = self.strategy.after_first_hit();
             workspace.run.strategy = self.strategy;
             workspace.front.queue_to_stack();
@@ -240,8 +240,8 @@ impl<O: Opener> Traversal<'_, '_, Intersection<'_, O>> {
             self.a.ids()[pair[0] as usize],
             self.b.ids()[pair[1] as usize],
         ];
-        workspace.sample.note(pair, workspace.run.found);
-        workspace.run.found += 1;
+        workspace.sample.note(pair, workspace.run.stats.found);
+        workspace.run.stats.found += 1;
         workspace.run.witness.get_or_insert(ids);
         workspace.found.push(ids);
     }

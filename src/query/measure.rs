@@ -41,11 +41,11 @@ impl CostModel {
                 continue;
             };
             for mode in [Mode::Any, Mode::All] {
-                let query = Query::new(&a, &b, pose).mode(mode);
+                let query = Query::intersection(&a, &b, pose).mode(mode);
                 let (mut least, mut counts) = (Duration::MAX, Counts::default());
                 for _ in 0..REPETITIONS {
                     let start = clock.now();
-                    let outcome = query.run_with(&mut workspace, None, Budget::unlimited(), clock);
+                    let outcome = query.run(&mut workspace, Budget::unlimited().clock(clock));
                     least = least.min(clock.now().saturating_sub(start));
                     counts = core::hint::black_box(outcome).stats.counts();
                 }

@@ -1,14 +1,15 @@
-//! The budgeted query: two trees, a pose and a budget in, an [`Outcome`] out.
+//! The budgeted query: two trees, a question and a budget in, an [`Answer`] out.
 //!
 //! [`traversal`] has the one loop, the stop rule and the guarantee. Around it:
 //!
 //! | what | where |
 //! |---|---|
-//! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`lone`], [`leaf`], [`refinement`], [`march`], [`follow`] |
-//! | how far apart they are: [`DistanceQuery`] | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
-//! | where they meet or are close: [`ContactQuery`] | [`contacts`], asked as one of these two |
-//! | when they meet on the way: [`MotionQuery`] | [`motion`] |
-//! | what rays hit: [`RayQuery`], [`RayBatch`] | [`ray`] |
+//! | every question: [`Query`], [`Ask`] | here |
+//! | whether surfaces meet, or where | [`intersection`]; [`meeting`], [`lone`], [`leaf`], [`refinement`], [`march`], [`follow`] |
+//! | how far apart they are | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
+//! | where they meet or are close | [`contacts`], asked as one of these two |
+//! | when they meet on the way | [`motion`] |
+//! | what rays hit | [`ray`] |
 //! | what a node pair is replaced by, whatever is asked | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
 //! | what can be told without a query | [`glance`], [`parting`] |
 //! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
@@ -44,6 +45,7 @@ mod leaf;
 mod lone;
 mod march;
 mod measure;
+mod meeting;
 mod memory;
 mod motion;
 mod nearest;
@@ -67,22 +69,21 @@ mod triangle_pairs;
 mod views;
 mod workspace;
 
-pub use budget::{Budget, Clock, ManualClock};
+pub use budget::{Budget, Clock, ClockedBudget, ManualClock};
 pub use certificate::Certificate;
 pub(crate) use clearance::displacement;
-pub use contacts::{ContactQuery, Contacts};
+pub use contacts::{ContactBounds, Contacts};
 pub(crate) use deadline::Deadline;
-pub use distance::{Distance, DistanceQuery, Nearest};
+pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
 pub(crate) use flushing::matters as flushing_matters;
 pub use memory::PairMemory;
-pub use motion::{MotionQuery, Passage};
-use options::Options;
+pub use intersection::Intersection;
+pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
-pub use outcome::{LEVELS, Outcome, Stats, StopReason, Verdict};
-pub use ray::{RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery};
-pub(crate) use strategy::Strategy;
+pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
+pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
 pub(crate) use system::SYSTEM;
 #[cfg(all(
     feature = "std",
@@ -91,390 +92,253 @@ pub(crate) use system::SYSTEM;
 pub use system::SystemClock;
 pub use workspace::{ResumeError, Workspace};
 
-use crate::math::{Pose, nanoseconds};
-use crate::model::confidence::DEFAULT_PRIOR;
-use crate::model::cost::Counts;
-use crate::tree::{Tree, WIDTH};
+use crate::tree::Tree;
 use certificate::Place;
-use intersection::{Intersection, Overlapping};
-use lone::{Lone, Placing};
-use memory::{Before, WITNESSES};
-use queue::Pair;
-use strategy::WarmStart;
-use traversal::Traversal;
-use views::Relation;
-use workspace::{Asked, Key};
+use workspace::Key;
 
-/// The question whether, or where, two meshes intersect at a pose. Cheap to make; one for each pose.
+/// A question about two trees. Cheap to make; one for each pose.
 ///
-/// **Guarantee.** At every moment each intersecting pair of triangles has been reported, or is kept in the workspace as a
-/// triangle pair still to be tested, or lies under a node pair still to be opened. So `Separated` is said only when nothing
-/// is left, a stopped query can name what it may have missed ([`Query::certificate`]), and it can go on later as if it had
-/// never stopped ([`Query::resume`]). A full queue costs order, a full pair buffer is a stop reason; neither costs an answer.
+/// Its constructors say what is asked: [`Query::intersection`], [`Query::all_pairs`], [`Query::distance`],
+/// [`Query::contacts`], [`Query::impact`], [`Query::ray`]. [`Query::run`] answers it within a budget, and [`Query::resume`]
+/// goes on where the budget ended.
 ///
-/// ```
-/// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
-/// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
-/// let mut workspace = Workspace::new();
-/// let outcome = Query::new(&a, &b, Pose::IDENTITY).run(&mut workspace, Budget::work(20_000));
-/// match outcome.verdict {
-///     // `Within` is what a scene says of bodies with margins.
-///     Verdict::Intersecting { witness } | Verdict::Within { witness, .. } => println!("triangles {witness:?} meet"),
-///     Verdict::Separated => println!("no contact"),
-///     Verdict::Undecided => println!("not known yet"),
-/// }
-/// ```
+/// **Guarantee.** At every moment each pair of triangles that matters has been taken into account, or is kept in the
+/// workspace, or lies under a node pair still to be opened. So a finished answer has missed nothing, a stopped query can
+/// name what it may have missed ([`Query::certificate`]), and it can go on later as if it had never stopped. A full queue
+/// costs order, a full buffer is a stop reason; neither costs an answer.
 #[derive(Clone, Copy, Debug)]
-pub struct Query<'t> {
+pub struct Query<'t, Q> {
     a: &'t Tree,
     b: &'t Tree,
-    b_in_a: Pose,
-    options: Options,
-    prior: f64,
+    asked: Q,
+    fault: Option<OptionError>,
 }
 
-impl<'t> Query<'t> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's.
-    #[must_use]
-    pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+/// What a [`Query`] asks, and what its answer is.
+pub trait Question {
+    /// What an [`Answer`] tells.
+    type Value;
+}
+
+/// Questions for which a [`PairMemory`] has something of the frame before.
+pub trait Remembers: Question {}
+
+/// How a run of a question begins, goes on and is answered. [`Query`] has the rest, which is the same for all questions.
+pub trait Ask {
+    type Value;
+
+    /// What two calls must have in common to be one query.
+    fn key(&self) -> Key;
+
+    /// Whether the workspace has what the key leaves out.
+    fn is_in(&self, _workspace: &Workspace) -> bool {
+        true
+    }
+
+    /// Prepares the workspace for a run from the roots.
+    fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget);
+
+    /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    fn advance(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> StopReason;
+
+    /// What the run in the workspace has shown, having ended for this reason.
+    fn answer(&self, workspace: &Workspace, stop: StopReason) -> Self::Value;
+
+    /// Where B is, and how far apart what matters may be.
+    fn place(&self, workspace: &Workspace) -> Place<'_>;
+}
+
+impl<'t, Q> Query<'t, Q> {
+    fn of([a, b]: [&'t Tree; 2], asked: Q) -> Self {
         Self {
             a,
             b,
-            b_in_a,
-            options: Options::DEFAULT,
-            prior: DEFAULT_PRIOR,
+            asked,
+            fault: None,
         }
     }
 
-    /// Any intersection (the default), or all of them.
-    #[must_use]
-    pub fn mode(mut self, mode: Mode) -> Self {
-        self.options.mode = mode;
-        self
-    }
-
-    /// Stop with [`StopReason::PairsFull`] when this many pairs are in the workspace; by default, when it is full.
-    #[must_use]
-    pub fn pair_limit(mut self, pairs: usize) -> Self {
-        self.options.pair_limit = pairs.max(1);
-        self
-    }
-
-    /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
-    /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
-    /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR), as with NaN.
-    #[must_use]
-    pub fn prior(mut self, share: f64) -> Self {
-        self.prior = if share.is_nan() { DEFAULT_PRIOR } else { share };
-        self
-    }
-
-    /// Whether finding much early is worth some more time in all; for queries with [`Mode::All`] that a budget is likely to
-    /// cut off. False by default.
+    /// The query itself, if all that it was given are numbers that it can use. Without this, it goes by the nearest that it
+    /// can.
     ///
-    /// Surfaces meet along curves. With this option each hit leads the query to the neighbors of its triangles, and so
-    /// along the curve (`docs/performance.md` has what that is worth, and what it costs a query that is finished all the
-    /// same), as long as pairs are dear to find otherwise. Budgets of time that are expected to be too short do so anyway, and
-    /// those of work too, but with fewer node pairs in the queue. It needs trees that were built with
-    /// [`crate::BuildOptions::neighbors`]; without them or without a budget it changes nothing, and if no node pair waits in
-    /// the queue at the first hit, no curve is followed.
-    #[must_use]
-    pub fn early(mut self, early: bool) -> Self {
-        self.options.early = early;
-        self
+    /// # Errors
+    /// If a tolerance, a margin or a limit is negative, too large or no number. The error names the first of them.
+    pub fn checked(self) -> Result<Self, OptionError> {
+        match self.fault {
+            Some(fault) => Err(fault),
+            None => Ok(self),
+        }
     }
+}
 
-    /// For experiments: the order of visits; penetration by default, which finds most before a budget ends
-    /// (`docs/benchmarks.md`).
-    #[must_use]
-    pub fn order(mut self, order: Order) -> Self {
-        self.options.order = order;
-        self
-    }
-
-    /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
-    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128 (48 with [`Query::early`]), and
-    /// infinity for the first hit in the default order, and where hits lead along the contact: a stack with the deepest of
-    /// siblings on top finds the first hit sooner than the queue (`docs/benchmarks.md`).
-    #[must_use]
-    pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
-        // The larger of NaN and 0 is 0.
-        self.options.queue_threshold = Some(bv_tests.max(0.0));
-        self
-    }
-
-    /// Runs within a budget, by the clock of the system. What it finds stays in the workspace.
+impl<'t, Q: Question> Query<'t, Q>
+where
+    Self: Ask<Value = Q::Value>,
+{
+    /// Runs within a budget. What it finds stays in the workspace.
     ///
     /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end every
-    /// [`Budget::poll_interval`] units of work. It does not allocate, lock or panic.
-    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Outcome {
-        self.run_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// [`Query::run`] with what is remembered of the pair from the frame before, and will be for the next. As long as B stays
-    /// within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known without a search.
-    pub fn run_with_memory(
+    /// [`Budget::poll_interval`] units of work. It does not lock or panic. It does not allocate, but for the first query in
+    /// a workspace for contacts or for all hits of a ray: it makes room for 4,096, unless
+    /// [`Workspace::reserve_contacts`] or [`Workspace::reserve_ray_hits`] has made some.
+    pub fn run<'c>(
         &self,
         workspace: &mut Workspace,
-        memory: &mut PairMemory,
-        budget: Budget,
-    ) -> Outcome {
-        self.run_with(
-            workspace,
-            Some(memory),
-            budget.by_system(),
-            &crate::query::SYSTEM,
-        )
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Answer<Q::Value> {
+        self.run_from(workspace, None, budget.into())
     }
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
     ///
-    /// However it is cut into pieces by budgets of work, the outcome at the end is that of one uninterrupted run.
+    /// However it is cut into pieces by budgets of work, the answer at the end is that of one uninterrupted run.
     ///
     /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume(
+    /// If the last run in this workspace was not of this query (the same trees, pose and options), or is complete.
+    pub fn resume<'c>(
         &self,
         workspace: &mut Workspace,
-        budget: Budget,
-    ) -> Result<Outcome, ResumeError> {
-        self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Answer<Q::Value>, ResumeError> {
+        self.resume_from(workspace, None, budget.into())
     }
 
-    /// [`Query::resume`] with what is remembered of the pair.
+    /// The query with what is remembered of the pair from the frame before, and will be for the next.
     ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume_with_memory(
-        &self,
-        workspace: &mut Workspace,
-        memory: &mut PairMemory,
-        budget: Budget,
-    ) -> Result<Outcome, ResumeError> {
-        self.resume_with(
-            workspace,
-            Some(memory),
-            budget.by_system(),
-            &crate::query::SYSTEM,
-        )
-    }
-
-    /// [`Query::run`] by a clock of the caller's, with or without a memory.
-    pub fn run_with(
-        &self,
-        workspace: &mut Workspace,
-        mut memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Outcome {
-        let mut deadline = Deadline::of(budget, clock);
-        if let Some(memory) = &mut memory {
-            memory.bind(self.a, self.b);
+    /// As long as B stays within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known
+    /// without a search; and triangles that met, or were closest, are looked at first.
+    ///
+    /// ```
+    /// use punctual::{Budget, PairMemory, Pose, Query, Tree, Workspace, shapes};
+    /// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
+    /// let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
+    /// let query = Query::intersection(&a, &b, Pose::IDENTITY);
+    /// let first = query.with_memory(&mut memory).run(&mut workspace, Budget::unlimited());
+    /// let again = query.with_memory(&mut memory).run(&mut workspace, Budget::unlimited());
+    /// assert!(again.value == first.value && again.stats.work < first.stats.work);
+    /// ```
+    pub fn with_memory<'m>(&'m self, memory: &'m mut PairMemory) -> QueryWithMemory<'m, 't, Q>
+    where
+        Q: Remembers,
+    {
+        QueryWithMemory {
+            query: self,
+            memory,
         }
-        let fits = |limit| self.fits(limit, memory.as_deref(), &workspace.cost_model);
-        let strategy = Strategy::choose(&self.options, budget, self.can_march(), fits);
-        self.begin(workspace, memory.as_deref(), strategy);
-        self.spend(workspace, memory, &mut deadline)
     }
 
-    /// [`Query::resume`] by a clock of the caller's, with or without a memory.
+    /// What the last run of this query in `workspace` may have missed, and where.
+    ///
+    /// Of a distance query that is what is closer than its upper bound by more than the tolerance, of a contact query the
+    /// middle of the closest points of each contact, and of a motion where the surfaces may still meet before the contact
+    /// that was found, if any.
     ///
     /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options, or is complete.
-    pub fn resume_with(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Result<Outcome, ResumeError> {
-        workspace.run.holds_stopped(&self.key())?;
-        Ok(self.spend(workspace, memory, &mut Deadline::of(budget, clock)))
-    }
-
-    /// What the last run of this query in `workspace` left open.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this pose and these options.
+    /// If the last run in this workspace was not of this query (the same trees, pose and options).
     pub fn certificate<'w>(
         &'w self,
         workspace: &'w Workspace,
     ) -> Result<Certificate<'w>, ResumeError> {
+        self.holds(workspace)?;
+        let place = self.place(workspace);
+        Ok(Certificate::new([self.a, self.b], place, workspace))
+    }
+
+    fn run_from(
+        &self,
+        workspace: &mut Workspace,
+        mut memory: Option<&mut PairMemory>,
+        budget: ClockedBudget<'_>,
+    ) -> Answer<Q::Value> {
+        let mut deadline = Deadline::of(budget);
+        if let Some(memory) = &mut memory {
+            memory.bind(self.a, self.b);
+        }
+        self.begin(workspace, memory.as_deref(), budget.parts().0);
+        self.spend(workspace, memory, &mut deadline)
+    }
+
+    fn resume_from(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        budget: ClockedBudget<'_>,
+    ) -> Result<Answer<Q::Value>, ResumeError> {
+        if !self.is_stopped_in(workspace) {
+            return Err(ResumeError);
+        }
+        Ok(self.spend(workspace, memory, &mut Deadline::of(budget)))
+    }
+
+    /// Spends a budget on the run in the workspace.
+    pub(crate) fn spend(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> Answer<Q::Value> {
+        let stop = self.advance(workspace, memory, deadline);
+        workspace.run.took(deadline.elapsed());
+        Answer {
+            value: self.answer(workspace, stop),
+            stop,
+            stats: workspace.stats(),
+        }
+    }
+
+    /// Whether the workspace has the last run of this query.
+    pub(crate) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
-        Ok(Certificate::new(
-            [self.a, self.b],
-            Place::Still(&self.b_in_a, 0.0),
-            workspace,
-        ))
+        if self.is_in(workspace) {
+            Ok(())
+        } else {
+            Err(ResumeError)
+        }
     }
 
     /// Whether the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
-        workspace.run.holds_stopped(&self.key()).is_ok()
+        workspace.run.stopped && self.holds(workspace).is_ok()
     }
+}
 
-    fn key(&self) -> Key {
-        Key::new(
-            [self.a, self.b],
-            self.b_in_a,
-            Asked::Intersection(self.options),
-        )
-    }
+/// A query that goes by what is remembered of its pair: [`Query::with_memory`].
+#[derive(Debug)]
+#[must_use]
+pub struct QueryWithMemory<'m, 't, Q> {
+    query: &'m Query<'t, Q>,
+    memory: &'m mut PairMemory,
+}
 
-    /// Whether both trees know what lies next to their triangles.
-    fn can_march(&self) -> bool {
-        self.a.has_neighbors() && self.b.has_neighbors()
-    }
-
-    /// The strategy of a run that nothing stops (`complete`), or of one with a budget of work; both with full batches, with
-    /// which small budgets of scenes find more.
-    pub(crate) fn strategy(&self, complete: bool) -> Strategy {
-        if complete {
-            return Strategy::complete(&self.options);
-        }
-        let strategy =
-            Strategy::choose(&self.options, Budget::work(0), self.can_march(), |_| false);
-        Strategy {
-            batch: WIDTH,
-            ..strategy
-        }
-    }
-
-    /// Prepares the workspace for a run from the roots.
-    #[inline(always)]
-    pub(crate) fn begin(
-        &self,
+impl<'t, Q: Question> QueryWithMemory<'_, 't, Q>
+where
+    Query<'t, Q>: Ask<Value = Q::Value>,
+{
+    /// [`Query::run`] by the memory.
+    pub fn run<'c>(
+        self,
         workspace: &mut Workspace,
-        memory: Option<&PairMemory>,
-        strategy: Strategy,
-    ) {
-        self.begin_after(0, workspace, memory, strategy);
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Answer<Q::Value> {
+        self.query
+            .run_from(workspace, Some(self.memory), budget.into())
     }
 
-    /// The same, where so many of the latest witnesses were tested already and do not meet.
-    #[inline(always)]
-    pub(crate) fn begin_after(
-        &self,
-        refuted: usize,
+    /// [`Query::resume`] by the memory.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of this query (the same trees, pose and options), or is complete.
+    pub fn resume<'c>(
+        self,
         workspace: &mut Workspace,
-        memory: Option<&PairMemory>,
-        strategy: Strategy,
-    ) {
-        workspace.clear();
-        workspace.run.begin(self.key(), strategy);
-        let remembered = memory
-            .filter(|memory| memory.last_verdict() != Some(false) && memory.is_of(self.a, self.b));
-        let witnesses = remembered.map_or(&[][..], PairMemory::witnesses);
-        match strategy.warm_start {
-            WarmStart::None => {}
-            WarmStart::Paths => workspace.witnesses.extend(witnesses.iter().copied()),
-            WarmStart::Witnesses => {
-                // They wait like any other triangle pairs, and so are tested first.
-                let latest = &witnesses[..witnesses.len().min(WITNESSES)];
-                workspace
-                    .waiting
-                    .extend(&latest[refuted.min(latest.len())..]);
-                workspace.testing = workspace.waiting.len() > 0;
-            }
-        }
-        let are_apart =
-            memory.is_some_and(|memory| memory.clearance(self.a, self.b, &self.b_in_a) > 0.0);
-        if are_apart || self.a.nodes().is_empty() || self.b.nodes().is_empty() {
-            return;
-        }
-        let paths = (1u32 << workspace.witnesses.len()) - 1;
-        if workspace.front.follow(Pair::new(0, 0), paths as u16) {
-            // The first of the paths.
-        } else if strategy.queues() {
-            workspace.front.queue(Pair::new(0, 0), 0.0, 0, true);
-        } else {
-            // Made where it is stored: copied in one piece, it would have to wait until the pieces are in the cache.
-            workspace.front.push(Pair::new(0, 0));
-        }
-        // Where triangles met last, others near them are likely to meet now: they are visited first.
-        if let (WarmStart::Witnesses, Some(&[x, y])) = (strategy.warm_start, witnesses.first()) {
-            let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
-            workspace.front.push(Pair::new(x[0], y[0]));
-            workspace.front.push(Pair::new(x[1], y[1]));
-        }
-    }
-
-    /// Spends a budget on the run in the workspace; learns what it costs.
-    fn spend(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        deadline: &mut Deadline,
-    ) -> Outcome {
-        let before = if workspace.run.stopped {
-            workspace.counts()
-        } else {
-            Counts::default()
-        };
-        let stop = self.advance(workspace, memory, deadline);
-        let elapsed = deadline.elapsed();
-        if let Some(elapsed) = elapsed {
-            let done = workspace.counts().since(&before);
-            workspace.cost_model = workspace.cost_model.learned(&done, nanoseconds(elapsed));
-        }
-        workspace.run.took(elapsed);
-        workspace.outcome(stop)
-    }
-
-    /// Goes on with the run in the workspace until it is over or the deadline stops it.
-    #[inline(always)]
-    pub(crate) fn advance(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        deadline: &mut Deadline,
-    ) -> StopReason {
-        let before = Before {
-            resumed: workspace.run.stopped,
-            decided: workspace.run.witness.is_some(),
-        };
-        let (options, trees) = (&self.options, [self.a, self.b]);
-        let stop = if Lone::is_one(trees) {
-            // Only a queue asks where B lies.
-            let placed;
-            let relation = if workspace.run.strategy.queues() {
-                placed = Relation::new(self.a, self.b, &self.b_in_a);
-                &placed
-            } else {
-                &Relation::BLIND
-            };
-            let lone = workspace.instructions.run(Placing {
-                trees,
-                b_in_a: &self.b_in_a,
-            });
-            let question = Intersection {
-                options,
-                opener: &lone,
-            };
-            Traversal::new(question, trees, &self.b_in_a, relation, workspace, deadline).advance()
-        } else {
-            let relation = Relation::new(self.a, self.b, &self.b_in_a);
-            let question = Intersection {
-                options,
-                opener: Overlapping,
-            };
-            Traversal::new(
-                question,
-                trees,
-                &self.b_in_a,
-                &relation,
-                workspace,
-                deadline,
-            )
-            .advance()
-        };
-        if stop == StopReason::FlushedToZero {
-            return stop;
-        }
-        if let Some(memory) = memory {
-            memory.bind(self.a, self.b);
-            memory.remember(self.options.mode, stop, workspace, before);
-        }
-        stop
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Answer<Q::Value>, ResumeError> {
+        self.query
+            .resume_from(workspace, Some(self.memory), budget.into())
     }
 }

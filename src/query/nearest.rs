@@ -16,7 +16,7 @@ use super::interval::Interval;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVE, least_key, root};
-use super::traversal::{Question, Traversal};
+use super::traversal::{Visitor, Traversal};
 use super::views::Relation;
 use crate::math::bits;
 use crate::math::lanes::Lanes;
@@ -27,7 +27,7 @@ use crate::tree::WIDTH;
 const MANY: u32 = 16;
 
 /// How far apart two surfaces are.
-pub(super) struct Distance {
+pub(super) struct Nearness {
     /// Squared distance, in A's units, from which on nothing matters: not less than that of the interval.
     pub(super) cut: f32,
     /// [`Gaps::doubt`].
@@ -40,7 +40,7 @@ pub(super) struct Distance {
     pair: Pair,
 }
 
-impl Distance {
+impl Nearness {
     pub fn new(relation: &Relation, interval: &Interval) -> Self {
         // To begin with, that of the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
@@ -66,7 +66,7 @@ impl Distance {
     }
 }
 
-impl Question for Traversal<'_, '_, Distance> {
+impl Visitor for Traversal<'_, '_, Nearness> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         if self
@@ -87,7 +87,7 @@ impl Question for Traversal<'_, '_, Distance> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let Distance {
+        let Nearness {
             cut,
             doubt,
             direction,
@@ -163,7 +163,7 @@ impl Question for Traversal<'_, '_, Distance> {
     }
 }
 
-impl Sink for Traversal<'_, '_, Distance> {
+impl Sink for Traversal<'_, '_, Nearness> {
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;
@@ -229,7 +229,7 @@ impl Sink for Traversal<'_, '_, Distance> {
     }
 }
 
-impl Traversal<'_, '_, Distance> {
+impl Traversal<'_, '_, Nearness> {
     /// Whether of many triangle pairs the closest are looked at first: where one distance is asked for, by the queue.
     #[inline(always)]
     fn puts_back(&self) -> bool {

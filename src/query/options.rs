@@ -21,7 +21,7 @@ named!(Mode { Any => "any", All => "all" });
 
 /// Everything about a query that is a choice of the caller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Options {
+pub struct Options {
     pub mode: Mode,
     pub order: Order,
     pub pair_limit: usize,
@@ -41,7 +41,7 @@ impl Options {
 
 /// The same of a contact query.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ContactOptions {
+pub struct ContactOptions {
     pub margin: f64,
     /// Most contacts in the workspace.
     pub limit: usize,
@@ -49,7 +49,7 @@ pub(super) struct ContactOptions {
 
 /// The same of a distance query.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct DistanceOptions {
+pub struct DistanceOptions {
     /// As asked for; `None`: by default.
     pub absolute: Option<f64>,
     pub relative: Option<f64>,
@@ -64,7 +64,7 @@ pub(super) struct DistanceOptions {
 
 /// The same of a motion query.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct MotionOptions {
+pub struct MotionOptions {
     /// `None`: A does not move.
     pub of_a: Option<Motion>,
     pub of_b: Motion,

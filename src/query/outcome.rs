@@ -185,6 +185,8 @@ impl StopReason {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Stats {
+    /// Intersecting pairs, contacts or hits found, drained ones included; of a query for the nearest, those compared.
+    pub found: u64,
     /// Box overlap tests, the paper's `N_v`.
     pub bv_tests: u64,
     /// Triangle pairs tested, `N_p`.
@@ -204,6 +206,7 @@ pub struct Stats {
 
 impl Stats {
     pub(super) const NONE: Self = Self {
+        found: 0,
         bv_tests: 0,
         primitive_tests: 0,
         exact_tests: 0,
@@ -224,7 +227,7 @@ impl Stats {
             self.exact_tests,
             self.work,
         ) = (0, 0, 0, 0);
-        (self.queue_peak, self.elapsed) = (0, None);
+        (self.found, self.queue_peak, self.elapsed) = (0, 0, None);
     }
 
     /// `bv_tests` while a query runs, which only counts by level.
@@ -251,18 +254,16 @@ impl Stats {
     }
 }
 
-/// The answer of a query. Plain data; the found pairs stay in the workspace ([`crate::Workspace::pairs`]).
+/// The answer of a query. Plain data; what it found stays in the workspace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
-pub struct Outcome {
-    /// Whether the surfaces meet.
-    pub verdict: Verdict,
+pub struct Answer<T> {
+    /// What is proven so far; all of it if the query is finished.
+    pub value: T,
     /// Why the query returned.
     pub stop: StopReason,
-    /// Intersecting pairs found, resumed calls and drained pairs included; at most 1 for [`crate::Mode::Any`].
-    pub found: u64,
     /// What it has done.
     pub stats: Stats,
 }

@@ -1,7 +1,7 @@
 //! The one loop over node pairs, its stop rule, and what it guarantees.
 //!
-//! Every query runs through [`Traversal::advance`], whatever it asks ([`Question`]): do the surfaces meet, or where
-//! ([`intersection`]), how far apart are they, or where are they close ([`nearest`]), when do they meet on the way
+//! Every query runs through [`Traversal::advance`], whatever it asks ([`Visitor`]): do the surfaces meet, or where
+//! ([`meeting`]), how far apart are they, or where are they close ([`nearest`]), when do they meet on the way
 //! ([`motion`]), or what does a ray hit ([`ray`]); with and without a budget, in every order. Each turn does one
 //! step of bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before each step the
 //! deadline may end the call. Whatever is not done by then is still in the buffers:
@@ -11,7 +11,7 @@
 //! say what may be missing and go on later as if it had never stopped.
 //!
 //! [`expand`]: super::expand
-//! [`intersection`]: super::intersection
+//! [`meeting`]: super::meeting
 //! [`motion`]: super::motion
 //! [`nearest`]: super::nearest
 //! [`ray`]: super::ray
@@ -45,7 +45,7 @@ pub(super) struct Traversal<'q, 'c, Q> {
 }
 
 /// What the loop leaves to the question.
-pub(super) trait Question {
+pub(super) trait Visitor {
     /// Whether what flushing does to the numbers of the trees and the pose is still to be asked.
     const ASKS_OF_FLUSHING: bool = true;
 
@@ -70,7 +70,7 @@ pub(super) trait Question {
 
 impl<'q, 'c, Q> Traversal<'q, 'c, Q>
 where
-    Traversal<'q, 'c, Q>: Question,
+    Traversal<'q, 'c, Q>: Visitor,
 {
     /// A call that goes on with the run in the workspace.
     #[inline(always)]
@@ -115,7 +115,7 @@ where
 
 impl<'q, 'c, Q> Kernel for &mut Traversal<'q, 'c, Q>
 where
-    Traversal<'q, 'c, Q>: Question,
+    Traversal<'q, 'c, Q>: Visitor,
 {
     type Output = StopReason;
 

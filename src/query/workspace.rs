@@ -6,7 +6,7 @@ use super::march::March;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
-use super::outcome::{Outcome, Stats, StopReason, Verdict};
+use super::outcome::{Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
@@ -72,7 +72,6 @@ pub(super) struct Run {
     pub stopped: bool,
     /// Without the sum of the BV tests and the peak of the queue, which [`Workspace::outcome`] adds.
     pub stats: Stats,
-    pub found: u64,
     /// First pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
     pub random: Random,
@@ -91,7 +90,6 @@ impl Run {
         self.strategy = strategy;
         self.stopped = false;
         self.stats.clear();
-        self.found = 0;
         self.witness = None;
     }
 
@@ -99,15 +97,6 @@ impl Run {
     pub fn holds(&self, key: &Key) -> Result<(), ResumeError> {
         if self.key.as_ref() == Some(key) {
             Ok(())
-        } else {
-            Err(ResumeError)
-        }
-    }
-
-    /// Whether it is of this query, and was stopped.
-    pub fn holds_stopped(&self, key: &Key) -> Result<(), ResumeError> {
-        if self.stopped {
-            self.holds(key)
         } else {
             Err(ResumeError)
         }
@@ -137,7 +126,6 @@ const NO_RUN: Run = Run {
     strategy: Strategy::NONE,
     stopped: false,
     stats: Stats::NONE,
-    found: 0,
     witness: None,
     random: Random::new(0),
 };
@@ -183,7 +171,7 @@ impl Sample {
 
 /// What two calls must have in common to be one query.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Key {
+pub struct Key {
     pub trees: [usize; 2],
     pub b_in_a: Pose,
     pub asked: Asked,
@@ -201,7 +189,7 @@ impl Key {
 
 /// A question and all its options.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Asked {
+pub enum Asked {
     Intersection(Options),
     Distance(DistanceOptions),
     /// Its options are in the [`MotionState`].
@@ -261,7 +249,7 @@ impl Workspace {
         self.found.drain(..)
     }
 
-    /// The contacts that the last query found, if it was a [`crate::ContactQuery`]: the nearest first, at equal distance by
+    /// The contacts that the last query found, if it was one of contacts: the nearest first, at equal distance by
     /// the ids of their triangles; without those drained.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
         self.contacts.iter()
@@ -279,10 +267,16 @@ impl Workspace {
         self.contacts.reserve(contacts);
     }
 
-    /// The hits that the last query found, if it was a [`crate::RayQuery`] for all hits: in order of discovery, which is nearly
+    /// The hits that the last query found, if it was one for all hits of a ray: in order of discovery, which is nearly
     /// that of `t`; without those drained.
     pub fn ray_hits(&self) -> &[RayHit] {
         &self.rays.hits
+    }
+
+    /// The hits that the last query found, if it was one of many rays ([`Query::rays`](super::Query::rays)): one for each ray,
+    /// in their order. Those of rays that are not done are `None`.
+    pub fn first_hits(&self) -> &[Option<RayHit>] {
+        &self.rays.first_hits
     }
 
     /// Takes the hits of a ray out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
@@ -323,7 +317,7 @@ impl Workspace {
     }
 
     pub(crate) fn found(&self) -> u64 {
-        self.run.found
+        self.run.stats.found
     }
 
     /// What is known when the last query ended for this reason.
@@ -347,18 +341,6 @@ impl Workspace {
             ..self.run.stats
         }
         .counts()
-    }
-
-    /// What the last query says, having ended for this reason.
-    #[inline]
-    pub(super) fn outcome(&self, stop: StopReason) -> Outcome {
-        let run = &self.run;
-        Outcome {
-            verdict: run.verdict(stop),
-            stop,
-            found: run.found,
-            stats: self.stats(),
-        }
     }
 
     /// What the last query has done.

@@ -51,7 +51,7 @@ pub use report::{
 use crate::math::Pose;
 use crate::model::calibration::Calibration;
 use crate::names::named;
-use crate::query::{Budget, Clock, Mode, SYSTEM, Workspace};
+use crate::query::{ClockedBudget, Mode, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -97,7 +97,7 @@ named!(Reach { Here => "here", Swept => "swept" });
 /// for frame in 0..60 {
 ///     let place = DVec3::new(0.0, 0.0, 3.0 - 0.1 * f64::from(frame));
 ///     scene.set_pose(id, Pose::new(DMat3::IDENTITY, place)?)?;
-///     let report = scene.detect_with(Budget::work(50_000), &ManualClock::new());
+///     let report = scene.detect(Budget::work(50_000).clock(&ManualClock::new()));
 ///     for pair in report.intersecting_pairs() {
 ///         println!("frame {frame}: {} meets {}", pair.a, pair.b);
 ///     }
@@ -399,18 +399,22 @@ impl Scene {
     ///
     /// If the broad phase is cut, this holds from the frame on in which a pair is known, with `K` plus twice the frames that it
     /// takes to list all known pairs once.
-    pub fn detect(&mut self, budget: Budget) -> &Report {
+    ///
+    /// With a clock of the caller's ([`Budget::clock`]) the calling thread does all by itself.
+    pub fn detect<'c>(&mut self, budget: impl Into<ClockedBudget<'c>>) -> &Report {
+        self.detect_within(budget.into())
+    }
+
+    fn detect_within(&mut self, budget: ClockedBudget<'_>) -> &Report {
         #[cfg(feature = "parallel")]
-        if let Some(workers) = self.workers.take() {
-            self.frame(budget.by_system(), &SYSTEM, &workers);
+        let by_system = budget.clock.is_none();
+        let (budget, clock) = budget.parts();
+        #[cfg(feature = "parallel")]
+        if by_system && let Some(workers) = self.workers.take() {
+            self.frame(budget, clock, &workers);
             self.workers = Some(workers);
             return &self.report;
         }
-        self.detect_with(budget.by_system(), &SYSTEM)
-    }
-
-    /// [`Scene::detect`] by a clock of the caller's, on the calling thread alone.
-    pub fn detect_with(&mut self, budget: Budget, clock: &dyn Clock) -> &Report {
         self.frame(budget, clock, &Alone(clock));
         &self.report
     }

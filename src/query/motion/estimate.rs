@@ -1,13 +1,14 @@
 //! What is expected of a motion query before it, and of what an unfinished one has left.
 
-use super::MotionQuery;
+use super::Impact;
+use crate::query::Query;
 use crate::model::passing::{self, Passing};
 use crate::model::prediction::Quantiles;
 use crate::query::memory::{PairMemory, Sought};
 use crate::query::workspace::{ResumeError, Workspace};
 use glam::DVec3;
 
-impl MotionQuery<'_> {
+impl Query<'_, Impact> {
     /// Units of work that this query will take if nothing stops it, given what is remembered of the pair. Constant time, no
     /// allocation; the same bits on every machine.
     ///

@@ -1,4 +1,4 @@
-//! Until when a motion is free: two trees, how one moves, and a budget in, a [`Passage`] with proven times out.
+//! Until when a motion is free: two trees, how one moves, and a budget in, a proven [`TimeOfImpact`] out.
 //!
 //! [`course`] cuts the motion into pieces that all but go straight. Of each piece the traversal asks the question of [`sweep`],
 //! with the box test of [`windows`]. What is proven so far is the [`state`]; [`ahead`] bounds what is left of it, and
@@ -14,57 +14,59 @@ mod windows;
 
 use crate::math::{Motion, Pose, smaller};
 use crate::model::cost::WORK_PER_PIECE;
-use crate::query::Deadline;
-use crate::query::budget::{Budget, Clock};
-use crate::query::certificate::{Certificate, Place};
+use crate::query::budget::Budget;
+use crate::query::certificate::Place;
 use crate::query::memory::PairMemory;
 use crate::query::options::{MotionOptions, OptionError, thickness};
-use crate::query::outcome::{Stats, StopReason};
+use crate::query::outcome::StopReason;
 use crate::query::queue::Pair;
 use crate::query::search::Bounded;
 use crate::query::strategy::Strategy;
 use crate::query::traversal::Traversal;
 use crate::query::views::Relation;
-use crate::query::workspace::{Asked, Key, ResumeError, Workspace};
+use crate::query::workspace::{Asked, Key, Workspace};
+use crate::query::{Ask, Deadline, Query, Question, Remembers};
 use crate::tree::Tree;
 use core::cell::OnceCell;
 use course::Course;
 use sweep::{Sweep, span};
 
-/// The question until when a motion is free, and when the surfaces meet: continuous collision detection. Cheap to make; one
-/// for each motion.
+/// The question until when a motion is free, and when the surfaces meet: continuous collision detection ([`Query::impact`]).
 ///
-/// **Guarantee.** Whenever it stops, the surfaces meet at no time before `free_until`, and at `touching_at` they do: two named
-/// triangles intersect exactly at the pose of that time ([`MotionQuery::pose`]). `free_until` only ever grows, and
-/// `touching_at` only ever falls. A query that is finished has found a contact no later than the tolerance after `free_until`,
+/// **Guarantee.** Whenever it stops, the surfaces meet at no time before `lower`, and at `upper` they do: two named
+/// triangles intersect exactly at the pose of that time ([`Query::pose`]). `lower` only ever grows, and
+/// `upper` only ever falls. A query that is finished has found a contact no later than the tolerance after `lower`,
 /// or none, and then the motion is free to its end, time 1.
 ///
 /// There is one exception: grazes. Surfaces may come within a few tolerances of each other, or of the rounding of their
 /// coordinates, or may meet so briefly, or in so small a place, that no pose in `f64` shows it, as a point that goes
 /// through a
-/// triangle. Then `free_until` stays at that time, and the search goes on for a contact that it can prove:
-/// `touching_at` may be
-/// later by more than the tolerance, or `None` although `free_until` is less than 1. Both still hold. So it is with all
+/// triangle. Then `lower` stays at that time, and the search goes on for a contact that it can prove:
+/// `upper` may be
+/// later by more than the tolerance, or `None` although `lower` is less than 1. Both still hold. So it is with all
 /// surfaces
 /// where squares of lengths overflow, from 1e154 on.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
-/// use punctual::{Budget, Motion, MotionQuery, Pose, Tree, Workspace, shapes};
+/// use punctual::{Budget, Motion, Pose, Query, Tree, Workspace, shapes};
 /// let (wall, ball) = (Tree::new(shapes::cuboid([5.0, 5.0, 0.01], 4)), Tree::new(shapes::icosphere(3)));
 /// let start = Pose::new(DMat3::IDENTITY, DVec3::new(0.0, 0.0, 50.0))?;
 /// let motion = Motion::straight(start, [0.0, 0.0, -100.0])?;
-/// let found = MotionQuery::new(&wall, &ball, motion).run(&mut Workspace::new(), Budget::unlimited());
-/// assert!(found.free_until < 0.49 && found.touching_at.unwrap() - found.free_until < 1e-6);
+/// let found = Query::impact(&wall, &ball, motion).run(&mut Workspace::new(), Budget::unlimited()).value;
+/// assert!(found.lower < 0.49 && found.upper.unwrap() - found.lower < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct MotionQuery<'t> {
-    a: &'t Tree,
-    b: &'t Tree,
+pub struct Impact {
     options: MotionOptions,
-    fault: Option<OptionError>,
 }
+
+impl Question for Impact {
+    type Value = TimeOfImpact;
+}
+
+impl Remembers for Impact {}
 
 /// The default tolerance over the unit of the smaller mesh.
 const DEFAULT_TOLERANCE: f64 = 2e-6;
@@ -72,7 +74,7 @@ const DEFAULT_TOLERANCE: f64 = 2e-6;
 /// The least tolerance in time.
 const LEAST_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 
-impl<'t> MotionQuery<'t> {
+impl<'t> Query<'t, Impact> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a
     /// length: two
     /// millionths of the smaller mesh's unit ([`Tree::unit_length`], about half of its longest extent), but no less
@@ -82,7 +84,7 @@ impl<'t> MotionQuery<'t> {
     /// mesh's unit.
     #[must_use]
     #[inline]
-    pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
+    pub fn impact(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
         let options = MotionOptions {
             of_a: None,
             of_b: b_in_a,
@@ -90,21 +92,16 @@ impl<'t> MotionQuery<'t> {
             time: 0.0,
             margin: 0.0,
         };
-        Self {
-            a,
-            b,
-            options,
-            fault: None,
-        }
+        Self::of([a, b], Impact { options })
     }
 
     /// Asks about two bodies that both move, in the world or any other common frame.
     #[must_use]
     #[inline]
-    pub fn of_both(trees: [&'t Tree; 2], motions: [Motion; 2]) -> Self {
+    pub fn impact_of_both(trees: [&'t Tree; 2], motions: [Motion; 2]) -> Self {
         let ([a, b], [of_a, of_b]) = (trees, motions);
-        let mut query = Self::new(a, b, of_b);
-        query.options.of_a = Some(of_a);
+        let mut query = Self::impact(a, b, of_b);
+        query.asked.options.of_a = Some(of_a);
         query
     }
 
@@ -114,7 +111,7 @@ impl<'t> MotionQuery<'t> {
     #[inline]
     pub fn tolerance(mut self, length: f64) -> Self {
         OptionError::note(&mut self.fault, "tolerance", length, f64::MAX);
-        self.options.length = Some(length.max(0.0));
+        self.asked.options.length = Some(length.max(0.0));
         self
     }
 
@@ -123,7 +120,7 @@ impl<'t> MotionQuery<'t> {
     #[inline]
     pub fn time_tolerance(mut self, time: f64) -> Self {
         OptionError::note(&mut self.fault, "time_tolerance", time, f64::MAX);
-        self.options.time = if time > 0.0 { time.min(1.0) } else { 0.0 };
+        self.asked.options.time = if time > 0.0 { time.min(1.0) } else { 0.0 };
         self
     }
 
@@ -134,17 +131,8 @@ impl<'t> MotionQuery<'t> {
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
         OptionError::note_margins(&mut self.fault, margins);
         let [a, b] = margins.map(thickness);
-        self.options.margin = a + b;
+        self.asked.options.margin = a + b;
         self
-    }
-
-    /// The query itself, if all that it was given are numbers that it can use; without this, it goes by the nearest
-    /// that it can.
-    ///
-    /// # Errors
-    /// If a tolerance or a margin is negative, infinite or no number. The error names the first of them.
-    pub fn checked(self) -> Result<Self, OptionError> {
-        self.fault.map_or(Ok(self), Err)
     }
 
     /// Where B is in A at a time, 0 to 1: the very bits that the query uses.
@@ -153,120 +141,15 @@ impl<'t> MotionQuery<'t> {
         self.course().pose(time)
     }
 
-    /// Runs within a budget, by the clock of the system. It does not allocate, lock or panic.
-    pub fn run(&self, workspace: &mut Workspace, budget: Budget) -> Passage {
-        self.run_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// [`MotionQuery::run`] with what is remembered of the pair, and will be for the next motion: the triangles that met first.
-    /// While the way of B's points is less than what the memory knows of the distance at the start
-    /// ([`PairMemory::clearance`]), the motion is free without a search.
-    pub fn run_with_memory(
-        &self,
-        workspace: &mut Workspace,
-        memory: &mut PairMemory,
-        budget: Budget,
-    ) -> Passage {
-        self.run_with(
-            workspace,
-            Some(memory),
-            budget.by_system(),
-            &crate::query::SYSTEM,
-        )
-    }
-
-    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
-    ///
-    /// However it is cut into pieces by budgets of work, the outcome at the end is that of one uninterrupted run.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
-    pub fn resume(
-        &self,
-        workspace: &mut Workspace,
-        budget: Budget,
-    ) -> Result<Passage, ResumeError> {
-        self.resume_with(workspace, None, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// [`MotionQuery::run`] by a clock of the caller's, with or without a memory.
-    pub fn run_with(
-        &self,
-        workspace: &mut Workspace,
-        mut memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Passage {
-        let mut deadline = Deadline::of(budget, clock);
-        if let Some(memory) = &mut memory {
-            memory.bind(self.a, self.b);
-        }
-        let course = self.course();
-        self.begin(&course, workspace, memory.as_deref());
-        self.spend(&course, workspace, memory, &mut deadline)
-    }
-
-    /// [`MotionQuery::resume`] by a clock of the caller's, with or without a memory.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this motion and these options, or is complete.
-    pub fn resume_with(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: Budget,
-        clock: &dyn Clock,
-    ) -> Result<Passage, ResumeError> {
-        if !self.is_stopped_in(workspace) {
-            return Err(ResumeError);
-        }
-        let mut deadline = Deadline::of(budget, clock);
-        Ok(self.spend(&self.course(), workspace, memory, &mut deadline))
-    }
-
-    /// Prepares the workspace for a run.
-    fn begin(&self, course: &Course, workspace: &mut Workspace, memory: Option<&PairMemory>) {
-        workspace.clear();
-        workspace.run.begin(self.key(), Strategy::NONE);
-        let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
-        let free_until = if is_empty {
-            1.0
-        } else {
-            memory.map_or(0.0, |memory| self.clear_until(course, memory))
-        };
-        workspace
-            .motion
-            .begin(&self.options, self.tolerance_in_time(course), free_until);
-        workspace.motion.piece = course.piece_at(free_until);
-        if workspace.motion.piece < course.pieces {
-            workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
-        }
-    }
-
     /// Until when B's points go less far than the surfaces are known to be apart at the start.
     fn clear_until(&self, course: &Course, memory: &PairMemory) -> f64 {
         let known = memory.clearance(self.a, self.b, &course.pose(0.0));
-        let way = known - self.options.margin - 4.0 * course.rounding;
+        let way = known - self.asked.options.margin - 4.0 * course.rounding;
         if way > 0.0 {
             smaller(way * (1.0 - 1e-9) / course.speed, 1.0)
         } else {
             0.0
         }
-    }
-
-    /// Begins a run that a scene goes on with: [`MotionQuery::advance`].
-    pub(crate) fn start(&self, workspace: &mut Workspace, memory: Option<&PairMemory>) {
-        self.begin(&self.course(), workspace, memory);
-    }
-
-    /// Goes on with the run in the workspace until it is over or the deadline stops it.
-    pub(crate) fn advance(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        deadline: &mut Deadline,
-    ) -> Passage {
-        self.spend(&self.course(), workspace, memory, deadline)
     }
 
     /// Proven by the run in the workspace: the triangles that meet first are no farther apart then. 0 only if they
@@ -278,61 +161,25 @@ impl<'t> MotionQuery<'t> {
             .map_or(f64::INFINITY, |contact| contact.distance)
     }
 
-    /// Whether the workspace holds a stopped run of this query.
-    pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
-        workspace.run.holds_stopped(&self.key()).is_ok()
-            && workspace.motion.options == Some(self.options)
-    }
-
-    /// Where the surfaces may still meet before the contact that the last run of this query in `workspace` found, if any.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of these trees, this motion and these options.
-    pub fn certificate<'w>(
-        &'w self,
-        workspace: &'w Workspace,
-    ) -> Result<Certificate<'w>, ResumeError> {
-        self.holds(workspace)?;
-        Ok(Certificate::new(
-            [self.a, self.b],
-            Place::Moving(&self.options),
-            workspace,
-        ))
-    }
-
-    /// Whether the workspace has the last run of this query.
-    fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
-        workspace.run.holds(&self.key())?;
-        if workspace.motion.options == Some(self.options) {
-            Ok(())
-        } else {
-            Err(ResumeError)
-        }
-    }
-
     fn course(&self) -> Course<'_> {
         Course::new(
             self.a,
             self.b,
-            self.options.of_a.as_ref(),
-            &self.options.of_b,
+            self.asked.options.of_a.as_ref(),
+            &self.asked.options.of_b,
         )
-    }
-
-    fn key(&self) -> Key {
-        Key::new([self.a, self.b], self.options.of_b.start(), Asked::Motion)
     }
 
     /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
     /// not matter then, so that neighbors which meet at the same time are not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
         let length = self
-            .options
+            .asked.options
             .length
             .unwrap_or_else(|| self.default_tolerance());
         // No time is known better than the places are.
         let time = self
-            .options
+            .asked.options
             .time
             .max(length.max(8.0 * course.rounding) / course.speed);
         0.5 * if time > LEAST_TOLERANCE {
@@ -347,7 +194,7 @@ impl<'t> MotionQuery<'t> {
             if tree.size() > 0.0 {
                 tree.size()
             } else {
-                self.options.margin
+                self.asked.options.margin
             }
         });
         let least = smaller(sizes[0], sizes[1]);
@@ -359,14 +206,94 @@ impl<'t> MotionQuery<'t> {
             }
     }
 
-    /// Spends a budget on the run in the workspace, piece after piece.
-    fn spend(
+    fn spend_on_piece(
         &self,
         course: &Course,
         workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> StopReason {
+        let piece = course.piece(workspace.motion.piece);
+        let trees = [self.a, self.b];
+        if course.is_clear(&piece, trees, self.asked.options.margin) {
+            workspace.front.clear();
+            workspace.search.clear();
+            workspace.motion.followed = None;
+            deadline.begin(workspace.work());
+            let stop = deadline.stop(workspace.work());
+            if stop.is_none() {
+                workspace.run.stats.work += WORK_PER_PIECE;
+                workspace
+                    .motion
+                    .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+            }
+            deadline.end(workspace.work());
+            workspace.run.stopped = stop.is_some();
+            return stop.unwrap_or(StopReason::Finished);
+        }
+        let relation = Relation::new(self.a, self.b, &piece.pose);
+        // What is large stays where it is made.
+        let (margin, middle) = (self.asked.options.margin, OnceCell::new());
+        let mut span = span(trees, course, &piece, &relation, margin, &workspace.motion);
+        let place = (trees, course, &piece);
+        let question = Sweep::new(
+            place,
+            &relation,
+            margin,
+            &workspace.motion,
+            &mut span,
+            &middle,
+        );
+        let stop =
+            Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
+        workspace
+            .motion
+            .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+        stop
+    }
+}
+
+impl Ask for Query<'_, Impact> {
+    type Value = TimeOfImpact;
+
+    fn key(&self) -> Key {
+        Key::new(
+            [self.a, self.b],
+            self.asked.options.of_b.start(),
+            Asked::Motion,
+        )
+    }
+
+    fn is_in(&self, workspace: &Workspace) -> bool {
+        workspace.motion.options == Some(self.asked.options)
+    }
+
+    fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, _: Budget) {
+        let course = &self.course();
+        workspace.clear();
+        workspace.run.begin(self.key(), Strategy::NONE);
+        let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
+        let free_until = if is_empty {
+            1.0
+        } else {
+            memory.map_or(0.0, |memory| self.clear_until(course, memory))
+        };
+        workspace
+            .motion
+            .begin(&self.asked.options, self.tolerance_in_time(course), free_until);
+        workspace.motion.piece = course.piece_at(free_until);
+        if workspace.motion.piece < course.pieces {
+            workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
+        }
+    }
+
+    /// Piece after piece.
+    fn advance(
+        &self,
+        workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
-    ) -> Passage {
+    ) -> StopReason {
+        let course = &self.course();
         let mut stop = StopReason::Finished;
         while workspace.motion.piece < course.pieces {
             stop = self.spend_on_piece(course, workspace, deadline);
@@ -386,68 +313,24 @@ impl<'t> MotionQuery<'t> {
             let work = stop.is_final().then_some(workspace.work());
             memory.remember_motion(self.a, self.b, contact.map(|contact| contact.pair), work);
         }
-        workspace.run.took(deadline.elapsed());
-        self.outcome(workspace, stop)
-    }
-
-    fn spend_on_piece(
-        &self,
-        course: &Course,
-        workspace: &mut Workspace,
-        deadline: &mut Deadline,
-    ) -> StopReason {
-        let piece = course.piece(workspace.motion.piece);
-        let trees = [self.a, self.b];
-        if course.is_clear(&piece, trees, self.options.margin) {
-            workspace.front.clear();
-            workspace.search.clear();
-            workspace.motion.followed = None;
-            deadline.begin(workspace.work());
-            let stop = deadline.stop(workspace.work());
-            if stop.is_none() {
-                workspace.run.stats.work += WORK_PER_PIECE;
-                workspace
-                    .motion
-                    .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
-            }
-            deadline.end(workspace.work());
-            workspace.run.stopped = stop.is_some();
-            return stop.unwrap_or(StopReason::Finished);
-        }
-        let relation = Relation::new(self.a, self.b, &piece.pose);
-        // What is large stays where it is made.
-        let (margin, middle) = (self.options.margin, OnceCell::new());
-        let mut span = span(trees, course, &piece, &relation, margin, &workspace.motion);
-        let place = (trees, course, &piece);
-        let question = Sweep::new(
-            place,
-            &relation,
-            margin,
-            &workspace.motion,
-            &mut span,
-            &middle,
-        );
-        let stop =
-            Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
-        workspace
-            .motion
-            .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
         stop
     }
 
-    fn outcome(&self, workspace: &Workspace, stop: StopReason) -> Passage {
+    fn answer(&self, workspace: &Workspace, _: StopReason) -> TimeOfImpact {
         let state = &workspace.motion;
         let contact = state.contact();
-        Passage {
-            free_until: state.free_until(),
-            touching_at: contact.map(|contact| contact.time),
+        TimeOfImpact {
+            lower: state.free_until(),
+            upper: contact.map(|contact| contact.time),
             triangles: contact.map(|contact| {
                 let [a, b] = contact.pair;
                 [self.a.ids()[a as usize], self.b.ids()[b as usize]]
             }),
-            stop,
-            stats: workspace.stats(),
         }
+    }
+
+    fn place(&self, _: &Workspace) -> Place<'_> {
+        Place::Moving(&self.asked.options)
     }
 }
 
@@ -469,15 +352,11 @@ impl Workspace {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
-pub struct Passage {
-    /// Proven: the surfaces meet at no time before. 1 without [`Passage::touching_at`]: the motion is free to its end.
-    pub free_until: f64,
+pub struct TimeOfImpact {
+    /// Proven: the surfaces meet at no time before. 1 without [`TimeOfImpact::upper`]: the motion is free to its end.
+    pub lower: f64,
     /// Proven: the surfaces meet at this time; 0 if they do at the start. `None`: no contact was found (yet).
-    pub touching_at: Option<f64>,
+    pub upper: Option<f64>,
     /// The triangles that meet then: triangle of A, triangle of B, ids of the input meshes.
     pub triangles: Option<[u32; 2]>,
-    /// Why the query returned.
-    pub stop: StopReason,
-    /// What it has done.
-    pub stats: Stats,
 }

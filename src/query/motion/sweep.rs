@@ -22,7 +22,7 @@ use crate::query::expand::{Sink, expand};
 use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Front, Origin, Pair};
 use crate::query::search::{Bounded, Search, least_key as least_of_column};
-use crate::query::traversal::{Question, Traversal};
+use crate::query::traversal::{Visitor, Traversal};
 use crate::query::triangle_pairs::rows;
 use crate::query::views::Relation;
 use crate::query::workspace::{Run, Workspace};
@@ -140,7 +140,7 @@ pub(super) fn span(
     }
 }
 
-impl Question for Traversal<'_, '_, Sweep<'_>> {
+impl Visitor for Traversal<'_, '_, Sweep<'_>> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         self.workspace.front.pop()

@@ -19,7 +19,7 @@ use crate::model::cost::{
 use crate::query::expand;
 use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
-use crate::query::traversal::{Question, Traversal};
+use crate::query::traversal::{Visitor, Traversal};
 use crate::tree::WIDTH;
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::candidates;
@@ -70,7 +70,7 @@ const _: () = assert!(
         >= WORK_PER_RAY + NODES_PER_STEP * WORK_PER_RAY_NODE + WIDTH as u64 * WORK_PER_RAY_TRIANGLE
 );
 
-impl Question for Traversal<'_, '_, Cast<'_>> {
+impl Visitor for Traversal<'_, '_, Cast<'_>> {
     const ASKS_OF_FLUSHING: bool = false;
 
     #[inline(always)]
@@ -240,7 +240,7 @@ impl Traversal<'_, '_, Cast<'_>> {
             side,
         };
         let workspace = &mut *self.workspace;
-        workspace.run.found += 1;
+        workspace.run.stats.found += 1;
         let state = &mut workspace.rays;
         if state.hit.is_none_or(|before| hit.is_before(&before)) {
             state.hit = Some(hit);

@@ -82,6 +82,8 @@ pub(crate) struct RayState {
     pub ready: [Ready; WIDTH],
     /// Those of [`RayMode::All`], in order of discovery.
     pub hits: Vec<RayHit>,
+    /// Those of a batch, one for each ray.
+    pub first_hits: Vec<Option<RayHit>>,
 }
 
 impl Default for RayState {
@@ -95,6 +97,7 @@ impl Default for RayState {
             suspects: ArrayVec::new(),
             ready: [Ready::NONE; WIDTH],
             hits: Vec::new(),
+            first_hits: Vec::new(),
         }
     }
 }
@@ -108,6 +111,7 @@ impl RayState {
         self.after = 0;
         self.suspects.clear();
         self.hits.clear();
+        self.first_hits.clear();
     }
 
     pub fn reserve(&mut self, hits: usize) {

@@ -10,7 +10,9 @@ use super::broad::bounds;
 use super::error::SceneError;
 use crate::math::Aabb;
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_BOX, WORK_PER_SEARCH};
-use crate::query::{Budget, Clock, Deadline, RayMode, RayQuery, StopReason, Workspace};
+use crate::query::{
+    Ask, Budget, ClockedBudget, Deadline, Query, RayMode, StopReason, Workspace,
+};
 use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
@@ -25,7 +27,7 @@ impl Scene {
     /// [`Scene::detect`] rather than before it. The others are found through the tree of the broad phase, nearest boxes first,
     /// in a time that grows with the logarithm of their number.
     ///
-    /// **Guarantee.** A body is hit where its own [`RayQuery`](crate::RayQuery) says so, asked about the ray [as it
+    /// **Guarantee.** A body is hit where its own [`Query::ray`] says so, asked about the ray [as it
     /// is](crate::Ray::transformed) in the coordinates of its mesh, by the inverse of its pose: no ray passes between
     /// triangles of a body that share an edge. Of several nearest hits with the same `t`, the one of the least body, then
     /// of the least triangle. A cast that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same
@@ -34,19 +36,18 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::NoRay`].
-    pub fn cast(&mut self, ray: &SceneRay, budget: Budget) -> Result<SceneCast, SceneError> {
-        self.cast_with(ray, budget.by_system(), &crate::query::SYSTEM)
-    }
-
-    /// [`Scene::cast`] by a clock of the caller's.
-    ///
-    /// # Errors
-    /// [`SceneError::NoRay`].
-    pub fn cast_with(
+    pub fn cast<'c>(
         &mut self,
         ray: &SceneRay,
-        budget: Budget,
-        clock: &dyn Clock,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<SceneCast, SceneError> {
+        self.cast_within(ray, budget.into())
+    }
+
+    fn cast_within(
+        &mut self,
+        ray: &SceneRay,
+        budget: ClockedBudget<'_>,
     ) -> Result<SceneCast, SceneError> {
         let Self {
             bodies,
@@ -64,7 +65,7 @@ impl Scene {
             workspace: scratch,
             rays,
         }
-        .run(budget, clock);
+        .run(budget);
         match cast {
             Ok(_) => drop(rays.hits.drain(..before)),
             Err(_) => rays.hits.truncate(before),
@@ -112,8 +113,8 @@ struct Casting<'c> {
 }
 
 impl Casting<'_> {
-    fn run(mut self, budget: Budget, clock: &dyn Clock) -> Result<SceneCast, SceneError> {
-        let mut deadline = Deadline::of(budget, clock);
+    fn run(mut self, budget: ClockedBudget<'_>) -> Result<SceneCast, SceneError> {
+        let mut deadline = Deadline::of(budget);
         deadline.leave(MAX_STEP_WORK);
         let limit = deadline.work_left();
         self.rays.queue.clear();
@@ -278,10 +279,10 @@ impl Casting<'_> {
         let [from, to] = here.limits();
         let nearest = known.hit.filter(|_| asked.mode == RayMode::Nearest);
         let ray = here.within(from, nearest.map_or(to, |hit| to.min(hit.on_body.t)));
-        let query = RayQuery::new(&placed.body.tree, ray).mode(asked.mode);
-        query.begin(workspace);
+        let query = Query::ray(&placed.body.tree, ray).mode(asked.mode);
+        query.begin(workspace, None, Budget::unlimited());
         let cast = loop {
-            let cast = query.spend(workspace, deadline);
+            let cast = query.spend(workspace, None, deadline);
             rays.hits.extend(
                 workspace
                     .drain_ray_hits()
@@ -291,15 +292,15 @@ impl Casting<'_> {
                 break cast;
             }
         };
-        known.found += cast.found;
-        if let Some(hit) = cast.hit.map(|on_body| BodyHit { body, on_body })
+        known.found += cast.stats.found;
+        if let Some(hit) = cast.value.hit.map(|on_body| BodyHit { body, on_body })
             && known.hit.is_none_or(|before| hit.is_before(&before))
         {
             known.hit = Some(hit);
         }
         if cast.stop != StopReason::Finished {
             known.stop = cast.stop;
-            known.free_until = known.free_until.min(cast.free_until);
+            known.free_until = known.free_until.min(cast.value.free_until);
         }
         Ok(())
     }

@@ -9,8 +9,8 @@ use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_PATCHED_CONTACT,
 };
 use crate::query::{
-    ContactQuery, Contacts, Deadline, Distance, DistanceQuery, Mode, MotionQuery, PairMemory,
-    Passage, Query, StopReason, Verdict, Workspace,
+    Answer as Answered, Ask, Budget, Contacts, Deadline, Distance, Impact, Intersection, Mode, PairMemory, Query,
+    StopReason, Verdict, Workspace,
 };
 use crate::scene::ask::distance_requests::DistanceRequest;
 use crate::scene::body::{Bodies, Placed, margins};
@@ -23,13 +23,13 @@ use crate::scene::id::PairKey;
 )]
 pub(crate) enum Question<'t> {
     /// Whether, or where, the surfaces meet.
-    Meet(Query<'t>),
+    Meet(Query<'t, Intersection>),
     /// How far the thickened surfaces are apart, or only whether they meet.
-    Distance(DistanceQuery<'t>),
+    Distance(Query<'t, Distance>),
     /// Until when they are apart.
-    Motion(MotionQuery<'t>),
+    Motion(Query<'t, Impact>),
     /// Where they touch.
-    Contacts(ContactQuery<'t>),
+    Contacts(Query<'t, Contacts>),
 }
 
 /// What is known after a call.
@@ -79,7 +79,7 @@ impl<'t> Question<'t> {
             None
         };
         special.unwrap_or_else(|| {
-            Self::Meet(Query::new(&a.body.tree, &b.body.tree, b_in_a).mode(mode))
+            Self::Meet(Query::intersection(&a.body.tree, &b.body.tree, b_in_a).mode(mode))
         })
     }
 
@@ -93,7 +93,7 @@ impl<'t> Question<'t> {
     ) -> Option<Self> {
         let trees = [&*a.body.tree, &*b.body.tree];
         let margins = [a.body.margin, b.body.margin];
-        let distance = DistanceQuery::new(trees[0], trees[1], b_in_a).margins(margins);
+        let distance = Query::distance(trees[0], trees[1], b_in_a).margins(margins);
         match bodies.distance_requests.wanted(key) {
             Some(DistanceRequest {
                 tolerance, ceiling, ..
@@ -101,7 +101,7 @@ impl<'t> Question<'t> {
                 distance.absolute_tolerance(tolerance).below(ceiling),
             )),
             None if bodies.is_moving(key) => Some(Self::Motion(
-                MotionQuery::of_both(trees, [a.motion(), b.motion()]).margins(margins),
+                Query::impact_of_both(trees, [a.motion(), b.motion()]).margins(margins),
             )),
             None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
             None => None,
@@ -111,7 +111,7 @@ impl<'t> Question<'t> {
     /// Whether the bodies of a pair are closer than `limit`.
     #[cold]
     pub fn apart([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
-        let query = DistanceQuery::new(&a.body.tree, &b.body.tree, b_in_a);
+        let query = Query::distance(&a.body.tree, &b.body.tree, b_in_a);
         Self::Distance(
             query
                 .margins([a.body.margin, b.body.margin])
@@ -122,7 +122,7 @@ impl<'t> Question<'t> {
     /// Where the bodies of a pair touch.
     #[cold]
     pub fn contacts(pair @ [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
-        let query = ContactQuery::new(&a.body.tree, &b.body.tree, b_in_a).margin(margins(pair));
+        let query = Query::contacts(&a.body.tree, &b.body.tree, b_in_a).margin(margins(pair));
         Self::Contacts(query.contact_limit(MOST_CONTACTS))
     }
 
@@ -142,7 +142,7 @@ impl<'t> Question<'t> {
             Self::Meet(query) => query.is_stopped_in(workspace),
             Self::Distance(query) => query.is_stopped_in(workspace),
             Self::Motion(query) => query.is_stopped_in(workspace),
-            Self::Contacts(query) => query.is_in(workspace),
+            Self::Contacts(query) => query.holds(workspace).is_ok(),
         }
     }
 
@@ -176,11 +176,11 @@ impl<'t> Question<'t> {
     ) {
         match self {
             Self::Meet(query) => {
-                query.begin_after(refuted, workspace, Some(memory), query.strategy(to_the_end))
+                query.begin_as(query.strategy(to_the_end), refuted, workspace, Some(memory))
             }
-            Self::Distance(query) => query.begin(workspace, Some(memory)),
-            Self::Motion(query) => query.start(workspace, Some(memory)),
-            Self::Contacts(query) => query.begin(workspace),
+            Self::Distance(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
+            Self::Motion(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
+            Self::Contacts(query) => query.begin(workspace, None, Budget::unlimited()),
         }
     }
 
@@ -205,7 +205,7 @@ impl<'t> Question<'t> {
     ) -> Answer {
         match self {
             Self::Meet(query) => {
-                let stop = query.advance(workspace, Some(memory), deadline);
+                let stop = query.search(workspace, Some(memory), deadline);
                 Answer {
                     stop,
                     verdict: workspace.verdict(stop),
@@ -216,48 +216,40 @@ impl<'t> Question<'t> {
             }
             Self::Distance(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
-                let Distance {
-                    low,
-                    high,
-                    nearest,
-                    stop,
-                    ..
+                let Answered {
+                    value: found, stop, ..
                 } = query.spend(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
-                let triangles = nearest.map(|nearest| nearest.triangles);
+                let triangles = found.nearest.map(|nearest| nearest.triangles);
                 let below = if stop.is_final() {
                     query.ceiling_in(workspace)
                 } else {
                     0.0
                 };
                 let bounds = Bounds {
-                    low,
-                    high,
+                    low: found.low,
+                    high: found.high,
                     triangles,
                     below,
                     ..Bounds::NOTHING
                 };
                 let mut answer = Answer::bounded(stop, bounds, query.witness_distance(workspace));
-                if stop.is_final() && high > 0.0 && query.decides_contact() {
+                if stop.is_final() && found.high > 0.0 && query.decides_contact() {
                     answer.verdict = Verdict::Separated;
                 }
                 answer
             }
             Self::Motion(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);
-                let Passage {
-                    free_until,
-                    touching_at,
-                    triangles,
-                    stop,
-                    ..
-                } = query.advance(workspace, Some(memory), deadline);
+                let Answered {
+                    value: found, stop, ..
+                } = query.spend(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
-                let high = touching_at.unwrap_or(f64::INFINITY);
+                let high = found.upper.unwrap_or(f64::INFINITY);
                 let bounds = Bounds {
-                    low: free_until,
+                    low: found.lower,
                     high,
-                    triangles,
+                    triangles: found.triangles,
                     are_times: true,
                     ..Bounds::NOTHING
                 };
@@ -268,7 +260,9 @@ impl<'t> Question<'t> {
                     MAX_DISTANCE_STEP_WORK,
                     LEAST_PATCHED * WORK_PER_PATCHED_CONTACT,
                 );
-                let Contacts { low, stop, .. } = query.spend(workspace, deadline);
+                let Answered {
+                    value: found, stop, ..
+                } = query.spend(workspace, None, deadline);
                 deadline.leave(MAX_STEP_WORK);
                 let nearest = workspace
                     .contacts()
@@ -284,7 +278,7 @@ impl<'t> Question<'t> {
                     verdict,
                     found: u64::from(nearest.is_some()),
                     bounds: None,
-                    missing: low,
+                    missing: found.low,
                 }
             }
         }

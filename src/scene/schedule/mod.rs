@@ -159,7 +159,7 @@ impl Schedule {
         mode: Mode,
     ) -> Option<PairCertificate> {
         // A stopped run of another question is none of this query.
-        let query = Query::new(a, b, b_in_a).mode(mode);
+        let query = Query::intersection(a, b, b_in_a).mode(mode);
         let mut held = self
             .batches
             .iter()

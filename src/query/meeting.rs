@@ -1,0 +1,377 @@
+//! Do two surfaces meet, and where? What a traversal that asks this does with node pairs; [`leaf`](super::leaf) has its
+//! triangle tests.
+//!
+//! Boxes that overlap are of interest, deepest first. Triangle pairs that were found along a curve ([`march`](super::march))
+//! before the front comes to them are not tested again.
+
+use super::boxes::{Keys, Overlap};
+use super::expand::{Sink, expand, transposed};
+use super::lone::Lone;
+use super::options::{Mode, Options};
+use super::order::overlap_volume;
+use super::outcome::{LEVELS, StopReason};
+use super::queue::{Origin, Pair};
+use super::strategy::Marching;
+use super::traversal::{Visitor, Traversal};
+use super::workspace::Workspace;
+use crate::math::lanes::{Column, F8, Lanes, per_lane};
+use crate::math::{bits, larger};
+use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, opening_work};
+use crate::tree::{Node, WIDTH};
+
+/// Whether, or where, two surfaces meet.
+pub(super) struct Meeting<'q, O = Overlapping> {
+    pub options: &'q Options,
+    pub opener: O,
+}
+
+/// Most nodes that a lone triangle is tested against in one step, each a child of the one before.
+const NODES_PER_STEP: u64 = 3;
+
+const _: () = assert!(MAX_STEP_WORK >= NODES_PER_STEP * opening_work(WIDTH as u32));
+
+/// How node pairs are opened and triangle pairs tested: settled once for a query, at compile time.
+pub(super) trait Opener: Copy {
+    /// The triangle, if one of the meshes is only that.
+    fn lone(&self) -> Option<&Lone<'_>>;
+}
+
+/// By the boxes of both.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Overlapping;
+
+impl Opener for Overlapping {
+    #[inline(always)]
+    fn lone(&self) -> Option<&Lone<'_>> {
+        None
+    }
+}
+
+impl Opener for &Lone<'_> {
+    #[inline(always)]
+    fn lone(&self) -> Option<&Lone<'_>> {
+        Some(self)
+    }
+}
+
+impl<O: Opener> Visitor for Traversal<'_, '_, Meeting<'_, O>> {
+    #[inline(always)]
+    fn next_pair(&mut self) -> Option<(Pair, Origin)> {
+        self.workspace.front.pop()
+    }
+
+    #[inline(always)]
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
+        let (opener, trees) = (self.question.opener, [self.a, self.b]);
+        if let Some(lone) = opener.lone() {
+            return self.open_lone(lanes, lone, pair);
+        }
+        expand(
+            lanes,
+            pair,
+            trees,
+            self.relation,
+            &mut Overlap::new(self.relation),
+            self,
+        );
+    }
+
+    #[inline(always)]
+    fn opened(&self) -> Option<StopReason> {
+        if self.tests_clusters() {
+            self.has_enough()
+        } else {
+            None
+        }
+    }
+
+    #[inline(always)]
+    fn waits(&self, any: bool) -> bool {
+        let enough = if any || self.tests_clusters() {
+            1
+        } else {
+            self.strategy.batch
+        };
+        self.workspace.waiting.len() >= enough
+            || self.tests_clusters() && !self.workspace.doubtful.is_empty()
+    }
+
+    #[inline(always)]
+    fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason> {
+        if self.room() == 0 {
+            return Some(StopReason::PairsFull);
+        }
+        self.end_march();
+        if self.workspace.march.is_due() {
+            self.march_on(lanes);
+        } else {
+            self.test_triangles(lanes);
+        }
+        self.workspace.testing = self.goes_on_testing();
+        self.has_enough()
+    }
+}
+
+impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
+    /// The first hit ends a run that asks for no more.
+    #[inline(always)]
+    fn has_enough(&self) -> Option<StopReason> {
+        let is_enough = self.workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any;
+        is_enough.then_some(StopReason::FirstHit)
+    }
+
+    /// Whether clusters are tested when they are opened: one hit of a lone triangle is enough.
+    #[inline(always)]
+    fn tests_clusters(&self) -> bool {
+        self.question.opener.lone().is_some() && self.question.options.mode == Mode::Any
+    }
+
+    /// Goes on with the child that a lone triangle is deepest in, some nodes at a time. A cluster has a step of its own.
+    #[inline(always)]
+    fn open_lone<L: Lanes>(&mut self, lanes: L, lone: &Lone, pair: Pair) {
+        let mut at = lone.other_of(pair);
+        for i in 0..NODES_PER_STEP {
+            let node = &lone.other.nodes()[at as usize];
+            if !(node.is_cluster && self.tests_clusters()) {
+                let Some(next) = self.visit(lanes, lone, node) else {
+                    return;
+                };
+                at = next;
+            } else if i == 0 {
+                return self.test_cluster(lanes, lone, node);
+            } else {
+                break;
+            }
+        }
+        self.workspace.front.push(lone.pair(at));
+    }
+
+    /// Puts the children of a node that a lone triangle may meet where they belong, but for the deepest, which is returned, if
+    /// it goes first.
+    #[inline(always)]
+    fn visit<L: Lanes>(&mut self, lanes: L, lone: &Lone, node: &Node) -> Option<u32> {
+        self.count(usize::from(node.depth) + 1, u32::from(node.children));
+        let depths = lone.depths(lanes, node);
+        let hits = !depths.mask() & 0xff;
+        let first = node.first_child;
+        if !node.is_cluster && self.origin == Origin::Stack && self.strategy.deepest_first {
+            if hits == 0 {
+                return None;
+            }
+            let deepest = deepest(lanes, depths);
+            self.workspace
+                .front
+                .push_all((hits & !(1 << deepest)).into(), |i| lone.pair(first + i));
+            return Some(first + deepest);
+        }
+        if node.is_cluster {
+            let hits = u64::from(hits);
+            self.triangles(
+                if lone.is_a() { hits } else { transposed(hits) },
+                lone.with(first),
+            );
+        } else {
+            depths.put(&mut self.keys[0]);
+            self.pairs(hits.into(), |i| lone.pair(first + i));
+        }
+        None
+    }
+
+    #[inline(never)]
+    fn queue_all(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        let mut ahead = 0;
+        if self.origin == Origin::Path {
+            ahead = self.workspace.front.path_witnesses();
+        } else if !self.strategy.queues() {
+            return self.workspace.front.push_all(hits, child);
+        }
+        for bit in bits(hits) {
+            let pair = child(bit as u32);
+            if ahead != 0 {
+                let below = self.witnesses_below(pair, ahead);
+                ahead &= !below;
+                if self.workspace.front.follow(pair, below) {
+                    continue;
+                }
+            }
+            self.queue(pair, self.keys.as_flattened()[bit % 64]);
+        }
+        if self.origin == Origin::Path {
+            self.workspace.front.set_aside();
+        }
+    }
+
+    /// Follows no more curves once the traversal has done its share of the work.
+    #[inline(always)]
+    fn end_march(&mut self) {
+        let Workspace {
+            march, run, front, ..
+        } = &*self.workspace;
+        if let Marching::Within(work_per_pair) = self.strategy.march
+            && run.stats.found > 0
+            && run.stats.work - march.work > work_per_pair * front.len() as u64
+        {
+            self.workspace.march.stop();
+            self.strategy.march = Marching::Over;
+            self.workspace.run.strategy = self.strategy;
+            self.workspace.drop_known([self.a, self.b]);
+        }
+    }
+
+    /// Pushes pairs with the deepest on top, below it the second.
+    #[inline(never)]
+    fn push_ranked(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+        // The depth, and in the place of its last bits which pair it is. Chosen, not branched: which is deeper cannot be guessed.
+        let (mut first, mut second) = (0, 0);
+        for bit in bits(hits) {
+            let key = self.keys.as_flattened()[bit % 64].to_bits() & !63 | bit as u32;
+            second = second.max(first.min(key));
+            first = first.max(key);
+        }
+        let (first, second) = (first % 64, second % 64);
+        let front = &mut self.workspace.front;
+        let rest = hits & !(1 << first);
+        if rest != 0 {
+            front.push_all(rest & !(1 << second), &child);
+            front.push(child(second));
+        }
+        front.push(child(first));
+    }
+
+    /// Of the pairs at hand those that are deeper than the mean.
+    #[inline(never)]
+    fn deeper(&self, hits: u64) -> u64 {
+        let depths = self.keys.as_flattened();
+        let mean = bits(hits).map(|bit| depths[bit % 64]).sum::<f32>() / hits.count_ones() as f32;
+        bits(hits).fold(0, |deeper, bit| {
+            deeper | u64::from(depths[bit % 64] > mean) << bit
+        })
+    }
+
+    /// Which of these witnesses of the frame before are below a pair.
+    #[inline(always)]
+    fn witnesses_below(&self, Pair { nodes: [a, b], .. }: Pair, among: u16) -> u16 {
+        bits(among).fold(0, |below, i| {
+            let [x, y] = self.workspace.witnesses[i].map(|triangle| triangle as usize);
+            let (a, b) = (&self.a.nodes()[a as usize], &self.b.nodes()[b as usize]);
+            let leads = a.triangle_range().contains(&x) && b.triangle_range().contains(&y);
+            below | u16::from(leads) << i
+        })
+    }
+
+    /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
+    fn queue(&mut self, pair: Pair, depth: f32) {
+        let (a, b) = (
+            &self.a.nodes()[pair.nodes[0] as usize],
+            &self.b.nodes()[pair.nodes[1] as usize],
+        );
+        let threshold = self.strategy.queue_threshold;
+        if a.self_cost * b.self_cost >= threshold * threshold {
+            let volume = || overlap_volume(a, b, self.relation);
+            let alpha = || a.alpha().element_product() * b.alpha().element_product();
+            let random = &mut self.workspace.run.random;
+            let depth = depth / (a.size + b.size * self.relation.scale);
+            let (bucket, first) = self
+                .question
+                .options
+                .order
+                .bucket(volume, depth, alpha, random);
+            self.workspace.front.queue(pair, 0.0, bucket, first);
+        } else {
+            self.workspace.front.push(pair);
+        }
+    }
+}
+
+impl<O: Opener> Sink for Traversal<'_, '_, Meeting<'_, O>> {
+    #[inline(always)]
+    fn count(&mut self, level: usize, bv_tests: u32) {
+        let stats = &mut self.workspace.run.stats;
+        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
+        stats.work += opening_work(bv_tests);
+    }
+
+    #[inline(always)]
+    fn spend(&mut self, work: u64) {
+        self.workspace.run.stats.work += work;
+    }
+
+    #[inline(always)]
+    fn keys(&mut self) -> &mut Keys {
+        &mut self.keys
+    }
+
+    /// Pairs go where their parent came from: on the stack, into the queue, or on the paths to witnesses, and what is beside
+    /// these into the queue.
+    #[inline(always)]
+    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+        if self.origin != Origin::Stack {
+            return self.queue_all(hits, child);
+        }
+        if !self.strategy.deepest_first {
+            return self.workspace.front.push_all(hits, child);
+        }
+        if hits == 0 {
+            return;
+        }
+        if self.strategy.ranks() {
+            return self.push_ranked(hits, child);
+        }
+        let front = &mut self.workspace.front;
+        let (mut bit, mut place) = (
+            hits.trailing_zeros(),
+            front.push(child(hits.trailing_zeros())),
+        );
+        let (mut deepest, mut first, mut at) =
+            (self.keys.as_flattened()[bit as usize % 64], bit, place);
+        hits &= hits - 1;
+        while hits != 0 {
+            bit = hits.trailing_zeros();
+            hits &= hits - 1;
+            place = front.push(child(bit));
+            let depth = self.keys.as_flattened()[bit as usize % 64];
+            // Chosen, not branched: which is deeper cannot be guessed.
+            let is_deeper = depth > deepest;
+            deepest = if is_deeper { depth } else { deepest };
+            (first, at) = if is_deeper { (bit, place) } else { (first, at) };
+        }
+        // It changes places with the last one. Both are made anew: to load what has just been stored takes longer.
+        front.put(at, child(bit));
+        front.put(place, child(first));
+    }
+
+    #[inline(always)]
+    fn cluster(&mut self, pair: Pair, _column: usize) {
+        self.workspace.front.push(pair);
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+        let mut hits = hits;
+        if self.strategy.march != Marching::Never
+            && hits != 0
+            && !self.workspace.march.known.is_empty()
+        {
+            self.workspace.run.stats.work += WORK_PER_LOOKUP;
+            hits = self.workspace.march.pass(hits, first);
+        }
+        if self.strategy.ranks() && hits.count_ones() as usize > WIDTH {
+            let deeper = self.deeper(hits);
+            self.workspace.waiting.push_all(hits & !deeper, first);
+            hits = deeper;
+        }
+        self.workspace.waiting.push_all(hits, first);
+    }
+}
+
+/// The lane of the greatest depth, but for its last three bits; of depths of which one is not negative.
+#[inline(always)]
+fn deepest<L: Lanes>(lanes: L, depths: F8<L>) -> u32 {
+    let lane = F8::load(lanes, &per_lane!(i => f32::from_bits(i)));
+    let [low, high] = depths
+        .and(F8::splat(lanes, f32::from_bits(!7)))
+        .or(lane)
+        .halves();
+    let [x, y, z, w] = low.fast_max(high).to_array();
+    larger(larger(x, y), larger(z, w)).to_bits() & 7
+}
