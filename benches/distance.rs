@@ -6,7 +6,7 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, DistanceQuery, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Budget, Distance, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 const POSES: u32 = 16;
@@ -24,8 +24,8 @@ fn turn(i: u32) -> DMat3 {
     DMat3::from_rotation_z(0.3 + angle) * DMat3::from_rotation_x(0.7 * angle)
 }
 
-fn exact<'t>(a: &'t Tree, b: &'t Tree, pose: Pose) -> DistanceQuery<'t> {
-    DistanceQuery::new(a, b, pose).absolute_tolerance(0.0)
+fn exact<'t>(a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Distance> {
+    Query::distance(a, b, pose).absolute_tolerance(0.0)
 }
 
 /// Poses around A, as far apart as told. B comes along the line of the closest points, by no more than its distance.
@@ -70,11 +70,11 @@ fn finished(c: &mut Criterion) {
         let size = a.mesh().len() + b.mesh().len();
         for (name, poses, distance) in places(&a, &b) {
             for &pose in &poses {
-                let found =
-                    DistanceQuery::new(&a, &b, pose).run(&mut workspace, Budget::unlimited());
+                let found = Query::distance(&a, &b, pose).run(&mut workspace, Budget::unlimited());
                 assert!(found.low <= 1.001 * distance && 0.999 * distance <= found.high);
                 assert_eq!(found.stop, StopReason::Finished);
-                let meet = Query::new(&a, &b, pose).run(&mut workspace, Budget::unlimited());
+                let meet =
+                    Query::intersection(&a, &b, pose).run(&mut workspace, Budget::unlimited());
                 assert_eq!(
                     matches!(meet.verdict, Verdict::Intersecting { .. }),
                     found.high == 0.0
@@ -84,7 +84,7 @@ fn finished(c: &mut Criterion) {
             c.bench_function(&format!("distance/{name}/{size}"), |bench| {
                 bench.iter(|| {
                     let pose = *poses.next().expect("a cycle");
-                    DistanceQuery::new(&a, &b, pose).run(&mut workspace, Budget::unlimited())
+                    Query::distance(&a, &b, pose).run(&mut workspace, Budget::unlimited())
                 });
             });
         }
@@ -119,7 +119,7 @@ fn closer_than(c: &mut Criterion) {
     for (name, distance) in [("near", 0.03), ("far", 3.0)] {
         let poses = apart(&a, &b, distance);
         for (share, answer) in [(0.9, false), (1.1, true)] {
-            let query = |pose| DistanceQuery::new(&a, &b, pose).closer_than(share * distance);
+            let query = |pose| Query::distance(&a, &b, pose).closer_than(share * distance);
             for &pose in &poses {
                 assert_eq!(
                     query(pose).run(&mut workspace, Budget::unlimited()).closer,
@@ -150,20 +150,24 @@ fn path(c: &mut Criterion) {
     for &pose in &poses {
         let query = exact(&a, &b, pose);
         let cold = query.run(&mut workspace, Budget::unlimited());
-        let warm = query.run_with_memory(&mut workspace, &mut memory, Budget::unlimited());
+        let warm = query
+            .with_memory(&mut memory)
+            .run(&mut workspace, Budget::unlimited());
         assert!(cold.low > 0.0 && warm.low <= cold.high && cold.low <= warm.high);
     }
     let mut frames = poses.iter().cycle();
     c.bench_function("distance on a path/cold", |bench| {
         bench.iter(|| {
             let pose = *frames.next().expect("a cycle");
-            DistanceQuery::new(&a, &b, pose).run(&mut workspace, Budget::unlimited())
+            Query::distance(&a, &b, pose).run(&mut workspace, Budget::unlimited())
         });
     });
     c.bench_function("distance on a path/warm", |bench| {
         bench.iter(|| {
-            let query = DistanceQuery::new(&a, &b, *frames.next().expect("a cycle"));
-            query.run_with_memory(&mut workspace, &mut memory, Budget::unlimited())
+            let query = Query::distance(&a, &b, *frames.next().expect("a cycle"));
+            query
+                .with_memory(&mut memory)
+                .run(&mut workspace, Budget::unlimited())
         });
     });
 }

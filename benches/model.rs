@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, Mode, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace, shapes,
+    Budget, Intersection, Mode, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace,
+    shapes,
 };
 
 const REPETITIONS: usize = 200;
@@ -32,7 +33,7 @@ fn main() {
         let mut sums = [0.0; 6];
         let mut poses = 0;
         for pose in (0..4000).map(along) {
-            if let Some(times) = measure(&Query::new(a, b, pose).mode(Mode::All)) {
+            if let Some(times) = measure(&Query::all_pairs(a, b, pose)) {
                 sums = std::array::from_fn(|i| sums[i] + times[i]);
                 poses += 1;
             }
@@ -56,7 +57,7 @@ fn along(i: u32) -> Pose {
 }
 
 /// BV tests, and the least times of everything; `None` if the query is of another size.
-fn measure(query: &Query) -> Option<[f64; 6]> {
+fn measure(query: &Query<Intersection>) -> Option<[f64; 6]> {
     let clock = SystemClock::default();
     let [mut workspace, mut half] = [Workspace::new(), Workspace::new()];
     let stats = query.run(&mut workspace, Budget::unlimited()).stats;
@@ -70,15 +71,17 @@ fn measure(query: &Query) -> Option<[f64; 6]> {
     let lasting = Budget::time(Duration::from_secs(1));
     for _ in 0..REPETITIONS {
         time(&mut least[0], || {
-            query.run_with(&mut workspace, None, Budget::unlimited(), &clock)
+            query.run(&mut workspace, Budget::unlimited().clock(&clock))
         });
         time(&mut least[1], || {
-            plain.run_with(&mut workspace, None, lasting, &clock)
+            plain.run(&mut workspace, lasting.clock(&clock))
         });
         // A memory without witnesses: the same search.
         let mut blank = PairMemory::new();
         time(&mut least[2], || {
-            query.run_with(&mut workspace, Some(&mut blank), lasting, &clock)
+            query
+                .with_memory(&mut blank)
+                .run(&mut workspace, lasting.clock(&clock))
         });
         time(&mut least[3], || query.predict(None));
         time(&mut least[4], || query.estimate(&half, None));

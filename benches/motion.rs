@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use case::Case;
-use punctual::{Budget, MotionQuery, Query, Workspace};
+use punctual::{Budget, Query, Workspace};
 
 /// Times that everything is played.
 const SWEEPS: usize = 15;
@@ -29,13 +29,13 @@ fn measure(case: &Case) {
     for _ in 0..SWEEPS {
         for (i, &motion) in motions.iter().enumerate() {
             let start = Instant::now();
-            let found = MotionQuery::new(a, b, motion).run(&mut workspace, Budget::unlimited());
+            let found = Query::impact(a, b, motion).run(&mut workspace, Budget::unlimited());
             least[0][i] = least[0][i].min(us(start.elapsed()));
             is_free[i] = found.free_until == 1.0 && found.touching_at.is_none();
         }
         for (i, &pose) in case.poses.iter().enumerate() {
             let start = Instant::now();
-            let found = Query::new(a, b, pose).run(&mut workspace, Budget::unlimited());
+            let found = Query::intersection(a, b, pose).run(&mut workspace, Budget::unlimited());
             least[1][i] = least[1][i].min(us(start.elapsed()));
             let _ = black_box(found);
         }

@@ -19,8 +19,8 @@ use case::Case;
 use cpu_time::ThreadTime;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{
-    Body, Budget, Clock, DistanceQuery, Mesh, Mode, MotionQuery, Pose, Query, Scene, StopReason,
-    SystemClock, Tree, Workspace, shapes,
+    Body, Budget, Clock, Mesh, Mode, Pose, Query, Scene, StopReason, SystemClock, Tree, Workspace,
+    shapes,
 };
 
 /// Quantiles of times, microseconds.
@@ -66,7 +66,7 @@ fn knots(calls: usize) {
                 Duration::from_micros(micros),
             );
             measure(&name, calls, budget, |number| {
-                let query = Query::new(&knot, &knot, turned(number)).mode(Mode::All);
+                let query = Query::all_pairs(&knot, &knot, turned(number));
                 query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
             });
         }
@@ -89,7 +89,7 @@ fn far_and_free(case: &Case, calls: usize) {
             calls,
             budget,
             |number| {
-                let query = DistanceQuery::new(a, b, case.poses[number % case.poses.len()]);
+                let query = Query::distance(a, b, case.poses[number % case.poses.len()]);
                 query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
             },
         );
@@ -98,7 +98,7 @@ fn far_and_free(case: &Case, calls: usize) {
             calls,
             budget,
             |number| {
-                let query = MotionQuery::new(a, b, motions[number % motions.len()]);
+                let query = Query::impact(a, b, motions[number % motions.len()]);
                 query.run(&mut workspace, Budget::time(budget)).stop == StopReason::Deadline
             },
         );
@@ -136,7 +136,7 @@ fn scenes_of_two(calls: usize) {
         let [_, moving] = bodies.map(|body| scene.insert(body).expect("a sound body"));
         let budget = Duration::from_micros(micros);
         measure(name, calls, budget, |number| {
-            let report = scene.detect_with(Budget::time(budget), &SystemClock::default());
+            let report = scene.detect(Budget::time(budget));
             let stopped = report.complete < report.pairs.len();
             // Outside of the budget: the pose for the next call.
             scene.set_pose(moving, pose(number)).expect("a moving body");
@@ -158,10 +158,7 @@ fn arms_at_work(calls: usize) {
     let mut arms = Arms::new().expect("sound meshes");
     let budget = Duration::from_micros(5);
     measure("two arms", calls, budget, |number| {
-        let undecided = arms
-            .scene
-            .detect_with(Budget::time(budget), &SystemClock::default())
-            .undecided();
+        let undecided = arms.scene.detect(Budget::time(budget)).undecided();
         // Outside of the budget: poses for the next call.
         arms.place(0.01 * (number % 1000) as f64)
             .expect("sound poses");

@@ -7,7 +7,7 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, Mode, Order, Outcome, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Answer, Budget, Mode, Order, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
     triangles_intersect,
 };
 
@@ -78,7 +78,7 @@ fn finished(c: &mut Criterion) {
             ("finished any", Mode::Any, 1),
             ("finished all", Mode::All, truth),
         ] {
-            let query = Query::new(&a, &b, pose()).mode(mode);
+            let query = Query::intersection(&a, &b, pose()).mode(mode);
             let outcome = query.run(&mut workspace, Budget::unlimited());
             assert!(outcome.found == found && found > 0);
             c.bench_function(&format!("{name}/{size}"), |bench| {
@@ -92,8 +92,8 @@ fn budgeted(c: &mut Criterion) {
     let mut workspace = Workspace::new();
     let (a, b) = pair(2);
     let truth = brute_force(&a, &b, &pose());
-    let query = Query::new(&a, &b, pose()).mode(Mode::All);
-    let sound = |outcome: &Outcome| {
+    let query = Query::all_pairs(&a, &b, pose());
+    let sound = |outcome: &Answer<Verdict>| {
         outcome.found <= truth && !matches!(outcome.verdict, Verdict::Separated)
     };
     for us in [5, 20, 100] {
@@ -117,7 +117,7 @@ fn queue(c: &mut Criterion) {
     let mut workspace = Workspace::new();
     let (a, b) = pair(1);
     let truth = brute_force(&a, &b, &pose());
-    let query = Query::new(&a, &b, pose()).mode(Mode::All);
+    let query = Query::all_pairs(&a, &b, pose());
     let variants = [
         ("none", query.order(Order::DepthFirst)),
         ("default threshold", query),

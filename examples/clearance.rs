@@ -11,7 +11,7 @@ use std::io::Write;
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, Distance, DistanceQuery, PairMemory, Pose, PoseError, Tree, Workspace, shapes,
+    Answer, Bounds, Budget, Distance, PairMemory, Pose, PoseError, Query, Tree, Workspace, shapes,
 };
 
 /// The tool may come no closer than this (m).
@@ -26,9 +26,9 @@ fn distance<'t>(
     part: &'t Tree,
     tool: &'t Tree,
     height: f64,
-) -> Result<DistanceQuery<'t>, PoseError> {
+) -> Result<Query<'t, Distance>, PoseError> {
     let pose = Pose::new(DMat3::from_rotation_x(0.4), DVec3::new(0.3, 0.2, height))?;
-    Ok(DistanceQuery::new(part, tool, pose).relative_tolerance(0.02))
+    Ok(Query::distance(part, tool, pose).relative_tolerance(0.02))
 }
 
 /// Where a drive ended: the time, the height, and whether the limit was proven to be near.
@@ -42,7 +42,7 @@ struct End {
 fn drive(
     [part, tool]: [&Tree; 2],
     budget: Budget,
-    mut watch: impl FnMut(f64, &Distance, f64) -> Result<(), Box<dyn Error>>,
+    mut watch: impl FnMut(f64, &Answer<Bounds>, f64) -> Result<(), Box<dyn Error>>,
 ) -> Result<End, Box<dyn Error>> {
     // All memory is allocated here, none in the loop.
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
@@ -51,13 +51,15 @@ fn drive(
         let query = distance(part, tool, height)?;
         let near = query.closer_than(LIMIT + FASTEST * CYCLE);
         let near = near
-            .run_with_memory(&mut workspace, &mut memory, budget)
+            .with_memory(&mut memory)
+            .run(&mut workspace, budget)
+            .value
             .closer;
-        let found = query.run_with_memory(&mut workspace, &mut memory, budget);
+        let found = query.with_memory(&mut memory).run(&mut workspace, budget);
         // What is not decided counts as near.
         let is_free = near == Some(false);
         let speed = if is_free {
-            FASTEST.min((found.low - LIMIT) / BRAKING).max(0.0)
+            FASTEST.min((found.value.low - LIMIT) / BRAKING).max(0.0)
         } else {
             0.0
         };
@@ -91,7 +93,7 @@ fn tell(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
             writeln!(
                 out,
                 "{seconds:>6.3} s   {:>7.4} to {:>7.4} m   {speed:>7.3} m/s",
-                found.low, found.high
+                found.value.low, found.value.high
             )?;
         }
         cycles += 1;
@@ -114,7 +116,7 @@ fn tell(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         } = drive(trees, Budget::work(work), |_, _, _| Ok(()))?;
         let exact = distance(&part, &tool, height)?.relative_tolerance(0.0);
         let exact = exact.run(&mut Workspace::new(), Budget::unlimited());
-        assert!(exact.low >= LIMIT);
+        assert!(exact.value.low >= LIMIT);
         let reason = if is_near {
             "at the limit"
         } else {
@@ -123,7 +125,7 @@ fn tell(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         writeln!(
             out,
             "{work:>7} {seconds:>13.3} s   {reason:<17} {:>15.4} m",
-            exact.high
+            exact.value.high
         )?;
     }
     Ok(())

@@ -62,18 +62,15 @@ fn wave(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         let (took, degradation) = (start.elapsed().as_micros(), tree.degradation());
         let told = 1e-3 * costs.refit_time(tree);
         let fresh = Tree::new(tree.mesh().clone());
-        let mut alone = |tree| {
-            Query::new(tree, &gear, place)
-                .mode(Mode::All)
-                .run(&mut workspace, Budget::unlimited())
-        };
+        let mut alone =
+            |tree| Query::all_pairs(tree, &gear, place).run(&mut workspace, Budget::unlimited());
         let (refitted, rebuilt) = (alone(tree), alone(&fresh));
 
         let report = scene.detect(Budget::unlimited());
         let contacts = report.pair(waving, turning).map_or(0, |pair| pair.found);
         assert_eq!(
-            [contacts, refitted.found],
-            [rebuilt.found; 2],
+            [contacts, refitted.stats.found],
+            [rebuilt.stats.found; 2],
             "frame {frame}"
         );
         if frame % 10 == 0 {

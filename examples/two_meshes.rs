@@ -7,7 +7,7 @@ mod common;
 use std::io::Write;
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Mode, Order, Outcome, Pose, Query, StopReason, Tree, Verdict, Workspace};
+use punctual::{Answer, Budget, Mode, Order, Pose, Query, StopReason, Tree, Verdict, Workspace};
 
 fn ask(out: &mut impl Write) -> Result<(), Box<dyn std::error::Error>> {
     let a = Tree::new(punctual::shapes::torus_knot(2, 3, 0.25, 96));
@@ -22,7 +22,7 @@ fn ask(out: &mut impl Write) -> Result<(), Box<dyn std::error::Error>> {
     let b_in_a = Pose::new(turn, DVec3::new(0.9, 0.6, 0.3))?;
     let mut workspace = Workspace::new();
 
-    let touch = Query::new(&a, &b, b_in_a).mode(Mode::Any);
+    let touch = Query::intersection(&a, &b, b_in_a).mode(Mode::Any);
     let outcome = touch.run(&mut workspace, Budget::unlimited());
     writeln!(out, "Do they touch?           {}", in_words(&outcome))?;
 
@@ -48,12 +48,12 @@ fn ask(out: &mut impl Write) -> Result<(), Box<dyn std::error::Error>> {
             "  {percent:>5}% {:>6}  {:<12} {:>6} {:>8} {:>11} {:>12.3}",
             outcome.stats.work,
             in_a_word(&outcome),
-            outcome.found,
+            outcome.stats.found,
             certificate.upper_bound(),
             certificate.boxes().count(),
             certificate.largest_extent(),
         )?;
-        assert!(certificate.upper_bound() >= complete.found);
+        assert!(certificate.upper_bound() >= complete.stats.found);
     }
 
     let mut outcome = all.run(&mut workspace, Budget::work(complete.stats.work / 3));
@@ -71,18 +71,18 @@ fn ask(out: &mut impl Write) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn in_a_word(outcome: &Outcome) -> &'static str {
-    outcome.verdict.name()
+fn in_a_word(outcome: &Answer<Verdict>) -> &'static str {
+    outcome.value.name()
 }
 
-fn in_words(outcome: &Outcome) -> String {
+fn in_words(outcome: &Answer<Verdict>) -> String {
     let work = outcome.stats.work;
-    match outcome.verdict {
+    match outcome.value {
         Verdict::Intersecting { witness: [a, b] }
         | Verdict::Within {
             witness: [a, b], ..
         } => {
-            let found = outcome.found;
+            let found = outcome.stats.found;
             format!("yes: triangle {a} of A meets {b} of B ({found} found, {work} units of work)")
         }
         Verdict::Separated => format!("no, proved with {work} units of work"),

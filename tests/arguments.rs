@@ -3,8 +3,8 @@
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, ContactQuery, DistanceQuery, ManualClock, Motion, MotionQuery, OptionError, Pose,
-    Query, Tree, Workspace, shapes,
+    Budget, Distance, Intersection, ManualClock, Motion, OptionError, Pose, Query, Tree, Workspace,
+    shapes,
 };
 
 fn named<Q>(query: Result<Q, OptionError>) -> Option<&'static str> {
@@ -24,9 +24,9 @@ fn what_is_no_number_to_go_by_is_named() {
         Tree::new(shapes::icosphere(2)),
     );
     let motion = Motion::straight(Pose::IDENTITY, [1.0, 0.0, 0.0]).unwrap();
-    let distance = DistanceQuery::new(&a, &b, Pose::IDENTITY);
-    let contact = ContactQuery::new(&a, &b, Pose::IDENTITY);
-    let motion = MotionQuery::new(&a, &b, motion);
+    let distance = Query::distance(&a, &b, Pose::IDENTITY);
+    let contact = Query::contacts(&a, &b, Pose::IDENTITY);
+    let motion = Query::impact(&a, &b, motion);
     let all = |x: f64| {
         [
             (
@@ -105,8 +105,8 @@ fn what_is_asked_in_spite_of_them_goes_by_zero() {
     let pose = Pose::new(DMat3::IDENTITY, DVec3::new(2.5, 0.1, 0.2)).unwrap();
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
     let mut run =
-        |query: DistanceQuery| query.run_with(&mut workspace, None, Budget::unlimited(), &clock);
-    let query = DistanceQuery::new(&a, &b, pose);
+        |query: Query<Distance>| query.run(&mut workspace, Budget::unlimited().clock(&clock));
+    let query = Query::distance(&a, &b, pose);
     let exact = run(query.absolute_tolerance(0.0));
     for bad in BAD {
         assert_eq!(run(query.absolute_tolerance(bad)), exact);
@@ -117,14 +117,17 @@ fn what_is_asked_in_spite_of_them_goes_by_zero() {
                 .margins([bad; 2])),
             exact
         );
-        assert_eq!(run(query.closer_than(bad)).closer, Some(false));
+        assert_eq!(run(query.closer_than(bad)).value.closer, Some(false));
     }
     for infinite in [
         query.absolute_tolerance(f64::INFINITY),
         query.relative_tolerance(f64::INFINITY),
     ] {
         let said = run(infinite);
-        assert!(said.low <= exact.high && exact.low <= said.high, "{said:?}");
+        assert!(
+            said.value.low <= exact.value.high && exact.value.low <= said.value.high,
+            "{said:?}"
+        );
     }
 }
 
@@ -135,12 +138,12 @@ fn a_prior_that_is_no_number_is_the_default() {
         Tree::new(shapes::torus(1.0, 0.3, 64)),
     );
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
-    let query = Query::new(
+    let query = Query::intersection(
         &a,
         &b,
         Pose::new(DMat3::IDENTITY, DVec3::new(0.3, 0.1, 0.2)).unwrap(),
     );
-    let _ = query.run_with(&mut workspace, None, Budget::work(300), &clock);
-    let told = |query: Query| query.estimate(&workspace, None).unwrap().probability;
+    let _ = query.run(&mut workspace, Budget::work(300).clock(&clock));
+    let told = |query: Query<Intersection>| query.estimate(&workspace, None).unwrap().probability;
     assert!(told(query) < 1.0 && told(query.prior(f64::NAN)) == told(query));
 }

@@ -18,7 +18,7 @@ fn assert_equal_to_brute_force(a: &Tree, b: &Tree, pose: Pose, workspace: &mut W
     let truth = all_pairs(a.mesh(), b.mesh(), &pose);
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::new(a, b, pose).mode(mode).order(order);
+            let query = Query::intersection(a, b, pose).mode(mode).order(order);
             for (threshold, budget) in [
                 (4096.0, Budget::unlimited()),
                 (4096.0, ENOUGH),
@@ -212,7 +212,7 @@ fn no_threshold_and_no_poll_interval_changes_the_answer() {
             for order in ORDERS {
                 for threshold in [0.0, 1.0, 100.0, 1e4, f32::INFINITY, f32::NAN] {
                     for poll in [0, 1, u64::MAX] {
-                        let query = Query::new(&a, &b, pose)
+                        let query = Query::intersection(&a, &b, pose)
                             .mode(mode)
                             .order(order)
                             .queue_threshold(threshold);
@@ -236,11 +236,13 @@ fn an_empty_mesh_is_separated_from_everything() {
     for (a, b) in [(&nothing, &sphere), (&sphere, &nothing), (&nothing, &built)] {
         for mode in MODES {
             for order in ORDERS {
-                let query = Query::new(a, b, Pose::IDENTITY).mode(mode).order(order);
+                let query = Query::intersection(a, b, Pose::IDENTITY)
+                    .mode(mode)
+                    .order(order);
                 let outcome = run(&query, &mut workspace, Budget::unlimited());
-                assert_eq!(outcome.verdict, Verdict::Separated);
+                assert_eq!(outcome.value, Verdict::Separated);
                 assert_eq!(outcome.stop, StopReason::Finished);
-                assert_eq!(outcome.found, 0);
+                assert_eq!(outcome.stats.found, 0);
             }
         }
     }

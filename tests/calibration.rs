@@ -238,19 +238,18 @@ fn stopped(a: &Tree, b: &Tree, touch: f64) -> Vec<(Vec<f64>, bool)> {
     let mut random = Random::new(8);
     let mut moments = Vec::new();
     for _ in 0..150 {
-        let query = Query::new(a, b, at(touch + 0.1 * random.signed(), random.unit()));
-        let whole =
-            query
-                .mode(Mode::All)
-                .run_with(&mut workspace, None, Budget::unlimited(), &clock);
+        let query = Query::intersection(a, b, at(touch + 0.1 * random.signed(), random.unit()));
+        let whole = query
+            .mode(Mode::All)
+            .run(&mut workspace, Budget::unlimited().clock(&clock));
         let mut told = Vec::new();
         for percent in [2, 5, 10, 20, 50] {
             let budget = Budget::work(whole.stats.work * percent / 100);
-            if query.run_with(&mut workspace, None, budget, &clock).verdict == Verdict::Undecided {
+            if query.run(&mut workspace, budget.clock(&clock)).value == Verdict::Undecided {
                 told.push(query.estimate(&workspace, None).unwrap().probability);
             }
         }
-        moments.push((told, whole.found > 0));
+        moments.push((told, whole.stats.found > 0));
     }
     moments
 }
@@ -350,7 +349,7 @@ fn play(
             place(scene, ids, (frame / rest) as f64);
         }
         scene
-            .detect_with(Budget::work(3_000), &ManualClock::new())
+            .detect(Budget::work(3_000).clock(&ManualClock::new()))
             .pairs
             .clone()
     };
@@ -409,7 +408,7 @@ fn a_scene_tells_better_what_it_has_learned() {
         ];
         let [learning, untaught, truth] = scenes.map(|(scene, budget)| {
             place(scene, &ids, f64::from(frame / 20));
-            scene.detect_with(budget, &ManualClock::new())
+            scene.detect(budget.clock(&ManualClock::new()))
         });
         for ((learning, untaught), truth) in
             learning.pairs.iter().zip(&untaught.pairs).zip(&truth.pairs)

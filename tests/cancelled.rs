@@ -8,9 +8,8 @@ use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, Clock, ContactQuery, DistanceQuery, Mesh, Mode, Motion, MotionQuery, Pose,
-    PushOutQuery, Query, Ray, RayBatch, Scene, StopReason, SystemClock, Tree, Verdict, Workspace,
-    shapes,
+    Body, Budget, Clock, Mesh, Mode, Motion, Pose, PushOutQuery, Query, Ray, Scene, StopReason,
+    SystemClock, Tree, Verdict, Workspace, shapes,
 };
 
 /// Work that is done at most between two looks, and the last steps.
@@ -52,9 +51,9 @@ const BUDGETS: [Budget; 3] = [
 fn a_cancelled_query_ends_soon_and_is_resumed_to_the_same_end() {
     let (mut workspace, mut whole) = (Workspace::new(), Workspace::new());
     let tree = Tree::new(shapes::icosphere(6));
-    let query = Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All);
+    let query = Query::all_pairs(&tree, &tree, Pose::IDENTITY);
     let run = |workspace: &mut Workspace,
-               mut outcome: punctual::Outcome,
+               mut outcome: punctual::Answer<punctual::Verdict>,
                budget,
                found: &mut Vec<[u32; 2]>| {
         found.extend(workspace.drain_pairs());
@@ -72,17 +71,17 @@ fn a_cancelled_query_ends_soon_and_is_resumed_to_the_same_end() {
         assert!(expected.stats.work > 8 * LOOKS_AFTER);
         for at in [1, 2] {
             let mut found = Vec::new();
-            let stopped = query.run_with(&mut workspace, None, budget, &Canceller::at(at));
+            let stopped = query.run(&mut workspace, budget.clock(&Canceller::at(at)));
             assert_eq!(stopped.stop, StopReason::Deadline);
             assert!(
                 stopped.stats.work < u64::from(at) * LOOKS_AFTER,
                 "{budget:?}: {}",
                 stopped.stats.work
             );
-            assert!(matches!(stopped.verdict, Verdict::Intersecting { .. }));
+            assert!(matches!(stopped.value, Verdict::Intersecting { .. }));
             let ended = run(&mut workspace, stopped, budget, &mut found);
             found.sort_unstable();
-            assert!(ended.found == expected.found && found == all);
+            assert!(ended.stats.found == expected.stats.found && found == all);
         }
     }
 }
@@ -100,43 +99,41 @@ fn every_question_can_be_cancelled() {
             assert!(work < LOOKS_AFTER, "{budget:?}: {work}");
         };
 
-        let query = DistanceQuery::new(&tree, &larger, Pose::IDENTITY).absolute_tolerance(0.0);
-        let distance = query.run_with(&mut workspace, None, budget, &clock);
+        let query = Query::distance(&tree, &larger, Pose::IDENTITY).absolute_tolerance(0.0);
+        let distance = query.run(&mut workspace, budget.clock(&clock));
         ends_soon(distance.stop, distance.stats.work);
-        assert!(distance.low <= 1.0 && 0.98 <= distance.high);
+        assert!(distance.value.low <= 1.0 && 0.98 <= distance.value.high);
 
-        let contacts = ContactQuery::new(&tree, &tree, Pose::IDENTITY).margin(0.1);
-        let contacts = contacts.run_with(&mut workspace, budget, &clock);
+        let contacts = Query::contacts(&tree, &tree, Pose::IDENTITY).margin(0.1);
+        let contacts = contacts.run(&mut workspace, budget.clock(&clock));
         ends_soon(contacts.stop, contacts.stats.work);
-        assert!(contacts.low <= 0.1);
+        assert!(contacts.value.low <= 0.1);
 
         let turn = Motion::turning(Pose::IDENTITY, DVec3::ZERO, DVec3::Z, DVec3::ZERO).unwrap();
-        let motion = MotionQuery::new(&tree, &larger, turn)
+        let motion = Query::impact(&tree, &larger, turn)
             .margins([0.4, 0.4])
             .tolerance(0.0)
             .time_tolerance(0.0);
-        let passage = motion.run_with(&mut workspace, None, budget, &clock);
+        let passage = motion.run(&mut workspace, budget.clock(&clock));
         ends_soon(passage.stop, passage.stats.work);
-        assert!(passage.touching_at.is_none() && passage.free_until < 1.0);
+        assert!(passage.value.upper.is_none() && passage.value.lower < 1.0);
 
-        let push = PushOutQuery::new(&tree, &tree, Pose::IDENTITY).run_with(
-            &mut workspace,
-            budget,
-            &clock,
-        );
+        let push = PushOutQuery::new(&tree, &tree, Pose::IDENTITY)
+            .run(&mut workspace, budget.clock(&clock));
         ends_soon(push.stop, push.work);
 
         let ray = Ray::new([0.1, 0.2, 3.0], [0.0, 0.0, -1.0]).unwrap();
-        let (rays, mut hits) = (vec![ray; 20_000], vec![None; 20_000]);
-        let cast = RayBatch::new(&tree, &rays).run_with(&mut workspace, &mut hits, budget, &clock);
+        let rays = vec![ray; 20_000];
+        let cast = Query::rays(&tree, &rays).run(&mut workspace, budget.clock(&clock));
         ends_soon(cast.stop, cast.stats.work);
+        let hits = workspace.first_hits();
         assert!(
-            0 < cast.done
-                && hits[..cast.done]
+            0 < cast.value
+                && hits[..cast.value]
                     .iter()
                     .all(|hit| *hit == hits[0] && hit.is_some())
         );
-        assert!(hits[cast.done..].iter().all(Option::is_none));
+        assert!(hits[cast.value..].iter().all(Option::is_none));
     }
 }
 
@@ -155,7 +152,7 @@ fn a_cancelled_frame_is_followed_by_a_whole_one() {
             scene
         };
         let (mut plain, mut cancelled) = (scene(), scene());
-        let report = cancelled.detect_with(budget, &Canceller::at(1));
+        let report = cancelled.detect(budget.clock(&Canceller::at(1)));
         assert!(report.work < 2 * LOOKS_AFTER, "{budget:?}: {}", report.work);
         let found =
             |report: &punctual::Report| report.pairs.iter().map(|pair| pair.found).sum::<u64>();

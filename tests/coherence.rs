@@ -8,8 +8,8 @@ use common::check::{
 use common::reference::{Place, all_pairs, place};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace,
-    shapes,
+    Budget, Intersection, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason,
+    Tree, Workspace, shapes,
 };
 
 /// A gear rolls in the teeth of another, and out of them.
@@ -43,8 +43,8 @@ impl Motion {
         }
     }
 
-    fn query(&self, frame: usize) -> Query<'_> {
-        Query::new(&self.a, &self.b, self.poses[frame]).mode(Mode::All)
+    fn query(&self, frame: usize) -> Query<'_, Intersection> {
+        Query::all_pairs(&self.a, &self.b, self.poses[frame])
     }
 
     fn truth(&self, frame: usize) -> Vec<[u32; 2]> {
@@ -124,7 +124,8 @@ fn slices_end_in_the_same_bits_and_starved_memories_do_no_harm() {
             while outcome.stop == StopReason::WorkLimit {
                 let (budget, clock) = (Budget::work(slice), ManualClock::new());
                 outcome = query
-                    .resume_with(&mut sliced, Some(&mut known), budget, &clock)
+                    .with_memory(&mut known)
+                    .resume(&mut sliced, budget.clock(&clock))
                     .unwrap();
             }
             assert_eq!((outcome, sliced.pairs()), (full, whole.pairs()));
@@ -151,11 +152,15 @@ fn more_is_found_early_than_without_a_memory() {
     for frame in 0..motion.poses.len() {
         let query = motion.query(frame);
         let full = run(&query, &mut workspace, ENOUGH);
-        let (fifth, all) = (Budget::work(full.stats.work / 5), full.found.max(1) as f64);
-        cold += run(&query, &mut workspace, fifth).found as f64 / all;
+        let (fifth, all) = (
+            Budget::work(full.stats.work / 5),
+            full.stats.found.max(1) as f64,
+        );
+        cold += run(&query, &mut workspace, fifth).stats.found as f64 / all;
         if frame > 0 {
-            warm += run_with_memory(&query, &mut workspace, &mut memory.clone(), fifth).found
-                as f64
+            warm += run_with_memory(&query, &mut workspace, &mut memory.clone(), fifth)
+                .stats
+                .found as f64
                 / all;
         }
         let remembered = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);

@@ -13,21 +13,21 @@ use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Aabb, Budget, BuildOptions, Certificate, ManualClock, Mesh, MeshError, Mode, Order, Outcome,
-    PairMemory, Pose, PoseError, Query, Stats, StopReason, Subtree, Tree, TreeStats, Verdict,
-    Workspace, shapes,
+    Aabb, Answer, Budget, BuildOptions, Certificate, Intersection, ManualClock, Mesh, MeshError,
+    Mode, Order, PairMemory, Pose, PoseError, Query, Stats, StopReason, Subtree, Tree, TreeStats,
+    Verdict, Workspace, shapes,
 };
 
 /// Everything a run says: the outcome with all counters, the pairs in order, the open boxes in order.
 #[derive(Debug, PartialEq)]
 struct Said {
-    outcome: Outcome,
+    outcome: Answer<Verdict>,
     pairs: Vec<[u32; 2]>,
     upper_bound: u64,
     open: Vec<Aabb>,
 }
 
-fn ask(query: &Query, workspace: &mut Workspace, budget: Budget) -> Said {
+fn ask(query: &Query<Intersection>, workspace: &mut Workspace, budget: Budget) -> Said {
     let outcome = run(query, workspace, budget);
     let certificate = query.certificate(workspace).unwrap();
     Said {
@@ -53,7 +53,7 @@ fn all_kernels_say_the_same() {
     portable.use_portable_kernels();
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::new(&a, &b, pose).mode(mode).order(order);
+            let query = Query::intersection(&a, &b, pose).mode(mode).order(order);
             for budget in [
                 Budget::unlimited(),
                 Budget::work(5_000),
@@ -76,7 +76,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
     let (again_a, again_b, _) = knot_and_gear();
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::new(&a, &b, pose)
+            let query = Query::intersection(&a, &b, pose)
                 .mode(mode)
                 .order(order)
                 .queue_threshold(0.0);
@@ -91,7 +91,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
                     let mut used = Workspace::new();
                     for round in 0..50 {
                         assert_eq!(ask(&query, &mut used, budget), first, "{round}");
-                        let other = Query::new(&b, &a, pose).order(Order::BreadthFirst);
+                        let other = Query::intersection(&b, &a, pose).order(Order::BreadthFirst);
                         let _ = run(&other, &mut used, Budget::work(40 * round));
                     }
                 };
@@ -99,7 +99,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
                     scope.spawn(rounds);
                     scope.spawn(rounds);
                 });
-                let rebuilt = Query::new(&again_a, &again_b, pose);
+                let rebuilt = Query::intersection(&again_a, &again_b, pose);
                 let rebuilt = rebuilt.mode(mode).order(order).queue_threshold(0.0);
                 assert_eq!(ask(&rebuilt, &mut Workspace::new(), budget), first);
             }
@@ -112,9 +112,7 @@ fn a_seed_changes_the_order_and_nothing_else() {
     let (a, b, pose) = knot_and_gear();
     let mut workspace = Workspace::new();
     let mut in_order = |seed| {
-        let query = Query::new(&a, &b, pose)
-            .mode(Mode::All)
-            .queue_threshold(0.0);
+        let query = Query::all_pairs(&a, &b, pose).queue_threshold(0.0);
         run_to_end(&query.order(Order::Random(seed)), &mut workspace, ENOUGH).1
     };
     let first = in_order(1);
@@ -130,9 +128,7 @@ fn orders_differ_in_order() {
     let (a, b, pose) = knot_and_gear();
     let mut workspace = Workspace::new();
     let in_order = ORDERS.map(|order| {
-        let query = Query::new(&a, &b, pose)
-            .mode(Mode::All)
-            .queue_threshold(0.0);
+        let query = Query::all_pairs(&a, &b, pose).queue_threshold(0.0);
         run_to_end(&query.order(order), &mut workspace, ENOUGH).1
     });
     for (i, one) in in_order.iter().enumerate() {
@@ -158,7 +154,7 @@ fn a_memory_never_changes_what_is_decided() {
                 let pose = on_path(step);
                 let truth = all_pairs(a.mesh(), b.mesh(), &pose);
                 answers[usize::from(truth.is_empty())] += 1;
-                let query = Query::new(&a, &b, pose).mode(mode).order(order);
+                let query = Query::intersection(&a, &b, pose).mode(mode).order(order);
                 for known in [&mut PairMemory::new(), &mut memory, &mut foreign] {
                     let all = Budget::unlimited();
                     let outcome = run_with_memory(&query, &mut workspace, known, all);
@@ -168,7 +164,7 @@ fn a_memory_never_changes_what_is_decided() {
                     let outcome = run_with_memory(&query, &mut workspace, &mut starved, budget);
                     assert_sound(&outcome, workspace.pairs(), &truth);
                 }
-                let elsewhere = Query::new(&stranger, &stranger, pose).mode(mode);
+                let elsewhere = Query::intersection(&stranger, &stranger, pose).mode(mode);
                 let half = Budget::work(2_000);
                 let _ = run_with_memory(&elsewhere, &mut workspace, &mut foreign, half);
             }
@@ -194,7 +190,7 @@ fn a_memory_finds_the_last_witness_again() {
     for frame in 0..20 {
         let shift = DVec3::new(1.0, 1e-4 * f64::from(frame), 0.0);
         let pose = Pose::new(DMat3::IDENTITY, shift).unwrap();
-        let query = Query::new(&a, &b, pose);
+        let query = Query::intersection(&a, &b, pose);
         let all = Budget::unlimited();
         let remembered = run_with_memory(&query, &mut workspace, &mut memory, all);
         let blank = run(&query, &mut workspace, all);
@@ -213,7 +209,7 @@ fn a_run_with_memory_resumes_to_the_same_bits() {
     let clock = ManualClock::new();
     let (mut whole, mut sliced) = (Workspace::new(), Workspace::new());
     for mode in MODES {
-        let query = Query::new(&a, &b, pose).mode(mode);
+        let query = Query::intersection(&a, &b, pose).mode(mode);
         let mut memory = PairMemory::new();
         for _ in 0..3 {
             let mut copy = memory.clone();
@@ -223,7 +219,8 @@ fn a_run_with_memory_resumes_to_the_same_bits() {
             let mut outcome = run_with_memory(&query, &mut sliced, &mut copy, slice);
             while outcome.stop == StopReason::WorkLimit {
                 outcome = query
-                    .resume_with(&mut sliced, Some(&mut copy), slice, &clock)
+                    .with_memory(&mut copy)
+                    .resume(&mut sliced, slice.clock(&clock))
                     .unwrap();
             }
             assert_eq!(outcome, full);
@@ -239,8 +236,15 @@ fn public_types_cross_threads() {
     const fn send<T: Send>() {}
     send_and_sync::<(Aabb, Pose, PoseError, Mesh, MeshError)>();
     send_and_sync::<(Tree, BuildOptions, TreeStats, Subtree<'_>)>();
-    send_and_sync::<(Query<'_>, Mode, Order, Budget, Workspace, PairMemory)>();
-    send_and_sync::<(Outcome, Verdict, StopReason, Stats, Certificate<'_>)>();
+    send_and_sync::<(
+        Query<'_, Intersection>,
+        Mode,
+        Order,
+        Budget,
+        Workspace,
+        PairMemory,
+    )>();
+    send_and_sync::<(Answer<Verdict>, Verdict, StopReason, Stats, Certificate<'_>)>();
     #[cfg(feature = "std")]
     send_and_sync::<punctual::SystemClock>();
     send::<ManualClock>();

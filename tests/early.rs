@@ -10,7 +10,8 @@ use common::check::{
 use common::random::{Drift, Random, pose_about};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, BuildOptions, Mesh, Mode, Order, Pose, Query, StopReason, Tree, Workspace, shapes,
+    Budget, BuildOptions, Intersection, Mesh, Mode, Order, Pose, Query, StopReason, Tree,
+    Workspace, shapes,
 };
 
 struct Case {
@@ -20,11 +21,11 @@ struct Case {
 }
 
 impl Case {
-    fn query(&self) -> Query<'_> {
-        Query::new(&self.a, &self.b, self.pose).mode(Mode::All)
+    fn query(&self) -> Query<'_, Intersection> {
+        Query::all_pairs(&self.a, &self.b, self.pose)
     }
 
-    fn early(&self) -> Query<'_> {
+    fn early(&self) -> Query<'_, Intersection> {
         self.query().early(true)
     }
 
@@ -241,8 +242,8 @@ fn early_answers_know_more_at_a_fifth_of_the_work() {
             ENOUGH,
         );
         let budget = Budget::work(all.stats.work / 5);
-        let share = |query: Query, workspace: &mut Workspace| {
-            run(&query, workspace, budget).found as f64 / all.found as f64
+        let share = |query: Query<Intersection>, workspace: &mut Workspace| {
+            run(&query, workspace, budget).stats.found as f64 / all.stats.found as f64
         };
         plain += share(bare.query(), &mut workspace) / 4.0;
         bounded += share(case.query(), &mut workspace) / 4.0;
@@ -256,8 +257,9 @@ fn early_answers_know_more_at_a_fifth_of_the_work() {
 fn a_finished_march_takes_little_more_than_a_plain_query() {
     let mut workspace = Workspace::new();
     for case in &cases() {
-        let work =
-            |query: Query, workspace: &mut Workspace| run(&query, workspace, ENOUGH).stats.work;
+        let work = |query: Query<Intersection>, workspace: &mut Workspace| {
+            run(&query, workspace, ENOUGH).stats.work
+        };
         let plain = work(case.query().order(Order::DepthFirst), &mut workspace);
         for threshold in [10.0, 100.0, 1e9] {
             let limited = work(case.query().queue_threshold(threshold), &mut workspace);
@@ -291,7 +293,7 @@ fn early_answers_know_how_much_they_have_found() {
                 Budget::work(all.stats.work * tenth / 10),
             );
             let told = query.estimate(&workspace, None).unwrap().recall;
-            off += (told - outcome.found as f64 / all.found as f64).abs();
+            off += (told - outcome.stats.found as f64 / all.stats.found as f64).abs();
             stops += 1.0;
         }
     }

@@ -9,10 +9,10 @@ use std::time::Duration;
 use allocations::allocator_calls;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, ContactQuery, Contacts, Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK,
-    ManualClock, Mesh, Mode, Motion, MotionQuery, Outcome, Passage, Pose, PushOut, PushOutQuery,
-    Query, Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError,
-    StopReason, Tree, Workspace, shapes,
+    Answer, Bounds, Budget, ContactBounds, Contacts, Distance, Impact, Intersection,
+    MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, ManualClock, Mesh, Mode, Motion, Pose, PushOut,
+    PushOutQuery, Query, Ray, RayBounds, RayCast, RayMode, ResumeError, StopReason, TimeOfImpact,
+    Tree, Verdict, Workspace, shapes,
 };
 
 /// Two trees, and where they are.
@@ -53,24 +53,24 @@ impl Place {
         ]
     }
 
-    fn query(&self, mode: Mode) -> Query<'_> {
-        Query::new(&self.trees[0], &self.trees[1], self.pose).mode(mode)
+    fn query(&self, mode: Mode) -> Query<'_, Intersection> {
+        Query::intersection(&self.trees[0], &self.trees[1], self.pose).mode(mode)
     }
 
-    fn distance(&self) -> DistanceQuery<'_> {
-        DistanceQuery::new(&self.trees[0], &self.trees[1], self.pose)
+    fn distance(&self) -> Query<'_, Distance> {
+        Query::distance(&self.trees[0], &self.trees[1], self.pose)
     }
 
-    fn contacts(&self) -> ContactQuery<'_> {
-        ContactQuery::new(&self.trees[0], &self.trees[1], self.pose).margin(0.05)
+    fn contacts(&self) -> Query<'_, Contacts> {
+        Query::contacts(&self.trees[0], &self.trees[1], self.pose).margin(0.05)
     }
 
-    fn sweep(&self) -> MotionQuery<'_> {
-        MotionQuery::new(&self.trees[0], &self.trees[1], self.motion)
+    fn sweep(&self) -> Query<'_, Impact> {
+        Query::impact(&self.trees[0], &self.trees[1], self.motion)
     }
 
-    fn ray(&self, mode: RayMode) -> RayQuery<'_> {
-        RayQuery::new(&self.trees[0], self.rays[9]).mode(mode)
+    fn ray(&self, mode: RayMode) -> Query<'_, RayCast> {
+        Query::ray(&self.trees[0], self.rays[9]).mode(mode)
     }
 
     fn push(&self) -> PushOutQuery<'_> {
@@ -109,12 +109,12 @@ const QUESTIONS: [Asked; 11] = [
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Said {
-    Outcome(Outcome),
-    Distance(Distance),
-    Contacts(Contacts),
-    Passage(Passage),
-    Cast(RayCast),
-    Batch(RayBatchOutcome),
+    Outcome(Answer<Verdict>),
+    Distance(Answer<Bounds>),
+    Contacts(Answer<ContactBounds>),
+    Passage(Answer<TimeOfImpact>),
+    Cast(Answer<RayBounds>),
+    Batch(Answer<usize>),
     Push(PushOut),
 }
 
@@ -137,21 +137,18 @@ impl Said {
     }
 }
 
-/// A workspace, where hits of a batch go, and a clock.
+/// A workspace and a clock.
 #[derive(Clone)]
 struct Room {
     workspace: Workspace,
-    hits: [Option<RayHit>; RAYS],
     clock: ManualClock,
 }
 
 impl Room {
     fn new() -> Self {
-        let (workspace, clock) = (Workspace::new(), ManualClock::new());
         Self {
-            workspace,
-            hits: [None; RAYS],
-            clock,
+            workspace: Workspace::new(),
+            clock: ManualClock::new(),
         }
     }
 
@@ -171,53 +168,31 @@ impl Room {
         budget: Budget,
         resume: bool,
     ) -> Result<Said, ResumeError> {
-        let Self {
-            workspace,
-            hits,
-            clock,
-        } = self;
+        let Self { workspace, clock } = self;
         macro_rules! ask {
-            ($query:expr, $($argument:expr),*) => {{
-                let query = $query;
-                if resume { query.resume_with($($argument),*)? } else { query.run_with($($argument),*) }
+            ($query:expr) => {{
+                let (query, budget) = ($query, budget.clock(clock));
+                if resume {
+                    query.resume(workspace, budget)?
+                } else {
+                    query.run(workspace, budget)
+                }
             }};
         }
         Ok(match asked {
-            Asked::Any => {
-                Said::Outcome(ask!(place.query(Mode::Any), workspace, None, budget, clock))
-            }
-            Asked::All => {
-                Said::Outcome(ask!(place.query(Mode::All), workspace, None, budget, clock))
-            }
-            Asked::Distance => {
-                Said::Distance(ask!(place.distance(), workspace, None, budget, clock))
-            }
-            Asked::Closer => Said::Distance(ask!(
-                place.distance().closer_than(0.3),
-                workspace,
-                None,
-                budget,
-                clock
-            )),
-            Asked::Touching => {
-                Said::Contacts(ask!(place.contacts().margin(0.0), workspace, budget, clock))
-            }
-            Asked::Contacts => Said::Contacts(ask!(place.contacts(), workspace, budget, clock)),
-            Asked::Motion => Said::Passage(ask!(place.sweep(), workspace, None, budget, clock)),
-            Asked::NearestHit => {
-                Said::Cast(ask!(place.ray(RayMode::Nearest), workspace, budget, clock))
-            }
-            Asked::AllHits => Said::Cast(ask!(place.ray(RayMode::All), workspace, budget, clock)),
-            Asked::Batch => Said::Batch(ask!(
-                RayBatch::new(&place.trees[0], &place.rays),
-                workspace,
-                hits,
-                budget,
-                clock
-            )),
+            Asked::Any => Said::Outcome(ask!(place.query(Mode::Any))),
+            Asked::All => Said::Outcome(ask!(place.query(Mode::All))),
+            Asked::Distance => Said::Distance(ask!(place.distance())),
+            Asked::Closer => Said::Distance(ask!(place.distance().closer_than(0.3))),
+            Asked::Touching => Said::Contacts(ask!(place.contacts().margin(0.0))),
+            Asked::Contacts => Said::Contacts(ask!(place.contacts())),
+            Asked::Motion => Said::Passage(ask!(place.sweep())),
+            Asked::NearestHit => Said::Cast(ask!(place.ray(RayMode::Nearest))),
+            Asked::AllHits => Said::Cast(ask!(place.ray(RayMode::All))),
+            Asked::Batch => Said::Batch(ask!(Query::rays(&place.trees[0], &place.rays))),
             // It cannot be resumed.
             Asked::Push if resume => return Err(ResumeError),
-            Asked::Push => Said::Push(place.push().run_with(workspace, budget, clock)),
+            Asked::Push => Said::Push(place.push().run(workspace, budget.clock(clock))),
         })
     }
 
@@ -228,7 +203,7 @@ impl Room {
             "{:?} {contacts:?} {:?} {:?}",
             self.workspace.pairs(),
             self.workspace.ray_hits(),
-            self.hits
+            self.workspace.first_hits()
         )
     }
 }
@@ -371,10 +346,7 @@ fn a_used_workspace_gives_the_same_bits_as_a_fresh_one() {
                 } else {
                     300 + 700 * index as u64
                 });
-                let mut fresh = Room {
-                    hits: used.hits,
-                    ..Room::new()
-                };
+                let mut fresh = Room { ..Room::new() };
                 let said = used.run(asked, place, budget);
                 assert_eq!(
                     said,
@@ -452,11 +424,11 @@ fn after_a_push_nothing_can_be_resumed() {
                     (Mode::All, usize::MAX),
                     (Mode::All, 1024),
                 ] {
-                    let query = Query::new(&place.trees[0], &place.trees[1], b_in_a)
+                    let query = Query::intersection(&place.trees[0], &place.trees[1], b_in_a)
                         .mode(mode)
                         .pair_limit(limit);
                     let resumed =
-                        query.resume_with(&mut room.workspace, None, Budget::work(0), &room.clock);
+                        query.resume(&mut room.workspace, Budget::work(0).clock(&room.clock));
                     assert_eq!(resumed, Err(ResumeError), "after {budget}");
                 }
             }
@@ -477,16 +449,14 @@ fn a_number_that_is_none_counts_as_one() {
         distance.margins([f64::NAN, 0.1]),
     ] {
         assert_eq!(
-            query
-                .run_with(workspace, None, Budget::work(500), clock)
-                .stop,
+            query.run(workspace, Budget::work(500).clock(clock)).stop,
             StopReason::WorkLimit
         );
         let said = query
-            .resume_with(workspace, None, Budget::unlimited(), clock)
+            .resume(workspace, Budget::unlimited().clock(clock))
             .expect("the same query");
         assert!(
-            said.stop == StopReason::Finished && said.low <= said.high,
+            said.stop == StopReason::Finished && said.value.low <= said.value.high,
             "{said:?}"
         );
     }
@@ -497,34 +467,33 @@ fn a_number_that_is_none_counts_as_one() {
         sweep.margins([f64::NAN, 0.1]),
     ] {
         assert_eq!(
-            query
-                .run_with(workspace, None, Budget::work(500), clock)
-                .stop,
+            query.run(workspace, Budget::work(500).clock(clock)).stop,
             StopReason::WorkLimit
         );
         assert!(query.certificate(workspace).is_ok());
         let said = query
-            .resume_with(workspace, None, Budget::unlimited(), clock)
+            .resume(workspace, Budget::unlimited().clock(clock))
             .expect("the same query");
         assert!(
-            said.stop == StopReason::Finished && said.free_until <= said.touching_at.unwrap_or(1.0),
+            said.stop == StopReason::Finished
+                && said.value.lower <= said.value.upper.unwrap_or(1.0),
             "{said:?}"
         );
     }
     let query = place.contacts().margin(f64::NAN);
     assert_eq!(
-        query.run_with(workspace, Budget::work(500), clock).stop,
+        query.run(workspace, Budget::work(500).clock(clock)).stop,
         StopReason::WorkLimit
     );
     assert_eq!(
         query
-            .resume_with(workspace, Budget::unlimited(), clock)
+            .resume(workspace, Budget::unlimited().clock(clock))
             .unwrap()
             .stop,
         StopReason::Finished
     );
-    let mut told = |query: Query| {
-        let _ = query.run_with(workspace, None, Budget::work(500), clock);
+    let mut told = |query: Query<Intersection>| {
+        let _ = query.run(workspace, Budget::work(500).clock(clock));
         query.estimate(workspace, None).unwrap()
     };
     let query = place.query(Mode::All);

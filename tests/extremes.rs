@@ -15,8 +15,11 @@ fn assert_exact(a: &Tree, b: &Tree, b_in_a: Pose) -> (usize, Stats) {
     let mut workspace = Workspace::new();
     let mut stats = None;
     for mode in [Mode::Any, Mode::All] {
-        let (outcome, pairs) =
-            run_to_end(&Query::new(a, b, b_in_a).mode(mode), &mut workspace, ENOUGH);
+        let (outcome, pairs) = run_to_end(
+            &Query::intersection(a, b, b_in_a).mode(mode),
+            &mut workspace,
+            ENOUGH,
+        );
         assert_complete(mode, &outcome, &pairs, &truth);
         stats = Some(outcome.stats);
     }

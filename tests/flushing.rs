@@ -15,8 +15,7 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, ManualClock, Mesh, Pose, Query, Ray, RayQuery, Scene, StopReason, Tree, Verdict,
-    Workspace,
+    Body, Budget, ManualClock, Mesh, Pose, Query, Ray, Scene, StopReason, Tree, Verdict, Workspace,
 };
 use std::sync::Arc;
 
@@ -161,13 +160,16 @@ fn no_verdict_is_false_where_denormal_numbers_are_flushed() {
                         [Tree::new(a.clone()), Tree::new(b.clone())]
                     };
                     run_to_end(
-                        &Query::new(&a, &b, b_in_a).mode(mode),
+                        &Query::intersection(&a, &b, b_in_a).mode(mode),
                         &mut workspace,
                         ENOUGH,
                     )
                 });
                 if outcome.stop == StopReason::FlushedToZero {
-                    assert_eq!((outcome.verdict, outcome.found), (Verdict::Undecided, 0));
+                    assert_eq!(
+                        (outcome.value, outcome.stats.found),
+                        (Verdict::Undecided, 0)
+                    );
                     refused += 1;
                 } else {
                     assert_complete(mode, &outcome, &pairs, &truth);
@@ -215,7 +217,7 @@ fn no_distance_is_false_where_denormal_numbers_are_flushed() {
                 match said.stop {
                     StopReason::FlushedToZero => {
                         assert_eq!(
-                            (said.low, said.high, said.closer),
+                            (said.value.low, said.value.high, said.value.closer),
                             (0.0, f64::INFINITY, None)
                         );
                         refused += 1;
@@ -236,19 +238,17 @@ fn no_distance_is_false_where_denormal_numbers_are_flushed() {
 fn a_refused_query_goes_on_when_the_flags_are_cleared() {
     let mut random = Random::new(3);
     let tree = Tree::new(mesh(Size::SomeDenormal, &mut random));
-    let query = Query::new(&tree, &tree, Pose::IDENTITY);
+    let query = Query::intersection(&tree, &tree, Pose::IDENTITY);
     let mut workspace = Workspace::new();
     let clock = ManualClock::new();
     let outcome = with_flags(DENORMALS_ARE_ZERO, || {
-        query.run_with(&mut workspace, None, ENOUGH, &clock)
+        query.run(&mut workspace, ENOUGH.clock(&clock))
     });
     assert_eq!(
         (outcome.stop, outcome.stats.work),
         (StopReason::FlushedToZero, 0)
     );
-    let outcome = query
-        .resume_with(&mut workspace, None, ENOUGH, &clock)
-        .unwrap();
+    let outcome = query.resume(&mut workspace, ENOUGH.clock(&clock)).unwrap();
     assert_eq!(outcome.stop, StopReason::FirstHit);
 }
 
@@ -268,7 +268,7 @@ fn a_scene_leaves_open_what_flushing_could_falsify() {
     for _ in 0..3 {
         let report = with_flags(FLUSH_TO_ZERO | DENORMALS_ARE_ZERO, || {
             scene
-                .detect_with(Budget::work(100_000), &ManualClock::new())
+                .detect(Budget::work(100_000).clock(&ManualClock::new()))
                 .clone()
         });
         let known: Vec<bool> = report
@@ -281,7 +281,7 @@ fn a_scene_leaves_open_what_flushing_could_falsify() {
     }
     assert_eq!(
         scene
-            .detect_with(Budget::unlimited(), &ManualClock::new())
+            .detect(Budget::unlimited().clock(&ManualClock::new()))
             .undecided(),
         0
     );
@@ -301,17 +301,17 @@ fn rays_that_flushing_could_falsify_are_refused() {
             .flat_map(|x| [1.0, 1e-30, 1e-310].map(|size| (x, size)))
         {
             let ray = Ray::new([x * scale, 0.5 * scale, scale], [0.0, 0.0, -size]).unwrap();
-            let query = RayQuery::new(&tree, ray);
-            let truth = query.run_with(&mut workspace, Budget::unlimited(), &clock);
-            assert_eq!(truth.hit.is_some(), x <= 0.5);
-            let run = || query.run_with(&mut workspace, Budget::unlimited(), &clock);
+            let query = Query::ray(&tree, ray);
+            let truth = query.run(&mut workspace, Budget::unlimited().clock(&clock));
+            assert_eq!(truth.value.hit.is_some(), x <= 0.5);
+            let run = || query.run(&mut workspace, Budget::unlimited().clock(&clock));
             let cast = with_flags(FLUSH_TO_ZERO | DENORMALS_ARE_ZERO, run);
             if cast.stop == StopReason::FlushedToZero {
                 refused += 1;
-                assert_eq!((cast.hit, cast.free_until), (None, 0.0));
+                assert_eq!((cast.value.hit, cast.value.free_until), (None, 0.0));
                 assert_eq!(
                     query
-                        .resume_with(&mut workspace, Budget::unlimited(), &clock)
+                        .resume(&mut workspace, Budget::unlimited().clock(&clock))
                         .unwrap(),
                     truth
                 );

@@ -67,7 +67,7 @@ fn assert_answers(a: &Tree, b: &Tree, pose: Pose, pairs: u64, workspace: &mut Wo
     assert_eq!(truth.len() as u64, pairs, "brute force");
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::new(a, b, pose).mode(mode).order(order);
+            let query = Query::intersection(a, b, pose).mode(mode).order(order);
             for (query, budget) in [
                 (query, Budget::unlimited()),
                 (query.queue_threshold(0.0), ENOUGH),
@@ -163,8 +163,8 @@ fn a_pose_too_far_away_is_an_error() {
         assert!(matches!(beyond, Err(PoseError::TooFar { axis: at }) if at == axis));
         let pose = Pose::from_row_major(identity_with(entry, limit)).unwrap();
         let sphere = Tree::new(punctual::shapes::icosphere(1));
-        let query = Query::new(&sphere, &sphere, pose);
+        let query = Query::intersection(&sphere, &sphere, pose);
         let outcome = run(&query, &mut Workspace::new(), Budget::unlimited());
-        assert_eq!(outcome.verdict, Verdict::Separated);
+        assert_eq!(outcome.value, Verdict::Separated);
     }
 }

@@ -67,7 +67,7 @@ fn a_scene_has_a_fixed_part_and_some_hundred_bytes_a_body_and_a_pair() {
                 scene.insert(Body::moving(Arc::clone(&ball), pose)).unwrap();
             }
             scene
-                .detect_with(Budget::unlimited(), &ManualClock::new())
+                .detect(Budget::unlimited().clock(&ManualClock::new()))
                 .pairs
                 .len()
         });

@@ -7,8 +7,8 @@ use std::time::Duration;
 use common::random::{Drift, Family, Random, pose_about, soup};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, CostModel, Counts, DEFAULT_PRIOR, ManualClock, Mode, Outcome, PairMemory, Pose,
-    Quantiles, Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Answer, Budget, CostModel, Counts, DEFAULT_PRIOR, Intersection, ManualClock, Mode, PairMemory,
+    Pose, Quantiles, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 fn trees() -> [Tree; 2] {
@@ -19,12 +19,14 @@ fn trees() -> [Tree; 2] {
 }
 
 fn run(
-    query: &Query,
+    query: &Query<Intersection>,
     workspace: &mut Workspace,
     memory: Option<&mut PairMemory>,
     budget: Budget,
-) -> Outcome {
-    query.run_with(workspace, memory, budget, &ManualClock::new())
+) -> Answer<Verdict> {
+    query
+        .with_memory(memory)
+        .run(workspace, budget.clock(&ManualClock::new()))
 }
 
 fn along_x(x: f64) -> Pose {
@@ -49,7 +51,7 @@ fn quantiles_are_in_order_and_the_same_each_time() {
     let [a, b] = trees();
     for mode in [Mode::Any, Mode::All] {
         for pose in poses() {
-            let query = Query::new(&a, &b, pose).mode(mode);
+            let query = Query::intersection(&a, &b, pose).mode(mode);
             let prediction = query.predict(None);
             for q in [
                 prediction.bv_tests,
@@ -75,7 +77,7 @@ fn predictions_of_shapes_that_were_not_fitted_are_about_right() {
     let mut workspace = Workspace::new();
     let (mut errors, mut covered) = (Vec::new(), 0);
     for pose in poses() {
-        let query = Query::new(&a, &b, pose).mode(Mode::All);
+        let query = Query::all_pairs(&a, &b, pose);
         let predicted = query.predict(None).bv_tests;
         let actual = run(&query, &mut workspace, None, Budget::unlimited())
             .stats
@@ -93,15 +95,18 @@ fn boxes_that_do_not_meet_cost_one_test() {
     let [a, b] = trees();
     let pose = along_x(50.0);
     for mode in [Mode::Any, Mode::All] {
-        let tests = Query::new(&a, &b, pose).mode(mode).predict(None).bv_tests;
+        let tests = Query::intersection(&a, &b, pose)
+            .mode(mode)
+            .predict(None)
+            .bv_tests;
         assert!((0.5..2.0).contains(&tests.p50), "{tests:?}");
     }
     let empty = Tree::new(soup(Family::Uniform, 0, &mut Random::new(0)));
-    let query = Query::new(&a, &empty, pose);
+    let query = Query::intersection(&a, &empty, pose);
     assert_eq!(query.predict(None).bv_tests, Quantiles::exactly(0.0));
     let mut workspace = Workspace::new();
     assert_eq!(
-        run(&query, &mut workspace, None, Budget::work(0)).verdict,
+        run(&query, &mut workspace, None, Budget::work(0)).value,
         Verdict::Separated
     );
     assert_eq!(query.estimate(&workspace, None).unwrap().probability, 0.0);
@@ -113,10 +118,10 @@ fn what_is_decided_is_certain() {
     let mut workspace = Workspace::new();
     for mode in [Mode::Any, Mode::All] {
         for pose in poses() {
-            let query = Query::new(&a, &b, pose).mode(mode).prior(0.3);
+            let query = Query::intersection(&a, &b, pose).mode(mode).prior(0.3);
             let outcome = run(&query, &mut workspace, None, Budget::unlimited());
             let estimate = query.estimate(&workspace, None).unwrap();
-            let met = outcome.verdict != Verdict::Separated;
+            let met = outcome.value != Verdict::Separated;
             assert_eq!(estimate.probability, f64::from(u8::from(met)));
             assert_eq!(
                 (estimate.recall, estimate.remaining.bv_tests.p90),
@@ -134,12 +139,12 @@ fn what_is_undecided_is_not_certain_to_meet_and_not_free() {
     for mode in [Mode::Any, Mode::All] {
         for pose in poses() {
             for budget in [0, 300, 1000, 3000] {
-                let query = Query::new(&a, &b, pose).mode(mode);
+                let query = Query::intersection(&a, &b, pose).mode(mode);
                 let outcome = run(&query, &mut workspace, None, Budget::work(budget));
                 let estimate = query.estimate(&workspace, None).unwrap();
                 assert_ordered(estimate.remaining.bv_tests);
                 assert!((0.0..=1.0).contains(&estimate.recall));
-                if outcome.verdict == Verdict::Undecided {
+                if outcome.value == Verdict::Undecided {
                     undecided += 1;
                     assert!((0.0..1.0).contains(&estimate.probability), "{estimate:?}");
                     // Where a look at the front finds nothing that may meet, all that there is was found.
@@ -168,9 +173,9 @@ fn what_is_undecided_is_not_certain_to_meet_and_not_free() {
 fn the_probability_rises_with_the_prior() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
-    let query = Query::new(&a, &b, along_x(1.9));
+    let query = Query::intersection(&a, &b, along_x(1.9));
     let outcome = run(&query, &mut workspace, None, Budget::work(500));
-    assert_eq!(outcome.verdict, Verdict::Undecided);
+    assert_eq!(outcome.value, Verdict::Undecided);
     let at = |prior: f64| {
         query
             .prior(prior)
@@ -199,7 +204,7 @@ fn a_memory_makes_predictions_of_a_motion_better() {
     let mut memory = PairMemory::new();
     let mut errors = [0.0, 0.0];
     for i in 0..60 {
-        let query = Query::new(&a, &b, along_x(1.0 + 0.002 * f64::from(i))).mode(Mode::All);
+        let query = Query::all_pairs(&a, &b, along_x(1.0 + 0.002 * f64::from(i)));
         let predicted = [query.predict(None), query.predict(Some(&memory))];
         let actual = run(
             &query,
@@ -223,14 +228,14 @@ fn the_last_verdict_counts() {
     let told = [0.5, 3.0].map(|x| {
         let mut memory = PairMemory::new();
         let _ = run(
-            &Query::new(&a, &b, along_x(x)),
+            &Query::intersection(&a, &b, along_x(x)),
             &mut workspace,
             Some(&mut memory),
             Budget::unlimited(),
         );
-        let query = Query::new(&a, &b, along_x(1.95));
+        let query = Query::intersection(&a, &b, along_x(1.95));
         let outcome = run(&query, &mut workspace, None, Budget::work(300));
-        assert_eq!(outcome.verdict, Verdict::Undecided);
+        assert_eq!(outcome.value, Verdict::Undecided);
         query
             .estimate(&workspace, Some(&memory))
             .unwrap()
@@ -248,7 +253,7 @@ fn the_last_verdict_counts() {
 fn an_estimate_wants_the_run_it_is_of() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
-    let query = Query::new(&a, &b, along_x(1.0));
+    let query = Query::intersection(&a, &b, along_x(1.0));
     assert!(query.estimate(&workspace, None).is_err());
     let _ = run(&query, &mut workspace, None, Budget::work(100));
     assert!(query.estimate(&workspace, None).is_ok());
@@ -259,7 +264,7 @@ fn an_estimate_wants_the_run_it_is_of() {
 fn what_is_left_shrinks_to_nothing() {
     let [a, b] = trees();
     let mut workspace = Workspace::new();
-    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All);
+    let query = Query::all_pairs(&a, &b, along_x(0.4));
     let total = run(&query, &mut workspace, None, Budget::work(u64::MAX)).stats;
     let mut outcome = run(&query, &mut workspace, None, Budget::work(0));
     let mut errors = Vec::new();
@@ -277,11 +282,9 @@ fn what_is_left_shrinks_to_nothing() {
             left,
         ));
         outcome = query
-            .resume_with(
+            .resume(
                 &mut workspace,
-                None,
-                Budget::work(total.work / 10),
-                &ManualClock::new(),
+                (Budget::work(total.work / 10)).clock(&ManualClock::new()),
             )
             .unwrap();
     }
@@ -301,20 +304,18 @@ fn time_budgets_teach_the_costs() {
     workspace.set_cost_model(slow);
     // Every look at this clock takes a nanosecond: a machine that is far faster.
     let clock = ManualClock::ticking(Duration::from_nanos(1));
-    let query = Query::new(&a, &b, along_x(0.4)).mode(Mode::All);
+    let query = Query::all_pairs(&a, &b, along_x(0.4));
     let predicted = query.predict(None);
     for _ in 0..10 {
-        let _ = query.run_with(
+        let _ = query.run(
             &mut workspace,
-            None,
-            Budget::time(Duration::from_secs(1)),
-            &clock,
+            Budget::time(Duration::from_secs(1)).clock(&clock),
         );
     }
     let learned = workspace.cost_model();
     assert!(learned.bv_test < 0.5 * slow.bv_test);
     assert!(predicted.time(&learned).p50 < predicted.time(&slow).p50);
-    let _ = query.run_with(&mut workspace, None, Budget::unlimited(), &clock);
+    let _ = query.run(&mut workspace, Budget::unlimited().clock(&clock));
     assert_eq!(
         workspace.cost_model(),
         learned,
@@ -329,18 +330,14 @@ fn the_time_budget_decides_whether_pairs_are_queued() {
         Tree::new(shapes::icosphere(6)),
         Tree::new(shapes::torus(1.0, 0.3, 256)),
     );
-    let query = Query::new(&a, &b, along_x(0.4))
-        .mode(Mode::All)
-        .queue_threshold(0.0);
+    let query = Query::all_pairs(&a, &b, along_x(0.4)).queue_threshold(0.0);
     let mut workspace = Workspace::new();
     let peaks = [Duration::from_secs(100), Duration::from_nanos(100)].map(|limit| {
-        let outcome = query.run_with(
+        let outcome = query.run(
             &mut workspace,
-            None,
-            Budget::time(limit),
-            &ManualClock::new(),
+            Budget::time(limit).clock(&ManualClock::new()),
         );
-        (outcome.stats.queue_peak > 0, outcome.found)
+        (outcome.stats.queue_peak > 0, outcome.stats.found)
     });
     assert_eq!(peaks[0], (false, peaks[1].1));
     assert!(peaks[1].0);
@@ -353,15 +350,13 @@ fn given_costs_decide_whether_the_first_query_is_queued() {
         Tree::new(shapes::icosphere(6)),
         Tree::new(shapes::torus(1.0, 0.3, 256)),
     );
-    let query = Query::new(&a, &b, along_x(0.4))
-        .mode(Mode::All)
-        .queue_threshold(0.0);
+    let query = Query::all_pairs(&a, &b, along_x(0.4)).queue_threshold(0.0);
     let queued = [1.0, 1e9].map(|factor| {
         let mut workspace = Workspace::new();
         workspace.set_cost_model(CostModel::default().scaled(factor));
         let limit = Budget::time(Duration::from_secs(100));
         query
-            .run_with(&mut workspace, None, limit, &ManualClock::new())
+            .run(&mut workspace, limit.clock(&ManualClock::new()))
             .stats
             .queue_peak
             > 0
@@ -404,7 +399,7 @@ fn random_queries_give_numbers() {
             (&large, &tiny),
             (&tiny, &tiny),
         ] {
-            let query = Query::new(a, b, pose).mode(Mode::All).queue_threshold(0.0);
+            let query = Query::all_pairs(a, b, pose).queue_threshold(0.0);
             assert_ordered(query.predict(None).bv_tests);
             let _ = run(
                 &query,

@@ -14,9 +14,8 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
 use punctual::{
-    Budget, ContactQuery, DistanceQuery, ManualClock, Mode, Motion, MotionQuery, PairMemory,
-    Patches, Pose, PushOutQuery, Query, Ray, RayBatch, RayMode, RayQuery, StopReason, Tree,
-    Workspace, shapes,
+    Budget, Contacts, Distance, Impact, Intersection, ManualClock, Motion, PairMemory, Patches,
+    Pose, PushOutQuery, Query, Ray, RayMode, StopReason, Tree, Workspace, shapes,
 };
 
 #[test]
@@ -26,7 +25,11 @@ fn the_counter_counts() {
 }
 
 /// Everything a caller can do with a query inside a frame.
-fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut PairMemory>) {
+fn use_query(
+    query: &Query<Intersection>,
+    workspace: &mut Workspace,
+    mut memory: Option<&mut PairMemory>,
+) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     let budgets = [
         Budget::work(0),
@@ -36,7 +39,9 @@ fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut P
         Budget::unlimited(),
     ];
     for budget in budgets {
-        let mut outcome = query.run_with(workspace, memory.as_deref_mut(), budget, &clock);
+        let mut outcome = query
+            .with_memory(memory.as_deref_mut())
+            .run(workspace, budget.clock(&clock));
         for resumption in 0.. {
             let certificate = query.certificate(workspace).unwrap();
             black_box((certificate.upper_bound(), certificate.largest_extent()));
@@ -47,7 +52,9 @@ fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut P
                 _ => {}
             }
             let more = budgets[1 + resumption as usize % 4];
-            let again = query.resume_with(workspace, memory.as_deref_mut(), more, &clock);
+            let again = query
+                .with_memory(memory.as_deref_mut())
+                .resume(workspace, more.clock(&clock));
             outcome = again.unwrap();
         }
         black_box(workspace.pairs());
@@ -56,7 +63,7 @@ fn use_query(query: &Query, workspace: &mut Workspace, mut memory: Option<&mut P
 
 /// The same of a distance query.
 fn use_distance(
-    query: &DistanceQuery,
+    query: &Query<Distance>,
     workspace: &mut Workspace,
     mut memory: Option<&mut PairMemory>,
 ) {
@@ -68,14 +75,17 @@ fn use_distance(
         Budget::unlimited(),
     ] {
         black_box(query.predict(memory.as_deref()));
-        let mut said = query.run_with(workspace, memory.as_deref_mut(), budget, &clock);
+        let mut said = query
+            .with_memory(memory.as_deref_mut())
+            .run(workspace, budget.clock(&clock));
         while said.stop != StopReason::Finished {
             let _ = black_box(query.estimate(workspace, memory.as_deref()));
             black_box(query.certificate(workspace).unwrap().boxes().count());
             let more = [Budget::work(5_000), Budget::time(Duration::from_micros(30))]
                 [usize::from(said.stats.work % 2 == 1)];
             said = query
-                .resume_with(workspace, memory.as_deref_mut(), more, &clock)
+                .with_memory(memory.as_deref_mut())
+                .resume(workspace, more.clock(&clock))
                 .unwrap();
         }
         let _ = black_box(said);
@@ -83,7 +93,7 @@ fn use_distance(
 }
 
 /// The same of a motion query.
-fn use_motion(query: &MotionQuery, workspace: &mut Workspace, memory: &mut PairMemory) {
+fn use_motion(query: &Query<Impact>, workspace: &mut Workspace, memory: &mut PairMemory) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     for budget in [
         Budget::work(0),
@@ -91,10 +101,13 @@ fn use_motion(query: &MotionQuery, workspace: &mut Workspace, memory: &mut PairM
         Budget::time(Duration::from_micros(3)),
         Budget::unlimited(),
     ] {
-        let mut said = query.run_with(workspace, Some(memory), budget, &clock);
+        let mut said = query
+            .with_memory(&mut *memory)
+            .run(workspace, budget.clock(&clock));
         while said.stop != StopReason::Finished {
             said = query
-                .resume_with(workspace, Some(memory), Budget::work(9_000), &clock)
+                .with_memory(&mut *memory)
+                .resume(workspace, Budget::work(9_000).clock(&clock))
                 .unwrap();
         }
         let _ = black_box(said);
@@ -102,7 +115,7 @@ fn use_motion(query: &MotionQuery, workspace: &mut Workspace, memory: &mut PairM
 }
 
 /// The same of a contact query, in a workspace that has room.
-fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
+fn use_contacts(query: &Query<Contacts>, workspace: &mut Workspace) {
     let clock = ManualClock::ticking(Duration::from_micros(1));
     for budget in [
         Budget::work(0),
@@ -110,7 +123,7 @@ fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
         Budget::time(Duration::from_micros(3)),
         Budget::unlimited(),
     ] {
-        let mut said = query.run_with(workspace, budget, &clock);
+        let mut said = query.run(workspace, budget.clock(&clock));
         while said.stop != StopReason::Finished {
             black_box(query.certificate(workspace).unwrap().boxes().count());
             black_box(workspace.contacts().count());
@@ -118,7 +131,7 @@ fn use_contacts(query: &ContactQuery, workspace: &mut Workspace) {
                 drop(black_box(workspace.drain_contacts()));
             }
             said = query
-                .resume_with(workspace, Budget::work(50_000), &clock)
+                .resume(workspace, Budget::work(50_000).clock(&clock))
                 .unwrap();
         }
         black_box(workspace.contacts().count());
@@ -135,7 +148,7 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
     for mut workspace in workspaces {
         for mode in MODES {
             for order in ORDERS {
-                let query = Query::new(a, b, pose).mode(mode).order(order);
+                let query = Query::intersection(a, b, pose).mode(mode).order(order);
                 for query in [
                     query,
                     query.queue_threshold(0.0),
@@ -151,7 +164,7 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
                 }
             }
         }
-        let query = DistanceQuery::new(a, b, pose);
+        let query = Query::distance(a, b, pose);
         for query in [
             query,
             query.absolute_tolerance(0.0),
@@ -172,7 +185,7 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
             Motion::straight(far.pose(1.0), [-3.0, 0.0, 0.0]).unwrap(),
         ] {
             let mut memory = PairMemory::new();
-            let query = MotionQuery::new(a, b, motion);
+            let query = Query::impact(a, b, motion);
             assert_eq!(
                 allocator_calls(|| use_motion(&query, &mut workspace, &mut memory)),
                 0,
@@ -180,7 +193,7 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
             );
         }
         workspace.reserve_contacts(64);
-        let query = ContactQuery::new(a, b, pose);
+        let query = Query::contacts(a, b, pose);
         for query in [
             query,
             query.margin(0.01),
@@ -227,7 +240,7 @@ fn pairs_that_need_the_exact_stage() {
     }
     let cube = Tree::new(shapes::cuboid(Vec3::ONE, 2));
     assert_no_calls(&cube, &cube, Pose::IDENTITY);
-    let query = Query::new(&cube, &cube, Pose::IDENTITY).mode(Mode::All);
+    let query = Query::all_pairs(&cube, &cube, Pose::IDENTITY);
     let outcome = common::check::run(&query, &mut Workspace::new(), Budget::unlimited());
     assert!(
         outcome.stats.exact_tests > 0,
@@ -253,7 +266,7 @@ fn pushes() {
             Budget::unlimited(),
         ] {
             let calls =
-                allocator_calls(|| _ = black_box(query.run_with(&mut workspace, budget, &clock)));
+                allocator_calls(|| _ = black_box(query.run(&mut workspace, budget.clock(&clock))));
             assert_eq!(calls, 0, "{query:?}");
         }
     }
@@ -268,25 +281,21 @@ fn rays() {
     );
     let rays = [[1.0, 0.0, 0.0], [0.0, 0.3, -1.0]]
         .map(|direction| Ray::new([-0.2, 0.1, 0.0], direction).unwrap());
-    let (mut workspace, mut hits) = (Workspace::with_capacity(1, 1), [None; 2]);
+    let mut workspace = Workspace::with_capacity(1, 1);
     workspace.reserve_ray_hits(1);
+    let _ = Query::rays(&tree, &rays).run(&mut workspace, Budget::work(0).clock(&clock));
     let calls = allocator_calls(|| {
         for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
-            let query = RayQuery::new(&tree, rays[0]).mode(mode);
-            let mut cast = query.run_with(&mut workspace, Budget::work(0), &clock);
+            let query = Query::ray(&tree, rays[0]).mode(mode);
+            let mut cast = query.run(&mut workspace, Budget::work(0).clock(&clock));
             while !matches!(cast.stop, StopReason::Finished | StopReason::FirstHit) {
                 drop(workspace.drain_ray_hits());
                 cast = query
-                    .resume_with(&mut workspace, Budget::work(300), &clock)
+                    .resume(&mut workspace, Budget::work(300).clock(&clock))
                     .unwrap();
             }
         }
-        let _ = RayBatch::new(&tree, &rays).run_with(
-            &mut workspace,
-            &mut hits,
-            Budget::unlimited(),
-            &clock,
-        );
+        let _ = Query::rays(&tree, &rays).run(&mut workspace, Budget::unlimited().clock(&clock));
     });
     assert_eq!(calls, 0);
 }
@@ -327,7 +336,7 @@ fn refit() {
 #[test]
 fn the_system_clock() {
     let sphere = Tree::new(shapes::icosphere(3));
-    let query = Query::new(&sphere, &sphere, Pose::IDENTITY).mode(Mode::All);
+    let query = Query::all_pairs(&sphere, &sphere, Pose::IDENTITY);
     let mut workspace = Workspace::new();
     let calls = allocator_calls(|| {
         let budget = Budget::time(Duration::from_micros(20));

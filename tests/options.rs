@@ -5,16 +5,12 @@ mod common;
 use common::check::{ENOUGH, run, sorted};
 use common::random::{Drift, Random, pose_about};
 use punctual::glam::DVec3;
-use punctual::{BuildOptions, Effort, Mode, Outcome, Query, Tree, Workspace, shapes};
+use punctual::{Answer, BuildOptions, Effort, Query, Tree, Verdict, Workspace, shapes};
 
-fn answer(a: &Tree, b: &Tree, seed: u64) -> (Outcome, Vec<[u32; 2]>) {
+fn answer(a: &Tree, b: &Tree, seed: u64) -> (Answer<Verdict>, Vec<[u32; 2]>) {
     let pose = pose_about(DVec3::ZERO, 0.3, Drift::None, &mut Random::new(seed));
     let mut workspace = Workspace::new();
-    let outcome = run(
-        &Query::new(a, b, pose).mode(Mode::All),
-        &mut workspace,
-        ENOUGH,
-    );
+    let outcome = run(&Query::all_pairs(a, b, pose), &mut workspace, ENOUGH);
     (outcome, sorted(workspace.pairs()))
 }
 

@@ -51,9 +51,9 @@ impl Case {
             "{}",
             self.name
         );
-        let verdict = Query::new(&self.a, &self.b, push.b_in_a)
+        let verdict = Query::intersection(&self.a, &self.b, push.b_in_a)
             .run(&mut Workspace::new(), Budget::unlimited())
-            .verdict;
+            .value;
         assert_eq!(verdict, Verdict::Separated, "{}: {push:?}", self.name);
         push.distance
     }
@@ -307,7 +307,7 @@ fn a_deadline_leaves_what_is_proven() {
             let limit = Duration::from_nanos(100).mul_f64((0.5 * f64::from(step)).exp2());
             let found = case
                 .query()
-                .run_with(&mut workspace, Budget::time(limit), &clock);
+                .run(&mut workspace, Budget::time(limit).clock(&clock));
             let distance = case.proven_distance(&found);
             assert!(
                 matches!(found.stop, StopReason::Deadline | StopReason::Finished),
@@ -365,9 +365,9 @@ fn the_push_is_about_the_least_of_sampled_directions() {
                 case.pose.translation() + direction * length,
             )
             .unwrap();
-            let verdict = Query::new(&case.a, &case.b, pose)
+            let verdict = Query::intersection(&case.a, &case.b, pose)
                 .run(&mut workspace, Budget::unlimited())
-                .verdict;
+                .value;
             verdict == Verdict::Separated
         };
         let mut least = 100.0;

@@ -66,10 +66,10 @@ fn assert_kind(kind: &str) {
 fn assert_answers(a: &Tree, b: &Tree, pose: Pose, pairs: u64, workspace: &mut Workspace) {
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::new(a, b, pose).mode(mode).order(order);
+            let query = Query::intersection(a, b, pose).mode(mode).order(order);
             let (outcome, found) = run_to_end(&query, workspace, ENOUGH);
             let at = || format!("{mode:?} {order:?} {:?}", pose.to_row_major());
-            match outcome.verdict {
+            match outcome.value {
                 Verdict::Intersecting { .. } => assert!(pairs > 0, "false hit, {}", at()),
                 Verdict::Separated => assert!(pairs == 0, "missed {pairs}, {}", at()),
                 Verdict::Within { .. } => panic!("a query without margins"),

@@ -35,7 +35,7 @@ fn assert_exact(a: &Tree, b: &Tree, pose: Pose) -> usize {
     let mut workspace = Workspace::new();
     for mode in MODES {
         for order in ORDERS {
-            let query = Query::new(a, b, pose).mode(mode).order(order);
+            let query = Query::intersection(a, b, pose).mode(mode).order(order);
             let (outcome, pairs) = run_to_end(&query, &mut workspace, ENOUGH);
             assert_complete(mode, &outcome, &pairs, &truth);
         }
@@ -64,7 +64,7 @@ fn unchanged_vertices_give_the_same_tree() {
             );
             let answer = |tree: &Tree| {
                 let mut workspace = Workspace::new();
-                let query = Query::new(tree, tree, pose).mode(Mode::All);
+                let query = Query::all_pairs(tree, tree, pose);
                 let outcome = run(&query, &mut workspace, ENOUGH);
                 (outcome, workspace.pairs().to_vec())
             };
@@ -263,25 +263,21 @@ fn a_query_is_not_resumed_over_a_refit() {
     let rest = vertices(tree.mesh());
     let mut workspace = Workspace::new();
     let stopped = run(
-        &Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All),
+        &Query::all_pairs(&tree, &tree, Pose::IDENTITY),
         &mut workspace,
         Budget::work(500),
     );
-    assert!(!matches!(stopped.verdict, Verdict::Separated));
+    assert!(!matches!(stopped.value, Verdict::Separated));
     let more = resume(
-        &Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All),
+        &Query::all_pairs(&tree, &tree, Pose::IDENTITY),
         &mut workspace,
         Budget::work(500),
     );
     assert_ne!(more.stop, punctual::StopReason::Finished);
     tree.refit_f64(&rest).unwrap();
-    let query = Query::new(&tree, &tree, Pose::IDENTITY).mode(Mode::All);
+    let query = Query::all_pairs(&tree, &tree, Pose::IDENTITY);
     let clock = punctual::ManualClock::new();
-    assert!(
-        query
-            .resume_with(&mut workspace, None, ENOUGH, &clock)
-            .is_err()
-    );
+    assert!(query.resume(&mut workspace, ENOUGH.clock(&clock)).is_err());
 }
 
 /// The triangles that met are still those to try first when the mesh has moved a little.
@@ -296,14 +292,16 @@ fn memory_outlives_a_refit() {
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     let clock = punctual::ManualClock::new();
     let mut ask = |tree: &Tree| {
-        let query = Query::new(tree, tree, pose).mode(Mode::Any);
-        query.run_with(&mut workspace, Some(&mut memory), ENOUGH, &clock)
+        let query = Query::intersection(tree, tree, pose).mode(Mode::Any);
+        query
+            .with_memory(&mut memory)
+            .run(&mut workspace, ENOUGH.clock(&clock))
     };
     assert!(ask(&tree).stats.bv_tests > 0);
     tree.refit_f64(&moved).unwrap();
     let again = ask(&tree);
     assert!(
-        matches!(again.verdict, Verdict::Intersecting { .. }),
+        matches!(again.value, Verdict::Intersecting { .. }),
         "{again:?}"
     );
     assert_eq!(again.stats.bv_tests, 0);

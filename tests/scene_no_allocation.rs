@@ -288,12 +288,12 @@ fn no_frame_after_the_hundredth_allocates() {
             let budget = budgets[number % budgets.len()];
             let _ = world
                 .scene
-                .cast_with(&SceneRay::new(ray), budget, &clock)
+                .cast(&SceneRay::new(ray), budget.clock(&clock))
                 .unwrap();
             let report = match threads {
                 #[cfg(feature = "parallel")]
                 2.. => world.scene.detect(budget),
-                _ => world.scene.detect_with(budget, &clock),
+                _ => world.scene.detect(budget.clock(&clock)),
             };
             (meets, undecided) = (meets + report.intersecting, undecided + report.undecided());
         };
@@ -338,7 +338,7 @@ fn no_frame_allocates_within_the_room_asked_for() {
             breathe(&mut world, frame);
             let report = world
                 .scene
-                .detect_with(Budget::work(20_000), &ManualClock::new());
+                .detect(Budget::work(20_000).clock(&ManualClock::new()));
             most = most.max(report.pairs.len() + report.unlisted);
         }
     });
@@ -423,11 +423,11 @@ fn frames_that_allocate(
         }
         let budget = MIXED[frame % MIXED.len()];
         let calls = allocator_calls_of_all_threads(|| {
-            let _ = world.scene.cast_with(&ray, budget, &clock).unwrap();
+            let _ = world.scene.cast(&ray, budget.clock(&clock)).unwrap();
             match threads {
                 #[cfg(feature = "parallel")]
                 2.. => _ = world.scene.detect(budget),
-                _ => _ = world.scene.detect_with(budget, &clock),
+                _ => _ = world.scene.detect(budget.clock(&clock)),
             }
         });
         passages += world.scene.report().passages.len();

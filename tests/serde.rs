@@ -13,9 +13,9 @@ use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, BuildOptions, Calibration, ContactQuery, CostModel, Counts,
-    DistanceQuery, Effort, Filter, ManualClock, Mode, Motion, MotionQuery, PairMemory, Patches,
-    Pose, Query, Reach, Scene, Tree, TreeStats, Verdict, Workspace, shapes,
+    Body, BodyId, Budget, BuildOptions, Calibration, CostModel, Counts, Effort, Filter,
+    ManualClock, Mode, Motion, PairMemory, Patches, Pose, Query, Reach, Scene, Tree, TreeStats,
+    Verdict, Workspace, shapes,
 };
 use serde_json::{Value, from_str, json, to_string, to_value};
 
@@ -93,10 +93,10 @@ fn outcomes_certificates_and_the_model() {
             Budget::time(Duration::from_micros(50)),
             ENOUGH,
         ] {
-            let query = Query::new(&a, &b, Pose::IDENTITY)
+            let query = Query::intersection(&a, &b, Pose::IDENTITY)
                 .mode(mode)
                 .queue_threshold(0.0);
-            let outcome = query.run_with(&mut workspace, None, budget, &clock);
+            let outcome = query.run(&mut workspace, budget.clock(&clock));
             again(&outcome);
             let certificate = query.certificate(&workspace).unwrap();
             let written = to_value(certificate).unwrap();
@@ -113,9 +113,9 @@ fn outcomes_certificates_and_the_model() {
     }
     for budget in [Budget::work(0), Budget::work(3_000), ENOUGH] {
         let pose = Pose::new(DMat3::IDENTITY, DVec3::X * 4.0).unwrap();
-        let query = DistanceQuery::new(&a, &b, pose).margins([0.1, 0.0]);
+        let query = Query::distance(&a, &b, pose).margins([0.1, 0.0]);
         for query in [query, query.closer_than(1.0)] {
-            again(&query.run_with(&mut workspace, None, budget, &clock));
+            again(&query.run(&mut workspace, budget.clock(&clock)));
             again(&query.estimate(&workspace, None).unwrap());
         }
         let motion = Motion::turning(pose, [-3.0, 0.0, 0.0], [0.1, 0.2, 1e-9], [0.3; 3]).unwrap();
@@ -123,12 +123,12 @@ fn outcomes_certificates_and_the_model() {
             from_str::<Motion>(&to_string(&motion).unwrap()).unwrap(),
             motion
         );
-        again(&MotionQuery::new(&a, &b, motion).run_with(&mut workspace, None, budget, &clock));
-        again(&ContactQuery::new(&a, &b, pose).margin(3.0).run_with(
-            &mut workspace,
-            budget,
-            &clock,
-        ));
+        again(&Query::impact(&a, &b, motion).run(&mut workspace, budget.clock(&clock)));
+        again(
+            &Query::contacts(&a, &b, pose)
+                .margin(3.0)
+                .run(&mut workspace, budget.clock(&clock)),
+        );
         workspace.contacts().for_each(again);
         let mut patches = Patches::new();
         patches.update(&a, &b, workspace.contacts());
@@ -159,7 +159,7 @@ fn reports_of_a_scene() {
         .into_iter()
         .collect();
     for budget in [Budget::work(0), ENOUGH] {
-        let report = scene.detect_with(budget, &ManualClock::new()).clone();
+        let report = scene.detect(budget.clock(&ManualClock::new())).clone();
         assert!(!report.pairs.is_empty());
         report.pairs.iter().for_each(again);
         let read: punctual::Report = from_str(&to_string(&report).unwrap()).unwrap();
@@ -172,7 +172,7 @@ fn reports_of_a_scene() {
     again(&ids[1]);
     scene.set_margin(ids[0], 1.0).unwrap();
     scene.set_pose(ids[1], at(2.5)).unwrap();
-    let report = scene.detect_with(ENOUGH, &ManualClock::new());
+    let report = scene.detect(ENOUGH.clock(&ManualClock::new()));
     assert!(report.within > 0, "{report:?}");
     report.pairs.iter().for_each(|pair| {
         again(pair);
@@ -231,10 +231,10 @@ fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
         Tree::new(shapes::gear(11, 2)),
     );
     let pose = pose_about(DVec3::ZERO, 0.1, Drift::None, &mut Random::new(82));
-    let query = Query::new(&a, &b, pose);
+    let query = Query::intersection(&a, &b, pose);
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     let first = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
-    assert!(matches!(first.verdict, Verdict::Intersecting { .. }));
+    assert!(matches!(first.value, Verdict::Intersecting { .. }));
     let text = to_string(&memory).unwrap();
     let mut read: PairMemory = from_str(&text).unwrap();
     let (used, warm) = (
@@ -252,10 +252,10 @@ fn memory_is_of_use_to_its_pair_and_harmless_to_others() {
         Pose::new(DMat3::IDENTITY, DVec3::X * 9.0).unwrap(),
     );
     for pose in [Pose::IDENTITY, apart] {
-        let query = Query::new(&small, &small, pose);
+        let query = Query::intersection(&small, &small, pose);
         let mut read: PairMemory = from_str(&text).unwrap();
-        let expected = run(&query, &mut workspace, ENOUGH).verdict;
-        let verdict = run_with_memory(&query, &mut workspace, &mut read, ENOUGH).verdict;
+        let expected = run(&query, &mut workspace, ENOUGH).value;
+        let verdict = run_with_memory(&query, &mut workspace, &mut read, ENOUGH).value;
         assert_eq!(
             verdict == Verdict::Separated,
             expected == Verdict::Separated
@@ -287,14 +287,14 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
         let pose = pose_about(DVec3::ZERO, 2.0, Drift::None, &mut random);
         for mode in [Mode::Any, Mode::All] {
             let mut memory: PairMemory = from_str(&made_up.to_string()).unwrap();
-            let query = Query::new(&a, &b, pose).mode(mode);
+            let query = Query::intersection(&a, &b, pose).mode(mode);
             let expected = run(&query, &mut workspace, ENOUGH);
             for _ in 0..2 {
                 let outcome = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
-                assert_eq!(outcome.found, expected.found);
+                assert_eq!(outcome.stats.found, expected.stats.found);
                 assert_eq!(
-                    outcome.verdict == Verdict::Separated,
-                    expected.verdict == Verdict::Separated
+                    outcome.value == Verdict::Separated,
+                    expected.value == Verdict::Separated
                 );
             }
         }
@@ -302,18 +302,23 @@ fn a_memory_that_somebody_made_up_changes_no_verdict() {
     let clock = ManualClock::new();
     for nearest in [[0, 0], [319, 255], [u32::MAX, 0], [0, u32::MAX], [320, 5]] {
         let text = json!({ "nearest": nearest }).to_string();
-        let query = DistanceQuery::new(&a, &b, Pose::IDENTITY).closer_than(0.01);
-        let expected = query.run_with(&mut workspace, None, ENOUGH, &clock);
+        let query = Query::distance(&a, &b, Pose::IDENTITY).closer_than(0.01);
+        let expected = query.run(&mut workspace, ENOUGH.clock(&clock));
         for budget in [ENOUGH, Budget::work(1)] {
             let mut memory: PairMemory = from_str(&text).unwrap();
-            let said = query.run_with(&mut workspace, Some(&mut memory), budget, &clock);
+            let said = query
+                .with_memory(&mut memory)
+                .run(&mut workspace, budget.clock(&clock));
             again(&said);
-            assert!(said.closer == expected.closer || said.closer.is_none() && budget != ENOUGH);
+            assert!(
+                said.value.closer == expected.value.closer
+                    || said.value.closer.is_none() && budget != ENOUGH
+            );
             // One that exists is looked at first.
             let exists =
                 (nearest[0] as usize) < a.mesh().len() && (nearest[1] as usize) < b.mesh().len();
             assert!(
-                budget == ENOUGH || said.nearest.is_some() == exists,
+                budget == ENOUGH || said.value.nearest.is_some() == exists,
                 "{nearest:?} {said:?}"
             );
         }

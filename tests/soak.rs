@@ -11,14 +11,14 @@ use common::check::{ENOUGH, run, run_with_memory};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
-use punctual::{Budget, Outcome, PairMemory, Query, Tree, Verdict, Workspace, shapes};
+use punctual::{Answer, Budget, Intersection, PairMemory, Query, Tree, Verdict, Workspace, shapes};
 
 /// A query, and what it says in a fresh workspace.
 struct Case<'t> {
     trees: [usize; 2],
-    query: Query<'t>,
+    query: Query<'t, Intersection>,
     budget: Budget,
-    outcome: Outcome,
+    outcome: Answer<Verdict>,
     pairs: u64,
     /// Whether the surfaces meet.
     truth: bool,
@@ -41,7 +41,7 @@ fn cases<'t>(trees: &'t [Tree], random: &mut Random) -> Vec<Case<'t>> {
     let case = |_| {
         let chosen = [random.below(trees.len()), random.below(trees.len())];
         let pose = pose_about(DVec3::ZERO, 1.6, Drift::Shear, random);
-        let query = Query::new(&trees[chosen[0]], &trees[chosen[1]], pose)
+        let query = Query::intersection(&trees[chosen[0]], &trees[chosen[1]], pose)
             .mode(MODES[random.below(2)])
             .order(ORDERS[random.below(ORDERS.len())])
             .queue_threshold([0.0, 100.0, 4096.0][random.below(3)]);
@@ -54,7 +54,7 @@ fn cases<'t>(trees: &'t [Tree], random: &mut Random) -> Vec<Case<'t>> {
         let mut fresh = workspace();
         let outcome = run(&query, &mut fresh, budget);
         let pairs = mixed(&fresh);
-        let truth = run(&query, &mut fresh, ENOUGH).verdict != Verdict::Separated;
+        let truth = run(&query, &mut fresh, ENOUGH).value != Verdict::Separated;
         Case {
             trees: chosen,
             query,
@@ -89,7 +89,7 @@ fn soak(queries: usize) {
                 // A memory may change the way, not the answer.
                 let memory = &mut memories[case.trees[0] * trees.len() + case.trees[1]];
                 let verdict =
-                    run_with_memory(&case.query, &mut workspace, memory, case.budget).verdict;
+                    run_with_memory(&case.query, &mut workspace, memory, case.budget).value;
                 assert!(
                     verdict == Verdict::Undecided || case.truth == (verdict != Verdict::Separated),
                     "{number}"

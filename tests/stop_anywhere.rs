@@ -15,8 +15,8 @@ use common::reference::{Place, all_pairs, place};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, BuildOptions, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, Outcome, PairMemory, Pose,
-    Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Answer, Budget, BuildOptions, Intersection, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order,
+    PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 struct Case {
@@ -44,14 +44,14 @@ impl Case {
         }
     }
 
-    fn query(&self, mode: Mode, order: Order) -> Query<'_> {
-        Query::new(&self.a, &self.b, self.pose)
+    fn query(&self, mode: Mode, order: Order) -> Query<'_, Intersection> {
+        Query::intersection(&self.a, &self.b, self.pose)
             .mode(mode)
             .order(order)
     }
 
     /// Every mode and order, and early answers, with the queue in use from the first pair on and with the default threshold.
-    fn each_query(&self, mut visit: impl FnMut(&Query, Mode)) {
+    fn each_query(&self, mut visit: impl FnMut(&Query<Intersection>, Mode)) {
         for mode in MODES {
             for order in ORDERS {
                 let query = self.query(mode, order);
@@ -187,7 +187,7 @@ fn budgets(full: u64, count: u64) -> impl Iterator<Item = u64> {
     (0..=full + 1).filter(move |&work| near_an_end(work) || work.is_multiple_of(stride))
 }
 
-fn assert_stop_is_punctual(outcome: &Outcome, before: u64, budget: u64) {
+fn assert_stop_is_punctual(outcome: &Answer<Verdict>, before: u64, budget: u64) {
     let spent = outcome.stats.work - before;
     let step = MAX_STEP_WORK;
     assert!(spent <= budget + step, "{spent} of {budget}");
@@ -319,11 +319,9 @@ fn time_budgets_are_sound_and_kept() {
                 let time = tick * ticks;
                 // Looks are as far apart as the time that is left allows.
                 let most_per_look = POLL.max(time.as_nanos() as u64) + MAX_STEP_WORK;
-                let mut outcome = query.run_with(
+                let mut outcome = query.run(
                     &mut workspace,
-                    None,
-                    Budget::time(time).poll_interval(POLL),
-                    &clock,
+                    Budget::time(time).poll_interval(POLL).clock(&clock),
                 );
                 assert_sound(&outcome, workspace.pairs(), &case.truth);
                 assert!(outcome.stats.work <= u64::from(ticks + 1) * most_per_look);
@@ -337,9 +335,7 @@ fn time_budgets_are_sound_and_kept() {
                 if ticks % 16 == 1 {
                     while outcome.stop == StopReason::Deadline {
                         let more = Budget::time(2 * tick).poll_interval(POLL);
-                        outcome = query
-                            .resume_with(&mut workspace, None, more, &clock)
-                            .unwrap();
+                        outcome = query.resume(&mut workspace, more.clock(&clock)).unwrap();
                     }
                     assert_complete(mode, &outcome, workspace.pairs(), &case.truth);
                 }
@@ -352,11 +348,11 @@ fn time_budgets_are_sound_and_kept() {
 #[test]
 fn near_the_deadline_the_clock_is_looked_at_after_each_exact_test() {
     let cube = Tree::new(shapes::cuboid(Vec3::ONE, 4));
-    let query = Query::new(&cube, &cube, shifted(1e-300, 0.0, 0.0)).mode(Mode::All);
+    let query = Query::all_pairs(&cube, &cube, shifted(1e-300, 0.0, 0.0));
     let tick = Duration::from_nanos(1);
     let clock = ManualClock::ticking(tick);
     let looks = |time| {
-        let outcome = query.run_with(&mut Workspace::new(), None, Budget::time(time), &clock);
+        let outcome = query.run(&mut Workspace::new(), Budget::time(time).clock(&clock));
         assert_eq!(outcome.stop, StopReason::Finished);
         assert!(outcome.stats.exact_tests > 100);
         [
@@ -386,15 +382,15 @@ fn only_the_clock_ends_a_time_budget() {
     let mut workspace = Workspace::new();
     let clock = ManualClock::new();
     let short = Budget::time(Duration::from_nanos(1)).poll_interval(1);
-    let outcome = query.run_with(&mut workspace, None, short, &clock);
+    let outcome = query.run(&mut workspace, short.clock(&clock));
     assert_complete(Mode::All, &outcome, workspace.pairs(), &case.truth);
     let none = Budget::time(Duration::ZERO).poll_interval(1);
-    let outcome = query.run_with(&mut workspace, None, none, &clock);
+    let outcome = query.run(&mut workspace, none.clock(&clock));
     assert_eq!(outcome.stop, StopReason::Deadline);
-    assert_eq!(outcome.verdict, Verdict::Undecided);
+    assert_eq!(outcome.value, Verdict::Undecided);
     assert!(outcome.stats.work <= MAX_STEP_WORK);
     clock.advance(Duration::from_secs(1));
-    let outcome = query.resume_with(&mut workspace, None, short, &clock);
+    let outcome = query.resume(&mut workspace, short.clock(&clock));
     assert_eq!(outcome.unwrap().stop, StopReason::Finished);
     assert_eq!(sorted(workspace.pairs()), case.truth);
 }
@@ -441,12 +437,12 @@ fn a_full_pair_buffer_stops_and_loses_nothing() {
                 let mut outcome = run(&query, workspace, ENOUGH);
                 let mut pairs = Vec::new();
                 while outcome.stop == StopReason::PairsFull {
-                    assert!(matches!(outcome.verdict, Verdict::Intersecting { .. }));
+                    assert!(matches!(outcome.value, Verdict::Intersecting { .. }));
                     assert!((1..=most).contains(&workspace.pairs().len()));
                     let certificate = query.certificate(workspace).unwrap();
                     assert_certificate(&certificate, &outcome, case.truth.len());
                     pairs.extend(workspace.drain_pairs());
-                    assert_eq!(outcome.found, pairs.len() as u64);
+                    assert_eq!(outcome.stats.found, pairs.len() as u64);
                     outcome = resume(&query, workspace, ENOUGH);
                 }
                 pairs.extend(workspace.drain_pairs());
@@ -460,20 +456,20 @@ fn a_full_pair_buffer_stops_and_loses_nothing() {
 fn only_a_stopped_run_of_the_same_query_resumes() {
     let sphere = Tree::new(shapes::icosphere(2));
     let other = Tree::new(shapes::icosphere(1));
-    let query = Query::new(&sphere, &sphere, shifted(0.5, 0.0, 0.0)).mode(Mode::All);
+    let query = Query::all_pairs(&sphere, &sphere, shifted(0.5, 0.0, 0.0));
     let clock = ManualClock::new();
     let mut workspace = Workspace::new();
-    let resumed = |query: &Query, workspace: &mut Workspace| {
-        query.resume_with(workspace, None, ENOUGH, &clock).is_ok()
+    let resumed = |query: &Query<Intersection>, workspace: &mut Workspace| {
+        query.resume(workspace, ENOUGH.clock(&clock)).is_ok()
     };
     assert!(!resumed(&query, &mut workspace), "fresh workspace");
     let finished = run(&query, &mut workspace, ENOUGH);
     assert_eq!(finished.stop, StopReason::Finished);
     assert!(!resumed(&query, &mut workspace), "finished run");
     let strangers = [
-        Query::new(&sphere, &sphere, shifted(0.6, 0.0, 0.0)).mode(Mode::All),
-        Query::new(&sphere, &other, shifted(0.5, 0.0, 0.0)).mode(Mode::All),
-        Query::new(&other, &sphere, shifted(0.5, 0.0, 0.0)).mode(Mode::All),
+        Query::all_pairs(&sphere, &sphere, shifted(0.6, 0.0, 0.0)),
+        Query::all_pairs(&sphere, &other, shifted(0.5, 0.0, 0.0)),
+        Query::all_pairs(&other, &sphere, shifted(0.5, 0.0, 0.0)),
         query.mode(Mode::Any),
         query.order(Order::BreadthFirst),
     ];
@@ -547,7 +543,9 @@ fn the_upper_bound_of_a_certificate_never_grows() {
             {
                 let clock = ManualClock::new();
                 let known = remembers.then_some(&mut memory);
-                let mut said = query.run_with(workspace, known, Budget::work(0), &clock);
+                let mut said = query
+                    .with_memory(known)
+                    .run(workspace, Budget::work(0).clock(&clock));
                 let mut bound = u64::MAX;
                 loop {
                     let certificate = query.certificate(workspace).unwrap();
@@ -572,7 +570,8 @@ fn the_upper_bound_of_a_certificate_never_grows() {
                     }
                     let known = remembers.then_some(&mut memory);
                     said = query
-                        .resume_with(workspace, known, Budget::work(1), &clock)
+                        .with_memory(known)
+                        .resume(workspace, Budget::work(1).clock(&clock))
                         .unwrap();
                 }
             }

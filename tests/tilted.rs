@@ -1,7 +1,7 @@
 //! How a part lies in its file must not matter: not for the answer, and hardly for the work.
 
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
-use punctual::{Budget, ManualClock, Mesh, Mode, Pose, Query, Tree, Workspace, shapes};
+use punctual::{Budget, ManualClock, Mesh, Pose, Query, Tree, Workspace, shapes};
 
 fn turned(mesh: &Mesh, by: DQuat) -> Mesh {
     let vertices = (0..mesh.vertex_count()).map(|i| by * mesh.vertex(i));
@@ -22,15 +22,13 @@ fn work(a: &Mesh, b: &Mesh, turn_a: DQuat, turn_b: DQuat) -> (u64, u64) {
         let shift = DVec3::new(0.02 * f64::from(i), 0.9, 0.3);
         let rotation = DMat3::from_quat(turn_a * turn * turn_b.inverse());
         let pose = Pose::new(rotation, turn_a * shift).unwrap();
-        let query = Query::new(&a, &b, pose).mode(Mode::All);
-        let outcome = query.run_with(
+        let query = Query::all_pairs(&a, &b, pose);
+        let outcome = query.run(
             &mut workspace,
-            None,
-            Budget::unlimited(),
-            &ManualClock::new(),
+            Budget::unlimited().clock(&ManualClock::new()),
         );
         work += outcome.stats.work;
-        found += outcome.found;
+        found += outcome.stats.found;
     }
     (work, found)
 }

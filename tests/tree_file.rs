@@ -75,7 +75,7 @@ fn answers(tree: &Tree, other: &Tree, pose: Pose) -> Vec<impl PartialEq + std::f
     for mode in MODES {
         for order in ORDERS {
             for budget in [ENOUGH, punctual::Budget::work(3_000)] {
-                let query = Query::new(tree, other, pose)
+                let query = Query::intersection(tree, other, pose)
                     .mode(mode)
                     .order(order)
                     .queue_threshold(0.0);
@@ -353,7 +353,7 @@ fn nodes_that_are_not_reached_are_refused() {
 fn assert_true(a: &Tree, b: &Tree, pose: Pose, workspace: &mut Workspace) {
     let truth = all_pairs(a.mesh(), b.mesh(), &pose);
     for mode in [Mode::Any, Mode::All] {
-        let query = Query::new(a, b, pose).mode(mode);
+        let query = Query::intersection(a, b, pose).mode(mode);
         let (outcome, pairs) = run_to_end(&query, workspace, ENOUGH);
         assert_complete(mode, &outcome, &pairs, &truth);
     }

@@ -4,7 +4,7 @@ mod common;
 
 use common::check::{self, ENOUGH, run, run_to_end, sorted};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Mode, Pose, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{Budget, Pose, Query, StopReason, Tree, Workspace, shapes};
 
 fn crossing() -> (Tree, Pose) {
     (
@@ -17,7 +17,7 @@ fn crossing() -> (Tree, Pose) {
 #[test]
 fn a_cloned_workspace_has_the_room_of_its_original() {
     let (tree, pose) = crossing();
-    let query = Query::new(&tree, &tree, pose).mode(Mode::All);
+    let query = Query::all_pairs(&tree, &tree, pose);
     for original in [Workspace::new(), Workspace::with_capacity(16, 100_000)] {
         let mut clone = original.clone();
         let outcome = run(&query, &mut clone, ENOUGH);
@@ -30,14 +30,14 @@ fn a_cloned_workspace_has_the_room_of_its_original() {
     let (outcome, pairs) = run_to_end(&query, &mut small.clone(), ENOUGH);
     assert_eq!(
         (outcome.stop, pairs.len() as u64),
-        (StopReason::Finished, outcome.found)
+        (StopReason::Finished, outcome.stats.found)
     );
 }
 
 #[test]
 fn a_clone_goes_on_with_the_stopped_run_of_its_original() {
     let (tree, pose) = crossing();
-    let query = Query::new(&tree, &tree, pose).mode(Mode::All);
+    let query = Query::all_pairs(&tree, &tree, pose);
     let mut workspace = Workspace::new();
     let full = run(&query, &mut workspace, ENOUGH);
     let all = workspace.pairs().to_vec();
@@ -60,9 +60,7 @@ fn a_threshold_that_is_no_number_counts_as_zero() {
     let (tree, pose) = crossing();
     let mut workspace = Workspace::new();
     let outcomes = [f32::NAN, 0.0, -1.0].map(|threshold| {
-        let query = Query::new(&tree, &tree, pose)
-            .mode(Mode::All)
-            .queue_threshold(threshold);
+        let query = Query::all_pairs(&tree, &tree, pose).queue_threshold(threshold);
         assert_eq!(
             run(&query, &mut workspace, Budget::work(3_000)).stop,
             StopReason::WorkLimit

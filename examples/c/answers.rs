@@ -56,12 +56,14 @@ fn controller() -> Result<(), Box<dyn Error>> {
         let (mut left, mut met, mut open) = (20_000, false, false);
         for (pair, memory) in memories.iter_mut().enumerate() {
             let (i, j) = (pair / LINKS, pair % LINKS);
-            let query = Query::new(&trees[i], &trees[j], a[i].inverse()?.compose(&b[j])?);
+            let query = Query::intersection(&trees[i], &trees[j], a[i].inverse()?.compose(&b[j])?);
             let share = Budget::work(left / (LINKS * LINKS - pair) as u64);
-            let outcome = query.run_with(&mut workspace, Some(memory), share, &ManualClock::new());
+            let outcome = query
+                .with_memory(memory)
+                .run(&mut workspace, share.clock(&ManualClock::new()));
             left = left.saturating_sub(outcome.stats.work);
-            met |= matches!(outcome.verdict, Verdict::Intersecting { .. });
-            open |= outcome.verdict == Verdict::Undecided;
+            met |= matches!(outcome.value, Verdict::Intersecting { .. });
+            open |= outcome.value == Verdict::Undecided;
         }
         if met {
             intersecting += 1;
@@ -127,7 +129,7 @@ fn engine() -> Result<(), Box<dyn Error>> {
         for (i, &id) in ids.iter().enumerate() {
             scene.set_pose(id, pose_of(i, frame)?)?;
         }
-        let report = scene.detect_with(Budget::work(400_000), &ManualClock::new());
+        let report = scene.detect(Budget::work(400_000).clock(&ManualClock::new()));
         pairs += report.pairs.len();
         decided += report.decided;
         intersecting += report.intersecting;

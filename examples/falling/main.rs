@@ -22,8 +22,7 @@ use cpu_time::ThreadTime;
 use picture::Picture;
 use punctual::glam::{DQuat, DVec3, Vec3};
 use punctual::{
-    Budget, ContactQuery, Mesh, MeshError, Patches, PoseError, PushOutQuery, Tree, Workspace,
-    shapes,
+    Budget, Mesh, MeshError, Patches, PoseError, PushOutQuery, Query, Tree, Workspace, shapes,
 };
 use solver::{Body, Point, STEP};
 
@@ -133,8 +132,8 @@ impl World {
     /// How far apart two bodies are, if that is within the margin.
     fn look(&mut self, pair: [usize; 2], margin: f64) -> Result<Option<f64>, PoseError> {
         let [a, b] = pair.map(|i| &self.bodies[i]);
-        let query = ContactQuery::new(&a.tree, &b.tree, b.pose_in(a)?).margin(margin);
-        self.tally.contacts += query.run(&mut self.workspace, BUDGET).found;
+        let query = Query::contacts(&a.tree, &b.tree, b.pose_in(a)?).margin(margin);
+        self.tally.contacts += query.run(&mut self.workspace, BUDGET).stats.found;
         self.tally.queries += 1;
         Ok(self
             .workspace

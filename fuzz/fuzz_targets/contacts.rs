@@ -4,14 +4,11 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{
-    Budget, Contact, ContactQuery, ManualClock, Patch, Patches, Pose, PushOutQuery, Query,
-    StopReason, Tree, Verdict, Workspace,
-};
+use punctual::{Budget, Contact, Contacts, ManualClock, Patch, Patches, Pose, PushOutQuery, Query, StopReason, Tree, Verdict, Workspace};
 use punctual_fuzz::contacts::{ENOUGH, Truth, listed, resume, run};
 use punctual_fuzz::{assert_names, few_triangles, length, pose};
 
-fn whole(query: &ContactQuery) -> Vec<Contact> {
+fn whole(query: &Query<Contacts>) -> Vec<Contact> {
     let mut workspace = Workspace::new();
     let _ = run(query, &mut workspace, ENOUGH);
     listed(&workspace)
@@ -26,7 +23,7 @@ fn ask(
     bytes: &mut Unstructured,
 ) -> Result<Vec<Contact>> {
     let margin = length(truth.size, bytes)?;
-    let query = ContactQuery::new(a, b, pose).margin(margin);
+    let query = Query::contacts(a, b, pose).margin(margin);
     let set = whole(&query);
     truth.assert_complete(margin, &set);
     let limit = usize::from(bytes.arbitrary::<u8>()?);
@@ -85,22 +82,13 @@ fn assert_patches(a: &Tree, b: &Tree, contacts: &[Contact], patches: &mut Patche
 }
 
 fn assert_push(a: &Tree, b: &Tree, pose: Pose, work: u64) {
-    let found = PushOutQuery::new(a, b, pose).run_with(
-        &mut Workspace::new(),
-        Budget::work(work),
-        &ManualClock::new(),
-    );
+    let found = PushOutQuery::new(a, b, pose).run(&mut Workspace::new(), Budget::work(work).clock(&ManualClock::new()));
     if let Some(push) = found.push {
         assert!(
             (push.direction.length() - 1.0).abs() < 1e-12 && push.distance >= 0.0,
             "{push:?}"
         );
-        let there = Query::new(a, b, push.b_in_a).run_with(
-            &mut Workspace::new(),
-            None,
-            ENOUGH,
-            &ManualClock::new(),
-        );
+        let there = Query::intersection(a, b, push.b_in_a).run(&mut Workspace::new(), ENOUGH.clock(&ManualClock::new()));
         assert_eq!(there.verdict, Verdict::Separated, "{push:?}");
     }
 }

@@ -4,9 +4,7 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{
-    Budget, Contact, ContactQuery, ManualClock, PairMemory, Pose, StopReason, Tree, Workspace,
-};
+use punctual::{Budget, Contact, ManualClock, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 use punctual_fuzz::distance::{ENOUGH, Question, Truth, run, run_with_memory};
 use punctual_fuzz::{assert_names, contacts, few_triangles, length, pose};
 
@@ -35,7 +33,7 @@ fn contacts_within(a: &Tree, b: &Tree, pose: Pose, margin: f64) -> Vec<Contact> 
     let mut workspace = Workspace::new();
     if (0.0..f64::INFINITY).contains(&margin) {
         let _ = contacts::run(
-            &ContactQuery::new(a, b, pose).margin(margin),
+            &Query::contacts(a, b, pose).margin(margin),
             &mut workspace,
             ENOUGH,
         );
@@ -73,12 +71,7 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
                     .expect("the workspace holds a stopped run");
                 assert_names(&plain, 0, &closer);
             }
-            let resumed = query.resume_with(
-                &mut workspace,
-                Some(&mut memory),
-                Budget::work(work.max(1)),
-                &clock,
-            );
+            let resumed = query.with_memory(&mut memory).resume(&mut workspace, Budget::work(work.max(1)).clock(&clock));
             let more = resumed.expect("the workspace holds a stopped run");
             assert!(
                 said.low <= more.low && more.high <= said.high,

@@ -5,10 +5,7 @@
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{
-    Budget, ManualClock, Mesh, Motion, MotionQuery, Passage, Pose, StopReason, Tree, Workspace,
-    triangles_intersect,
-};
+use punctual::{Answer, Budget, Impact, ManualClock, Mesh, Motion, Pose, Query, StopReason, TimeOfImpact, Tree, Workspace, triangles_intersect};
 use punctual_fuzz::Numbers;
 
 fn tree(bytes: &mut Unstructured) -> Result<Option<Tree>> {
@@ -73,7 +70,7 @@ fn meet(a: &Tree, b: &Tree, pose: &Pose) -> bool {
     })
 }
 
-fn assert_sound(query: &MotionQuery, [a, b]: [&Tree; 2], said: &Passage) {
+fn assert_sound(query: &Query<Impact>, [a, b]: [&Tree; 2], said: &Answer<TimeOfImpact>) {
     assert!(
         (0.0..=1.0).contains(&said.free_until)
             && said.touching_at.is_none_or(|time| time >= said.free_until)
@@ -96,16 +93,16 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
     let (Some(a), Some(b)) = (tree(bytes)?, tree(bytes)?) else {
         return Ok(());
     };
-    let mut query = MotionQuery::new(&a, &b, motion(bytes)?);
+    let mut query = Query::impact(&a, &b, motion(bytes)?);
     if bytes.ratio(1, 4)? {
-        query = MotionQuery::of_both([&a, &b], [motion(bytes)?, motion(bytes)?]);
+        query = Query::impact_of_both([&a, &b], [motion(bytes)?, motion(bytes)?]);
     }
     if bytes.ratio(1, 3)? {
         query = query.tolerance(Numbers::arbitrary(bytes)?.read(bytes)?);
     }
     let mut workspace = Workspace::with_capacity(bytes.int_in_range(0..=64)?, 1);
     let (clock, enough) = (ManualClock::new(), Budget::work(20_000_000));
-    let whole = query.run_with(&mut workspace, None, enough, &clock);
+    let whole = query.run(&mut workspace, enough.clock(&clock));
     assert_sound(&query, [&a, &b], &whole);
     if matches!(
         whole.stop,
@@ -114,11 +111,11 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
         return Ok(());
     }
     let piece = Budget::work(u64::from(bytes.arbitrary::<u16>()?) + whole.stats.work / 64);
-    let mut said = query.run_with(&mut workspace, None, piece, &clock);
+    let mut said = query.run(&mut workspace, piece.clock(&clock));
     while said.stop == StopReason::WorkLimit {
         assert_sound(&query, [&a, &b], &said);
         let more = query
-            .resume_with(&mut workspace, None, piece, &clock)
+            .resume(&mut workspace, piece.clock(&clock))
             .expect("the workspace holds a stopped run");
         assert!(said.free_until <= more.free_until, "{said:?} {more:?}");
         said = more;

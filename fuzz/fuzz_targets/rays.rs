@@ -4,10 +4,7 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{
-    Budget, ManualClock, Mesh, Ray, RayBatch, RayHit, RayMode, RayQuery, StopReason, Tree,
-    Workspace, triangles_intersect,
-};
+use punctual::{Budget, ManualClock, Mesh, Query, Ray, RayHit, RayMode, StopReason, Tree, Workspace, triangles_intersect};
 use punctual_fuzz::Numbers;
 
 fn tree(bytes: &mut Unstructured) -> Result<Option<Tree>> {
@@ -44,8 +41,8 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
     if bytes.arbitrary()? {
         workspace.use_portable_kernels();
     }
-    let query = RayQuery::new(&tree, ray).mode(RayMode::All);
-    let all = query.run_with(&mut workspace, Budget::unlimited(), &clock);
+    let query = Query::ray(&tree, ray).mode(RayMode::All);
+    let all = query.run(&mut workspace, Budget::unlimited().clock(&clock));
     if all.stop == StopReason::FlushedToZero {
         return Ok(());
     }
@@ -67,7 +64,7 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
         .min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
     let query = query.mode(RayMode::Nearest);
     let piece = Budget::work(bytes.int_in_range(1..=600)?);
-    let mut said = query.run_with(&mut workspace, piece, &clock);
+    let mut said = query.run(&mut workspace, piece.clock(&clock));
     while said.stop == StopReason::WorkLimit {
         let told = said.hit.map_or(f64::INFINITY, |hit| hit.t);
         assert!(
@@ -75,18 +72,12 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
             "{said:?} {hits:?}"
         );
         said = query
-            .resume_with(&mut workspace, piece, &clock)
+            .resume(&mut workspace, piece.clock(&clock))
             .expect("the workspace holds a stopped run");
     }
     assert_eq!(said.hit, nearest);
-    let mut batch = [None; 2];
-    let _ = RayBatch::new(&tree, &[ray, ray]).run_with(
-        &mut workspace,
-        &mut batch,
-        Budget::unlimited(),
-        &clock,
-    );
-    assert_eq!(batch, [nearest; 2]);
+    let _ = Query::rays(&tree, &[ray, ray]).run(&mut workspace, Budget::unlimited().clock(&clock));
+    assert_eq!(workspace.first_hits(), [nearest; 2]);
     Ok(())
 }
 

@@ -155,7 +155,7 @@ impl Model {
             2 => Budget::work(0),
             _ => Budget::unlimited(),
         };
-        self.scene.detect_with(budget, &clock);
+        self.scene.detect(budget.clock(&clock));
         let report = self.scene.report();
         assert_eq!(self.scene.len(), self.bodies.len());
         let mut listed = 0;

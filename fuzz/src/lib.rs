@@ -17,10 +17,7 @@ pub mod reference;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{
-    Budget, Certificate, Contact, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query,
-    StopReason, Tree, Workspace,
-};
+use punctual::{Budget, Certificate, Contact, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 
 /// How coordinates are read from bytes.
 #[derive(Clone, Copy)]
@@ -162,7 +159,7 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
         Order::BreadthFirst,
         Order::Random(1),
     ];
-    let query = Query::new(a, b, pose)
+    let query = Query::intersection(a, b, pose)
         .mode(mode)
         .order(*bytes.choose(&orders)?)
         .early(bytes.arbitrary()?)
@@ -190,12 +187,7 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
             }
             pairs.extend(workspace.drain_pairs());
             check::assert_sound(&outcome, &pairs, &truth);
-            let resumed = query.resume_with(
-                &mut workspace,
-                Some(&mut memory),
-                Budget::work(work.max(1)),
-                &clock,
-            );
+            let resumed = query.with_memory(&mut memory).resume(&mut workspace, Budget::work(work.max(1)).clock(&clock));
             outcome = resumed.expect("the workspace holds a stopped run");
         }
         pairs.extend(workspace.drain_pairs());

@@ -149,8 +149,7 @@ impl<'q, 'c> Search<'q, 'c> {
     /// Where the surfaces meet; `None` if they do not.
     fn contacts(&mut self) -> Step<Option<Segments>> {
         let PushOutQuery { a, b, b_in_a, .. } = *self.asked;
-        let query = Query::all_pairs(a, b, b_in_a)
-            .pair_limit(CONTACTS);
+        let query = Query::all_pairs(a, b, b_in_a).pair_limit(CONTACTS);
         let Some([x, _]) = self.witness(&query, false)? else {
             self.best = Some(Push {
                 direction: DVec3::X,
@@ -297,7 +296,12 @@ impl<'q, 'c> Search<'q, 'c> {
             return Err(StopReason::Finished);
         }
         self.queries += 1;
-        query.begin_as(query.strategy(complete), 0, self.workspace, Some(&self.memory));
+        query.begin_as(
+            query.strategy(complete),
+            0,
+            self.workspace,
+            Some(&self.memory),
+        );
         let stop = query.search(self.workspace, Some(&mut self.memory), self.deadline);
         self.work += self.workspace.work();
         match self.workspace.verdict(stop) {

@@ -1,7 +1,7 @@
 //! What is found without a query proves no more than is true: a [`glance`], and planes ([`Parting`]).
 
 use super::parting::Parting;
-use super::{Budget, DistanceQuery, ManualClock, Query, Verdict, Workspace, glance};
+use super::{Budget, ManualClock, Query, Verdict, Workspace, glance};
 use crate::math::Pose;
 use crate::math::random::Random;
 use crate::mesh::{Mesh, shapes};
@@ -34,11 +34,11 @@ fn rotation(random: &mut Random) -> DMat3 {
 /// instructions, from both sides.
 fn proven(bound: Bound, a: &Tree, b: &Tree, pose: &Pose) -> f64 {
     let (clock, mut workspace) = (ManualClock::new(), Workspace::new());
-    let met = Query::new(a, b, *pose)
-        .run_with(&mut workspace, None, Budget::unlimited(), &clock)
+    let met = Query::intersection(a, b, *pose)
+        .run(&mut workspace, Budget::unlimited().clock(&clock))
         .verdict;
     let distance =
-        DistanceQuery::new(a, b, *pose).run_with(&mut workspace, None, Budget::unlimited(), &clock);
+        Query::distance(a, b, *pose).run(&mut workspace, Budget::unlimited().clock(&clock));
     let check = |low: f64| {
         assert!(low <= distance.high, "{low:e} {distance:?}");
         assert!(low == 0.0 || met == Verdict::Separated, "{low:e} {met:?}");
@@ -203,12 +203,8 @@ fn a_plane_parts_what_is_convex_and_all_but_touches() {
                     4.0 * vector(random).try_normalize().unwrap_or(DVec3::X),
                 );
                 let pose = Pose::new(turn, away).unwrap();
-                let distance = DistanceQuery::new(a, b, pose).run_with(
-                    &mut workspace,
-                    None,
-                    Budget::unlimited(),
-                    &clock,
-                );
+                let distance = Query::distance(a, b, pose)
+                    .run(&mut workspace, Budget::unlimited().clock(&clock));
                 let [p, q] = distance.nearest.unwrap().points;
                 let pose = Pose::new(turn, away + (p - q) * (1.0 - gap / distance.high)).unwrap();
                 tried += 1;

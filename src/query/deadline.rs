@@ -243,15 +243,13 @@ impl<'c> Deadline<'c> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::query::ManualClock;
+    use crate::query::{Budget, ManualClock};
 
     #[test]
     fn slow_units_bring_the_looks_closer_together() {
         let clock = ManualClock::new();
-        let mut deadline = Deadline::of(
-            Budget::time(Duration::from_micros(100)).poll_interval(1),
-            &clock,
-        );
+        let budget = Budget::time(Duration::from_micros(100)).poll_interval(1);
+        let mut deadline = Deadline::of(budget.clock(&clock));
         deadline.begin(0);
         assert_eq!(deadline.stop(0), None);
         let second = deadline.next_look;
@@ -274,7 +272,7 @@ mod tests {
     #[test]
     fn after_long_steps_the_clock_is_asked_only_near_the_end() {
         let clock = ManualClock::new();
-        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(200)), &clock);
+        let mut deadline = Deadline::of(Budget::time(Duration::from_micros(200)).clock(&clock));
         deadline.begin(0);
         for _ in 0..2 {
             deadline.allow_for_long_step();

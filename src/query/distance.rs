@@ -236,7 +236,9 @@ impl Ask for Query<'_, Distance> {
             return;
         }
         let guess = memory.and_then(|memory| memory.nearest(self.a, self.b));
-        let known = memory.map_or(0.0, |memory| memory.clearance(self.a, self.b, &self.asked.b_in_a));
+        let known = memory.map_or(0.0, |memory| {
+            memory.clearance(self.a, self.b, &self.asked.b_in_a)
+        });
         let interval = Interval::new(self.tolerance(), self.margin(), self.asked.options.limit);
         let mut interval = interval.below(self.asked.ceiling);
         if self.asked.options.leaves_contact_open {

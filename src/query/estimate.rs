@@ -5,13 +5,13 @@
 
 use super::distance::Distance;
 use super::intersection::Intersection;
-use super::{Ask, Query};
 use super::memory::{PairMemory, Sought};
 use super::options::Mode;
 use super::probe::Probe;
 use super::queue::Pair;
 use super::views::Relation;
 use super::workspace::{ResumeError, Workspace};
+use super::{Ask, Query};
 use crate::math::lanes::Instructions;
 use crate::math::nanoseconds;
 use crate::model::closing::{self, Closing};

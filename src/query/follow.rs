@@ -2,9 +2,9 @@
 //!
 //! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the other end goes on.
 
-use super::meeting::{Meeting, Opener};
 use super::known::Added;
 use super::march::{Corners, March, Place, place};
+use super::meeting::{Meeting, Opener};
 use super::traversal::Traversal;
 use super::workspace::Workspace;
 use crate::math::lanes::{D4, Kernel, Lanes, per_axis};

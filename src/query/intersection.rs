@@ -5,8 +5,8 @@
 use super::budget::Budget;
 use super::certificate::Place;
 use super::lone::{Lone, Placing};
-use super::memory::{Before, PairMemory, WITNESSES};
 use super::meeting::{Meeting, Overlapping};
+use super::memory::{Before, PairMemory, WITNESSES};
 use super::options::{Mode, Options};
 use super::order::Order;
 use super::outcome::{StopReason, Verdict};
@@ -143,8 +143,12 @@ impl<'t> Query<'t, Intersection> {
         if complete {
             return Strategy::complete(&self.asked.options);
         }
-        let strategy =
-            Strategy::choose(&self.asked.options, Budget::work(0), self.can_march(), |_| false);
+        let strategy = Strategy::choose(
+            &self.asked.options,
+            Budget::work(0),
+            self.can_march(),
+            |_| false,
+        );
         Strategy {
             batch: WIDTH,
             ..strategy
@@ -230,7 +234,15 @@ impl<'t> Query<'t, Intersection> {
                 options,
                 opener: &lone,
             };
-            Traversal::new(question, trees, &self.asked.b_in_a, relation, workspace, deadline).advance()
+            Traversal::new(
+                question,
+                trees,
+                &self.asked.b_in_a,
+                relation,
+                workspace,
+                deadline,
+            )
+            .advance()
         } else {
             let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
             let question = Meeting {

@@ -2,8 +2,8 @@
 //! at a time through the exact test.
 
 use super::expand;
-use super::meeting::{Meeting, Opener};
 use super::lone::Lone;
+use super::meeting::{Meeting, Opener};
 use super::options::Mode;
 use super::traversal::Traversal;
 use super::triangle_pairs::rows;

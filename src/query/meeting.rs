@@ -12,7 +12,7 @@ use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::strategy::Marching;
-use super::traversal::{Visitor, Traversal};
+use super::traversal::{Traversal, Visitor};
 use super::workspace::Workspace;
 use crate::math::lanes::{Column, F8, Lanes, per_lane};
 use crate::math::{bits, larger};
@@ -116,7 +116,8 @@ impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
     /// The first hit ends a run that asks for no more.
     #[inline(always)]
     fn has_enough(&self) -> Option<StopReason> {
-        let is_enough = self.workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any;
+        let is_enough =
+            self.workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any;
         is_enough.then_some(StopReason::FirstHit)
     }
 

@@ -77,8 +77,8 @@ pub(crate) use deadline::Deadline;
 pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
 pub(crate) use flushing::matters as flushing_matters;
-pub use memory::PairMemory;
 pub use intersection::Intersection;
+pub use memory::PairMemory;
 pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
@@ -208,7 +208,7 @@ where
         self.resume_from(workspace, None, budget.into())
     }
 
-    /// The query with what is remembered of the pair from the frame before, and will be for the next.
+    /// The query with what is remembered of the pair, if anything, from the frame before, and will be for the next.
     ///
     /// As long as B stays within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known
     /// without a search; and triangles that met, or were closest, are looked at first.
@@ -222,13 +222,16 @@ where
     /// let again = query.with_memory(&mut memory).run(&mut workspace, Budget::unlimited());
     /// assert!(again.value == first.value && again.stats.work < first.stats.work);
     /// ```
-    pub fn with_memory<'m>(&'m self, memory: &'m mut PairMemory) -> QueryWithMemory<'m, 't, Q>
+    pub fn with_memory<'m>(
+        &'m self,
+        memory: impl Into<Option<&'m mut PairMemory>>,
+    ) -> QueryWithMemory<'m, 't, Q>
     where
         Q: Remembers,
     {
         QueryWithMemory {
             query: self,
-            memory,
+            memory: memory.into(),
         }
     }
 
@@ -312,7 +315,7 @@ where
 #[must_use]
 pub struct QueryWithMemory<'m, 't, Q> {
     query: &'m Query<'t, Q>,
-    memory: &'m mut PairMemory,
+    memory: Option<&'m mut PairMemory>,
 }
 
 impl<'t, Q: Question> QueryWithMemory<'_, 't, Q>
@@ -325,8 +328,7 @@ where
         workspace: &mut Workspace,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Answer<Q::Value> {
-        self.query
-            .run_from(workspace, Some(self.memory), budget.into())
+        self.query.run_from(workspace, self.memory, budget.into())
     }
 
     /// [`Query::resume`] by the memory.
@@ -339,6 +341,6 @@ where
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Answer<Q::Value>, ResumeError> {
         self.query
-            .resume_from(workspace, Some(self.memory), budget.into())
+            .resume_from(workspace, self.memory, budget.into())
     }
 }

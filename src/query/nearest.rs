@@ -16,7 +16,7 @@ use super::interval::Interval;
 use super::outcome::{LEVELS, StopReason};
 use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVE, least_key, root};
-use super::traversal::{Visitor, Traversal};
+use super::traversal::{Traversal, Visitor};
 use super::views::Relation;
 use crate::math::bits;
 use crate::math::lanes::Lanes;

@@ -1,8 +1,8 @@
 //! What must be true of every outcome, wherever the query stopped.
 
 use punctual::{
-    Budget, Certificate, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Verdict,
-    Workspace,
+    Answer, Budget, Certificate, Intersection, ManualClock, Mode, PairMemory, Query, StopReason,
+    Verdict, Workspace,
 };
 
 /// A budget that no query uses up. Unlike with [`Budget::unlimited`] the query cannot know that, so it goes about its
@@ -10,33 +10,43 @@ use punctual::{
 pub const ENOUGH: Budget = Budget::work(u64::MAX);
 
 /// One run without the system clock: it needs no feature.
-pub fn run(query: &Query, workspace: &mut Workspace, budget: Budget) -> Outcome {
-    query.run_with(workspace, None, budget, &ManualClock::new())
+pub fn run(
+    query: &Query<Intersection>,
+    workspace: &mut Workspace,
+    budget: Budget,
+) -> Answer<Verdict> {
+    query.run(workspace, budget.clock(&ManualClock::new()))
 }
 
 /// One run with a memory, without the system clock.
 pub fn run_with_memory(
-    query: &Query,
+    query: &Query<Intersection>,
     workspace: &mut Workspace,
     memory: &mut PairMemory,
     budget: Budget,
-) -> Outcome {
-    query.run_with(workspace, Some(memory), budget, &ManualClock::new())
+) -> Answer<Verdict> {
+    query
+        .with_memory(memory)
+        .run(workspace, budget.clock(&ManualClock::new()))
 }
 
 /// One resumption without the system clock.
-pub fn resume(query: &Query, workspace: &mut Workspace, budget: Budget) -> Outcome {
+pub fn resume(
+    query: &Query<Intersection>,
+    workspace: &mut Workspace,
+    budget: Budget,
+) -> Answer<Verdict> {
     query
-        .resume_with(workspace, None, budget, &ManualClock::new())
+        .resume(workspace, budget.clock(&ManualClock::new()))
         .expect("the workspace holds a stopped run")
 }
 
 /// Runs to the end, emptying the pair buffer as often as it fills: the last outcome and all pairs.
 pub fn run_to_end(
-    query: &Query,
+    query: &Query<Intersection>,
     workspace: &mut Workspace,
     budget: Budget,
-) -> (Outcome, Vec<[u32; 2]>) {
+) -> (Answer<Verdict>, Vec<[u32; 2]>) {
     let mut outcome = run(query, workspace, budget);
     let mut pairs = Vec::new();
     while outcome.stop == StopReason::PairsFull {
@@ -58,7 +68,7 @@ pub fn sorted(pairs: &[[u32; 2]]) -> Vec<[u32; 2]> {
 
 /// No false verdict, no false pair, no pair twice, honest counts. `truth` is ascending.
 #[track_caller]
-pub fn assert_sound(outcome: &Outcome, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
+pub fn assert_sound(outcome: &Answer<Verdict>, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
     let known = |pair: &[u32; 2]| truth.binary_search(pair).is_ok();
     if let Some(false_pair) = pairs.iter().find(|pair| !known(pair)) {
         panic!("{false_pair:?} do not intersect");
@@ -68,8 +78,12 @@ pub fn assert_sound(outcome: &Outcome, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
         ascending.windows(2).all(|two| two[0] != two[1]),
         "a pair was reported twice"
     );
-    assert_eq!(outcome.found, pairs.len() as u64, "count of found pairs");
-    match outcome.verdict {
+    assert_eq!(
+        outcome.stats.found,
+        pairs.len() as u64,
+        "count of found pairs"
+    );
+    match outcome.value {
         Verdict::Intersecting { witness } => assert!(known(&witness), "false witness {witness:?}"),
         Verdict::Within { .. } => panic!("a query without margins"),
         Verdict::Separated => {
@@ -88,10 +102,15 @@ pub fn assert_sound(outcome: &Outcome, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
 
 /// A run that nothing stopped: the whole truth in `All`, one true pair in `Any`.
 #[track_caller]
-pub fn assert_complete(mode: Mode, outcome: &Outcome, pairs: &[[u32; 2]], truth: &[[u32; 2]]) {
+pub fn assert_complete(
+    mode: Mode,
+    outcome: &Answer<Verdict>,
+    pairs: &[[u32; 2]],
+    truth: &[[u32; 2]],
+) {
     assert_sound(outcome, pairs, truth);
-    let hit = matches!(outcome.verdict, Verdict::Intersecting { .. });
-    assert_eq!(hit, !truth.is_empty(), "{:?}", outcome.verdict);
+    let hit = matches!(outcome.value, Verdict::Intersecting { .. });
+    assert_eq!(hit, !truth.is_empty(), "{:?}", outcome.value);
     match mode {
         Mode::Any if hit => assert_eq!(outcome.stop, StopReason::FirstHit),
         _ => assert_eq!(outcome.stop, StopReason::Finished),
@@ -103,10 +122,10 @@ pub fn assert_complete(mode: Mode, outcome: &Outcome, pairs: &[[u32; 2]], truth:
 
 /// The bound holds and the boxes are as large as said.
 #[track_caller]
-pub fn assert_certificate(certificate: &Certificate, outcome: &Outcome, truth: usize) {
+pub fn assert_certificate(certificate: &Certificate, outcome: &Answer<Verdict>, truth: usize) {
     let bound = certificate.upper_bound();
     assert!(bound >= truth as u64, "bound {bound} below truth {truth}");
-    assert!(bound >= outcome.found);
+    assert!(bound >= outcome.stats.found);
     let largest = certificate
         .boxes()
         .map(|open| open.extents().max_element())
@@ -117,7 +136,7 @@ pub fn assert_certificate(certificate: &Certificate, outcome: &Outcome, truth: u
         certificate.largest_extent()
     );
     if outcome.stop == StopReason::Finished {
-        assert_eq!(bound, outcome.found, "finished, so nothing is open");
+        assert_eq!(bound, outcome.stats.found, "finished, so nothing is open");
         assert_eq!(certificate.open_pairs(), 0);
         assert_eq!(certificate.boxes().count(), 0);
     }

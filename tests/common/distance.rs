@@ -1,4 +1,4 @@
-//! Distance queries against the exact distance of all pairs of triangles. A file that uses this has `exact_distance.rs` and
+//! Answer<Bounds> queries against the exact distance of all pairs of triangles. A file that uses this has `exact_distance.rs` and
 //! `reference.rs` beside it.
 #![allow(
     dead_code,
@@ -10,8 +10,8 @@ use std::collections::HashMap;
 
 use punctual::glam::DVec3;
 use punctual::{
-    Aabb, Budget, Distance, DistanceQuery, ManualClock, Nearest, PairMemory, Pose, StopReason,
-    Tree, Workspace,
+    Aabb, Answer, Bounds, Budget, Distance, ManualClock, Nearest, PairMemory, Pose, Query,
+    StopReason, Tree, Workspace,
 };
 
 use super::exact_distance;
@@ -50,8 +50,8 @@ impl Question {
         }
     }
 
-    pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> DistanceQuery<'t> {
-        let query = DistanceQuery::new(a, b, pose)
+    pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Distance> {
+        let query = Query::distance(a, b, pose)
             .relative_tolerance(self.relative)
             .margins(self.margins);
         let query = query.leave_contact_open(self.contact_open);
@@ -64,24 +64,30 @@ impl Question {
 }
 
 /// One run without the system clock: it needs no feature.
-pub fn run(query: &DistanceQuery, workspace: &mut Workspace, budget: Budget) -> Distance {
-    query.run_with(workspace, None, budget, &ManualClock::new())
+pub fn run(query: &Query<Distance>, workspace: &mut Workspace, budget: Budget) -> Answer<Bounds> {
+    query.run(workspace, budget.clock(&ManualClock::new()))
 }
 
 /// One run with a memory, without the system clock.
 pub fn run_with_memory(
-    query: &DistanceQuery,
+    query: &Query<Distance>,
     workspace: &mut Workspace,
     memory: &mut PairMemory,
     budget: Budget,
-) -> Distance {
-    query.run_with(workspace, Some(memory), budget, &ManualClock::new())
+) -> Answer<Bounds> {
+    query
+        .with_memory(memory)
+        .run(workspace, budget.clock(&ManualClock::new()))
 }
 
 /// One resumption without the system clock.
-pub fn resume(query: &DistanceQuery, workspace: &mut Workspace, budget: Budget) -> Distance {
+pub fn resume(
+    query: &Query<Distance>,
+    workspace: &mut Workspace,
+    budget: Budget,
+) -> Answer<Bounds> {
     query
-        .resume_with(workspace, None, budget, &ManualClock::new())
+        .resume(workspace, budget.clock(&ManualClock::new()))
         .expect("the workspace holds a stopped run")
 }
 
@@ -161,18 +167,18 @@ impl Truth {
 
     /// What must be true wherever a query stopped.
     #[track_caller]
-    pub fn assert_sound(&mut self, asked: &Question, said: &Distance) {
+    pub fn assert_sound(&mut self, asked: &Question, said: &Answer<Bounds>) {
         let [m, n] = asked.margins;
         let distance = self.distance();
         let order = |bound: f64| self.exact.order_of_sum(&[bound, m, n]);
         assert!(
-            said.low == 0.0 || order(said.low) != Ordering::Greater,
+            said.value.low == 0.0 || order(said.value.low) != Ordering::Greater,
             "low: {asked:?} {said:?}, is {distance:e}"
         );
-        let is_high = said.high == f64::INFINITY || order(said.high) != Ordering::Less;
+        let is_high = said.value.high == f64::INFINITY || order(said.value.high) != Ordering::Less;
         assert!(is_high, "high: {asked:?} {said:?}, is {distance:e}");
-        assert!(said.low <= said.high, "{said:?}");
-        if let Some(closer) = said.closer {
+        assert!(said.value.low <= said.value.high, "{said:?}");
+        if let Some(closer) = said.value.closer {
             let limit = asked.closer_than.expect("told only if asked");
             assert_eq!(
                 order(limit) != Ordering::Less,
@@ -180,9 +186,13 @@ impl Truth {
                 "{asked:?} {said:?}, is {distance:e}"
             );
         }
-        match said.nearest {
-            Some(nearest) => self.assert_nearest(asked, said.high, nearest),
-            None => assert_eq!(said.high, f64::INFINITY, "of which triangles? {said:?}"),
+        match said.value.nearest {
+            Some(nearest) => self.assert_nearest(asked, said.value.high, nearest),
+            None => assert_eq!(
+                said.value.high,
+                f64::INFINITY,
+                "of which triangles? {said:?}"
+            ),
         }
         let levels: u64 = said.stats.bv_tests_per_level.iter().sum();
         assert_eq!(levels, said.stats.bv_tests, "tests over all levels");
@@ -231,7 +241,7 @@ impl Truth {
 
     /// What must be true of a query that nothing stopped.
     #[track_caller]
-    pub fn assert_complete(&mut self, asked: &Question, said: &Distance) {
+    pub fn assert_complete(&mut self, asked: &Question, said: &Answer<Bounds>) {
         self.assert_sound(asked, said);
         assert_eq!(said.stop, StopReason::Finished, "{asked:?} {said:?}");
         let margin = asked.margins[0] + asked.margins[1];
@@ -239,21 +249,21 @@ impl Truth {
         if let Some(limit) = asked.closer_than {
             let close_call = (distance - (limit + margin)).abs() <= rounding;
             assert!(
-                said.closer.is_some() || close_call,
+                said.value.closer.is_some() || close_call,
                 "undecided: {asked:?} {said:?}, is {distance:e}"
             );
             return;
         }
         let absolute = asked.absolute.unwrap_or(self.tolerance);
-        let is_told = said.high == 0.0 || asked.contact_open && said.high <= absolute;
+        let is_told = said.value.high == 0.0 || asked.contact_open && said.value.high <= absolute;
         assert!(!self.meet() || is_told, "they meet: {asked:?} {said:?}");
         assert!(
             distance > margin - rounding || is_told,
             "they overlap: {asked:?} {said:?}, {distance:e}"
         );
-        let tolerance = absolute.max(said.low * asked.relative) + rounding;
+        let tolerance = absolute.max(said.value.low * asked.relative) + rounding;
         assert!(
-            said.high - said.low <= tolerance,
+            said.value.high - said.value.low <= tolerance,
             "{asked:?} {said:?}, is {distance:e} of {:e}",
             self.size
         );

@@ -1,7 +1,7 @@
 //! A query that nothing stopped, against brute force over all pairs: on soups made to be nasty and on surfaces.
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{ContactQuery, Mesh, Pose, StopReason, Tree, Workspace, shapes};
+use punctual::{Mesh, Pose, Query, StopReason, Tree, Workspace, shapes};
 
 use crate::common::random::{Drift, Family, Random, pose_about, poses, soup, soups};
 use crate::truth::{ENOUGH, Truth, listed, run};
@@ -23,7 +23,7 @@ fn assert_true(
     let counts = shares.iter().map(|share| {
         let margin = share * truth.size;
         let said = run(
-            &ContactQuery::new(a, b, pose).margin(margin),
+            &Query::contacts(a, b, pose).margin(margin),
             workspace,
             ENOUGH,
         );
@@ -98,7 +98,7 @@ fn boxes_that_touch() {
     }
     // Face to face: B is moved along x, so A parts from it along -x. Its upper face looks at A's.
     let _ = run(
-        &ContactQuery::new(&cube, &cube, moved(2.0, 0.0, 0.0)),
+        &Query::contacts(&cube, &cube, moved(2.0, 0.0, 0.0)),
         &mut workspace,
         ENOUGH,
     );
@@ -186,7 +186,7 @@ fn margins_of_all_kinds() {
     );
     let mut workspace = Workspace::new();
     workspace.reserve_contacts(a.mesh().len() * b.mesh().len());
-    let query = ContactQuery::new(&a, &b, moved(0.4, 0.1, 0.7));
+    let query = Query::contacts(&a, &b, moved(0.4, 0.1, 0.7));
     let mut set = |margin: f64| {
         let said = run(&query.margin(margin), &mut workspace, ENOUGH);
         assert_eq!(said.stop, StopReason::Finished);
@@ -216,10 +216,10 @@ fn nothing_has_no_contacts() {
         (&nothing, &nothing),
     ] {
         for margin in [0.0, 1.0, f64::INFINITY] {
-            let query = ContactQuery::new(a, b, Pose::IDENTITY).margin(margin);
+            let query = Query::contacts(a, b, Pose::IDENTITY).margin(margin);
             let said = run(&query, &mut workspace, ENOUGH);
             assert_eq!(
-                (said.stop, said.low, said.found),
+                (said.stop, said.value.low, said.stats.found),
                 (StopReason::Finished, f64::INFINITY, 0)
             );
             assert_eq!(query.certificate(&workspace).unwrap().open_pairs(), 0);

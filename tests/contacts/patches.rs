@@ -3,9 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{
-    Budget, Contact, ContactQuery, Mesh, Patch, Patches, Pose, Tree, Workspace, shapes,
-};
+use punctual::{Budget, Contact, Mesh, Patch, Patches, Pose, Query, Tree, Workspace, shapes};
 
 use crate::common::random::{Drift, Family, Random, pose_about, soup};
 use crate::finished::moved;
@@ -15,7 +13,7 @@ fn contacts(a: &Tree, b: &Tree, pose: Pose, margin: f64, budget: Budget) -> Vec<
     let mut workspace = Workspace::new();
     workspace.reserve_contacts(60_000);
     let _ = run(
-        &ContactQuery::new(a, b, pose).margin(margin),
+        &Query::contacts(a, b, pose).margin(margin),
         &mut workspace,
         budget,
     );

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, Contact, ContactQuery, Contacts, DistanceQuery, MAX_DISTANCE_STEP_WORK, ManualClock,
-    Mesh, Mode, Pose, Query, StopReason, Tree, Workspace, shapes,
+    Answer, Budget, Contact, ContactBounds, Contacts, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh,
+    Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 
 use crate::common::random::{Drift, Family, Random, pose_about, soup};
@@ -23,8 +23,8 @@ struct Case {
 }
 
 impl Case {
-    fn query(&self) -> ContactQuery<'_> {
-        ContactQuery::new(&self.a, &self.b, self.pose).margin(self.margin)
+    fn query(&self) -> Query<'_, Contacts> {
+        Query::contacts(&self.a, &self.b, self.pose).margin(self.margin)
     }
 }
 
@@ -106,7 +106,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-fn whole(query: &ContactQuery) -> (Contacts, Vec<Contact>) {
+fn whole(query: &Query<Contacts>) -> (Answer<ContactBounds>, Vec<Contact>) {
     let mut workspace = Workspace::new();
     let said = run(query, &mut workspace, ENOUGH);
     (said, listed(&workspace))
@@ -145,7 +145,7 @@ fn after_every_step_the_set_is_true_and_what_is_missing_is_far() {
         contacts += set.len();
         let mut said = run(&case.query(), &mut workspace, Budget::work(0));
         assert_eq!(
-            (said.stop, said.found, said.low),
+            (said.stop, said.stats.found, said.value.low),
             (StopReason::WorkLimit, 0, 0.0)
         );
         let (mut steps, mut bound) = (0, u64::MAX);
@@ -153,9 +153,10 @@ fn after_every_step_the_set_is_true_and_what_is_missing_is_far() {
             assert_eq!(said.stop, StopReason::WorkLimit);
             let part = listed(&workspace);
             assert!(
-                part.iter().all(|contact| set.contains(contact)) && said.found == part.len() as u64
+                part.iter().all(|contact| set.contains(contact))
+                    && said.stats.found == part.len() as u64
             );
-            case.truth.assert_missing(&set, &part, said.low);
+            case.truth.assert_missing(&set, &part, said.value.low);
             let now = case.query().certificate(&workspace).unwrap().upper_bound();
             assert!(
                 set.len() as u64 <= now && now <= bound,
@@ -167,7 +168,11 @@ fn after_every_step_the_set_is_true_and_what_is_missing_is_far() {
                 assert_named(&case, &workspace, &set);
             }
             let next = resume(&case.query(), &mut workspace, Budget::work(1));
-            assert!(said.low <= next.low, "{}: {said:?} {next:?}", case.name);
+            assert!(
+                said.value.low <= next.value.low,
+                "{}: {said:?} {next:?}",
+                case.name
+            );
             longest = longest.max(next.stats.work - said.stats.work);
             (said, steps) = (next, steps + 1);
         }
@@ -185,7 +190,7 @@ fn after_every_step_the_set_is_true_and_what_is_missing_is_far() {
 #[test]
 fn the_bound_rises_on_the_way() {
     let sphere = Tree::new(shapes::icosphere(4));
-    let query = ContactQuery::new(&sphere, &sphere, moved(2.05, 0.0, 0.0)).margin(0.15);
+    let query = Query::contacts(&sphere, &sphere, moved(2.05, 0.0, 0.0)).margin(0.15);
     let (finished, set) = whole(&query);
     let mut workspace = Workspace::new();
     let half = run(
@@ -193,10 +198,10 @@ fn the_bound_rises_on_the_way() {
         &mut workspace,
         Budget::work(finished.stats.work / 2),
     );
-    assert!(half.low > 0.05, "{half:?}");
+    assert!(half.value.low > 0.05, "{half:?}");
     let near = set
         .iter()
-        .filter(|contact| contact.distance < half.low)
+        .filter(|contact| contact.distance < half.value.low)
         .count();
     assert!(near > 0 && listed(&workspace)[..near] == set[..near]);
 }
@@ -269,7 +274,7 @@ fn pieces_of_any_size_end_in_the_same_set() {
                     assert_eq!(listed(&clone), set, "{}", case.name);
                 }
                 case.truth
-                    .assert_missing(&set, &listed(&workspace), said.low);
+                    .assert_missing(&set, &listed(&workspace), said.value.low);
                 let budget = Budget::work([1, 300, 5_000][random.below(3)]);
                 said = resume(&case.query(), &mut workspace, budget);
             }
@@ -291,12 +296,15 @@ fn budgets_of_time_are_sound_and_kept() {
     let mut workspace = Workspace::new();
     for mut case in cases() {
         let (_, set) = whole(&case.query());
-        let query = ContactQuery::new(&case.a, &case.b, case.pose).margin(case.margin);
+        let query = Query::contacts(&case.a, &case.b, case.pose).margin(case.margin);
         for ticks in (0u32..).map(|i| i * i) {
             let (clock, time) = (ManualClock::ticking(tick), tick * ticks);
-            let said = query.run_with(&mut workspace, Budget::time(time).poll_interval(64), &clock);
+            let said = query.run(
+                &mut workspace,
+                Budget::time(time).poll_interval(64).clock(&clock),
+            );
             case.truth
-                .assert_missing(&set, &listed(&workspace), said.low);
+                .assert_missing(&set, &listed(&workspace), said.value.low);
             let most_per_look = 64.max(time.as_nanos() as u64) + MAX_DISTANCE_STEP_WORK;
             assert!(
                 said.stats.work <= u64::from(ticks + 1) * most_per_look,
@@ -318,15 +326,15 @@ fn contacts_distances_and_intersections_in_turn() {
     for case in cases() {
         let query = case.query();
         let (finished, set) = whole(&query);
-        let distance = DistanceQuery::new(&case.a, &case.b, case.pose).closer_than(case.margin);
-        let meets = Query::new(&case.a, &case.b, case.pose).mode(Mode::All);
-        let alone = distance.run_with(&mut Workspace::new(), None, ENOUGH, &clock);
+        let distance = Query::distance(&case.a, &case.b, case.pose).closer_than(case.margin);
+        let meets = Query::all_pairs(&case.a, &case.b, case.pose);
+        let alone = distance.run(&mut Workspace::new(), ENOUGH.clock(&clock));
         let strangers = [query.margin(0.123), query.contact_limit(7)];
         let _ = run(&query, &mut workspace, Budget::work(0));
         assert!(
             strangers
                 .iter()
-                .all(|other| other.resume_with(&mut workspace, ENOUGH, &clock).is_err())
+                .all(|other| other.resume(&mut workspace, ENOUGH.clock(&clock)).is_err())
         );
         assert!(
             strangers
@@ -335,29 +343,25 @@ fn contacts_distances_and_intersections_in_turn() {
         );
         assert!(
             distance
-                .resume_with(&mut workspace, None, ENOUGH, &clock)
+                .resume(&mut workspace, ENOUGH.clock(&clock))
                 .is_err()
         );
-        assert!(
-            meets
-                .resume_with(&mut workspace, None, ENOUGH, &clock)
-                .is_err()
-        );
+        assert!(meets.resume(&mut workspace, ENOUGH.clock(&clock)).is_err());
         assert_eq!(resume(&query, &mut workspace, ENOUGH), finished);
         assert!(
-            query.resume_with(&mut workspace, ENOUGH, &clock).is_err(),
+            query.resume(&mut workspace, ENOUGH.clock(&clock)).is_err(),
             "it is complete"
         );
         assert_eq!(
-            distance.run_with(&mut workspace, None, ENOUGH, &clock),
+            distance.run(&mut workspace, ENOUGH.clock(&clock)),
             alone,
             "{}",
             case.name
         );
         assert_eq!(workspace.contacts().len(), 0);
-        let outcome = meets.run_with(&mut workspace, None, ENOUGH, &clock);
+        let outcome = meets.run(&mut workspace, ENOUGH.clock(&clock));
         let touching = set.iter().filter(|contact| contact.distance == 0.0).count();
-        assert_eq!(outcome.found, touching as u64, "{}", case.name);
+        assert_eq!(outcome.stats.found, touching as u64, "{}", case.name);
         assert_eq!(
             (run(&query, &mut workspace, ENOUGH), listed(&workspace)),
             (finished, set),

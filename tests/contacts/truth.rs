@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use punctual::glam::DVec3;
 use punctual::{
-    Aabb, Budget, Contact, ContactQuery, Contacts, ManualClock, Pose, StopReason, Tree, Workspace,
+    Aabb, Answer, Budget, Contact, ContactBounds, Contacts, ManualClock, Pose, Query, StopReason,
+    Tree, Workspace,
 };
 
 use crate::distance::least_gap;
@@ -18,14 +19,22 @@ type Triangle = [DVec3; 3];
 pub const ENOUGH: Budget = Budget::work(1_000_000_000);
 
 /// One run without the system clock: it needs no feature.
-pub fn run(query: &ContactQuery, workspace: &mut Workspace, budget: Budget) -> Contacts {
-    query.run_with(workspace, budget, &ManualClock::new())
+pub fn run(
+    query: &Query<Contacts>,
+    workspace: &mut Workspace,
+    budget: Budget,
+) -> Answer<ContactBounds> {
+    query.run(workspace, budget.clock(&ManualClock::new()))
 }
 
 /// One resumption without the system clock.
-pub fn resume(query: &ContactQuery, workspace: &mut Workspace, budget: Budget) -> Contacts {
+pub fn resume(
+    query: &Query<Contacts>,
+    workspace: &mut Workspace,
+    budget: Budget,
+) -> Answer<ContactBounds> {
     query
-        .resume_with(workspace, budget, &ManualClock::new())
+        .resume(workspace, budget.clock(&ManualClock::new()))
         .expect("the workspace holds a stopped run")
 }
 
@@ -231,9 +240,17 @@ impl Truth {
 
     /// The set of a query that nothing stopped.
     #[track_caller]
-    pub fn assert_finished(&mut self, margin: f64, said: &Contacts, workspace: &Workspace) {
-        assert_eq!((said.stop, said.low), (StopReason::Finished, f64::INFINITY));
-        assert_eq!(said.found, workspace.contacts().len() as u64);
+    pub fn assert_finished(
+        &mut self,
+        margin: f64,
+        said: &Answer<ContactBounds>,
+        workspace: &Workspace,
+    ) {
+        assert_eq!(
+            (said.stop, said.value.low),
+            (StopReason::Finished, f64::INFINITY)
+        );
+        assert_eq!(said.stats.found, workspace.contacts().len() as u64);
         let levels: u64 = said.stats.bv_tests_per_level.iter().sum();
         assert_eq!(levels, said.stats.bv_tests, "tests over all levels");
         self.assert_complete(margin, &listed(workspace));

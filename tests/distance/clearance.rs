@@ -39,16 +39,16 @@ fn a_clearance_never_hides_a_contact() {
                     "{family:?} {i}: {clearance}"
                 );
                 for mode in [Mode::Any, Mode::All] {
-                    let query = Query::new(&a, &b, pose).mode(mode);
+                    let query = Query::intersection(&a, &b, pose).mode(mode);
                     let said = check::run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
                     let truth = check::run(&query, &mut cold, ENOUGH);
                     assert_eq!(
-                        said.verdict == Verdict::Separated,
-                        truth.verdict == Verdict::Separated
+                        said.value == Verdict::Separated,
+                        truth.value == Verdict::Separated
                     );
                     if clearance > 0.0 {
                         assert_eq!(
-                            (said.verdict, said.stop),
+                            (said.value, said.stop),
                             (Verdict::Separated, StopReason::Finished)
                         );
                         assert_eq!((said.stats.work, said.stats.bv_tests), (0, 0));
@@ -91,7 +91,7 @@ fn a_clearance_ends_where_contact_begins() {
             ENOUGH,
         );
         let rounding = 1e-13 * far.max(1.0);
-        assert!((said.low - 1.0).abs() < rounding, "{said:?}");
+        assert!((said.value.low - 1.0).abs() < rounding, "{said:?}");
         for (x, is_known) in [
             (1.0 + 2.0 * rounding, true),
             (1.0, false),
@@ -102,16 +102,12 @@ fn a_clearance_ends_where_contact_begins() {
             let known = memory.clearance(&cube, &b, &at(x)) > 0.0;
             assert_eq!(known, is_known, "{x} from {far}");
             let said = check::run_with_memory(
-                &Query::new(&cube, &b, at(x)),
+                &Query::intersection(&cube, &b, at(x)),
                 &mut workspace,
                 &mut memory.clone(),
                 ENOUGH,
             );
-            assert_eq!(
-                said.verdict == Verdict::Separated,
-                x > 1.0,
-                "{x} from {far}"
-            );
+            assert_eq!(said.value == Verdict::Separated, x > 1.0, "{x} from {far}");
         }
     }
 }
@@ -145,10 +141,10 @@ fn a_clearance_is_of_two_surfaces() {
         .collect();
     sphere.refit_f64(&grown).unwrap();
     assert_eq!(memory.clearance(&sphere, &other, &pose), 0.0);
-    let query = Query::new(&sphere, &other, pose);
+    let query = Query::intersection(&sphere, &other, pose);
     let said = check::run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
     assert!(
-        matches!(said.verdict, Verdict::Intersecting { .. }),
+        matches!(said.value, Verdict::Intersecting { .. }),
         "{said:?}"
     );
 }
@@ -170,13 +166,14 @@ fn a_distance_begins_with_the_clearance() {
         Budget::work(0),
     );
     assert!(
-        whole.low - 0.1 - 1e-9 < said.low && said.low <= whole.low - 0.1 + 1e-9,
+        whole.value.low - 0.1 - 1e-9 < said.value.low
+            && said.value.low <= whole.value.low - 0.1 + 1e-9,
         "{whole:?} {said:?}"
     );
-    let near = Question::closer_than(whole.low - 0.2).query(&a, &b, moved(4.9, 0.0, 0.0));
+    let near = Question::closer_than(whole.value.low - 0.2).query(&a, &b, moved(4.9, 0.0, 0.0));
     let said = run_with_memory(&near, &mut workspace, &mut memory, Budget::work(0));
     assert_eq!(
-        (said.closer, said.stop, said.stats.work),
+        (said.value.closer, said.stop, said.stats.work),
         (Some(false), StopReason::Finished, 0),
         "{said:?}"
     );

@@ -2,8 +2,8 @@
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, DistanceEstimate, DistanceQuery, Mesh, PairMemory, Pose, Quantiles, ResumeError,
-    StopReason, Tree, Workspace, shapes,
+    Budget, DistanceEstimate, Mesh, PairMemory, Pose, Quantiles, Query, ResumeError, StopReason,
+    Tree, Workspace, shapes,
 };
 
 use crate::distance::{ENOUGH, run, run_with_memory};
@@ -33,10 +33,10 @@ fn estimates_lie_within_what_is_proven_and_end_with_it() {
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     for pose in poses() {
         for limit in [f64::INFINITY, 0.3, 0.0] {
-            let query = DistanceQuery::new(&a, &b, pose)
+            let query = Query::distance(&a, &b, pose)
                 .margins([0.1, 0.0])
                 .closer_than(limit);
-            let other = DistanceQuery::new(&b, &a, pose);
+            let other = Query::distance(&b, &a, pose);
             let mut found = run(&query, &mut workspace, Budget::work(0));
             let mut budget = 100;
             loop {
@@ -48,7 +48,7 @@ fn estimates_lie_within_what_is_proven_and_end_with_it() {
                 } = said;
                 assert!(is_ordered(remaining) && is_ordered(distance), "{said:?}");
                 assert!(
-                    found.low <= distance.p10 && distance.p90 <= found.high,
+                    found.value.low <= distance.p10 && distance.p90 <= found.value.high,
                     "{said:?} of {found:?}"
                 );
                 assert_eq!(
@@ -80,7 +80,7 @@ fn predicted_work_is_about_right() {
         let mut memory = PairMemory::new();
         let (mut below, mut within) = ([0; 2], [0; 2]);
         for pose in poses() {
-            let query = DistanceQuery::new(&a, &b, pose).closer_than(limit);
+            let query = Query::distance(&a, &b, pose).closer_than(limit);
             let told = [None, Some(&memory)].map(|memory| query.predict(memory));
             let cold = run(&query, &mut workspace, ENOUGH).stats.work;
             let warm = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH)
@@ -105,6 +105,6 @@ fn predicted_work_is_about_right() {
     }
     let nothing = Tree::new(Mesh::new([[0.0f32; 3]], []).unwrap());
     assert!(is_ordered(
-        DistanceQuery::new(&a, &nothing, Pose::IDENTITY).predict(None)
+        Query::distance(&a, &nothing, Pose::IDENTITY).predict(None)
     ));
 }

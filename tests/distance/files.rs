@@ -32,17 +32,17 @@ fn distances(path: &Path) -> Vec<f64> {
 
 /// Bounds of a distance that is known up to its rounding.
 #[track_caller]
-fn assert_near(said: &punctual::Distance, distance: f64, rounding: f64) {
+fn assert_near(said: &punctual::Answer<punctual::Bounds>, distance: f64, rounding: f64) {
     assert!(
-        said.low <= distance + rounding && distance <= said.high + rounding,
+        said.value.low <= distance + rounding && distance <= said.value.high + rounding,
         "{said:?}, is {distance:e}"
     );
     assert!(
-        said.high > 0.0 || distance == 0.0,
+        said.value.high > 0.0 || distance == 0.0,
         "{said:?}, is {distance:e}"
     );
     assert!(
-        said.low == 0.0 || distance > 0.0,
+        said.value.low == 0.0 || distance > 0.0,
         "{said:?}, is {distance:e}"
     );
 }
@@ -76,13 +76,13 @@ fn assert_pose(
         for said in [said, with_memory] {
             assert_near(&said, distance, rounding);
             assert_eq!(
-                (said.stop, said.high == 0.0),
+                (said.stop, said.value.high == 0.0),
                 (StopReason::Finished, distance == 0.0),
                 "{said:?}"
             );
-            let tolerance = (asked.relative * said.low).max(1e-6 * size) + rounding;
+            let tolerance = (asked.relative * said.value.low).max(1e-6 * size) + rounding;
             assert!(
-                said.high - said.low <= tolerance,
+                said.value.high - said.value.low <= tolerance,
                 "{said:?}, is {distance:e}"
             );
         }
@@ -95,7 +95,7 @@ fn assert_pose(
         );
         assert_near(&said, distance, rounding);
         assert!(
-            said.closer == Some(share > 1.0 || distance == 0.0) || distance < 20.0 * rounding,
+            said.value.closer == Some(share > 1.0 || distance == 0.0) || distance < 20.0 * rounding,
             "{share} {said:?}"
         );
     }

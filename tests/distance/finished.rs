@@ -1,9 +1,7 @@
 //! A query that nothing stopped, against brute force over all pairs: on soups made to be nasty and on surfaces.
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{
-    Budget, DistanceQuery, Mesh, Mode, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Budget, Mesh, Mode, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
 
 use crate::common::random::{Drift, Family, Random, pose_about, poses, soup, soups};
 use crate::distance::{ENOUGH, Question, Truth, run};
@@ -163,12 +161,12 @@ fn plates_that_nearly_touch_take_little_work() {
             let gap = 0.5 * gap;
             let turn = of_a * DMat3::from_rotation_z(angle) * of_b.transpose();
             let pose = Pose::new(turn, of_a * DVec3::new(0.013, 0.021, gap)).unwrap();
-            let query = DistanceQuery::new(&a, &b, pose);
+            let query = Query::distance(&a, &b, pose);
             for query in [query, query.absolute_tolerance(1e-4)] {
                 let said = query.run(&mut workspace, ENOUGH);
                 // Below the tolerance all that is asked is whether they meet.
                 assert!(
-                    said.low <= gap * (1.0 + 1e-9) && gap * (1.0 - 1e-9) <= said.high,
+                    said.value.low <= gap * (1.0 + 1e-9) && gap * (1.0 - 1e-9) <= said.value.high,
                     "{said:?}"
                 );
                 assert!(
@@ -178,11 +176,11 @@ fn plates_that_nearly_touch_take_little_work() {
                 );
             }
             for mode in [Mode::Any, Mode::All] {
-                let said = Query::new(&a, &b, pose)
+                let said = Query::intersection(&a, &b, pose)
                     .mode(mode)
                     .run(&mut workspace, ENOUGH);
                 assert!(
-                    said.verdict == Verdict::Separated && said.stats.work < LITTLE,
+                    said.value == Verdict::Separated && said.stats.work < LITTLE,
                     "{}",
                     said.stats.work
                 );
@@ -201,8 +199,8 @@ fn plates_within_the_tolerance_take_little_work_if_contact_is_left_open() {
     let (a, b) = (Tree::new(plate(100, tilted)), Tree::new(plate(91, tilted)));
     for gap in [0.0, 1e-16, 1e-12, 1e-8, 1e-7, 1e-6, 9e-5, 2e-4] {
         let along = tilted * DVec3::new(0.013, 0.021, gap);
-        let query = DistanceQuery::new(&a, &b, moved(along.x, along.y, along.z))
-            .absolute_tolerance(TOLERANCE);
+        let query =
+            Query::distance(&a, &b, moved(along.x, along.y, along.z)).absolute_tolerance(TOLERANCE);
         let said = query.leave_contact_open(true).run(&mut workspace, ENOUGH);
         assert!(
             said.stop == StopReason::Finished && said.stats.work < 50_000,
@@ -210,11 +208,12 @@ fn plates_within_the_tolerance_take_little_work_if_contact_is_left_open() {
         );
         let rounding = 1e-15;
         assert!(
-            said.low <= gap + rounding && gap <= said.high + rounding,
+            said.value.low <= gap + rounding && gap <= said.value.high + rounding,
             "{gap:e}: {said:?}"
         );
         assert!(
-            said.high - said.low <= TOLERANCE && (gap < TOLERANCE || said.low > 0.0),
+            said.value.high - said.value.low <= TOLERANCE
+                && (gap < TOLERANCE || said.value.low > 0.0),
             "{gap:e}: {said:?}"
         );
     }
@@ -375,12 +374,15 @@ fn nothing_is_infinitely_far() {
                 for budget in [Budget::work(0), ENOUGH] {
                     let said = run(&asked.query(a, b, Pose::IDENTITY), &mut workspace, budget);
                     assert_eq!(
-                        (said.low, said.high),
+                        (said.value.low, said.value.high),
                         (f64::INFINITY, f64::INFINITY),
                         "{asked:?}"
                     );
-                    assert_eq!((said.stop, said.nearest), (StopReason::Finished, None));
-                    assert_eq!(said.closer, asked.closer_than.map(|_| false));
+                    assert_eq!(
+                        (said.stop, said.value.nearest),
+                        (StopReason::Finished, None)
+                    );
+                    assert_eq!(said.value.closer, asked.closer_than.map(|_| false));
                 }
             }
         }
@@ -395,7 +397,7 @@ fn a_tolerance_that_is_asked_for_is_kept_however_far() {
     for far in [65.0, 1e3, 1e6] {
         let pose = moved(far, 0.3, 0.2);
         let mut truth = Truth::new(&sphere, &sphere, &pose);
-        let query = DistanceQuery::new(&sphere, &sphere, pose);
+        let query = Query::distance(&sphere, &sphere, pose);
         for absolute in [0.0, 1e-9] {
             let asked = Question {
                 absolute: Some(absolute),
@@ -409,7 +411,7 @@ fn a_tolerance_that_is_asked_for_is_kept_however_far() {
         let said = run(&query, &mut workspace, ENOUGH);
         truth.assert_sound(&Question::default(), &said);
         assert!(
-            said.high - said.low <= 1.000_000_1e-5 * said.low,
+            said.value.high - said.value.low <= 1.000_000_1e-5 * said.value.low,
             "{said:?}"
         );
     }
@@ -422,14 +424,14 @@ fn a_relative_tolerance_is_kept_within_margins() {
     let mut workspace = Workspace::new();
     for margins in [[0.0, 0.0], [0.5, 0.25], [0.9, 1.0], [1.0, 3.0]] {
         for share in [0.0, 1e-9, 1e-3, 1.0, 1e6, 1e13, 1e15, 1e17, 1e200] {
-            let asked = DistanceQuery::new(&sphere, &sphere, moved(4.2, 0.3, 0.2)).margins(margins);
+            let asked = Query::distance(&sphere, &sphere, moved(4.2, 0.3, 0.2)).margins(margins);
             let said = run(
                 &asked.absolute_tolerance(0.0).relative_tolerance(share),
                 &mut workspace,
                 ENOUGH,
             );
             assert!(
-                said.high <= (1.0 + share) * said.low + 1e-13,
+                said.value.high <= (1.0 + share) * said.value.low + 1e-13,
                 "{margins:?}, {share:e}: {said:?}"
             );
         }
@@ -465,24 +467,24 @@ fn nested_sheets_take_work_that_grows_with_the_triangles_only() {
             let sheet = nested(count);
             let pose = Pose::new(DMat3::IDENTITY, place).unwrap();
             let said = run(
-                &DistanceQuery::new(&sheet, &sheet, pose),
+                &Query::distance(&sheet, &sheet, pose),
                 &mut workspace,
                 ENOUGH,
             );
             assert_eq!(said.stop, StopReason::Finished);
             assert!(
-                said.high - said.low <= 1.001e-6 * sheet.unit_length(),
+                said.value.high - said.value.low <= 1.001e-6 * sheet.unit_length(),
                 "{said:?}"
             );
             let outer = nested(1);
             let exact = run(
-                &DistanceQuery::new(&outer, &outer, pose),
+                &Query::distance(&outer, &outer, pose),
                 &mut workspace,
                 ENOUGH,
             );
-            let truth = exact.high.min(DVec3::from(place).length());
+            let truth = exact.value.high.min(DVec3::from(place).length());
             assert!(
-                said.low <= truth && truth <= said.high + 1e-6,
+                said.value.low <= truth && truth <= said.value.high + 1e-6,
                 "{said:?} {exact:?}"
             );
             said.stats.work

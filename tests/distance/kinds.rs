@@ -13,8 +13,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    ContactQuery, Distance, DistanceQuery, ManualClock, Mesh, Motion, MotionQuery, Pose,
-    StopReason, Tree, Workspace,
+    Answer, Bounds, ManualClock, Mesh, Motion, Pose, Query, StopReason, Tree, Workspace,
 };
 
 use crate::bracket::{Bracket, bracket};
@@ -562,9 +561,9 @@ impl Truth {
     }
 
     /// The points are where they are said to be; those of triangles that meet are one.
-    fn assert_points(&self, said: &Distance) {
-        let points = said.nearest.unwrap().points;
-        let rounding = if said.high == 0.0 {
+    fn assert_points(&self, said: &Answer<Bounds>) {
+        let points = said.value.nearest.unwrap().points;
+        let rounding = if said.value.high == 0.0 {
             self.largest() * 1e-12 + 2.0 * f64::MIN_POSITIVE
         } else {
             self.rounding
@@ -578,7 +577,7 @@ impl Truth {
                 off.rounded()
             );
         }
-        if said.high == 0.0 {
+        if said.value.high == 0.0 {
             assert_eq!(points[0], points[1], "they are apart");
             let off = exact_distance::Distance::of(&[points[0]; 3], &self.b);
             assert_ne!(
@@ -590,7 +589,7 @@ impl Truth {
         } else {
             let apart = exact_distance::Distance::of(&[points[0]; 3], &[points[1]; 3]);
             assert_ne!(
-                apart.order_of_sum(&[said.high, 2.0 * self.rounding]),
+                apart.order_of_sum(&[said.value.high, 2.0 * self.rounding]),
                 Ordering::Less,
                 "{:e}",
                 apart.rounded()
@@ -607,29 +606,30 @@ impl Truth {
     }
 
     fn check(&self, [a, b]: [&Tree; 2], pose: Pose, workspace: &mut Workspace, round: u64) -> f64 {
-        let query = DistanceQuery::new(a, b, pose);
+        let query = Query::distance(a, b, pose);
         let exact = run(&query.absolute_tolerance(0.0), workspace, ENOUGH);
-        self.assert_bounds(exact.low, exact.high);
+        self.assert_bounds(exact.value.low, exact.value.high);
         assert_eq!(
-            (exact.stop, exact.high == 0.0),
+            (exact.stop, exact.value.high == 0.0),
             (StopReason::Finished, self.meet()),
             "{exact:?}"
         );
         assert!(
-            exact.high - exact.low <= self.bound,
+            exact.value.high - exact.value.low <= self.bound,
             "{exact:?} {:e}",
             self.distance()
         );
-        let [p, q] = exact.nearest.unwrap().points;
-        assert!(p == q || exact.high > 0.0, "{p} {q}");
+        let [p, q] = exact.value.nearest.unwrap().points;
+        assert!(p == q || exact.value.high > 0.0, "{p} {q}");
         if round.is_multiple_of(POINTS) {
             self.assert_points(&exact);
         }
         let said = run(&query, workspace, ENOUGH);
-        self.assert_bounds(said.low, said.high);
+        self.assert_bounds(said.value.low, said.value.high);
         let tolerance = 1e-6 * a.unit_length().max(b.unit_length());
         assert!(
-            said.high - said.low <= tolerance.max(1.01e-5 * said.low) + self.bound,
+            said.value.high - said.value.low
+                <= tolerance.max(1.01e-5 * said.value.low) + self.bound,
             "{said:?}"
         );
 
@@ -645,17 +645,15 @@ impl Truth {
             if limit >= 0.0 && is_told {
                 let said = run(&query.closer_than(limit), workspace, ENOUGH);
                 assert_eq!(
-                    said.closer,
+                    said.value.closer,
                     Some(answer),
                     "{limit:e}: {said:?}, is {distance:e}"
                 );
             }
             if limit > 0.0 && is_told {
-                let found = ContactQuery::new(a, b, pose).margin(limit).run_with(
-                    workspace,
-                    ENOUGH,
-                    &ManualClock::new(),
-                );
+                let found = Query::contacts(a, b, pose)
+                    .margin(limit)
+                    .run(workspace, ENOUGH.clock(&ManualClock::new()));
                 let found = (
                     found.stop,
                     workspace
@@ -685,25 +683,25 @@ impl Truth {
                 ENOUGH,
             );
             let left = (distance - margins[0] - margins[1]).max(0.0);
-            let [p, q] = said.nearest.unwrap().points;
+            let [p, q] = said.value.nearest.unwrap().points;
             assert!(p == q || !self.meet(), "{margins:?} {p} {q}");
             assert!(
-                said.low <= left + self.bound && left <= said.high + self.bound,
+                said.value.low <= left + self.bound && left <= said.value.high + self.bound,
                 "{margins:?} {said:?} {left:e}"
             );
             assert!(
-                said.high - said.low <= 2.0 * self.bound,
+                said.value.high - said.value.low <= 2.0 * self.bound,
                 "{margins:?} {said:?} {left:e}"
             );
         }
         // At rest, with a margin that is just enough and one that is not.
         if round.is_multiple_of(8) && self.largest() < 1e150 && self.bound > 1e-150 {
             let motion = Motion::straight(pose, DVec3::ZERO).unwrap();
-            let query = |margin: f64| MotionQuery::new(a, b, motion).margins([margin, 0.0]);
-            let said = query(farther).run_with(workspace, None, ENOUGH, &ManualClock::new());
-            assert_eq!(said.touching_at, Some(0.0), "{farther:e}: {said:?}");
+            let query = |margin: f64| Query::impact(a, b, motion).margins([margin, 0.0]);
+            let said = query(farther).run(workspace, ENOUGH.clock(&ManualClock::new()));
+            assert_eq!(said.value.upper, Some(0.0), "{farther:e}: {said:?}");
         }
-        (exact.high - exact.low) / self.bound
+        (exact.value.high - exact.value.low) / self.bound
     }
 }
 

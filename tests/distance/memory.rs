@@ -83,10 +83,10 @@ fn what_was_closest_is_looked_at_first() {
     let said = run_with_memory(&query, &mut workspace, &mut memory.clone(), Budget::work(1));
     truth.assert_sound(&Question::EXACT, &said);
     assert_eq!(
-        said.nearest.unwrap().triangles,
-        first.nearest.unwrap().triangles
+        said.value.nearest.unwrap().triangles,
+        first.value.nearest.unwrap().triangles
     );
-    assert!(said.high > 3.0);
+    assert!(said.value.high > 3.0);
     truth.assert_complete(
         &Question::EXACT,
         &run_with_memory(&query, &mut workspace, &mut memory, ENOUGH),
@@ -100,7 +100,7 @@ fn what_was_closest_is_looked_at_first() {
         Budget::work(1),
     );
     assert_eq!(
-        (said.closer, said.stop),
+        (said.value.closer, said.stop),
         (Some(true), StopReason::Finished),
         "{said:?}"
     );

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, Distance, DistanceQuery, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh, Mode, PairMemory,
-    Pose, Query, StopReason, Tree, Workspace, shapes,
+    Answer, Bounds, Budget, Distance, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh, PairMemory, Pose,
+    Query, StopReason, Tree, Workspace, shapes,
 };
 
 use crate::common::check;
@@ -112,7 +112,7 @@ fn cases() -> Vec<Case> {
 }
 
 /// Everything in turn: after each step.
-fn steps(query: &DistanceQuery, workspace: &mut Workspace) -> Vec<Distance> {
+fn steps(query: &Query<Distance>, workspace: &mut Workspace) -> Vec<Answer<Bounds>> {
     let mut steps = vec![run(query, workspace, Budget::work(0))];
     let mut bound = u64::MAX;
     while steps.last().unwrap().stop != StopReason::Finished {
@@ -126,15 +126,15 @@ fn steps(query: &DistanceQuery, workspace: &mut Workspace) -> Vec<Distance> {
 
 /// The same, whatever `-0` or NaN there may be.
 #[track_caller]
-fn assert_same_bits(one: &Distance, other: &Distance, name: &str) {
+fn assert_same_bits(one: &Answer<Bounds>, other: &Answer<Bounds>, name: &str) {
     assert_eq!(one, other, "{name}");
-    let bits = |said: &Distance| {
-        let points = said.nearest.map(|nearest| {
+    let bits = |said: &Answer<Bounds>| {
+        let points = said.value.nearest.map(|nearest| {
             nearest
                 .points
                 .map(|point| point.to_array().map(f64::to_bits))
         });
-        (said.low.to_bits(), said.high.to_bits(), points)
+        (said.value.low.to_bits(), said.value.high.to_bits(), points)
     };
     assert_eq!(bits(one), bits(other), "{name}");
 }
@@ -154,12 +154,12 @@ fn after_every_step_the_bounds_hold_and_only_close_in() {
             }
             for two in steps.windows(2) {
                 assert!(
-                    two[0].low <= two[1].low && two[1].high <= two[0].high,
+                    two[0].value.low <= two[1].value.low && two[1].value.high <= two[0].value.high,
                     "{}: {two:?}",
                     case.name
                 );
                 assert!(
-                    two[0].closer.is_none() || two[1].closer == two[0].closer,
+                    two[0].value.closer.is_none() || two[1].value.closer == two[0].value.closer,
                     "{}: {two:?}",
                     case.name
                 );
@@ -180,7 +180,7 @@ fn after_every_step_the_bounds_hold_and_only_close_in() {
                     .partition_point(|step| step.stats.work < budget)
                     .min(steps.len() - 1);
                 assert!(
-                    said.stats == steps[at].stats && said.high == steps[at].high,
+                    said.stats == steps[at].stats && said.value.high == steps[at].value.high,
                     "{}: {said:?}",
                     case.name
                 );
@@ -215,7 +215,8 @@ fn pieces_of_any_size_end_in_the_same_bits() {
                         assert_same_bits(&resume(&query, &mut clone, ENOUGH), &full, case.name);
                     }
                     said = query
-                        .resume_with(&mut pieces, Some(&mut copy), piece(&mut random), &clock)
+                        .with_memory(&mut copy)
+                        .resume(&mut pieces, piece(&mut random).clock(&clock))
                         .unwrap();
                 }
                 assert_same_bits(&said, &full, case.name);
@@ -233,8 +234,8 @@ fn with_any_tolerance_stops_after_every_step_end_in_the_same_bits() {
         for _ in 0..40 {
             let [a, b] = [150, 300].map(|count| Tree::new(soup(family, count, &mut random)));
             let pose = Pose::new(random.rotation(), random.vector() * 6.0).unwrap();
-            let query = DistanceQuery::new(&a, &b, pose);
-            let size = run(&query, &mut workspace, ENOUGH).high;
+            let query = Query::distance(&a, &b, pose);
+            let size = run(&query, &mut workspace, ENOUGH).value.high;
             for query in [
                 query.absolute_tolerance(size * random.unit()),
                 query.relative_tolerance(random.unit()),
@@ -264,11 +265,9 @@ fn budgets_of_time_are_sound_and_kept() {
             let query = asked.query(&case.a, &case.b, case.pose);
             for ticks in (0u32..).map(|i| i * i / 4) {
                 let (clock, time) = (ManualClock::ticking(tick), tick * ticks);
-                let mut said = query.run_with(
+                let mut said = query.run(
                     &mut workspace,
-                    None,
-                    Budget::time(time).poll_interval(64),
-                    &clock,
+                    Budget::time(time).poll_interval(64).clock(&clock),
                 );
                 case.truth.assert_sound(&asked, &said);
                 let most_per_look = 64.max(time.as_nanos() as u64) + MAX_DISTANCE_STEP_WORK;
@@ -283,10 +282,10 @@ fn budgets_of_time_are_sound_and_kept() {
                 assert!(said.stop == StopReason::Deadline && said.stats.elapsed.unwrap() >= time);
                 while ticks % 4 == 1 && said.stop == StopReason::Deadline {
                     let more = query
-                        .resume_with(&mut workspace, None, Budget::time(3 * tick), &clock)
+                        .resume(&mut workspace, Budget::time(3 * tick).clock(&clock))
                         .unwrap();
                     case.truth.assert_sound(&asked, &more);
-                    assert!(said.low <= more.low && more.high <= said.high);
+                    assert!(said.value.low <= more.value.low && more.value.high <= said.value.high);
                     said = more;
                 }
             }
@@ -302,7 +301,7 @@ fn near_the_deadline_the_clock_is_looked_at_after_all_closest_points() {
     let tick = Duration::from_nanos(1);
     let clock = ManualClock::ticking(tick);
     let looks = |time| {
-        let said = query.run_with(&mut Workspace::new(), None, Budget::time(time), &clock);
+        let said = query.run(&mut Workspace::new(), Budget::time(time).clock(&clock));
         assert_eq!(said.stop, StopReason::Finished);
         said.stats.elapsed.unwrap().as_nanos()
     };
@@ -330,7 +329,7 @@ fn a_full_queue_loses_nothing() {
                 while said.stop == StopReason::WorkLimit {
                     case.truth.assert_sound(&asked, &said);
                     let more = resume(&query, &mut workspace, Budget::work(700));
-                    assert!(said.low <= more.low && more.high <= said.high);
+                    assert!(said.value.low <= more.value.low && more.value.high <= said.value.high);
                     said = more;
                 }
                 assert_same_bits(&said, &full, case.name);
@@ -376,7 +375,7 @@ fn distances_and_intersections_in_turn() {
             asked.query(&case.b, &case.a, case.pose),
             asked.query(&case.a, &case.b, moved(0.1, 0.2, 0.3)),
         ];
-        let meets = Query::new(&case.a, &case.b, case.pose).mode(Mode::All);
+        let meets = Query::all_pairs(&case.a, &case.b, case.pose);
         let [full, all] = [
             run(&distance, &mut Workspace::new(), ENOUGH),
             run(&distance, &mut workspace, ENOUGH),
@@ -384,7 +383,7 @@ fn distances_and_intersections_in_turn() {
         assert_same_bits(&full, &all, case.name);
         assert!(
             distance
-                .resume_with(&mut workspace, None, ENOUGH, &clock)
+                .resume(&mut workspace, ENOUGH.clock(&clock))
                 .is_err(),
             "it is complete"
         );
@@ -392,18 +391,14 @@ fn distances_and_intersections_in_turn() {
         for _ in 0..2 {
             let stopped = run(&distance, &mut workspace, Budget::work(1));
             assert_eq!(stopped.stop, StopReason::WorkLimit);
-            assert!(
-                meets
-                    .resume_with(&mut workspace, None, ENOUGH, &clock)
-                    .is_err()
-            );
+            assert!(meets.resume(&mut workspace, ENOUGH.clock(&clock)).is_err());
             assert!(
                 meets.certificate(&workspace).is_err() && meets.estimate(&workspace, None).is_err()
             );
             for stranger in &strangers {
                 assert!(
                     stranger
-                        .resume_with(&mut workspace, None, ENOUGH, &clock)
+                        .resume(&mut workspace, ENOUGH.clock(&clock))
                         .is_err()
                 );
             }
@@ -412,7 +407,7 @@ fn distances_and_intersections_in_turn() {
             if stopped.stop == StopReason::WorkLimit {
                 assert!(
                     distance
-                        .resume_with(&mut workspace, None, ENOUGH, &clock)
+                        .resume(&mut workspace, ENOUGH.clock(&clock))
                         .is_err()
                 );
                 assert_eq!(
@@ -422,7 +417,7 @@ fn distances_and_intersections_in_turn() {
                     case.name
                 );
             }
-            assert_eq!(workspace.pairs().len() as u64, outcome.found);
+            assert_eq!(workspace.pairs().len() as u64, outcome.stats.found);
             let _ = run(&distance, &mut workspace, Budget::work(500));
             assert_eq!(
                 check::run(&meets, &mut workspace, check::ENOUGH),
@@ -432,6 +427,6 @@ fn distances_and_intersections_in_turn() {
             );
         }
         case.truth.assert_complete(&asked, &full);
-        assert_eq!(case.truth.meet(), outcome.found > 0);
+        assert_eq!(case.truth.meet(), outcome.stats.found > 0);
     }
 }

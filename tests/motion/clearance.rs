@@ -1,10 +1,7 @@
 //! What a distance proves for motions: they are free for as long as B cannot have gone so far.
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Budget, DistanceQuery, ManualClock, Motion, MotionQuery, PairMemory, Pose, StopReason, Tree,
-    Workspace,
-};
+use punctual::{Budget, ManualClock, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 use punctual::{Quantiles, shapes};
 
 use crate::common::random::{Family, Random, soup};
@@ -14,16 +11,13 @@ use crate::judge::{ENOUGH, Truth, run, run_with_memory};
 /// With a memory that knows how far apart the surfaces are at a pose.
 fn known_at(a: &Tree, b: &Tree, pose: Pose, budget: Budget) -> (PairMemory, f64) {
     let mut memory = PairMemory::new();
-    let query = DistanceQuery::new(a, b, pose)
+    let query = Query::distance(a, b, pose)
         .absolute_tolerance(0.0)
         .relative_tolerance(0.0);
-    let found = query.run_with(
-        &mut Workspace::new(),
-        Some(&mut memory),
-        budget,
-        &ManualClock::new(),
-    );
-    (memory, found.low)
+    let found = query
+        .with_memory(&mut memory)
+        .run(&mut Workspace::new(), budget.clock(&ManualClock::new()));
+    (memory, found.value.low)
 }
 
 #[test]
@@ -35,11 +29,11 @@ fn a_clearance_makes_motions_free_without_a_search() {
     let (memory, distance) = known_at(&a, &b, at(5.0, 0.0, 0.0), ENOUGH);
     let mut workspace = Workspace::new();
     let mut ask = |motion: Motion, margin: f64| {
-        let query = MotionQuery::new(&a, &b, motion).margins([margin, 0.0]);
+        let query = Query::impact(&a, &b, motion).margins([margin, 0.0]);
         let said = run_with_memory(&query, &mut workspace, &mut memory.clone(), Budget::work(0));
         (
-            said.free_until,
-            said.touching_at,
+            said.value.lower,
+            said.value.upper,
             said.stop == StopReason::Finished,
         )
     };
@@ -109,8 +103,8 @@ fn a_clearance_never_hides_a_contact_on_the_way() {
             // One body moves, or both do, which seen from A is another motion.
             let both = (i % 3 == 0).then(|| motions(family, 1, &mut random)[0]);
             let query = match both {
-                Some(of_a) => MotionQuery::of_both([&a, &b], [of_a, motion]),
-                None => MotionQuery::new(&a, &b, motion),
+                Some(of_a) => Query::impact_of_both([&a, &b], [of_a, motion]),
+                None => Query::impact(&a, &b, motion),
             };
             let budget = if i % 2 == 0 {
                 ENOUGH
@@ -124,13 +118,13 @@ fn a_clearance_never_hides_a_contact_on_the_way() {
             truth.assert_sound(&begun);
             let said = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH);
             let cold = run(&query, &mut workspace, ENOUGH);
-            assert!(said.free_until >= begun.free_until, "{begun:?} {said:?}");
+            assert!(said.value.lower >= begun.value.lower, "{begun:?} {said:?}");
             met += u32::from(truth.assert_complete(&said, &mut random));
-            known += u32::from(begun.free_until > 0.0);
-            free += u32::from(begun.free_until == 1.0);
+            known += u32::from(begun.value.lower > 0.0);
+            free += u32::from(begun.value.lower == 1.0);
             assert_eq!(
-                said.touching_at.is_some(),
-                cold.touching_at.is_some(),
+                said.value.upper.is_some(),
+                cold.value.upper.is_some(),
                 "{family:?} {i}: {said:?} {cold:?}"
             );
         }
@@ -151,26 +145,23 @@ fn predictions_go_by_searches() {
     );
     let (mut memory, distance) = known_at(&a, &b, at(5.0, 0.0, 0.0), ENOUGH);
     let motion = |way: f64| Motion::straight(at(5.0, 0.0, 0.0), [-way, 0.0, 0.0]).unwrap();
-    let far = MotionQuery::new(&a, &b, motion(2.0 * distance));
+    let far = Query::impact(&a, &b, motion(2.0 * distance));
     let said = run_with_memory(&far, &mut Workspace::new(), &mut memory, ENOUGH);
-    assert!(said.touching_at.is_some() && said.stats.work > 0);
+    assert!(said.value.upper.is_some() && said.stats.work > 0);
     let before: Quantiles = far.predict(Some(&memory));
-    let near = MotionQuery::new(&a, &b, motion(0.5 * distance));
+    let near = Query::impact(&a, &b, motion(0.5 * distance));
     let said = run_with_memory(&near, &mut Workspace::new(), &mut memory, ENOUGH);
-    assert_eq!((said.free_until, said.stats.work), (1.0, 0));
+    assert_eq!((said.value.lower, said.stats.work), (1.0, 0));
     assert_eq!(far.predict(Some(&memory)), before);
     let turned = Pose::new(DMat3::from_rotation_z(0.1), DVec3::new(5.0, 0.0, 0.0)).unwrap();
-    let distance = DistanceQuery::new(&a, &b, turned).closer_than(0.1);
-    let before = DistanceQuery::new(&a, &b, turned).predict(Some(&memory));
-    let said = distance.run_with(
-        &mut Workspace::new(),
-        Some(&mut memory),
-        ENOUGH,
-        &ManualClock::new(),
-    );
-    assert_eq!((said.closer, said.stats.work), (Some(false), 0));
+    let distance = Query::distance(&a, &b, turned).closer_than(0.1);
+    let before = Query::distance(&a, &b, turned).predict(Some(&memory));
+    let said = distance
+        .with_memory(&mut memory)
+        .run(&mut Workspace::new(), ENOUGH.clock(&ManualClock::new()));
+    assert_eq!((said.value.closer, said.stats.work), (Some(false), 0));
     assert_eq!(
-        DistanceQuery::new(&a, &b, turned).predict(Some(&memory)),
+        Query::distance(&a, &b, turned).predict(Some(&memory)),
         before
     );
 }

@@ -2,7 +2,7 @@
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, Mesh, Motion, MotionQuery, PairMemory, Pose, Quantiles, ResumeError, StopReason, Tree,
+    Budget, Mesh, Motion, PairMemory, Pose, Quantiles, Query, ResumeError, StopReason, Tree,
     Workspace, shapes,
 };
 
@@ -41,7 +41,7 @@ fn estimates_are_in_order_and_end_with_the_query() {
     let [a, b] = trees();
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     for motion in motions() {
-        let query = MotionQuery::new(&a, &b, motion);
+        let query = Query::impact(&a, &b, motion);
         let mut found = run(&query, &mut workspace, Budget::work(0));
         let mut budget = 100;
         while found.stop != StopReason::Finished {
@@ -76,7 +76,7 @@ fn predicted_work_is_about_right() {
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
     let mut within = [0; 2];
     for motion in motions() {
-        let query = MotionQuery::new(&a, &b, motion);
+        let query = Query::impact(&a, &b, motion);
         let told = [None, Some(&memory)].map(|memory| query.predict(memory));
         let cold = run(&query, &mut workspace, ENOUGH).stats.work;
         let warm = run_with_memory(&query, &mut workspace, &mut memory, ENOUGH)
@@ -111,7 +111,7 @@ fn something_is_told_of_every_motion() {
     ] {
         for velocity in [[0.0; 3], [1e200, 0.0, 0.0]] {
             let motion = Motion::straight(Pose::IDENTITY, velocity).unwrap();
-            let told = MotionQuery::new(a, b, motion).predict(None);
+            let told = Query::impact(a, b, motion).predict(None);
             assert!(is_ordered(told), "{told:?}");
         }
     }

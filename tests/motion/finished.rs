@@ -1,7 +1,7 @@
 //! A query that nothing stopped: on soups made to be nasty, and where the time of contact is known.
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Mesh, Motion, MotionQuery, Pose, StopReason, Tree, Workspace, shapes};
+use punctual::{Mesh, Motion, Pose, Query, StopReason, Tree, Workspace, shapes};
 
 use crate::common::random::{Drift, Family, pose_about, soup, soups};
 use crate::judge::{ENOUGH, Truth, run};
@@ -87,20 +87,20 @@ fn both_bodies_may_move() {
     for i in 0..30 {
         let [a, b] = [12, 20].map(|count| Tree::new(soup(Family::Double, count, &mut random)));
         let [of_a, of_b] = [0, 1].map(|_| motions(Family::Double, 1, &mut random)[0]);
-        let mut truth = Truth::of(MotionQuery::of_both([&a, &b], [of_a, of_b]), &a, &b);
+        let mut truth = Truth::of(Query::impact_of_both([&a, &b], [of_a, of_b]), &a, &b);
         let said = run(&truth.query, &mut workspace, ENOUGH);
         touching += u32::from(truth.assert_complete(&said, &mut random));
         // A body that stands still is one that does not move.
         let still = Motion::straight(Pose::IDENTITY, DVec3::ZERO).unwrap();
-        let of_one = run(&MotionQuery::new(&a, &b, of_b), &mut workspace, ENOUGH);
+        let of_one = run(&Query::impact(&a, &b, of_b), &mut workspace, ENOUGH);
         let of_two = run(
-            &MotionQuery::of_both([&a, &b], [still, of_b]),
+            &Query::impact_of_both([&a, &b], [still, of_b]),
             &mut workspace,
             ENOUGH,
         );
         let close = |x: f64, y: f64| (x - y).abs() < 1e-5;
         assert!(
-            close(of_one.free_until, of_two.free_until),
+            close(of_one.value.lower, of_two.value.lower),
             "{i}: {of_one:?} {of_two:?}"
         );
     }
@@ -130,36 +130,36 @@ fn the_time_of_contact_is_that_of_the_gap() {
         (3.0, 3.0),
     ] {
         let motion = Motion::straight(at(2.0 + gap, 0.3, 0.2), [-speed, 0.0, 0.0]).unwrap();
-        let said = run(&MotionQuery::new(&a, &b, motion), &mut workspace, ENOUGH);
+        let said = run(&Query::impact(&a, &b, motion), &mut workspace, ENOUGH);
         let time = gap / speed;
-        let touching = said.touching_at.unwrap();
+        let touching = said.value.upper.unwrap();
         assert!(
-            said.free_until <= time && time <= touching,
+            said.value.lower <= time && time <= touching,
             "{gap} {speed}: {said:?}"
         );
         let tolerance = 2e-6 * a.unit_length().min(b.unit_length());
         assert!(
-            (touching - said.free_until) * speed <= tolerance,
+            (touching - said.value.lower) * speed <= tolerance,
             "{gap} {speed}: {said:?}"
         );
         let exact = run(
-            &MotionQuery::new(&a, &b, motion).tolerance(0.0),
+            &Query::impact(&a, &b, motion).tolerance(0.0),
             &mut workspace,
             ENOUGH,
         );
         assert!(
-            (exact.touching_at.unwrap() - exact.free_until) * speed <= 1e-12 * (1.0 + speed),
+            (exact.value.upper.unwrap() - exact.value.lower) * speed <= 1e-12 * (1.0 + speed),
             "{exact:?}"
         );
         assert!(
-            exact.free_until <= time && time <= exact.touching_at.unwrap() + 1e-15,
+            exact.value.lower <= time && time <= exact.value.upper.unwrap() + 1e-15,
             "{exact:?}"
         );
     }
     // Just not reached.
     let motion = Motion::straight(at(3.0, 0.3, 0.2), [-1.0 + 1e-9, 0.0, 0.0]).unwrap();
-    let said = run(&MotionQuery::new(&a, &b, motion), &mut workspace, ENOUGH);
-    assert_eq!((said.free_until, said.touching_at), (1.0, None));
+    let said = run(&Query::impact(&a, &b, motion), &mut workspace, ENOUGH);
+    assert_eq!((said.value.lower, said.value.upper), (1.0, None));
 }
 
 /// The tolerance follows the smaller mesh: a ball lands as exactly on a slab as large as a town as on a table.
@@ -179,35 +179,31 @@ fn the_default_tolerance_is_that_of_the_smaller_mesh() {
                 start.translation(),
             )
             .unwrap();
-            let said = run(
-                &MotionQuery::new(&slab, &ball, motion),
-                &mut workspace,
-                ENOUGH,
-            );
-            let late = said.touching_at.unwrap() - said.free_until;
+            let said = run(&Query::impact(&slab, &ball, motion), &mut workspace, ENOUGH);
+            let late = said.value.upper.unwrap() - said.value.lower;
             assert!(
                 late * 10.0 <= 2.1e-6 * ball.unit_length(),
                 "{half} {turn}: {said:?}"
             );
             assert!(
-                (said.free_until - 0.25).abs() < 1e-6,
+                (said.value.lower - 0.25).abs() < 1e-6,
                 "{half} {turn}: {said:?}"
             );
             // A point that is a ball by its margin, and one that is not.
-            let thick = MotionQuery::new(&slab, &point, motion).margins([0.0, 0.5]);
+            let thick = Query::impact(&slab, &point, motion).margins([0.0, 0.5]);
             let said = run(&thick, &mut workspace, ENOUGH);
-            let late = said.touching_at.unwrap() - said.free_until;
+            let late = said.value.upper.unwrap() - said.value.lower;
             assert!(
-                late * 10.0 <= 1.1e-6 && (said.free_until - 0.25).abs() < 1e-6,
+                late * 10.0 <= 1.1e-6 && (said.value.lower - 0.25).abs() < 1e-6,
                 "{half} {turn}: {said:?}"
             );
             let said = run(
-                &MotionQuery::new(&slab, &point, motion),
+                &Query::impact(&slab, &point, motion),
                 &mut workspace,
                 ENOUGH,
             );
             assert!(
-                (said.free_until - 0.3).abs() < 1e-9 && said.stats.work < 100_000,
+                (said.value.lower - 0.3).abs() < 1e-9 && said.stats.work < 100_000,
                 "{half} {turn}: {said:?}"
             );
         }
@@ -227,13 +223,9 @@ fn a_turn_in_its_own_plane_takes_little_more_than_one_beside_it() {
                 let motion =
                     Motion::turning(start, [0.0; 3], [0.0, 0.0, angle], start.translation())
                         .unwrap();
-                run(
-                    &MotionQuery::new(&tree, &tree, motion),
-                    &mut workspace,
-                    ENOUGH,
-                )
-                .stats
-                .work
+                run(&Query::impact(&tree, &tree, motion), &mut workspace, ENOUGH)
+                    .stats
+                    .work
             };
             let [within, beside] = [0.0, 0.01].map(&mut work);
             assert!(
@@ -245,15 +237,11 @@ fn a_turn_in_its_own_plane_takes_little_more_than_one_beside_it() {
     // The time at which they meet is that of the angle.
     let start = at(0.9, 0.9, 0.0);
     let motion = Motion::turning(start, [0.0; 3], [0.0, 0.0, 6.2], start.translation()).unwrap();
-    let said = run(
-        &MotionQuery::new(&tree, &tree, motion),
-        &mut workspace,
-        ENOUGH,
-    );
+    let said = run(&Query::impact(&tree, &tree, motion), &mut workspace, ENOUGH);
     // The edge along y comes to the corner (0, 1), which is at (-.9, .1) from the axis.
     let nearest = (0.1_f64.atan2(-0.9) - std::f64::consts::FRAC_PI_2) / 6.2;
     assert!(
-        said.free_until <= nearest && nearest <= said.touching_at.unwrap() + 1e-12,
+        said.value.lower <= nearest && nearest <= said.value.upper.unwrap() + 1e-12,
         "{nearest} {said:?}"
     );
 }
@@ -268,17 +256,17 @@ fn the_time_of_contact_is_that_of_the_angle() {
         let start = at(0.0, 0.0, height);
         let motion = Motion::turning(start, DVec3::ZERO, [0.0, 1.6, 0.0], start.translation());
         let said = run(
-            &MotionQuery::new(&wall, &rod, motion.unwrap()),
+            &Query::impact(&wall, &rod, motion.unwrap()),
             &mut workspace,
             ENOUGH,
         );
         let time = height.asin() / 1.6;
         assert!(
-            said.free_until <= time && time <= said.touching_at.unwrap(),
+            said.value.lower <= time && time <= said.value.upper.unwrap(),
             "{time}: {said:?}"
         );
         assert!(
-            said.touching_at.unwrap() - said.free_until < 1e-5,
+            said.value.upper.unwrap() - said.value.lower < 1e-5,
             "{time}: {said:?}"
         );
     }
@@ -298,8 +286,8 @@ fn the_time_of_contact_in_a_short_turn_is_that_of_the_angle() {
                 Motion::turning(start, DVec3::ZERO, [0.0, angle, 0.0], start.translation())
                     .unwrap();
             for query in [
-                MotionQuery::new(&wall, &rod, motion),
-                MotionQuery::of_both(
+                Query::impact(&wall, &rod, motion),
+                Query::impact_of_both(
                     [&wall, &rod],
                     [
                         Motion::straight(Pose::IDENTITY, DVec3::ZERO).unwrap(),
@@ -309,19 +297,21 @@ fn the_time_of_contact_in_a_short_turn_is_that_of_the_angle() {
             ] {
                 let said = run(&query, &mut workspace, ENOUGH);
                 assert_eq!(
-                    said.touching_at.is_some(),
+                    said.value.upper.is_some(),
                     time < 1.0,
                     "{angle} {time}: {said:?}"
                 );
                 assert!(
-                    said.free_until <= time
+                    said.value.lower <= time
                         && said
-                            .touching_at
+                            .value
+                            .upper
                             .is_none_or(|touching| time <= touching + 1e-15)
                 );
                 assert!(
-                    said.touching_at
-                        .is_none_or(|touching| (touching - said.free_until) * angle < 1e-5)
+                    said.value
+                        .upper
+                        .is_none_or(|touching| (touching - said.value.lower) * angle < 1e-5)
                 );
             }
         }
@@ -337,11 +327,11 @@ fn thin_plates_and_fast_bodies_are_not_passed_through() {
         let start = at(0.21, -0.4, 0.37 * speed);
         let motion = Motion::straight(start, [0.0, 0.0, -speed]).unwrap();
         let said = run(
-            &MotionQuery::new(&plate, &bullet, motion),
+            &Query::impact(&plate, &bullet, motion),
             &mut workspace,
             ENOUGH,
         );
-        let (free, touching) = (said.free_until, said.touching_at.unwrap());
+        let (free, touching) = (said.value.lower, said.value.upper.unwrap());
         assert!(
             free <= 0.37 && (touching - free) * speed <= 1e-5 * (1.0 + speed * 1e-9),
             "{speed}: {said:?}"
@@ -364,11 +354,11 @@ fn a_motion_has_a_piece_even_if_meshes_are_too_large_for_lengths() {
     for velocity in [[0.0; 3], [0.0, 0.0, 1.0]] {
         let motion = Motion::straight(Pose::IDENTITY, velocity).unwrap();
         let said = run(
-            &MotionQuery::new(&a, &b, motion),
+            &Query::impact(&a, &b, motion),
             &mut Workspace::new(),
             ENOUGH,
         );
-        assert!(said.free_until == 0.0, "{said:?}");
+        assert!(said.value.lower == 0.0, "{said:?}");
     }
 }
 
@@ -404,11 +394,11 @@ fn nothing_is_free_where_a_mesh_of_1e301_meets_one_of_size_1() {
                     Motion::turning(Pose::IDENTITY, [0.0, way, 0.0], [0.0, 0.0, turn], [way; 3])
                         .unwrap();
                 for query in [
-                    MotionQuery::new(&a, &b, motion),
-                    MotionQuery::of_both([&a, &b], [motion; 2]),
+                    Query::impact(&a, &b, motion),
+                    Query::impact_of_both([&a, &b], [motion; 2]),
                 ] {
                     let said = run(&query, &mut Workspace::new(), ENOUGH);
-                    assert!(said.free_until == 0.0, "{size:e} {way:e} {turn}: {said:?}");
+                    assert!(said.value.lower == 0.0, "{size:e} {way:e} {turn}: {said:?}");
                 }
             }
         }
@@ -431,13 +421,13 @@ fn standing_still_is_a_motion() {
             Motion::turning(start, DVec3::ZERO, DVec3::ZERO, [5.0, 0.0, 0.0]),
         ] {
             let said = run(
-                &MotionQuery::new(&a, &b, motion.unwrap()),
+                &Query::impact(&a, &b, motion.unwrap()),
                 &mut workspace,
                 ENOUGH,
             );
             assert_eq!(said.stop, StopReason::Finished);
             let expected = if meets { (0.0, Some(0.0)) } else { (1.0, None) };
-            assert_eq!((said.free_until, said.touching_at), expected);
+            assert_eq!((said.value.lower, said.value.upper), expected);
         }
     }
 }
@@ -450,13 +440,9 @@ fn empty_meshes_are_free() {
     );
     let motion = Motion::straight(at(3.0, 0.0, 0.0), [-6.0, 0.0, 0.0]).unwrap();
     for (a, b) in [(&empty, &b), (&b, &empty), (&empty, &empty)] {
-        let said = run(
-            &MotionQuery::new(a, b, motion),
-            &mut Workspace::new(),
-            ENOUGH,
-        );
+        let said = run(&Query::impact(a, b, motion), &mut Workspace::new(), ENOUGH);
         assert_eq!(
-            (said.free_until, said.touching_at, said.stop),
+            (said.value.lower, said.value.upper, said.stop),
             (1.0, None, StopReason::Finished)
         );
     }
@@ -477,16 +463,16 @@ fn margins_make_contacts_earlier() {
         [7.0, 0.0],
         [f64::NAN, -1.0],
     ] {
-        let query = MotionQuery::new(&point, &b, motion).margins(margins);
+        let query = Query::impact(&point, &b, motion).margins(margins);
         let said = run(&query, &mut workspace, ENOUGH);
         let margin: f64 = margins.iter().filter(|margin| **margin > 0.0).sum();
         let time = ((3.0 - margin) / 4.0).max(0.0);
-        let touching = said.touching_at.unwrap();
+        let touching = said.value.upper.unwrap();
         assert!(
-            said.free_until <= time && time <= touching + 1e-15,
+            said.value.lower <= time && time <= touching + 1e-15,
             "{margin}: {said:?}"
         );
-        assert!(touching - said.free_until <= 2e-6, "{margin}: {said:?}");
+        assert!(touching - said.value.lower <= 2e-6, "{margin}: {said:?}");
     }
 }
 
@@ -497,16 +483,16 @@ fn parallel_plates_slide_and_land() {
     let b = Tree::new(shapes::cuboid(Vec3::new(0.75, 0.75, 0.5), 12));
     for gap in [1e-3, 1e-6, 1e-9] {
         let slide = Motion::straight(at(0.3, 0.4, 0.5 + gap), [0.5, -0.2, 0.0]).unwrap();
-        let said = run(&MotionQuery::new(&a, &b, slide), &mut workspace, ENOUGH);
+        let said = run(&Query::impact(&a, &b, slide), &mut workspace, ENOUGH);
         assert_eq!(
-            (said.free_until, said.touching_at),
+            (said.value.lower, said.value.upper),
             (1.0, None),
             "{gap}: {said:?}"
         );
         let land = Motion::straight(at(0.3, 0.4, 0.5 + gap), [0.5, -0.2, -2.0 * gap]).unwrap();
-        let said = run(&MotionQuery::new(&a, &b, land), &mut workspace, ENOUGH);
+        let said = run(&Query::impact(&a, &b, land), &mut workspace, ENOUGH);
         assert!(
-            said.free_until <= 0.5 && said.touching_at.unwrap() >= 0.5 - 1e-7,
+            said.value.lower <= 0.5 && said.value.upper.unwrap() >= 0.5 - 1e-7,
             "{gap}: {said:?}"
         );
     }
@@ -528,27 +514,23 @@ fn tolerances_are_kept() {
     let mut workspace = Workspace::new();
     let mut last = 0.0;
     for tolerance in [1e-1, 1e-3, 1e-6, 1e-9, 0.0, f64::NAN] {
-        let mut truth = Truth::of(
-            MotionQuery::new(&a, &b, motion).tolerance(tolerance),
-            &a,
-            &b,
-        );
+        let mut truth = Truth::of(Query::impact(&a, &b, motion).tolerance(tolerance), &a, &b);
         let said = run(&truth.query, &mut workspace, ENOUGH);
         assert!(truth.assert_complete(&said, &mut Random::new(1)));
         assert!(
-            said.touching_at.unwrap() - said.free_until <= tolerance.max(1e-13),
+            said.value.upper.unwrap() - said.value.lower <= tolerance.max(1e-13),
             "{said:?}"
         );
-        last = f64::max(last, said.free_until);
-        let by_time = MotionQuery::new(&a, &b, motion)
+        last = f64::max(last, said.value.lower);
+        let by_time = Query::impact(&a, &b, motion)
             .tolerance(0.0)
             .time_tolerance(tolerance);
         let said = run(&by_time, &mut workspace, ENOUGH);
         assert!(
-            said.touching_at.unwrap() - said.free_until <= tolerance.max(1e-13),
+            said.value.upper.unwrap() - said.value.lower <= tolerance.max(1e-13),
             "{said:?}"
         );
-        assert!(said.touching_at.unwrap() >= last, "{said:?}");
+        assert!(said.value.upper.unwrap() >= last, "{said:?}");
     }
 }
 
@@ -599,11 +581,11 @@ fn a_mesh_far_along_its_axis_is_no_dearer() {
         };
         let motion = Motion::screw(pose(0.0, 5.2), pose(0.3, 2.2)).unwrap();
         let said = run(
-            &MotionQuery::new(&ball, &moved, motion),
+            &Query::impact(&ball, &moved, motion),
             &mut workspace,
             ENOUGH,
         );
-        assert_eq!((said.free_until, said.touching_at), (1.0, None));
+        assert_eq!((said.value.lower, said.value.upper), (1.0, None));
         work.push(said.stats.work);
     }
     assert!(work.iter().all(|units| *units <= 2 * work[0]), "{work:?}");
@@ -628,11 +610,11 @@ fn bodies_that_turn_together_are_little_dearer() {
         let place = |time: f64, turn: f64| carried.pose(time).compose(&beside(turn)).unwrap();
         let rolling = Motion::screw(place(0.0, 0.13), place(1.0, 0.16)).unwrap();
         let said = run(
-            &MotionQuery::of_both([&gear, &gear], [carried, rolling]),
+            &Query::impact_of_both([&gear, &gear], [carried, rolling]),
             &mut workspace,
             ENOUGH,
         );
-        assert_eq!((said.free_until, said.touching_at), (1.0, None));
+        assert_eq!((said.value.lower, said.value.upper), (1.0, None));
         work.push(said.stats.work);
     }
     assert!(

@@ -2,8 +2,8 @@
 
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Budget, MAX_DISTANCE_STEP_WORK, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason,
-    Tree, Workspace, shapes, triangle_segment,
+    Answer, Budget, Impact, MAX_DISTANCE_STEP_WORK, Motion, PairMemory, Pose, Query, StopReason,
+    TimeOfImpact, Tree, Workspace, shapes, triangle_segment,
 };
 
 use crate::common::random::{Family, soup};
@@ -72,8 +72,8 @@ fn after_every_step_nothing_is_false() {
         truth.assert_complete(steps.last().unwrap(), &mut random);
         for two in steps.windows(2) {
             truth.assert_sound(&two[0]);
-            assert!(two[0].free_until <= two[1].free_until, "{two:?}");
-            let time = |said: &Passage| said.touching_at.unwrap_or(f64::INFINITY);
+            assert!(two[0].value.lower <= two[1].value.lower, "{two:?}");
+            let time = |said: &Answer<TimeOfImpact>| said.value.upper.unwrap_or(f64::INFINITY);
             assert!(time(&two[0]) >= time(&two[1]), "{two:?}");
             longest = longest.max(two[1].stats.work - two[0].stats.work);
         }
@@ -92,7 +92,7 @@ fn after_every_step_the_first_contact_is_in_the_boxes_of_the_certificate() {
     let (mut workspace, mut finished) = (Workspace::new(), Workspace::new());
     let (mut looked, mut pieces) = (0, 0);
     for ([a, b], motion) in &cases() {
-        let query = MotionQuery::new(a, b, *motion);
+        let query = Query::impact(a, b, *motion);
         let known = run(&query, &mut finished, ENOUGH);
         assert_eq!(query.certificate(&finished).unwrap().open_pairs(), 0);
         assert!(
@@ -100,9 +100,10 @@ fn after_every_step_the_first_contact_is_in_the_boxes_of_the_certificate() {
             "another query"
         );
         let place = known
-            .touching_at
-            .and_then(|time| place(&query, [a, b], time, known.triangles?));
-        let within = 2.0 * (known.touching_at.unwrap_or(1.0) - known.free_until) + 1e-9;
+            .value
+            .upper
+            .and_then(|time| place(&query, [a, b], time, known.value.triangles?));
+        let within = 2.0 * (known.value.upper.unwrap_or(1.0) - known.value.lower) + 1e-9;
         let mut said = run(&query, &mut workspace, Budget::work(0));
         let mut bound = u64::MAX;
         while said.stop != StopReason::Finished {
@@ -123,8 +124,8 @@ fn after_every_step_the_first_contact_is_in_the_boxes_of_the_certificate() {
                     .all(|open| open.min.is_finite() && open.max.is_finite() && !open.is_empty())
             );
             pieces = pieces.max(open);
-            if let (Some(time), Some(place)) = (known.touching_at, place)
-                && said.touching_at.is_none_or(|found| found > time + within)
+            if let (Some(time), Some(place)) = (known.value.upper, place)
+                && said.value.upper.is_none_or(|found| found > time + within)
             {
                 let holds = |at: DVec3| certificate.boxes().any(|open| open.contains(at));
                 assert!(place.into_iter().all(holds), "{place:?} {said:?}");
@@ -140,7 +141,7 @@ fn after_every_step_the_first_contact_is_in_the_boxes_of_the_certificate() {
 
 /// The ends of what two triangles have in common at a time, in A's frame, if that is known.
 fn place(
-    query: &MotionQuery,
+    query: &Query<Impact>,
     [a, b]: [&Tree; 2],
     time: f64,
     triangles: [u32; 2],
@@ -159,7 +160,7 @@ fn pieces_of_any_size_end_in_the_same_bits() {
     let mut random = Random::new(2);
     let (mut whole, mut pieces) = (Workspace::new(), Workspace::with_capacity(4096, 1));
     for ([a, b], motion) in &cases() {
-        let query = MotionQuery::new(a, b, *motion);
+        let query = Query::impact(a, b, *motion);
         let (mut memory, mut copy) = (PairMemory::new(), PairMemory::new());
         for _ in 0..3 {
             let full = run_with_memory(&query, &mut whole, &mut memory, ENOUGH);
@@ -180,7 +181,7 @@ fn pieces_of_any_size_end_in_the_same_bits() {
         }
         assert!(
             query
-                .resume_with(&mut pieces, None, ENOUGH, &punctual::ManualClock::new())
+                .resume(&mut pieces, ENOUGH.clock(&punctual::ManualClock::new()))
                 .is_err(),
             "it is complete"
         );
@@ -188,7 +189,7 @@ fn pieces_of_any_size_end_in_the_same_bits() {
         let other = query.tolerance(0.5);
         assert!(
             other
-                .resume_with(&mut pieces, None, ENOUGH, &punctual::ManualClock::new())
+                .resume(&mut pieces, ENOUGH.clock(&punctual::ManualClock::new()))
                 .is_err(),
             "another query"
         );
@@ -202,7 +203,7 @@ fn with_any_tolerance_stops_after_every_step_end_in_the_same_bits() {
     for family in [Family::Double, Family::Unequal, Family::Grid] {
         for motion in motions(family, 40, &mut random) {
             let [a, b] = [9, 12].map(|count| Tree::new(soup(family, count, &mut random)));
-            let query = MotionQuery::new(&a, &b, motion).tolerance(random.unit() * random.unit());
+            let query = Query::impact(&a, &b, motion).tolerance(random.unit() * random.unit());
             let full = run(&query, &mut workspace, ENOUGH);
             if full.stop != StopReason::Finished {
                 continue;
@@ -223,7 +224,7 @@ fn what_is_known_does_not_depend_on_kernels_or_room() {
     portable.use_portable_kernels();
     let mut small = Workspace::with_capacity(0, 1);
     for ([a, b], motion) in &cases() {
-        let query = MotionQuery::new(a, b, *motion);
+        let query = Query::impact(a, b, *motion);
         let said = run(&query, &mut fast, ENOUGH);
         assert_eq!(said, run(&query, &mut portable, ENOUGH));
         let cramped = run(&query, &mut small, ENOUGH);
@@ -232,12 +233,12 @@ fn what_is_known_does_not_depend_on_kernels_or_room() {
         let warm = run_with_memory(&query, &mut fast, &mut memory, ENOUGH);
         for other in [cramped, warm] {
             assert_eq!(
-                said.touching_at.is_some(),
-                other.touching_at.is_some(),
+                said.value.upper.is_some(),
+                other.value.upper.is_some(),
                 "{said:?} {other:?}"
             );
             assert!(
-                (said.free_until - other.free_until).abs() < 1e-5,
+                (said.value.lower - other.value.lower).abs() < 1e-5,
                 "{said:?} {other:?}"
             );
         }
@@ -251,12 +252,12 @@ fn a_deadline_ends_it_with_what_is_proven() {
     for ([a, b], motion) in &cases() {
         let truth = Truth::new(a, b, *motion);
         let budget = Budget::time(std::time::Duration::from_micros(12));
-        let mut said = truth.query.run_with(&mut workspace, None, budget, &clock);
+        let mut said = truth.query.run(&mut workspace, budget.clock(&clock));
         while said.stop == StopReason::Deadline {
             truth.assert_sound(&said);
             said = truth
                 .query
-                .resume_with(&mut workspace, None, budget, &clock)
+                .resume(&mut workspace, budget.clock(&clock))
                 .unwrap();
         }
         assert_eq!(said.stop, StopReason::Finished);

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use punctual::{Motion, MotionQuery, Pose, StopReason, Tree, Workspace};
+use punctual::{Motion, Pose, Query, StopReason, Tree, Workspace};
 
 use crate::common::files::{Soup, shared, text, value};
 use crate::judge::{ENOUGH, run};
@@ -38,26 +38,26 @@ fn no_contact_of_the_listed_motions_is_missed() {
             };
             let start = Pose::from_row_major(start.try_into().unwrap()).unwrap();
             let motion = Motion::straight(start, [*x, *y, *z]).unwrap();
-            let said = run(&MotionQuery::new(&a, &b, motion), &mut workspace, ENOUGH);
+            let said = run(&Query::impact(&a, &b, motion), &mut workspace, ENOUGH);
             assert_eq!(said.stop, StopReason::Finished);
             let [_, hit, time, _] = known.split(',').collect::<Vec<_>>()[..] else {
                 panic!("{known}")
             };
-            assert_eq!(said.touching_at.is_some(), hit == "1", "{known}: {said:?}");
-            if let Some(touching) = said.touching_at {
+            assert_eq!(said.value.upper.is_some(), hit == "1", "{known}: {said:?}");
+            if let Some(touching) = said.value.upper {
                 let time: f64 = time.parse().unwrap();
                 let close = 100.0 * GAP * a.unit_length() / motion.velocity().length();
                 assert!(
-                    said.free_until <= time + close && time <= touching,
+                    said.value.lower <= time + close && time <= touching,
                     "{known}: {said:?}"
                 );
                 assert!(
-                    (touching - said.free_until) * motion.velocity().length()
+                    (touching - said.value.lower) * motion.velocity().length()
                         < 3e-6 * (a.unit_length() + b.unit_length())
                 );
                 hits += 1;
             } else {
-                assert!(said.free_until >= 1.0, "{known}: {said:?}");
+                assert!(said.value.lower >= 1.0, "{known}: {said:?}");
             }
         }
         println!("{}: {hits} contacts", case.display());

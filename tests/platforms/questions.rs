@@ -6,9 +6,8 @@ use alloc::vec::Vec;
 use core::fmt::{Debug, Write};
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, ContactQuery, Distance, DistanceQuery, Mode, Motion, MotionQuery, Outcome, PairMemory,
-    Passage, Patches, Pose, PushOutQuery, Query, Ray, RayBatch, RayMode, RayQuery, Stats, Tree,
-    Workspace,
+    Answer, Bounds, Budget, Motion, PairMemory, Patches, Pose, PushOutQuery, Query, Ray, RayMode,
+    Stats, TimeOfImpact, Tree, Verdict, Workspace,
 };
 
 const ENOUGH: Budget = Budget::work(1 << 40);
@@ -60,38 +59,39 @@ fn counts(stats: &Stats) -> impl Debug {
     (tests, stats.bv_tests_per_level, stats.queue_peak)
 }
 
-fn outcome(outcome: &Outcome) -> impl Debug {
+fn outcome(outcome: &Answer<Verdict>) -> impl Debug {
     (
-        outcome.verdict,
+        outcome.value,
         outcome.stop,
-        outcome.found,
+        outcome.stats.found,
         counts(&outcome.stats),
     )
 }
 
-fn bounds(found: &Distance) -> impl Debug {
+fn bounds(found: &Answer<Bounds>) -> impl Debug {
     let nearest = found
+        .value
         .nearest
         .map(|nearest| (nearest.triangles, nearest.points));
     (
-        [found.low, found.high],
+        [found.value.low, found.value.high],
         nearest,
         found.stop,
         counts(&found.stats),
     )
 }
 
-fn times(found: &Passage) -> impl Debug {
-    let times = (found.free_until, found.touching_at, found.triangles);
+fn times(found: &Answer<TimeOfImpact>) -> impl Debug {
+    let times = (found.value.lower, found.value.upper, found.value.triangles);
     (times, found.stop, counts(&found.stats))
 }
 
 /// Every question about two trees.
 pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace: Workspace) {
     let mut memory = PairMemory::new();
-    let any = Query::new(a, b, pose);
+    let any = Query::intersection(a, b, pose);
     answers.tell("any", outcome(&any.run(&mut workspace, ENOUGH)));
-    let all = Query::new(a, b, pose).mode(Mode::All);
+    let all = Query::all_pairs(a, b, pose);
     answers.tell("predict", (any.predict(None), all.predict(None)));
     let cut = all.run(&mut workspace, Budget::work(1_500));
     answers.tell("cut", (outcome(&cut), workspace.pairs()));
@@ -104,14 +104,14 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
         ),
     );
     answers.tell("estimate", all.estimate(&workspace, None));
-    let whole = all.run_with_memory(&mut workspace, &mut memory, ENOUGH);
+    let whole = all.with_memory(&mut memory).run(&mut workspace, ENOUGH);
     answers.tell("all", (outcome(&whole), workspace.pairs()));
     answers.tell(
         "again",
-        outcome(&any.run_with_memory(&mut workspace, &mut memory, ENOUGH)),
+        outcome(&any.with_memory(&mut memory).run(&mut workspace, ENOUGH)),
     );
 
-    let distance = DistanceQuery::new(a, b, pose);
+    let distance = Query::distance(a, b, pose);
     answers.tell(
         "distance-cut",
         bounds(&distance.run(&mut workspace, Budget::work(2_500))),
@@ -122,12 +122,17 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
     );
     answers.tell("distance", bounds(&distance.run(&mut workspace, ENOUGH)));
 
-    let contacts = ContactQuery::new(a, b, pose).margin(0.02);
+    let contacts = Query::contacts(a, b, pose).margin(0.02);
     let found = contacts.run(&mut workspace, ENOUGH);
     answers.tell(
         "contacts",
         (
-            (found.low, found.found, found.stop, counts(&found.stats)),
+            (
+                found.value.low,
+                found.stats.found,
+                found.stop,
+                counts(&found.stats),
+            ),
             workspace.contacts().collect::<Vec<_>>(),
         ),
     );
@@ -152,7 +157,7 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
     let velocity = pose.translation() - start.translation();
     let motion = Motion::turning(start, velocity, [0.3, 0.8, -0.4], start.translation())
         .expect("small numbers");
-    let query = MotionQuery::new(a, b, motion).tolerance(1e-3);
+    let query = Query::impact(a, b, motion).tolerance(1e-3);
     answers.tell(
         "motion-cut",
         times(&query.run(&mut workspace, Budget::work(20_000))),
@@ -168,14 +173,19 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
     let rays: Vec<Ray> = (0..40)
         .filter_map(|i| Ray::new(place(i), DVec3::splat(0.07) - place(3 * i)).ok())
         .collect();
-    let mut hits = [None; 40];
-    let done = RayBatch::new(a, &rays).run(&mut workspace, &mut hits, ENOUGH);
-    answers.tell("rays", ((done.done, done.stop, counts(&done.stats)), hits));
+    let done = Query::rays(a, &rays).run(&mut workspace, ENOUGH);
+    let hits = workspace.first_hits();
+    answers.tell("rays", ((done.value, done.stop, counts(&done.stats)), hits));
     let through = Ray::segment([-5.0, 0.01, 0.02], [5.0, -0.01, 0.03]).expect("two points");
-    let cast = RayQuery::new(a, through)
+    let cast = Query::ray(a, through)
         .mode(RayMode::All)
         .run(&mut workspace, ENOUGH);
-    let told = (cast.hit, cast.found, cast.free_until, cast.stop);
+    let told = (
+        cast.value.hit,
+        cast.stats.found,
+        cast.value.free_until,
+        cast.stop,
+    );
     answers.tell(
         "all-hits",
         (told, counts(&cast.stats), workspace.ray_hits()),

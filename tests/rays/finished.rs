@@ -4,16 +4,16 @@ use crate::common::random::{Family, Random, soup, soups};
 use crate::truth::Line;
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, ManualClock, Mesh, Ray, RayBatch, RayCast, RayHit, RayMode, RayQuery, Side, StopReason,
+    Answer, Budget, ManualClock, Mesh, Query, Ray, RayBounds, RayHit, RayMode, Side, StopReason,
     Tree, Workspace,
 };
 
 pub const ENOUGH: Budget = Budget::work(1 << 40);
 
-pub fn run(tree: &Tree, ray: Ray, mode: RayMode, workspace: &mut Workspace) -> RayCast {
-    RayQuery::new(tree, ray)
+pub fn run(tree: &Tree, ray: Ray, mode: RayMode, workspace: &mut Workspace) -> Answer<RayBounds> {
+    Query::ray(tree, ray)
         .mode(mode)
-        .run_with(workspace, ENOUGH, &ManualClock::new())
+        .run(workspace, ENOUGH.clock(&ManualClock::new()))
 }
 
 /// Rays to and from corners, edges and middles of triangles, along axes, within planes, and anywhere.
@@ -61,19 +61,19 @@ pub fn assert_right(tree: &Tree, lines: &[Line], workspace: &mut Workspace) -> u
     let (mut portable, mut count) = (Workspace::with_capacity(0, 0), 0);
     portable.use_portable_kernels();
     let rays: Vec<Ray> = lines.iter().map(|line| line.ray).collect();
-    let (mut nearest, mut any) = (vec![None; rays.len()], vec![None; rays.len()]);
-    let batch = RayBatch::new(tree, &rays);
-    let done = batch.run_with(workspace, &mut nearest, ENOUGH, &ManualClock::new());
-    assert_eq!((done.done, done.stop), (rays.len(), StopReason::Finished));
-    let mut again = vec![None; rays.len()];
+    let batch = Query::rays(tree, &rays);
+    let done = batch.run(workspace, ENOUGH.clock(&ManualClock::new()));
+    assert_eq!((done.value, done.stop), (rays.len(), StopReason::Finished));
+    let nearest = workspace.first_hits().to_vec();
     assert_eq!(
-        batch.run_with(&mut portable, &mut again, ENOUGH, &ManualClock::new()),
+        batch.run(&mut portable, ENOUGH.clock(&ManualClock::new())),
         done
     );
-    assert_eq!(again, nearest);
+    assert_eq!(portable.first_hits(), nearest);
     let _ = batch
         .any()
-        .run_with(workspace, &mut any, ENOUGH, &ManualClock::new());
+        .run(workspace, ENOUGH.clock(&ManualClock::new()));
+    let any = workspace.first_hits().to_vec();
     for (i, line) in lines.iter().enumerate() {
         let truth = line.all(tree);
         let cast = run(tree, line.ray, RayMode::All, workspace);
@@ -87,7 +87,7 @@ pub fn assert_right(tree: &Tree, lines: &[Line], workspace: &mut Workspace) -> u
             line.ray
         );
         assert_eq!(
-            (cast.found, cast.free_until, cast.stop),
+            (cast.stats.found, cast.value.free_until, cast.stop),
             (hits.len() as u64, f64::INFINITY, StopReason::Finished)
         );
         hits.iter()
@@ -100,13 +100,21 @@ pub fn assert_right(tree: &Tree, lines: &[Line], workspace: &mut Workspace) -> u
             .copied()
             .min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         let cast = run(tree, line.ray, RayMode::Nearest, workspace);
-        assert_eq!((cast.hit, nearest[i]), (first, first), "{:?}", line.ray);
-        assert_eq!(cast.free_until, first.map_or(f64::INFINITY, |hit| hit.t));
+        assert_eq!(
+            (cast.value.hit, nearest[i]),
+            (first, first),
+            "{:?}",
+            line.ray
+        );
+        assert_eq!(
+            cast.value.free_until,
+            first.map_or(f64::INFINITY, |hit| hit.t)
+        );
         assert_eq!(run(tree, line.ray, RayMode::Nearest, &mut portable), cast);
         let found = run(tree, line.ray, RayMode::Any, workspace);
-        assert_eq!(found.hit, any[i]);
-        assert_eq!(found.hit.is_some(), !hits.is_empty());
-        assert!(found.hit.is_none_or(|hit| hits.contains(&hit)));
+        assert_eq!(found.value.hit, any[i]);
+        assert_eq!(found.value.hit.is_some(), !hits.is_empty());
+        assert!(found.value.hit.is_none_or(|hit| hits.contains(&hit)));
         let stop = if hits.is_empty() {
             StopReason::Finished
         } else {
@@ -141,7 +149,7 @@ fn limits_leave_out_what_is_told_beyond_them() {
             RayMode::Nearest,
             &mut workspace,
         );
-        cast.hit.map(|hit| (hit.t, hit.side))
+        cast.value.hit.map(|hit| (hit.t, hit.side))
     };
     assert_eq!(nearest(0.0, 9.0), Some((1.0, Side::Front)));
     assert_eq!(nearest(1.0, 1.0), Some((1.0, Side::Front)));
@@ -160,30 +168,15 @@ fn an_empty_mesh_and_no_rays_are_answered() {
     for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
         let cast = run(&empty, ray, mode, &mut workspace);
         assert_eq!(
-            (cast.hit, cast.free_until, cast.stop),
+            (cast.value.hit, cast.value.free_until, cast.stop),
             (None, f64::INFINITY, StopReason::Finished)
         );
     }
-    let mut hits = [Some(
-        run(
-            &Tree::new(punctual::shapes::icosphere(1)),
-            ray,
-            RayMode::Any,
-            &mut workspace,
-        )
-        .hit
-        .unwrap(),
-    )];
-    let done = RayBatch::new(&empty, &[ray, ray]).run_with(
-        &mut workspace,
-        &mut hits,
-        ENOUGH,
-        &ManualClock::new(),
-    );
-    assert_eq!((done.done, hits), (1, [None]));
     let done =
-        RayBatch::new(&empty, &[]).run_with(&mut workspace, &mut hits, ENOUGH, &ManualClock::new());
-    assert_eq!((done.done, done.stop), (0, StopReason::Finished));
+        Query::rays(&empty, &[ray, ray]).run(&mut workspace, ENOUGH.clock(&ManualClock::new()));
+    assert_eq!((done.value, workspace.first_hits()), (2, &[None; 2][..]));
+    let done = Query::rays(&empty, &[]).run(&mut workspace, ENOUGH.clock(&ManualClock::new()));
+    assert_eq!((done.value, done.stop), (0, StopReason::Finished));
 }
 
 /// The same triangles in units from the least to the largest that a mesh takes, alike along all axes and not: between
@@ -256,6 +249,7 @@ fn limits_far_away() {
         );
         let hit = |ray, workspace: &mut Workspace| {
             run(&tree, ray, RayMode::Nearest, workspace)
+                .value
                 .hit
                 .map(|hit| hit.t)
         };
@@ -265,13 +259,10 @@ fn limits_far_away() {
             hit(line.ray.within(0.0, t.min(f64::MAX) * 0.5), &mut workspace),
             None
         );
-        let none = RayQuery::new(&tree, line.ray).run_with(
-            &mut workspace,
-            Budget::work(0),
-            &ManualClock::new(),
-        );
+        let none = Query::ray(&tree, line.ray)
+            .run(&mut workspace, Budget::work(0).clock(&ManualClock::new()));
         assert!(
-            none.stop == StopReason::WorkLimit && none.free_until <= t,
+            none.stop == StopReason::WorkLimit && none.value.free_until <= t,
             "{none:?}"
         );
     }

@@ -3,8 +3,8 @@
 use crate::common::random::{Family, Random, soup};
 use crate::finished::{ENOUGH, lines, run};
 use punctual::{
-    Budget, MAX_STEP_WORK, ManualClock, Ray, RayBatch, RayHit, RayMode, RayQuery, ResumeError,
-    StopReason, Tree, Workspace, shapes,
+    Budget, MAX_STEP_WORK, ManualClock, Query, Ray, RayHit, RayMode, ResumeError, StopReason, Tree,
+    Workspace, shapes,
 };
 
 const MODES: [RayMode; 3] = [RayMode::Nearest, RayMode::Any, RayMode::All];
@@ -47,35 +47,35 @@ fn after_every_step_nothing_is_false() {
             let _ = run(tree, ray, RayMode::All, &mut workspace);
             let truth: Vec<RayHit> = workspace.ray_hits().to_vec();
             let whole = run(tree, ray, mode, &mut workspace);
-            let query = RayQuery::new(tree, ray).mode(mode);
-            let mut said = query.run_with(&mut workspace, Budget::work(0), &clock);
+            let query = Query::ray(tree, ray).mode(mode);
+            let mut said = query.run(&mut workspace, Budget::work(0).clock(&clock));
             let mut before = said;
             while said.stop == StopReason::WorkLimit {
                 let found: Vec<RayHit> = match mode {
                     RayMode::All => workspace.ray_hits().to_vec(),
-                    _ => said.hit.into_iter().collect(),
+                    _ => said.value.hit.into_iter().collect(),
                 };
                 assert!(found.iter().all(|hit| truth.contains(hit)));
                 for hit in &truth {
                     assert!(
-                        hit.t >= said.free_until || found.contains(hit),
+                        hit.t >= said.value.free_until || found.contains(hit),
                         "{hit:?} {said:?}"
                     );
                 }
                 before = said;
                 said = query
-                    .resume_with(&mut workspace, Budget::work(1), &clock)
+                    .resume(&mut workspace, Budget::work(1).clock(&clock))
                     .unwrap();
-                let is_any = mode == RayMode::Any && said.hit.is_some();
+                let is_any = mode == RayMode::Any && said.value.hit.is_some();
                 assert!(
-                    is_any || before.free_until <= said.free_until,
+                    is_any || before.value.free_until <= said.value.free_until,
                     "{before:?} {said:?}"
                 );
                 assert!(said.stats.work - before.stats.work <= MAX_STEP_WORK);
             }
             assert_eq!(said, whole, "{before:?}");
             assert_eq!(
-                query.resume_with(&mut workspace, ENOUGH, &clock),
+                query.resume(&mut workspace, ENOUGH.clock(&clock)),
                 Err(ResumeError)
             );
         }
@@ -87,25 +87,23 @@ fn after_every_step_nothing_is_false() {
 fn batches_in_pieces_end_in_the_same_bits() {
     let (mut workspace, clock, mut random) = (Workspace::new(), ManualClock::new(), Random::new(2));
     for (tree, rays) in &cases() {
-        for batch in [RayBatch::new(tree, rays), RayBatch::new(tree, rays).any()] {
-            let (mut whole, mut pieces) = (vec![None; rays.len()], vec![None; rays.len()]);
-            let full = batch.run_with(&mut workspace, &mut whole, ENOUGH, &clock);
-            let mut said = batch.run_with(&mut workspace, &mut pieces, Budget::work(0), &clock);
+        for batch in [Query::rays(tree, rays), Query::rays(tree, rays).any()] {
+            let full = batch.run(&mut workspace, ENOUGH.clock(&clock));
+            let whole = workspace.first_hits().to_vec();
+            let mut said = batch.run(&mut workspace, Budget::work(0).clock(&clock));
             while said.stop == StopReason::WorkLimit {
-                assert_eq!(pieces[..said.done], whole[..said.done]);
+                assert_eq!(workspace.first_hits()[..said.value], whole[..said.value]);
                 if random.below(3) == 0 {
                     workspace = workspace.clone();
                 }
                 said = batch
-                    .resume_with(
+                    .resume(
                         &mut workspace,
-                        &mut pieces,
-                        Budget::work(random.below(900) as u64),
-                        &clock,
+                        Budget::work(random.below(900) as u64).clock(&clock),
                     )
                     .unwrap();
             }
-            assert_eq!((said, &pieces), (full, &whole));
+            assert_eq!((said, workspace.first_hits()), (full, &whole[..]));
         }
     }
 }
@@ -120,11 +118,11 @@ fn a_full_buffer_is_drained_and_filled_again() {
     assert!(all.len() > 4 && whole.stop == StopReason::Finished);
     let mut small = Workspace::new();
     small.reserve_ray_hits(3);
-    let query = RayQuery::new(&tree, ray).mode(RayMode::All);
-    let (mut said, mut hits) = (query.run_with(&mut small, ENOUGH, &clock), Vec::new());
+    let query = Query::ray(&tree, ray).mode(RayMode::All);
+    let (mut said, mut hits) = (query.run(&mut small, ENOUGH.clock(&clock)), Vec::new());
     while said.stop == StopReason::PairsFull {
         hits.extend(small.drain_ray_hits());
-        said = query.resume_with(&mut small, ENOUGH, &clock).unwrap();
+        said = query.resume(&mut small, ENOUGH.clock(&clock)).unwrap();
     }
     hits.extend(small.drain_ray_hits());
     assert_eq!((said, hits), (whole, all));
@@ -136,34 +134,30 @@ fn what_is_not_the_stopped_run_is_refused() {
     let ray = Ray::new([0.0, 0.0, 3.0], [0.01, 0.0, -1.0]).unwrap();
     let other = Ray::new([0.0, 0.0, 3.0], [0.02, 0.0, -1.0]).unwrap();
     let (mut workspace, clock) = (Workspace::new(), ManualClock::new());
-    let query = RayQuery::new(&tree, ray);
-    let _ = query.run_with(&mut workspace, Budget::work(0), &clock);
+    let query = Query::ray(&tree, ray);
+    let _ = query.run(&mut workspace, Budget::work(0).clock(&clock));
     for wrong in [
-        RayQuery::new(&tree, other),
+        Query::ray(&tree, other),
         query.mode(RayMode::Any),
-        RayQuery::new(&twin, ray),
+        Query::ray(&twin, ray),
     ] {
         assert_eq!(
-            wrong.resume_with(&mut workspace.clone(), ENOUGH, &clock),
+            wrong.resume(&mut workspace.clone(), ENOUGH.clock(&clock)),
             Err(ResumeError)
         );
     }
     assert!(
         query
-            .resume_with(&mut workspace, ENOUGH, &clock)
+            .resume(&mut workspace, ENOUGH.clock(&clock))
             .unwrap()
+            .value
             .hit
             .is_some()
     );
     let rays = [ray, other];
-    let _ = RayBatch::new(&tree, &rays).run_with(
-        &mut workspace,
-        &mut [None; 2],
-        Budget::work(0),
-        &clock,
-    );
+    let _ = Query::rays(&tree, &rays).run(&mut workspace, Budget::work(0).clock(&clock));
     assert_eq!(
-        query.resume_with(&mut workspace, ENOUGH, &clock),
+        query.resume(&mut workspace, ENOUGH.clock(&clock)),
         Err(ResumeError)
     );
 }

@@ -2,9 +2,7 @@
 
 use crate::common::random::Random;
 use punctual::glam::DVec3;
-use punctual::{
-    Budget, ManualClock, Mesh, Ray, RayBatch, RayMode, RayQuery, Tree, Workspace, shapes,
-};
+use punctual::{Budget, ManualClock, Mesh, Query, Ray, RayMode, Tree, Workspace, shapes};
 
 /// Rays from points inside and outside to every corner and to the middle of every edge.
 fn assert_watertight(mesh: Mesh, inside: DVec3, outside: DVec3) {
@@ -24,14 +22,14 @@ fn assert_watertight(mesh: Mesh, inside: DVec3, outside: DVec3) {
         .iter()
         .map(|&x| Ray::segment(inside + (inside - x) * 4.0, x + (x - inside) * 4.0).unwrap());
     let rays: Vec<Ray> = from_inside.chain(segments).chain(through).collect();
-    let (mut hits, mut any) = (vec![None; rays.len()], vec![None; rays.len()]);
     let mut workspace = Workspace::new();
     let (budget, clock) = (Budget::unlimited(), ManualClock::new());
-    let _ = RayBatch::new(&tree, &rays).run_with(&mut workspace, &mut hits, budget, &clock);
-    let _ = RayBatch::new(&tree, &rays)
+    let _ = Query::rays(&tree, &rays).run(&mut workspace, budget.clock(&clock));
+    let hits = workspace.first_hits().to_vec();
+    let _ = Query::rays(&tree, &rays)
         .any()
-        .run_with(&mut workspace, &mut any, budget, &clock);
-    for (ray, (hit, any)) in rays.iter().zip(hits.iter().zip(&any)) {
+        .run(&mut workspace, budget.clock(&clock));
+    for (ray, (hit, any)) in rays.iter().zip(hits.iter().zip(workspace.first_hits())) {
         assert!(hit.is_some() && any.is_some(), "{ray:?}");
     }
 }
@@ -75,13 +73,12 @@ fn rays_within_faces_and_along_edges_hit() {
             let mut direction = [0.0; 3];
             direction[axis] = 1.0;
             let ray = Ray::new(origin, direction).unwrap();
-            let cast = RayQuery::new(&tree, ray).mode(RayMode::All).run_with(
+            let cast = Query::ray(&tree, ray).mode(RayMode::All).run(
                 &mut workspace,
-                Budget::unlimited(),
-                &ManualClock::new(),
+                Budget::unlimited().clock(&ManualClock::new()),
             );
-            assert_eq!(cast.hit.map(|hit| hit.t), Some(3.0), "{ray:?}");
-            assert!(workspace.ray_hits().iter().any(|hit| hit.t <= 5.0) && cast.found >= 2);
+            assert_eq!(cast.value.hit.map(|hit| hit.t), Some(3.0), "{ray:?}");
+            assert!(workspace.ray_hits().iter().any(|hit| hit.t <= 5.0) && cast.stats.found >= 2);
         }
     }
 }

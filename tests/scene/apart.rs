@@ -139,7 +139,7 @@ fn what_draws_near_slowly_is_seen_to_meet() {
             let bodies: Vec<(BodyId, &Body)> = scene.bodies().collect();
             let b_in_a = bodies[0].1.pose.inverse().unwrap().compose(&place).unwrap();
             let truth = check::run(
-                &Query::new(&ball, &ball, b_in_a),
+                &Query::intersection(&ball, &ball, b_in_a),
                 &mut Workspace::new(),
                 Budget::unlimited(),
             );
@@ -150,10 +150,10 @@ fn what_draws_near_slowly_is_seen_to_meet() {
                 .map_or(Verdict::Separated, |pair| pair.verdict);
             assert_eq!(
                 verdict == Verdict::Separated,
-                truth.verdict == Verdict::Separated,
+                truth.value == Verdict::Separated,
                 "gap {gap:e}"
             );
-            met += usize::from(truth.verdict != Verdict::Separated);
+            met += usize::from(truth.value != Verdict::Separated);
         }
         assert!(
             met > 100 && queries - met < 1_000,
@@ -337,7 +337,7 @@ fn what_goes_on_meeting_and_comes_to_rest_is_told_with_triangles_that_meet_there
             "{told:?}"
         );
         searches += usize::from(report.bv_tests > 0);
-        let query = Query::new(&tree, &tree, place).mode(Mode::All);
+        let query = Query::all_pairs(&tree, &tree, place);
         let (_, meeting) = check::run_to_end(&query, &mut workspace, Budget::unlimited());
         assert!(
             meeting.contains(&witness),

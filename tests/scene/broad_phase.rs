@@ -16,7 +16,7 @@ use punctual::{
 const BROAD_PHASE_WORK: u64 = 1 << 16;
 
 fn detect(scene: &mut Scene, budget: Budget) -> &Report {
-    scene.detect_with(budget, &ManualClock::new())
+    scene.detect(budget.clock(&ManualClock::new()))
 }
 
 fn at(place: DVec3) -> Pose {
@@ -432,10 +432,8 @@ fn pairs_that_still_meet_are_told_however_little_of_the_frame_is_left() {
         }
         let truth = detect(&mut free, Budget::unlimited()).clone();
         let budget = Duration::from_micros([40, 80, 160][frame % 3]);
-        let report = scene.detect_with(
-            Budget::time(budget),
-            &ManualClock::ticking(Duration::from_micros(1)),
-        );
+        let report = scene
+            .detect(Budget::time(budget).clock(&ManualClock::ticking(Duration::from_micros(1))));
         if report.unlisted > 0 {
             (told, meeting) = (told + report.intersecting, meeting + truth.intersecting);
         }
@@ -460,7 +458,7 @@ fn pairs_whose_witnesses_are_lost_are_found_again_however_little_of_the_frame_is
         }
         let truth = detect(&mut free, Budget::unlimited()).clone();
         let clock = ManualClock::ticking(Duration::from_micros(1));
-        let report = scene.detect_with(Budget::time(Duration::from_micros(40)), &clock);
+        let report = scene.detect(Budget::time(Duration::from_micros(40)).clock(&clock));
         (told, meeting) = (told + report.intersecting, meeting + truth.intersecting);
         assert_honest(&scene, &truth);
     }
@@ -536,7 +534,7 @@ fn a_body_that_comes_while_the_broad_phase_is_cut_is_paired_once() {
         crowd(&mut [&mut scene], 40, 2.0, &mut random);
         let clock = ManualClock::ticking(Duration::from_nanos(300));
         for _ in 0..3 {
-            scene.detect_with(Budget::time(Duration::from_nanos(nanos)), &clock);
+            scene.detect(Budget::time(Duration::from_nanos(nanos)).clock(&clock));
             crowd(&mut [&mut scene], 1, 2.0, &mut random);
         }
         let report = detect(&mut scene, Budget::unlimited());

@@ -9,8 +9,7 @@ use crate::world::{Group, TOLERANCE, World};
 use crate::{Model, assert_certificates, assert_sound, assert_witness, contacts, rays};
 use punctual::glam::DVec3;
 use punctual::{
-    Body, BodyId, Budget, ManualClock, Mode, Motion, MotionQuery, Query, Report, SceneError,
-    Verdict,
+    Body, BodyId, Budget, ManualClock, Mode, Motion, Query, Report, SceneError, Verdict,
 };
 
 impl World {
@@ -20,7 +19,7 @@ impl World {
         let (budget, most) = self.budget();
         let clock = ManualClock::ticking(Duration::from_nanos(1 << self.random.below(11)));
         let report = match self.threads {
-            1 => self.scene.detect_with(budget, &clock),
+            1 => self.scene.detect(budget.clock(&clock)),
             _ => self.scene.detect(budget),
         }
         .clone();
@@ -106,7 +105,7 @@ impl World {
         for pair @ [a, b] in self.pairs() {
             let [x, y] = pair.map(|id| self.scene.body(id).unwrap());
             let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
-            let query = Query::new(&x.tree, &y.tree, b_in_a).mode(Mode::All);
+            let query = Query::all_pairs(&x.tree, &y.tree, b_in_a);
             let (_, found) = run_to_end(&query, &mut self.workspace, ENOUGH);
             assert!(self.scene.certificate(a, b).unwrap().upper_bound >= found.len() as u64);
             let margins = x.margin + y.margin;
@@ -272,31 +271,30 @@ impl World {
                     .copied()
                     .unwrap_or_else(|| Motion::straight(body.pose, [0.0; 3]).unwrap())
             };
-            let query = MotionQuery::of_both([&x.tree, &y.tree], [motion(a, x), motion(b, y)]);
+            let query = Query::impact_of_both([&x.tree, &y.tree], [motion(a, x), motion(b, y)]);
             let query = query.margins([x.margin, y.margin]);
-            let truth = query.run_with(
+            let truth = query.run(
                 &mut self.workspace,
-                None,
-                Budget::unlimited(),
-                &ManualClock::new(),
+                Budget::unlimited().clock(&ManualClock::new()),
             );
             let Some(told) = told else {
                 assert!(
-                    truth.touching_at.is_none() || !report.is_whole(),
+                    truth.value.upper.is_none() || !report.is_whole(),
                     "{pair:?} is missing: {truth:?}"
                 );
                 continue;
             };
             assert!(
-                told.free_until <= truth.touching_at.unwrap_or(1.0),
+                told.free_until <= truth.value.upper.unwrap_or(1.0),
                 "{told:?} {truth:?}"
             );
             assert!(
-                told.touching_at.is_none_or(|time| time >= truth.free_until),
+                told.touching_at
+                    .is_none_or(|time| time >= truth.value.lower),
                 "{told:?} {truth:?}"
             );
             assert!(
-                !complete || told.touching_at.is_some() == truth.touching_at.is_some(),
+                !complete || told.touching_at.is_some() == truth.value.upper.is_some(),
                 "{told:?} {truth:?}"
             );
         }

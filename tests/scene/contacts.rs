@@ -7,8 +7,8 @@ use crate::common::random::Random;
 use crate::{detect, nudged, pose, row, swing, trees};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Body, BodyId, Budget, Contact, ContactQuery, Filter, ManualClock, Mode, PairQuestion, Patches,
-    Pose, Report, Scene, SceneError, Tree, Verdict, Workspace, shapes,
+    Body, BodyId, Budget, Contact, Filter, ManualClock, Mode, PairQuestion, Patches, Pose, Query,
+    Report, Scene, SceneError, Tree, Verdict, Workspace, shapes,
 };
 
 /// The least work of a turn that asks for contacts.
@@ -26,9 +26,9 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
 fn truth(scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace) -> Vec<Contact> {
     let [x, y] = [a, b].map(|id| scene.body(id).unwrap());
     let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
-    let query = ContactQuery::new(&x.tree, &y.tree, b_in_a).margin(x.margin + y.margin);
-    let found = query.run_with(workspace, Budget::unlimited(), &ManualClock::new());
-    assert_eq!(found.low, f64::INFINITY);
+    let query = Query::contacts(&x.tree, &y.tree, b_in_a).margin(x.margin + y.margin);
+    let found = query.run(workspace, Budget::unlimited().clock(&ManualClock::new()));
+    assert_eq!(found.value.low, f64::INFINITY);
     workspace.contacts().copied().collect()
 }
 

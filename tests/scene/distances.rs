@@ -7,8 +7,8 @@ use crate::common::random::Random;
 use crate::{assert_witness, detect, nudged, pose, row, swing, trees};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, DistanceQuery, Filter, ManualClock, Mode, Pose, Report, Scene,
-    SceneError, Tree, Verdict, Workspace, shapes,
+    Body, BodyId, Budget, Filter, ManualClock, Mode, Pose, Query, Report, Scene, SceneError, Tree,
+    Verdict, Workspace, shapes,
 };
 
 /// The least work of a turn that asks for a distance.
@@ -18,9 +18,10 @@ pub const LEAST_DISTANCE_WORK: u64 = 250 + punctual::MAX_DISTANCE_STEP_WORK;
 pub fn distance(scene: &Scene, a: BodyId, b: BodyId, workspace: &mut Workspace) -> f64 {
     let [a, b] = [a, b].map(|id| scene.body(id).unwrap());
     let b_in_a = a.pose.inverse().unwrap().compose(&b.pose).unwrap();
-    let query = DistanceQuery::new(&a.tree, &b.tree, b_in_a).absolute_tolerance(0.0);
+    let query = Query::distance(&a.tree, &b.tree, b_in_a).absolute_tolerance(0.0);
     query
-        .run_with(workspace, None, Budget::unlimited(), &ManualClock::new())
+        .run(workspace, Budget::unlimited().clock(&ManualClock::new()))
+        .value
         .high
 }
 

@@ -159,6 +159,6 @@ fn nothing_is_told_that_was_not_asked_for() {
             .insert(Body::moving(Arc::clone(&ball), at(x)))
             .unwrap();
     }
-    let report = scene.detect_with(Budget::unlimited(), &ManualClock::new());
+    let report = scene.detect(Budget::unlimited().clock(&ManualClock::new()));
     assert_eq!((report.intersecting, report.contacts.len()), (1, 0));
 }

@@ -122,7 +122,7 @@ fn groups_are_bounded_in_every_frame() {
             1 => Budget::time(Duration::from_micros(1 << random.below(10))),
             _ => Budget::work(LEAST_DISTANCE_WORK << random.below(9)),
         };
-        scene.detect_with(budget, &ManualClock::ticking(Duration::from_nanos(300)));
+        scene.detect(budget.clock(&ManualClock::ticking(Duration::from_nanos(300))));
         let report = scene.report().clone();
         assert_eq!(report.group_distances.len(), asked.len());
         for (asked, found) in asked.iter().zip(&report.group_distances) {

@@ -71,7 +71,7 @@ fn nudged(from: &Pose, random: &mut Random) -> Pose {
 }
 
 fn detect(scene: &mut Scene, budget: Budget) -> &Report {
-    scene.detect_with(budget, &ManualClock::new())
+    scene.detect(budget.clock(&ManualClock::new()))
 }
 
 /// The bodies as a plain list.
@@ -100,8 +100,10 @@ impl Model {
                 };
                 if Self::may_meet(x, y) {
                     let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
-                    let query = Query::new(&x.tree, &y.tree, b_in_a).mode(Mode::All);
-                    let found = check::run(&query, workspace, Budget::unlimited()).found;
+                    let query = Query::all_pairs(&x.tree, &y.tree, b_in_a);
+                    let found = check::run(&query, workspace, Budget::unlimited())
+                        .stats
+                        .found;
                     if found > 0 {
                         pairs.push((a.index(), b.index(), found));
                     }
@@ -503,7 +505,7 @@ fn a_deadline_ends_the_frame() {
         }
         // Each look at the clock takes 2 us of 100, and each of 16 batches looks once.
         let clock = ManualClock::ticking(Duration::from_micros(2));
-        let report = scene.detect_with(Budget::time(Duration::from_micros(100)), &clock);
+        let report = scene.detect(Budget::time(Duration::from_micros(100)).clock(&clock));
         let elapsed = report.elapsed.unwrap();
         assert!(elapsed < Duration::from_micros(150), "{elapsed:?}");
     }

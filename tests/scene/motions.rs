@@ -6,8 +6,8 @@ use crate::common::random::Random;
 use crate::{detect, pose, trees};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyId, Budget, ManualClock, Motion, MotionQuery, Passage, Pose, Scene, Tree, Verdict,
-    Workspace, shapes,
+    Answer, Body, BodyId, Budget, ManualClock, Motion, Pose, Query, Scene, TimeOfImpact, Tree,
+    Verdict, Workspace, shapes,
 };
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -38,9 +38,12 @@ fn motion(start: Pose, random: &mut Random) -> Motion {
 type Going = (BodyId, Arc<Tree>, Motion);
 
 /// What a query without a budget says of two bodies.
-fn truth([(_, a, of_a), (_, b, of_b)]: [&Going; 2], workspace: &mut Workspace) -> Passage {
-    let query = MotionQuery::of_both([a, b], [*of_a, *of_b]);
-    query.run_with(workspace, None, Budget::unlimited(), &ManualClock::new())
+fn truth(
+    [(_, a, of_a), (_, b, of_b)]: [&Going; 2],
+    workspace: &mut Workspace,
+) -> Answer<TimeOfImpact> {
+    let query = Query::impact_of_both([a, b], [*of_a, *of_b]);
+    query.run(workspace, Budget::unlimited().clock(&ManualClock::new()))
 }
 
 #[test]
@@ -88,26 +91,26 @@ fn nothing_meets_before_it_is_said_to() {
                     .iter()
                     .find(|found| (found.a, found.b) == (a.0, b.0))
                 else {
-                    assert_eq!(truth.touching_at, None, "lost by the broad phase");
+                    assert_eq!(truth.value.upper, None, "lost by the broad phase");
                     continue;
                 };
                 assert!(
-                    found.free_until <= truth.touching_at.unwrap_or(1.0),
+                    found.free_until <= truth.value.upper.unwrap_or(1.0),
                     "{found:?} {truth:?}"
                 );
                 assert!(
                     found
                         .touching_at
-                        .is_none_or(|time| time >= truth.free_until),
+                        .is_none_or(|time| time >= truth.value.lower),
                     "{found:?} {truth:?}"
                 );
-                assert!(!unlimited || found.touching_at.is_some() == truth.touching_at.is_some());
+                assert!(!unlimited || found.touching_at.is_some() == truth.value.upper.is_some());
                 assert!(!unlimited || found.touching_at.is_some() || found.free_until == 1.0);
                 match report.pair(a.0, b.0).unwrap().verdict {
                     Verdict::Intersecting { .. } | Verdict::Within { .. } => {
-                        assert_eq!(truth.touching_at, Some(0.0))
+                        assert_eq!(truth.value.upper, Some(0.0))
                     }
-                    Verdict::Separated => assert_ne!(truth.touching_at, Some(0.0)),
+                    Verdict::Separated => assert_ne!(truth.value.upper, Some(0.0)),
                     Verdict::Undecided => assert!(found.free_until == 0.0),
                 }
                 met += usize::from(found.touching_at.is_some_and(|time| time > 0.0));

@@ -14,7 +14,7 @@ use punctual::{
 };
 
 fn detect(scene: &mut Scene, budget: Budget) -> &Report {
-    scene.detect_with(budget, &ManualClock::new())
+    scene.detect(budget.clock(&ManualClock::new()))
 }
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -38,8 +38,10 @@ fn knot() -> Arc<Tree> {
 fn crossing(scene: &mut Scene) -> ([BodyId; 2], u64) {
     let tree = knot();
     let found = {
-        let query = Query::new(&tree, &tree, at(0.4, 0.3, 0.1)).mode(Mode::All);
-        check::run(&query, &mut Workspace::new(), Budget::unlimited()).found
+        let query = Query::all_pairs(&tree, &tree, at(0.4, 0.3, 0.1));
+        check::run(&query, &mut Workspace::new(), Budget::unlimited())
+            .stats
+            .found
     };
     assert!(found > 20);
     let bodies = [
@@ -215,7 +217,7 @@ fn a_pair_that_rests_beside_moving_contacts_is_decided_within_k_frames() {
 fn near_the_deadline_a_scene_asks_the_clock_after_a_few_exact_tests() {
     let cube = Arc::new(Tree::new(shapes::cuboid(Vec3::ONE, 4)));
     let exact_tests = {
-        let query = Query::new(&cube, &cube, at(1e-300, 0.0, 0.0)).mode(Mode::All);
+        let query = Query::all_pairs(&cube, &cube, at(1e-300, 0.0, 0.0));
         check::run(&query, &mut Workspace::new(), Budget::unlimited())
             .stats
             .exact_tests
@@ -230,7 +232,7 @@ fn near_the_deadline_a_scene_asks_the_clock_after_a_few_exact_tests() {
     }
     let tick = Duration::from_nanos(1);
     let clock = ManualClock::ticking(tick);
-    let report = scene.detect_with(Budget::time(Duration::from_micros(30)), &clock);
+    let report = scene.detect(Budget::time(Duration::from_micros(30)).clock(&clock));
     assert!(report.pairs[0].complete);
     // 10,000 units at the slowest pace, and 3,000 for each.
     assert!(report.elapsed.unwrap() >= tick * exact_tests as u32 / 4);

@@ -6,12 +6,12 @@ use crate::common::random::Random;
 use crate::{Model, detect};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, BodyHit, BodyId, Budget, Filter, ManualClock, Pose, Ray, RayError, RayHit, RayMode,
-    RayQuery, Scene, SceneCast, SceneError, SceneRay, StopReason, Tree, Workspace, shapes,
+    Body, BodyHit, BodyId, Budget, Filter, ManualClock, Pose, Query, Ray, RayError, RayHit,
+    RayMode, Scene, SceneCast, SceneError, SceneRay, StopReason, Tree, Workspace, shapes,
 };
 
 fn cast(scene: &mut Scene, ray: &SceneRay, budget: Budget) -> SceneCast {
-    scene.cast_with(ray, budget, &ManualClock::new()).unwrap()
+    scene.cast(ray, budget.clock(&ManualClock::new())).unwrap()
 }
 
 fn key(hit: &BodyHit) -> (f64, usize, u32) {
@@ -29,8 +29,8 @@ fn truth(
     for (id, body) in &model.bodies {
         if filter.meets(body.filter) {
             let here = ray.transformed(&body.pose.inverse().unwrap()).unwrap();
-            let query = RayQuery::new(&body.tree, here).mode(RayMode::All);
-            let _ = query.run_with(workspace, Budget::unlimited(), &ManualClock::new());
+            let query = Query::ray(&body.tree, here).mode(RayMode::All);
+            let _ = query.run(workspace, Budget::unlimited().clock(&ManualClock::new()));
             let told = |hit: &RayHit| (hit.t, id.index(), hit.triangle);
             hits.extend(workspace.ray_hits().iter().map(told));
         }
@@ -234,7 +234,7 @@ fn a_ray_that_a_body_cannot_be_asked_about_is_refused_by_its_name() {
         ))
         .unwrap();
     let ray = SceneRay::new(Ray::segment([1e301, 1e301, 0.0], far).unwrap());
-    match scene.cast_with(&ray, Budget::unlimited(), &ManualClock::new()) {
+    match scene.cast(&ray, Budget::unlimited().clock(&ManualClock::new())) {
         Err(
             error @ SceneError::NoRay {
                 body,

@@ -49,10 +49,9 @@ impl World {
         scene.remove(gone).unwrap();
         scene.remove_compound(gone_compound).unwrap();
         scene
-            .cast_with(
+            .cast(
                 &ray().mode(RayMode::All),
-                Budget::unlimited(),
-                &ManualClock::new(),
+                Budget::unlimited().clock(&ManualClock::new()),
             )
             .map(drop)
             .unwrap();
@@ -197,7 +196,7 @@ fn a_refused_call_leaves_a_scene_as_it_was() {
                     assert_eq!(worlds[0].said(), before);
                 }
                 let [told, untold] = worlds.each_mut().map(|world| {
-                    let _ = world.scene.detect_with(budget, &clock);
+                    let _ = world.scene.detect(budget.clock(&clock));
                     world.said()
                 });
                 assert_eq!(
@@ -222,7 +221,7 @@ fn a_refused_cast_leaves_the_hits_of_the_one_before() {
     let turned = Pose::new(DMat3::from_rotation_z(0.8), far).unwrap();
     world.scene.insert(Body::moving(ball(), turned)).unwrap();
     let long = SceneRay::new(Ray::segment([1e301, 1e301, 0.0], far).unwrap()).mode(RayMode::All);
-    let refused = world.scene.cast_with(&long, Budget::unlimited(), &clock);
+    let refused = world.scene.cast(&long, Budget::unlimited().clock(&clock));
     assert!(
         matches!(refused, Err(SceneError::NoRay { .. })),
         "{refused:?}"
@@ -230,7 +229,7 @@ fn a_refused_cast_leaves_the_hits_of_the_one_before() {
     assert_eq!(world.scene.ray_hits(), hits);
     let _ = world
         .scene
-        .cast_with(&ray(), Budget::unlimited(), &clock)
+        .cast(&ray(), Budget::unlimited().clock(&clock))
         .unwrap();
     assert_eq!(world.scene.ray_hits(), []);
 }
@@ -265,8 +264,12 @@ fn an_id_is_of_one_scene_and_says_the_same_in_all() {
         2
     );
     let clock = ManualClock::new();
-    let [first, second] = [&mut one, &mut other]
-        .map(|world| world.scene.detect_with(Budget::unlimited(), &clock).clone());
+    let [first, second] = [&mut one, &mut other].map(|world| {
+        world
+            .scene
+            .detect(Budget::unlimited().clock(&clock))
+            .clone()
+    });
     assert_eq!(format!("{first:?}"), format!("{second:?}"));
     assert_eq!(first.pairs, second.pairs);
     assert!(
@@ -300,7 +303,7 @@ fn fixed_bodies_leave_the_report_when_their_measuring_ends() {
             if !groups {
                 scene.measure(a, b, 1e-3).unwrap();
             }
-            scene.detect_with(Budget::unlimited(), &clock);
+            scene.detect(Budget::unlimited().clock(&clock));
             assert!(scene.report().pair(a, b).is_some());
             match measure {
                 Some(measure) => scene.stop_measuring_groups(measure).unwrap(),
@@ -310,7 +313,7 @@ fn fixed_bodies_leave_the_report_when_their_measuring_ends() {
                 scene
                     .set_pose(a, at(1e-6 * scene.report().frame as f64))
                     .unwrap();
-                scene.detect_with(budget, &clock);
+                scene.detect(budget.clock(&clock));
                 assert_eq!(scene.report().pair(a, b), None, "{budget:?}");
             }
         }
@@ -323,7 +326,7 @@ fn stopping_what_was_not_asked_for_changes_nothing() {
     let mut world = World::new(false);
     let (clock, [a, b]) = (ManualClock::new(), world.bodies);
     for _ in 0..3 {
-        world.scene.detect_with(Budget::unlimited(), &clock);
+        world.scene.detect(Budget::unlimited().clock(&clock));
     }
     assert_eq!(world.scene.report().broad_phase_work, 0, "it rests");
     world.scene.stop_measuring(a, b).unwrap();
@@ -331,7 +334,7 @@ fn stopping_what_was_not_asked_for_changes_nothing() {
     assert_eq!(
         world
             .scene
-            .detect_with(Budget::unlimited(), &clock)
+            .detect(Budget::unlimited().clock(&clock))
             .broad_phase_work,
         0
     );

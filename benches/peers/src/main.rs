@@ -125,7 +125,7 @@ struct Ours {
 
 impl Contender for Ours {
     fn count(&mut self, pose: &Pose, mode: Mode) -> u64 {
-        let query = Query::new(&self.trees[0], &self.trees[1], *pose).mode(mode);
+        let query = Query::intersection(&self.trees[0], &self.trees[1], *pose).mode(mode);
         query.run(&mut self.workspace, Budget::unlimited()).found
     }
 }

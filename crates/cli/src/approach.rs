@@ -1,7 +1,7 @@
 //! Poses of one mesh on its way to another.
 
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Budget, Mesh, Motion, MotionQuery, Pose, Query, Tree, Verdict, Workspace};
+use punctual::{Budget, Mesh, Motion, Pose, Query, Tree, Verdict, Workspace};
 use punctual_lab::artificial::Random;
 use punctual_lab::report::Failure;
 
@@ -93,13 +93,13 @@ impl<'t> Approach<'t> {
         let path = from + self.reach();
         let motion = Motion::straight(self.at(line, from)?, -line.direction * path)?;
         let found =
-            MotionQuery::new(self.a, self.b, motion).run(&mut self.workspace, Budget::unlimited());
+            Query::impact(self.a, self.b, motion).run(&mut self.workspace, Budget::unlimited());
         Ok(found.touching_at.map(|time| from - time * path))
     }
 
     pub fn is_free(&mut self, pose: Pose) -> bool {
         let outcome =
-            Query::new(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
+            Query::intersection(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
         outcome.verdict == Verdict::Separated
     }
 }

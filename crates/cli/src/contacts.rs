@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use punctual::glam::DVec3;
 use punctual::{
-    BuildOptions, Contact, ContactQuery, Contacts, Patches, Pose, ResumeError, StopReason,
+    BuildOptions, Contact, ContactBounds, Contacts, Patches, Pose, Query, ResumeError, StopReason,
     SystemClock, Tree, Workspace,
 };
 use punctual_lab::files::Listed;
@@ -102,8 +102,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 }
 
 impl Args {
-    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> ContactQuery<'t> {
-        let query = ContactQuery::new(a, b, pose).margin(self.margin);
+    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Contacts> {
+        let query = Query::contacts(a, b, pose).margin(self.margin);
         self.max
             .map_or(query, |most| query.contact_limit(most as usize))
     }
@@ -111,7 +111,7 @@ impl Args {
 
 /// What was found at a pose.
 struct Answer {
-    said: Contacts,
+    said: Answer<ContactBounds>,
     /// With the numbers of their patches.
     contacts: Vec<(u64, Contact)>,
     patches: Vec<(u64, [DVec3; 2], f64)>,
@@ -203,7 +203,7 @@ impl<'t> Sweeper<'t> {
     }
 
     /// The contacts of a pose; without a limit there is always room for more.
-    fn ask(&mut self, pose: &Pose) -> Result<Contacts, ResumeError> {
+    fn ask(&mut self, pose: &Pose) -> Result<Answer<ContactBounds>, ResumeError> {
         let Self {
             args,
             trees: [a, b],
@@ -212,7 +212,7 @@ impl<'t> Sweeper<'t> {
             ..
         } = self;
         let query = args.query(a, b, *pose);
-        let mut said = query.run_with(workspace, args.running.limits.budget(), clock);
+        let mut said = query.run(workspace, args.running.limits.budget().clock(clock));
         while said.stop == StopReason::PairsFull {
             let found = workspace.contacts().len();
             if args.max.is_some_and(|most| found >= most as usize) {
@@ -223,7 +223,7 @@ impl<'t> Sweeper<'t> {
                 .running
                 .limits
                 .budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
-            said = query.resume_with(workspace, left, clock)?;
+            said = query.resume(workspace, left.clock(clock))?;
         }
         Ok(said)
     }

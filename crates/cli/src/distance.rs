@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use punctual::{
-    BuildOptions, Distance, DistanceQuery, PairMemory, Pose, SystemClock, Tree, Workspace,
+    Answer, Bounds, BuildOptions, Distance, PairMemory, Pose, Query, SystemClock, Tree, Workspace,
 };
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
@@ -110,18 +110,15 @@ impl Args {
         b: &Tree,
         poses: &[Listed<Pose>],
         workspace: &mut Workspace,
-    ) -> Vec<Row<Distance>> {
+    ) -> Vec<Row<Answer<Bounds>>> {
         let clock = SystemClock::default();
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&pose: &Pose| {
             let start = Instant::now();
             let query = self.query(a, b, pose);
-            let found = query.run_with(
-                workspace,
-                memory.as_mut(),
-                self.running.limits.budget(),
-                &clock,
-            );
+            let found = query
+                .with_memory(memory.as_mut())
+                .run(workspace, self.running.limits.budget().clock(&clock));
             (found, start.elapsed())
         };
         poses
@@ -130,15 +127,15 @@ impl Args {
             .collect()
     }
 
-    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> DistanceQuery<'t> {
+    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Distance> {
         let query = self
             .goal
-            .of(DistanceQuery::new(a, b, pose))
+            .of(Query::distance(a, b, pose))
             .margins([self.margin; 2]);
         query.leave_contact_open(self.leave_contact_open)
     }
 
-    fn print(&self, out: &mut impl Write, rows: &[Row<Distance>]) -> io::Result<()> {
+    fn print(&self, out: &mut impl Write, rows: &[Row<Answer<Bounds>>]) -> io::Result<()> {
         writeln!(
             out,
             "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work"
@@ -185,7 +182,7 @@ impl Args {
 }
 
 impl Goal {
-    fn of<'t>(&self, query: DistanceQuery<'t>) -> DistanceQuery<'t> {
+    fn of<'t>(&self, query: Query<'t, Distance>) -> Query<'t, Distance> {
         let exact = query.absolute_tolerance(0.0);
         match *self {
             Self {

@@ -4,7 +4,9 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use punctual::{Motion, MotionQuery, PairMemory, Passage, SystemClock, Tree, Workspace};
+use punctual::{
+    Answer, Impact, Motion, PairMemory, Query, SystemClock, TimeOfImpact, Tree, Workspace,
+};
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
@@ -84,8 +86,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
 }
 
 impl Args {
-    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, motion: Motion) -> MotionQuery<'t> {
-        let query = MotionQuery::new(a, b, motion).margins([self.margin; 2]);
+    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, motion: Motion) -> Query<'t, Impact> {
+        let query = Query::impact(a, b, motion).margins([self.margin; 2]);
         self.tolerance
             .map_or(query, |length| query.tolerance(length))
     }
@@ -97,17 +99,15 @@ impl Args {
         b: &Tree,
         motions: &[Listed<Motion>],
         workspace: &mut Workspace,
-    ) -> Vec<Row<Passage>> {
+    ) -> Vec<Row<Answer<TimeOfImpact>>> {
         let clock = SystemClock::default();
         let mut memory = self.memory.then(PairMemory::new);
         let mut answer = |&motion: &Motion| {
             let start = Instant::now();
-            let found = self.query(a, b, motion).run_with(
-                workspace,
-                memory.as_mut(),
-                self.running.limits.budget(),
-                &clock,
-            );
+            let found = self
+                .query(a, b, motion)
+                .with_memory(memory.as_mut())
+                .run(workspace, self.running.limits.budget().clock(&clock));
             (found, start.elapsed())
         };
         motions
@@ -117,7 +117,7 @@ impl Args {
     }
 }
 
-fn print(out: &mut impl Write, rows: &[Row<Passage>]) -> io::Result<()> {
+fn print(out: &mut impl Write, rows: &[Row<Answer<TimeOfImpact>>]) -> io::Result<()> {
     writeln!(
         out,
         "sweep,free_until,touching_at,triangle_a,triangle_b,ns,stop,work"

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use punctual::{Budget, BuildOptions, CostModel, Mode, Order, Pose, Query, Tree};
+use punctual::{Budget, BuildOptions, CostModel, Intersection, Mode, Order, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
@@ -16,7 +16,7 @@ use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
 
-/// Query two meshes at each pose of a list.
+/// Query<Intersection> two meshes at each pose of a list.
 ///
 /// Prints CSV, a line for each pose: hit is 1 only if an intersection is proven; pairs is the number of intersecting
 /// triangle pairs found (-1 with --mode any); ns is the least time of all sweeps, pose update included; verdict is
@@ -159,8 +159,8 @@ impl Args {
         self.mode == ModeName::All && self.running.limits.budget() != Budget::unlimited()
     }
 
-    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t> {
-        let query = Query::new(a, b, pose)
+    fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Intersection> {
+        let query = Query::intersection(a, b, pose)
             .mode(self.mode())
             .order(self.order())
             .early(self.early);

@@ -21,7 +21,7 @@ impl Answer {
         clock: &SystemClock,
     ) -> Self {
         let start = Instant::now();
-        let found = PushOutQuery::new(a, b, *pose).run_with(workspace, budget, clock);
+        let found = PushOutQuery::new(a, b, *pose).run(workspace, budget.clock(clock));
         Self {
             found,
             time: start.elapsed(),

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use punctual::{Ray, RayCast, RayHit, RayMode, RayQuery, SystemClock, Tree, Workspace};
+use punctual::{Query, Ray, RayBounds, RayHit, RayMode, Rays, SystemClock, Tree, Workspace};
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
@@ -42,7 +42,7 @@ pub struct Args {
 }
 
 /// An answer, with the hits that were asked for.
-type Answer = (RayCast, Vec<RayHit>);
+type Answer = (Answer<RayBounds>, Vec<RayHit>);
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let mesh = args.meshes.load(&args.a)?;
@@ -78,11 +78,9 @@ impl Args {
         let clock = SystemClock::default();
         let mut answer = |&ray: &Ray| {
             let start = Instant::now();
-            let cast = RayQuery::new(tree, ray).mode(self.mode).run_with(
-                workspace,
-                self.running.limits.budget(),
-                &clock,
-            );
+            let cast = Query::ray(tree, ray)
+                .mode(self.mode)
+                .run(workspace, self.running.limits.budget().clock(&clock));
             let took = start.elapsed();
             let mut hits: Vec<RayHit> = cast.hit.into_iter().collect();
             if self.mode == RayMode::All {

@@ -257,7 +257,7 @@ fn coordinates_reach_the_last_bit() {
 fn meets(a: &Mesh, b: &Mesh) -> bool {
     let (a, b) = (Tree::new(a.clone()), Tree::new(b.clone()));
     let outcome =
-        Query::new(&a, &b, Pose::IDENTITY).run(&mut Workspace::new(), Budget::unlimited());
+        Query::intersection(&a, &b, Pose::IDENTITY).run(&mut Workspace::new(), Budget::unlimited());
     matches!(outcome.verdict, Verdict::Intersecting { .. })
 }
 

@@ -33,17 +33,17 @@ fn poses(folder: &Path) -> Result<Vec<Pose>, Failure> {
         .into_iter()
         .filter_map(|listed| listed.entry.ok())
     {
-        let query = Query::new(&a, &b, pose);
+        let query = Query::intersection(&a, &b, pose);
         let all = query.mode(Mode::All);
-        let mut whole = all.run_with(&mut workspace, None, Budget::unlimited(), &clock);
+        let mut whole = all.run(&mut workspace, Budget::unlimited().clock(&clock));
         while whole.stop == punctual::StopReason::PairsFull {
             workspace.drain_pairs().for_each(drop);
-            whole = all.resume_with(&mut workspace, None, Budget::unlimited(), &clock)?;
+            whole = all.resume(&mut workspace, Budget::unlimited().clock(&clock))?;
         }
         let mut told = [None; PERCENT.len()];
         for (told, percent) in told.iter_mut().zip(PERCENT) {
             let budget = Budget::work(whole.stats.work * percent / 100);
-            if query.run_with(&mut workspace, None, budget, &clock).verdict == Verdict::Undecided {
+            if query.run(&mut workspace, budget.clock(&clock)).verdict == Verdict::Undecided {
                 *told = Some(query.estimate(&workspace, None)?.probability);
             }
         }

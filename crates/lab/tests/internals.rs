@@ -120,7 +120,7 @@ fn what_is_opened_is_what_every_order_opens() {
         let pose = Pose::new(DMat3::from_rotation_x(x), DVec3::new(x, 0.1, 0.0)).unwrap();
         let opened = opened_pairs(&a, &b, &pose);
         for order in [Order::DepthFirst, Order::BreadthFirst] {
-            let query = Query::new(&a, &b, pose).mode(Mode::All).order(order);
+            let query = Query::all_pairs(&a, &b, pose).order(order);
             let stats = query.run(&mut workspace, Budget::unlimited()).stats;
             assert_eq!(
                 opened

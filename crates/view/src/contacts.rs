@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use punctual::{
-    Aabb, Budget, Contact, ContactQuery, Contacts, Pose, ResumeError, Stats, StopReason, Workspace,
+    Aabb, Budget, Contact, ContactBounds, Contacts, Pose, Query, ResumeError, Stats, StopReason,
+    Workspace,
 };
 use serde_json::{Value, json};
 
@@ -11,16 +12,16 @@ use crate::ladder::{Stepwise, climb};
 use crate::stage::{NORMAL, OPEN_BOXES, Stage, count, fact, length, placed, tests};
 use crate::{Bodies, View};
 
-/// Contacts that are drawn, the first that were found.
+/// Answer<ContactBounds> that are drawn, the first that were found.
 const MOST_CONTACTS: usize = 10_000;
 
 /// A page for a query of these bodies at this pose, which ends at `most` contacts, and which was answered so.
 pub fn contacts(
     bodies: &Bodies,
-    query: ContactQuery,
+    query: Query<Contacts>,
     pose: &Pose,
     most: Option<usize>,
-    answer: &Contacts,
+    answer: &Answer<ContactBounds>,
 ) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
@@ -51,7 +52,7 @@ pub fn contacts(
 }
 
 struct Steps<'t> {
-    query: ContactQuery<'t>,
+    query: Query<'t, Contacts>,
     most: Option<usize>,
     workspace: Workspace,
     placed: [[usize; 2]; 2],
@@ -63,7 +64,11 @@ struct Steps<'t> {
 
 impl Steps<'_> {
     /// Makes more room where contacts need it.
-    fn make_room(&mut self, mut said: Contacts, until: u64) -> Result<Contacts, ResumeError> {
+    fn make_room(
+        &mut self,
+        mut said: Answer<ContactBounds>,
+        until: u64,
+    ) -> Result<Answer<ContactBounds>, ResumeError> {
         while said.stop == StopReason::PairsFull && self.most.is_none() {
             let found = self.workspace.contacts().len();
             self.workspace.reserve_contacts(2 * found);
@@ -101,14 +106,18 @@ impl Steps<'_> {
 }
 
 impl Stepwise for Steps<'_> {
-    type Answer = Contacts;
+    type Answer = Answer<ContactBounds>;
 
-    fn begin(&mut self, until: u64) -> Result<Contacts, ResumeError> {
+    fn begin(&mut self, until: u64) -> Result<Answer<ContactBounds>, ResumeError> {
         let said = self.query.run(&mut self.workspace, Budget::work(until));
         self.make_room(said, until)
     }
 
-    fn resume(&mut self, stopped: &Contacts, until: u64) -> Result<Contacts, ResumeError> {
+    fn resume(
+        &mut self,
+        stopped: &Answer<ContactBounds>,
+        until: u64,
+    ) -> Result<Answer<ContactBounds>, ResumeError> {
         let said = self.query.resume(
             &mut self.workspace,
             Budget::work(until - stopped.stats.work),
@@ -116,11 +125,15 @@ impl Stepwise for Steps<'_> {
         self.make_room(said, until)
     }
 
-    fn reached(answer: &Contacts) -> (StopReason, Stats) {
+    fn reached(answer: &Answer<ContactBounds>) -> (StopReason, Stats) {
         (answer.stop, answer.stats)
     }
 
-    fn look(&mut self, said: &Contacts, stage: &mut Stage) -> Result<Value, ResumeError> {
+    fn look(
+        &mut self,
+        said: &Answer<ContactBounds>,
+        stage: &mut Stage,
+    ) -> Result<Value, ResumeError> {
         let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
         let none = if certificate.open_pairs() > 0 {
@@ -141,7 +154,7 @@ impl Stepwise for Steps<'_> {
             count(said.found)
         };
         let mut facts = vec![
-            fact("Contacts found", found),
+            fact("Answer<ContactBounds> found", found),
             fact("Least distance found", nearest),
             fact(
                 "Missing ones are apart by",

@@ -1,7 +1,7 @@
 //! A query of a distance: the closest points found, and where closer ones may be.
 
 use punctual::{
-    Aabb, Budget, Distance, DistanceQuery, Pose, ResumeError, Stats, StopReason, Workspace,
+    Aabb, Bounds, Budget, Distance, Pose, Query, ResumeError, Stats, StopReason, Workspace,
 };
 use serde_json::{Value, json};
 
@@ -12,9 +12,9 @@ use crate::{Bodies, View};
 /// A page for a query of these bodies at this pose, which was answered so.
 pub fn distance(
     bodies: &Bodies,
-    query: DistanceQuery,
+    query: Query<Distance>,
     pose: &Pose,
-    answer: &Distance,
+    answer: &Answer<Bounds>,
 ) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
@@ -45,7 +45,7 @@ pub fn distance(
 
 struct Steps<'t> {
     bodies: &'t Bodies<'t>,
-    query: DistanceQuery<'t>,
+    query: Query<'t, Distance>,
     workspace: Workspace,
     placed: [[usize; 2]; 2],
     /// Arrays of segments and of triangles.
@@ -54,24 +54,28 @@ struct Steps<'t> {
 }
 
 impl Stepwise for Steps<'_> {
-    type Answer = Distance;
+    type Answer = Answer<Bounds>;
 
-    fn begin(&mut self, until: u64) -> Result<Distance, ResumeError> {
+    fn begin(&mut self, until: u64) -> Result<Answer<Bounds>, ResumeError> {
         Ok(self.query.run(&mut self.workspace, Budget::work(until)))
     }
 
-    fn resume(&mut self, stopped: &Distance, until: u64) -> Result<Distance, ResumeError> {
+    fn resume(
+        &mut self,
+        stopped: &Answer<Bounds>,
+        until: u64,
+    ) -> Result<Answer<Bounds>, ResumeError> {
         self.query.resume(
             &mut self.workspace,
             Budget::work(until - stopped.stats.work),
         )
     }
 
-    fn reached(answer: &Distance) -> (StopReason, Stats) {
+    fn reached(answer: &Answer<Bounds>) -> (StopReason, Stats) {
         (answer.stop, answer.stats)
     }
 
-    fn look(&mut self, found: &Distance, stage: &mut Stage) -> Result<Value, ResumeError> {
+    fn look(&mut self, found: &Answer<Bounds>, stage: &mut Stage) -> Result<Value, ResumeError> {
         let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
         let likely = self.query.estimate(&self.workspace, None)?.distance;

@@ -9,7 +9,7 @@
 //! use punctual_view::Bodies;
 //!
 //! let (a, b) = (Tree::new(shapes::torus(1.0, 0.4, 16)), Tree::new(shapes::icosphere(2)));
-//! let query = Query::new(&a, &b, Pose::IDENTITY).mode(Mode::All);
+//! let query = Query::all_pairs(&a, &b, Pose::IDENTITY);
 //! let outcome = query.run(&mut Workspace::new(), Budget::work(500));
 //! let bodies = Bodies::new(["ring".into(), "ball".into()], [&a, &b]);
 //! let page = punctual_view::pair(&bodies, query, &Pose::IDENTITY, Mode::All, &outcome)?.html()?;

@@ -1,7 +1,7 @@
 //! A query of a motion: until when it is proven to be free, and where the meshes meet.
 
 use punctual::{
-    Aabb, Budget, MotionQuery, Passage, Pose, ResumeError, Stats, StopReason, Workspace,
+    Aabb, Budget, Impact, Pose, Query, ResumeError, Stats, StopReason, TimeOfImpact, Workspace,
 };
 use serde_json::{Value, json};
 
@@ -13,7 +13,11 @@ use crate::{Bodies, View};
 const PARTS: usize = 128;
 
 /// A page for a query of these bodies, of which B moves, which was answered so.
-pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<View, ResumeError> {
+pub fn motion(
+    bodies: &Bodies,
+    query: Query<Impact>,
+    answer: &Answer<TimeOfImpact>,
+) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let poses: Vec<Pose> = (0..=PARTS)
         .map(|i| query.pose(i as f64 / PARTS as f64))
@@ -57,7 +61,7 @@ pub fn motion(bodies: &Bodies, query: MotionQuery, answer: &Passage) -> Result<V
 
 struct Steps<'t> {
     bodies: &'t Bodies<'t>,
-    query: MotionQuery<'t>,
+    query: Query<'t, Impact>,
     workspace: Workspace,
     placed: [[usize; 2]; 2],
     /// The array of triangles that meet.
@@ -65,24 +69,32 @@ struct Steps<'t> {
 }
 
 impl Stepwise for Steps<'_> {
-    type Answer = Passage;
+    type Answer = Answer<TimeOfImpact>;
 
-    fn begin(&mut self, until: u64) -> Result<Passage, ResumeError> {
+    fn begin(&mut self, until: u64) -> Result<Answer<TimeOfImpact>, ResumeError> {
         Ok(self.query.run(&mut self.workspace, Budget::work(until)))
     }
 
-    fn resume(&mut self, stopped: &Passage, until: u64) -> Result<Passage, ResumeError> {
+    fn resume(
+        &mut self,
+        stopped: &Answer<TimeOfImpact>,
+        until: u64,
+    ) -> Result<Answer<TimeOfImpact>, ResumeError> {
         self.query.resume(
             &mut self.workspace,
             Budget::work(until - stopped.stats.work),
         )
     }
 
-    fn reached(answer: &Passage) -> (StopReason, Stats) {
+    fn reached(answer: &Answer<TimeOfImpact>) -> (StopReason, Stats) {
         (answer.stop, answer.stats)
     }
 
-    fn look(&mut self, passage: &Passage, stage: &mut Stage) -> Result<Value, ResumeError> {
+    fn look(
+        &mut self,
+        passage: &Answer<TimeOfImpact>,
+        stage: &mut Stage,
+    ) -> Result<Value, ResumeError> {
         let [a, b] = self.placed;
         let mut marks = vec![json!(["start", 0.0, b[1]])];
         let mut surfaces = vec![stage.whole("a", a), stage.whole("start", b)];

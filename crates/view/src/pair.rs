@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use punctual::{
-    Aabb, Budget, Mode, Outcome, Pose, Query, ResumeError, Stats, StopReason, Verdict, Workspace,
+    Aabb, Budget, Intersection, Mode, Pose, Query, ResumeError, Stats, StopReason, Verdict,
+    Workspace,
 };
 use serde_json::{Value, json};
 
@@ -20,10 +21,10 @@ const FAR: u64 = 100;
 /// A page for a query of these bodies at this pose, which was answered so.
 pub fn pair(
     bodies: &Bodies,
-    query: Query,
+    query: Query<Intersection>,
     pose: &Pose,
     mode: Mode,
-    answer: &Outcome,
+    answer: &Answer<Verdict>,
 ) -> Result<View, ResumeError> {
     let [a, b] = bodies.trees;
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
@@ -57,7 +58,7 @@ pub fn pair(
 
 struct Steps<'t> {
     bodies: &'t Bodies<'t>,
-    query: Query<'t>,
+    query: Query<'t, Intersection>,
     pose: &'t Pose,
     mode: Mode,
     workspace: Workspace,
@@ -72,7 +73,11 @@ struct Steps<'t> {
 
 impl Steps<'_> {
     /// Takes out what was found, and goes on where there was no more room for it.
-    fn collect(&mut self, mut outcome: Outcome, until: u64) -> Result<Outcome, ResumeError> {
+    fn collect(
+        &mut self,
+        mut outcome: Answer<Verdict>,
+        until: u64,
+    ) -> Result<Answer<Verdict>, ResumeError> {
         loop {
             self.found.extend(self.workspace.drain_pairs());
             if outcome.stop != StopReason::PairsFull {
@@ -116,15 +121,19 @@ impl Steps<'_> {
 }
 
 impl Stepwise for Steps<'_> {
-    type Answer = Outcome;
+    type Answer = Answer<Verdict>;
 
-    fn begin(&mut self, until: u64) -> Result<Outcome, ResumeError> {
+    fn begin(&mut self, until: u64) -> Result<Answer<Verdict>, ResumeError> {
         self.found.clear();
         let outcome = self.query.run(&mut self.workspace, Budget::work(until));
         self.collect(outcome, until)
     }
 
-    fn resume(&mut self, stopped: &Outcome, until: u64) -> Result<Outcome, ResumeError> {
+    fn resume(
+        &mut self,
+        stopped: &Answer<Verdict>,
+        until: u64,
+    ) -> Result<Answer<Verdict>, ResumeError> {
         let outcome = self.query.resume(
             &mut self.workspace,
             Budget::work(until - stopped.stats.work),
@@ -132,11 +141,11 @@ impl Stepwise for Steps<'_> {
         self.collect(outcome, until)
     }
 
-    fn reached(answer: &Outcome) -> (StopReason, Stats) {
+    fn reached(answer: &Answer<Verdict>) -> (StopReason, Stats) {
         (answer.stop, answer.stats)
     }
 
-    fn look(&mut self, outcome: &Outcome, stage: &mut Stage) -> Result<Value, ResumeError> {
+    fn look(&mut self, outcome: &Answer<Verdict>, stage: &mut Stage) -> Result<Value, ResumeError> {
         let certificate = self.query.certificate(&self.workspace)?;
         let most = certificate.upper_bound();
         let estimate = self.query.estimate(&self.workspace, None)?;

@@ -14,9 +14,7 @@ use core::time::Duration;
 
 use alloc::format;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Budget, Clock, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Budget, Clock, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
 
 /// What this program asks of the outside.
 mod c {
@@ -104,9 +102,9 @@ fn ask() -> Result<bool, alloc::boxed::Box<dyn core::error::Error>> {
     let mut as_expected = true;
     for (shift, meet) in [(0.8, true), (9.0, false)] {
         let query =
-            Query::new(&knot, &ball, Pose::new(DMat3::IDENTITY, DVec3::X * shift)?).mode(Mode::All);
+            Query::all_pairs(&knot, &ball, Pose::new(DMat3::IDENTITY, DVec3::X * shift)?);
         let budget = Budget::time(Duration::from_secs(1));
-        let outcome = query.run_with(&mut workspace, Some(&mut memory), budget, &Monotonic);
+        let outcome = query.with_memory(&mut memory).run(&mut workspace, budget.clock(&Monotonic));
         let spent = outcome.stats.elapsed.unwrap_or_default();
         print(&format!(
             "{:?}, {} pairs, {} BV tests, {spent:?}\n",
@@ -120,7 +118,7 @@ fn ask() -> Result<bool, alloc::boxed::Box<dyn core::error::Error>> {
             query.certificate(&workspace)?.upper_bound() >= outcome.found.max(stopped.found);
     }
     // Without one there is no time: such a call does nothing, and says so.
-    let query = Query::new(&knot, &ball, Pose::IDENTITY);
+    let query = Query::intersection(&knot, &ball, Pose::IDENTITY);
     let untimed = query.run(&mut workspace, Budget::time(Duration::from_secs(1)));
     as_expected &= untimed.stop == StopReason::Deadline && untimed.stats.work == 0;
     as_expected &= query.resume(&mut workspace, Budget::unlimited())?.verdict != Verdict::Undecided;

@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .inverse()?
             .compose(&bodies::pose(&rock_in_world)?)?;
         let outcome =
-            Query::new(&ship, &rock, rock_in_ship).run(&mut workspace, Budget::unlimited());
+            Query::intersection(&ship, &rock, rock_in_ship).run(&mut workspace, Budget::unlimited());
         match outcome.verdict {
             Verdict::Intersecting {
                 witness: [of_ship, of_rock],

@@ -58,7 +58,7 @@ pub struct Patch {
 /// let (a, b) = (Tree::new(shapes::cuboid(Vec3::ONE, 8)), Tree::new(shapes::cuboid(Vec3::ONE, 8)));
 /// let (mut workspace, mut patches) = (Workspace::new(), Patches::new());
 /// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 2.001, 0.25))?;
-/// let _ = ContactQuery::new(&a, &b, pose).margin(0.01).run(&mut workspace, Budget::unlimited());
+/// let _ = Query::contacts(&a, &b, pose).margin(0.01).run(&mut workspace, Budget::unlimited());
 /// patches.update(&a, &b, workspace.contacts());
 /// let patch = &patches.as_slice()[0];
 /// assert!((patch.normal + DVec3::Y).length() < 1e-9 && patches.points_of(patch).len() == 4);

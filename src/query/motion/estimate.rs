@@ -1,9 +1,9 @@
 //! What is expected of a motion query before it, and of what an unfinished one has left.
 
 use super::Impact;
-use crate::query::Query;
 use crate::model::passing::{self, Passing};
 use crate::model::prediction::Quantiles;
+use crate::query::Query;
 use crate::query::memory::{PairMemory, Sought};
 use crate::query::workspace::{ResumeError, Workspace};
 use glam::DVec3;

@@ -174,12 +174,14 @@ impl<'t> Query<'t, Impact> {
     /// not matter then, so that neighbors which meet at the same time are not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
         let length = self
-            .asked.options
+            .asked
+            .options
             .length
             .unwrap_or_else(|| self.default_tolerance());
         // No time is known better than the places are.
         let time = self
-            .asked.options
+            .asked
+            .options
             .time
             .max(length.max(8.0 * course.rounding) / course.speed);
         0.5 * if time > LEAST_TOLERANCE {
@@ -277,9 +279,11 @@ impl Ask for Query<'_, Impact> {
         } else {
             memory.map_or(0.0, |memory| self.clear_until(course, memory))
         };
-        workspace
-            .motion
-            .begin(&self.asked.options, self.tolerance_in_time(course), free_until);
+        workspace.motion.begin(
+            &self.asked.options,
+            self.tolerance_in_time(course),
+            free_until,
+        );
         workspace.motion.piece = course.piece_at(free_until);
         if workspace.motion.piece < course.pieces {
             workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));

@@ -22,7 +22,7 @@ use crate::query::expand::{Sink, expand};
 use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Front, Origin, Pair};
 use crate::query::search::{Bounded, Search, least_key as least_of_column};
-use crate::query::traversal::{Visitor, Traversal};
+use crate::query::traversal::{Traversal, Visitor};
 use crate::query::triangle_pairs::rows;
 use crate::query::views::Relation;
 use crate::query::workspace::{Run, Workspace};

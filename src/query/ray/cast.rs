@@ -19,7 +19,7 @@ use crate::model::cost::{
 use crate::query::expand;
 use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
-use crate::query::traversal::{Visitor, Traversal};
+use crate::query::traversal::{Traversal, Visitor};
 use crate::tree::WIDTH;
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::candidates;

@@ -10,9 +10,7 @@ use super::broad::bounds;
 use super::error::SceneError;
 use crate::math::Aabb;
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_BOX, WORK_PER_SEARCH};
-use crate::query::{
-    Ask, Budget, ClockedBudget, Deadline, Query, RayMode, StopReason, Workspace,
-};
+use crate::query::{Ask, Budget, ClockedBudget, Deadline, Query, RayMode, StopReason, Workspace};
 use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 use core::cmp::Reverse;

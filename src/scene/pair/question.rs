@@ -9,8 +9,8 @@ use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_PATCHED_CONTACT,
 };
 use crate::query::{
-    Answer as Answered, Ask, Budget, Contacts, Deadline, Distance, Impact, Intersection, Mode, PairMemory, Query,
-    StopReason, Verdict, Workspace,
+    Answer as Answered, Ask, Budget, Contacts, Deadline, Distance, Impact, Intersection, Mode,
+    PairMemory, Query, StopReason, Verdict, Workspace,
 };
 use crate::scene::ask::distance_requests::DistanceRequest;
 use crate::scene::body::{Bodies, Placed, margins};

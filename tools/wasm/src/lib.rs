@@ -22,7 +22,7 @@ pub extern "C" fn answers() -> *const u8 {
 #[unsafe(no_mangle)]
 pub extern "C" fn has_no_time() -> bool {
     let ball = Tree::new(shapes::icosphere(3));
-    let query = Query::new(&ball, &ball, Pose::IDENTITY);
+    let query = Query::intersection(&ball, &ball, Pose::IDENTITY);
     let mut workspace = Workspace::new();
     let stopped = query.run(&mut workspace, Budget::time(Duration::from_secs(1)));
     let whole = query.resume(&mut workspace, Budget::work(1 << 40));

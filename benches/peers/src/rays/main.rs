@@ -4,8 +4,8 @@
 //!
 //! Coherent rays are a camera's, row by row; random ones begin in the box of the mesh, a fifth larger, and go anywhere. All
 //! numbers are `f32`, so that both answer the same question. Embree's rays lie ready in its own format; it is asked with
-//! `rtcIntersect1` and `rtcOccluded1`, best build quality, as fast as it can and with its robust flag. Ours are a `RayBatch`,
-//! and a `RayQuery` each. A ray `differs` if one hits and the other does not, or not the same triangle at another `t`.
+//! `rtcIntersect1` and `rtcOccluded1`, best build quality, as fast as it can and with its robust flag. Ours are a `Query<Rays>`,
+//! and a `Query<RayCast>` each. A ray `differs` if one hits and the other does not, or not the same triangle at another `t`.
 
 mod embree;
 mod sets;
@@ -15,7 +15,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use embree::Embree;
-use punctual::{Budget, Ray, RayBatch, RayHit, RayMode, RayQuery, Stats, Tree, Workspace};
+use punctual::{Budget, Query, Ray, RayCast, RayHit, RayMode, Rays, Stats, Tree, Workspace};
 
 const BLOCK: usize = 500;
 const TURNS: usize = 3;
@@ -106,7 +106,7 @@ impl Case {
             let asked = embree::rays(block);
             let hits = &mut hits[..block.len()];
             for turn in 0..TURNS {
-                let batch = RayBatch::new(&self.tree, block);
+                let batch = Query::rays(&self.tree, block);
                 least.time(4, turn, || {
                     let _ = batch
                         .any()
@@ -123,7 +123,7 @@ impl Case {
                 }
                 least.time(3, turn, || {
                     for &ray in block {
-                        let query = RayQuery::new(&self.tree, ray);
+                        let query = Query::ray(&self.tree, ray);
                         black_box(query.run(&mut workspace, Budget::unlimited()).hit);
                     }
                 });
@@ -174,7 +174,7 @@ fn cast_alone(file: &Path, count: usize) {
     let mut workspace = Workspace::new();
     for (name, rays) in sets::all(case.tree.mesh(), count) {
         let mut hits = vec![None; rays.len()];
-        let batch = RayBatch::new(&case.tree, &rays);
+        let batch = Query::rays(&case.tree, &rays);
         for (mode, batch) in [(RayMode::Nearest, batch), (RayMode::Any, batch.any())] {
             let stats = batch
                 .run(&mut workspace, &mut hits, Budget::unlimited())
@@ -182,7 +182,7 @@ fn cast_alone(file: &Path, count: usize) {
             case.print(name, mode.to_string(), &hits, &stats);
         }
         for (&ray, hit) in rays.iter().zip(&mut hits) {
-            *hit = RayQuery::new(&case.tree, ray)
+            *hit = Query::ray(&case.tree, ray)
                 .run(&mut workspace, Budget::unlimited())
                 .hit;
         }

@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::{
-    Budget, Contact, ContactQuery, Contacts, Patches, StopReason, Tree, Workspace, shapes,
+    Answer, Budget, Contact, ContactBounds, Patches, Query, StopReason, Tree, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
@@ -19,7 +19,7 @@ const NO_CONTACT: punctual_contact = punctual_contact {
     segment: [NO_POINT; 2],
 };
 
-fn same(ours: &punctual_contacts, theirs: &Contacts) {
+fn same(ours: &punctual_contacts, theirs: &Answer<ContactBounds>) {
     assert_eq!((ours.low, ours.found), (theirs.low, theirs.found));
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     same_stats(&ours.stats, &theirs.stats);
@@ -79,7 +79,7 @@ fn contacts_and_patches_are_those_of_rust() {
         let mut query = punctual_contact_query_new(Some(&ours), Some(&ours), raw(&tilted()));
         assert_eq!((query.margin, query.contact_limit), (0.0, usize::MAX));
         (query.margin, query.contact_limit) = (margin, limit);
-        let native = ContactQuery::new(&theirs, &theirs, tilted())
+        let native = Query::contacts(&theirs, &theirs, tilted())
             .margin(margin)
             .contact_limit(limit);
         let budget = punctual_budget_work(work);

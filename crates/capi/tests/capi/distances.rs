@@ -1,4 +1,4 @@
-//! Distance queries: the bounds, points and counters of Rust, and everything that is refused.
+//! Answer<Bounds> queries: the bounds, points and counters of Rust, and everything that is refused.
 
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
@@ -6,12 +6,12 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::{
-    Budget, Certificate, Distance, DistanceEstimate, DistanceQuery, PairMemory, Pose, StopReason,
+    Answer, Bounds, Budget, Certificate, DistanceEstimate, PairMemory, Pose, Query, StopReason,
     Tree, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
-fn same(ours: &punctual_distance, theirs: &Distance) {
+fn same(ours: &punctual_distance, theirs: &Answer<Bounds>) {
     assert_eq!([ours.low, ours.high], [theirs.low, theirs.high]);
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     let closer = match theirs.closer {
@@ -118,7 +118,7 @@ fn distances_are_those_of_rust() {
             (query.absolute_tolerance, query.relative_tolerance) = (tolerance, share);
             (query.margins, query.closer_than) = (margins, limit);
             query.leave_contact_open = u32::from(tolerance == 0.5);
-            let native = DistanceQuery::new(&theirs, &theirs, pose)
+            let native = Query::distance(&theirs, &theirs, pose)
                 .relative_tolerance(share)
                 .margins(margins);
             let native = native
@@ -148,8 +148,9 @@ fn distances_are_those_of_rust() {
                     )
                 }
             });
-            let mut expected =
-                native.run_with_memory(&mut other, &mut remembered, Budget::work(4_000));
+            let mut expected = native
+                .with_memory(&mut remembered)
+                .run(&mut other, Budget::work(4_000));
             while expected.stop != StopReason::Finished {
                 stops += 1;
                 same(&distance, &expected);

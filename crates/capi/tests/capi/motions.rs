@@ -7,11 +7,12 @@ use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Tree, Workspace, shapes,
+    Answer, Budget, Motion, PairMemory, Pose, Query, StopReason, TimeOfImpact, Tree, Workspace,
+    shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
-fn same(ours: &punctual_passage, theirs: &Passage) {
+fn same(ours: &punctual_passage, theirs: &Answer<TimeOfImpact>) {
     assert_eq!(
         (ours.free_until, ours.touches),
         (theirs.free_until, theirs.touching_at.is_some())
@@ -89,8 +90,8 @@ fn motions_are_those_of_rust() {
                 (tolerance, time_tolerance, margins);
             (query.a_moves, query.of_a) = (both.into(), motions()[1].0);
             let native = match both {
-                true => MotionQuery::of_both([&theirs; 2], [motions()[1].1, motion]),
-                false => MotionQuery::new(&theirs, &theirs, motion),
+                true => Query::impact_of_both([&theirs; 2], [motions()[1].1, motion]),
+                false => Query::impact(&theirs, &theirs, motion),
             };
             let native = native.time_tolerance(time_tolerance).margins(margins);
             let native = if tolerance < 0.0 {
@@ -117,8 +118,9 @@ fn motions_are_those_of_rust() {
                     )
                 }
             });
-            let mut expected =
-                native.run_with_memory(&mut other, &mut remembered, Budget::work(8_000));
+            let mut expected = native
+                .with_memory(&mut remembered)
+                .run(&mut other, Budget::work(8_000));
             while expected.stop != StopReason::Finished {
                 stops += 1;
                 same(&passage, &expected);

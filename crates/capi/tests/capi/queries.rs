@@ -7,12 +7,12 @@ use std::time::Duration;
 use super::call::*;
 use super::common::{MODES, ORDERS};
 use punctual::{
-    Budget, CostModel, ManualClock, Mode, Order, PairMemory, Query, Stats, StopReason, Tree,
-    Verdict, Workspace, shapes,
+    Budget, CostModel, Intersection, ManualClock, Mode, Order, PairMemory, Query, Stats,
+    StopReason, Tree, Verdict, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
-fn same(ours: &punctual_outcome, theirs: &punctual::Outcome) {
+fn same(ours: &punctual_outcome, theirs: &punctual::Answer<punctual::Verdict>) {
     let (verdict, witness) = told(theirs.verdict);
     assert_eq!(
         (ours.verdict, [ours.witness.a, ours.witness.b], ours.found),
@@ -73,7 +73,7 @@ struct Both<'t> {
     query: punctual_query<'t>,
     workspace: &'t mut punctual_workspace,
     memory: Box<punctual_memory>,
-    native: Query<'t>,
+    native: Query<'t, Intersection>,
     other: &'t mut Workspace,
     remembered: PairMemory,
 }
@@ -90,7 +90,9 @@ impl<'t> Both<'t> {
         (query.mode, query.order, query.seed) = (u32::from(mode == Mode::All), number, seed);
         (query.pair_limit, query.queue_threshold, query.prior) = (30, 64.0, 0.2);
         query.early = 1;
-        let native = Query::new(theirs, theirs, tilted()).mode(mode).order(order);
+        let native = Query::intersection(theirs, theirs, tilted())
+            .mode(mode)
+            .order(order);
         let native = native
             .pair_limit(30)
             .queue_threshold(64.0)
@@ -156,9 +158,10 @@ impl<'t> Both<'t> {
             }
         });
         let remembered = Some(&mut self.remembered);
-        let mut expected =
-            self.native
-                .run_with(self.other, remembered, native_budget, &native_clock());
+        let mut expected = self
+            .native
+            .with_memory(remembered)
+            .run(self.other, native_budget.clock(&native_clock()));
         loop {
             same(&outcome, &expected);
             self.same_pairs();
@@ -189,7 +192,8 @@ impl<'t> Both<'t> {
             let remembered = Some(&mut self.remembered);
             expected = self
                 .native
-                .resume_with(self.other, remembered, native_budget, &native_clock())
+                .with_memory(remembered)
+                .resume(self.other, native_budget.clock(&native_clock()))
                 .unwrap();
         }
     }

@@ -8,8 +8,8 @@ use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, DistanceQuery, PairMemory, Pose, PushOutQuery, Ray, RayBatch, RayHit, RayMode,
-    RayQuery, StopReason, Tree, Workspace, shapes,
+    Budget, PairMemory, Pose, PushOutQuery, Query, Ray, RayHit, RayMode, Rays, StopReason, Tree,
+    Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
@@ -143,7 +143,7 @@ fn rays_are_those_of_rust() {
                 mode: mode as u32,
                 ..punctual_ray_query_new(Some(&ours), raw)
             };
-            let native = RayQuery::new(&theirs, ray).mode(mode);
+            let native = Query::ray(&theirs, ray).mode(mode);
             let mut expected = native.run(&mut other, Budget::work(400));
             let mut said = made(|out| cast(&query, false, Some(&mut workspace), 400, out));
             loop {
@@ -195,7 +195,7 @@ fn batches_are_those_of_rust_and_do_not_allocate_again() {
     for any in [false, true] {
         let mut asked = punctual_ray_batch_new(Some(&ours), raw.as_ptr(), raw.len());
         asked.mode = u32::from(any);
-        let native = RayBatch::new(&theirs, &rays);
+        let native = Query::rays(&theirs, &rays);
         let native = if any { native.any() } else { native };
         let mut expected = vec![None; rays.len()];
         let mut told = native.run(&mut other, &mut expected, Budget::work(5_000));
@@ -527,8 +527,10 @@ fn the_clearance_is_that_of_rust() {
             )
         }
     });
-    let pair = DistanceQuery::new(&theirs, &theirs, at(9.0));
-    let distance = pair.run_with_memory(&mut other, &mut remembered, Budget::unlimited());
+    let pair = Query::distance(&theirs, &theirs, at(9.0));
+    let distance = pair
+        .with_memory(&mut remembered)
+        .run(&mut other, Budget::unlimited());
     for x in [9.0, 8.0, 10.5, 2.0] {
         assert_eq!(
             clearance(&memory, &at(x)),

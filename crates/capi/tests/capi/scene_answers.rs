@@ -175,7 +175,7 @@ impl Both {
         });
         let expected = self
             .native
-            .cast_with(&theirs, Budget::work(work), &ManualClock::new())
+            .cast(&theirs, Budget::work(work).clock(&ManualClock::new()))
             .unwrap();
         assert_eq!(
             (cast.found, cast.free_until),

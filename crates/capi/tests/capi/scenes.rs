@@ -181,7 +181,7 @@ impl Both {
     /// A frame; the number of pairs that it leaves undecided.
     fn detect(&mut self, budget: punctual_budget, native_budget: Budget) -> usize {
         let report = made(|report| detect(Some(&mut self.scene), budget, report));
-        let expected = self.native.detect_with(native_budget, &ManualClock::new());
+        let expected = self.native.detect(native_budget.clock(&ManualClock::new()));
         assert_eq!(
             (report.frame, report.decided, report.intersecting),
             (expected.frame, expected.decided, expected.intersecting)

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use punctual::{
-    Budget, Estimate, Mode, Outcome, PairMemory, Pose, Prediction, Query, StopReason, SystemClock,
-    Tree, Verdict, Workspace,
+    Answer, Budget, Estimate, Intersection, Mode, PairMemory, Pose, Prediction, Query, StopReason,
+    SystemClock, Tree, Verdict, Workspace,
 };
 use punctual_io::FileError;
 use punctual_lab::files::Listed;
@@ -24,7 +24,7 @@ const QUEUE_PAIRS: usize = 4096;
 
 /// What the first sweep answered for a pose, and the least time of all sweeps.
 pub struct Row {
-    pub outcome: Outcome,
+    pub outcome: Answer<Verdict>,
     pub upper_bound: u64,
     pub least: Duration,
     pub predicted: Prediction,
@@ -120,13 +120,15 @@ impl<'a> Sweeper<'a> {
     }
 
     /// One query, timed from the pose to the outcome.
-    fn answer(&mut self, pose: Pose) -> Result<(Outcome, Duration), Failure> {
+    fn answer(&mut self, pose: Pose) -> Result<(Answer<Verdict>, Duration), Failure> {
         self.found.clear();
         let start = Instant::now();
         let query = self.query(pose);
         let clock = self.clock;
         let budget = self.args.running.limits.budget();
-        let mut outcome = query.run_with(&mut self.workspace, self.memory.as_mut(), budget, &clock);
+        let mut outcome = query
+            .with_memory(self.memory.as_mut())
+            .run(&mut self.workspace, budget.clock(&clock));
         while outcome.stop == StopReason::PairsFull {
             self.found.extend(self.workspace.drain_pairs());
             let left = self
@@ -134,20 +136,22 @@ impl<'a> Sweeper<'a> {
                 .running
                 .limits
                 .budget_left(start.elapsed(), outcome.stats.work);
-            outcome = query.resume_with(&mut self.workspace, self.memory.as_mut(), left, &clock)?;
+            outcome = query
+                .with_memory(self.memory.as_mut())
+                .resume(&mut self.workspace, left.clock(&clock))?;
         }
         Ok((outcome, start.elapsed()))
     }
 
     /// Whether the surfaces meet at a pose, found out aside.
     fn meets(&mut self, pose: Pose) -> bool {
-        let outcome = Query::new(self.a, self.b, pose)
+        let outcome = Query::intersection(self.a, self.b, pose)
             .mode(Mode::Any)
             .run(&mut self.aside, Budget::unlimited());
         outcome.verdict != Verdict::Separated
     }
 
-    fn query(&self, pose: Pose) -> Query<'a> {
+    fn query(&self, pose: Pose) -> Query<'a, Intersection> {
         self.args.query(self.a, self.b, pose)
     }
 }

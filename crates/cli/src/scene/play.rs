@@ -133,7 +133,7 @@ pub fn play(
             let (posed, taken) = (cpu.elapsed(), cpu_clock.taken());
             match settings.clock {
                 ClockName::Wall => scene.detect(settings.budget),
-                ClockName::Cpu => scene.detect_with(settings.budget, &cpu_clock),
+                ClockName::Cpu => scene.detect(settings.budget.clock(&cpu_clock)),
             };
             let report = scene.report();
             let (wall, cpu) = (

@@ -1,6 +1,6 @@
 //! Who is compared: the orders of the engine, what is derived from them, and which of them the plots show.
 
-use punctual::{Order, Pose, Query, Tree};
+use punctual::{Intersection, Order, Pose, Query, Tree};
 
 /// An order of the engine, and whether early answers are asked for.
 #[derive(Clone, Copy)]
@@ -67,8 +67,10 @@ pub const CERTIFIED: [&str; 2] = [DEFAULT, DEPTH_FIRST];
 pub const ORACLE: &str = "oracle";
 
 impl Contender {
-    pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t> {
-        Query::new(a, b, pose).order(self.order).early(self.early)
+    pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Intersection> {
+        Query::intersection(a, b, pose)
+            .order(self.order)
+            .early(self.early)
     }
 }
 

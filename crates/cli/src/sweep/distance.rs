@@ -1,10 +1,12 @@
-//! Distance queries that are stopped: how close their bounds are to the true distance.
+//! Answer<Bounds> queries that are stopped: how close their bounds are to the true distance.
 
 pub mod summary;
 
 use std::time::{Duration, Instant};
 
-use punctual::{Budget, Distance, DistanceQuery, PairMemory, StopReason, SystemClock, Workspace};
+use punctual::{
+    Answer, Bounds, Budget, Distance, PairMemory, Query, StopReason, SystemClock, Workspace,
+};
 
 use super::case::{Case, size};
 use super::contender::DEPTH_FIRST;
@@ -92,8 +94,9 @@ impl<'c> Truths<'c> {
             // What is told are the closest triangles, and nothing that would be proven at once.
             let mut memory = PairMemory::without_clearance();
             let query = query(case, pose, OURS).absolute_tolerance(0.0);
-            let Distance { low, high, .. } =
-                query.run_with_memory(&mut workspace, &mut memory, Budget::unlimited());
+            let Distance { low, high, .. } = query
+                .with_memory(&mut memory)
+                .run(&mut workspace, Budget::unlimited());
             let known = case.distances.get(pose).map(|&distance| [distance; 2]);
             let [least, most] = known.unwrap_or([low, high]);
             measured.stops += 1;
@@ -149,7 +152,9 @@ impl<'c> Truths<'c> {
     ) -> Run {
         let (query, clock) = (query(self.case, pose, order), SystemClock::default());
         let mut memory = self.memory(pose, order);
-        let mut said = query.run_with(workspace, memory.as_mut(), Budget::work(0), &clock);
+        let mut said = query
+            .with_memory(memory.as_mut())
+            .run(workspace, Budget::work(0).clock(&clock));
         let mut run = Run {
             pose,
             order,
@@ -165,7 +170,8 @@ impl<'c> Truths<'c> {
             };
             let budget = Budget::work(limit.saturating_sub(said.stats.work));
             said = query
-                .resume_with(workspace, memory.as_mut(), budget, &clock)
+                .with_memory(memory.as_mut())
+                .resume(workspace, budget.clock(&clock))
                 .unwrap_or(said);
             run.whole = said.stats.work as f64 / full as f64;
             let stop = self.judge(pose, order, &said, measured);
@@ -203,12 +209,9 @@ impl<'c> Truths<'c> {
             let mut timed = |pose: usize, budget: Budget| {
                 let mut memory = self.memory(pose, order);
                 let start = Instant::now();
-                let said = query(self.case, pose, order).run_with(
-                    &mut workspace,
-                    memory.as_mut(),
-                    budget,
-                    &clock,
-                );
+                let said = query(self.case, pose, order)
+                    .with_memory(memory.as_mut())
+                    .run(&mut workspace, budget.clock(&clock));
                 (said, start.elapsed().as_secs_f64())
             };
             let first = runs.len();
@@ -242,7 +245,13 @@ impl<'c> Truths<'c> {
     }
 
     /// Compares what is said with the truth.
-    fn judge(&self, pose: usize, order: &str, said: &Distance, measured: &mut Measured) -> Stop {
+    fn judge(
+        &self,
+        pose: usize,
+        order: &str,
+        said: &Answer<Bounds>,
+        measured: &mut Measured,
+    ) -> Stop {
         let (truth, finished) = (self.bounds[pose], said.stop == StopReason::Finished);
         measured.stops += 1;
         if !within([said.low, said.high], truth, self.case) {
@@ -267,8 +276,8 @@ fn within([low, high]: [f64; 2], [least, most]: [f64; 2], case: &Case) -> bool {
     least == f64::INFINITY || low <= most + error && least <= high + error
 }
 
-fn query<'c>(case: &'c Case, pose: usize, order: &str) -> DistanceQuery<'c> {
-    let query = DistanceQuery::new(&case.a, &case.b, case.poses[pose]);
+fn query<'c>(case: &'c Case, pose: usize, order: &str) -> Query<'c, Distance> {
+    let query = Query::distance(&case.a, &case.b, case.poses[pose]);
     if order == DEPTH_FIRST {
         query.depth_first()
     } else {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use punctual::{
-    Budget, Certificate, Estimate, Mode, Order, Outcome, PairMemory, Query, StopReason,
+    Budget, Certificate, Estimate, Intersection, Mode, Order, PairMemory, Query, StopReason,
     SystemClock, Verdict, Workspace,
 };
 
@@ -132,7 +132,7 @@ impl<'t> Judge<'t> {
     }
 
     /// What the outcome says, if that is true.
-    pub fn answer(&self, outcome: &Outcome, mode: Mode) -> Answer {
+    pub fn answer(&self, outcome: &Answer<Verdict>, mode: Mode) -> Answer {
         let complete = outcome.stop != StopReason::Finished
             || mode == Mode::Any
             || self.found == self.truth.pairs.len();
@@ -165,9 +165,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
     let mut workspace = Workspace::with_capacity(4096, 1 << 16);
     let mut memories = [PairMemory::new(), PairMemory::new()];
     for (pose, truth) in truth.iter().enumerate() {
-        let full = Query::new(&case.a, &case.b, case.poses[pose])
-            .mode(Mode::All)
-            .order(Order::DepthFirst);
+        let full = Query::all_pairs(&case.a, &case.b, case.poses[pose]).order(Order::DepthFirst);
         let full = finish(&full, &mut workspace);
         let run = Run {
             case,
@@ -189,7 +187,7 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
                 );
             }
         }
-        let query = Query::new(&case.a, &case.b, case.poses[pose]).order(Order::default());
+        let query = Query::intersection(&case.a, &case.b, case.poses[pose]).order(Order::default());
         for (mode, memory) in [Mode::Any, Mode::All].into_iter().zip(&mut memories) {
             run.stops(
                 &query.mode(mode),
@@ -222,21 +220,19 @@ pub fn case(case: &Case, truth: &[Truth], mut progress: impl FnMut() -> bool) ->
 
 /// Goes on with a query until it has done work up to `limit`, however often the pair buffer fills.
 fn advance(
-    query: &Query,
+    query: &Query<Intersection>,
     workspace: &mut Workspace,
     mut memory: Option<&mut PairMemory>,
-    mut outcome: Outcome,
+    mut outcome: Answer<Verdict>,
     limit: u64,
     mut report: impl FnMut([u32; 2]),
-) -> Outcome {
+) -> Answer<Verdict> {
     loop {
         let budget = Budget::work(limit.saturating_sub(outcome.stats.work));
-        match query.resume_with(
-            workspace,
-            memory.as_deref_mut(),
-            budget,
-            &SystemClock::default(),
-        ) {
+        match query
+            .with_memory(memory.as_deref_mut())
+            .resume(workspace, budget)
+        {
             Ok(next) => outcome = next,
             Err(_) => return outcome,
         }
@@ -248,7 +244,7 @@ fn advance(
 }
 
 /// Work of a finished run.
-fn finish(query: &Query, workspace: &mut Workspace) -> u64 {
+fn finish(query: &Query<Intersection>, workspace: &mut Workspace) -> u64 {
     let outcome = query.run(workspace, Budget::work(0));
     advance(query, workspace, None, outcome, u64::MAX, drop)
         .stats
@@ -269,7 +265,7 @@ impl Run<'_> {
     /// that budget alone.
     fn stops(
         &self,
-        query: &Query,
+        query: &Query<Intersection>,
         order: &'static str,
         mode: Mode,
         mut memory: Option<&mut PairMemory>,
@@ -294,12 +290,9 @@ impl Run<'_> {
                 ..guess
             });
         }
-        let mut outcome = query.run_with(
-            workspace,
-            memory.as_deref_mut(),
-            Budget::work(0),
-            &SystemClock::default(),
-        );
+        let mut outcome = query
+            .with_memory(memory.as_deref_mut())
+            .run(workspace, Budget::work(0));
         for percent in plan().percent().map(Some).chain([None]) {
             let limit = percent.map_or(u64::MAX, |percent| {
                 (self.full * u64::from(percent)).div_ceil(100)
@@ -451,7 +444,7 @@ impl Run<'_> {
 }
 
 /// A guess with what a stopped query tells. The error is the told BV tests of the whole query until the true ones are known.
-fn guessed(guess: Guess, told: &Estimate, outcome: &Outcome, recall: f64) -> Guess {
+fn guessed(guess: Guess, told: &Estimate, outcome: &Answer<Verdict>, recall: f64) -> Guess {
     Guess {
         probability: (outcome.found == 0).then_some(told.probability),
         recall_error: (guess.mode == Mode::All).then_some(told.recall - recall),

@@ -1,7 +1,7 @@
 //! What a stopped query leaves open: whether its certificate is true, and how much room is left in it.
 
 use punctual::glam::DVec3;
-use punctual::{Certificate, Pose, Tree};
+use punctual::{Certificate, Pose, Query, Tree};
 
 use super::case::Case;
 use super::truth::Truth;
@@ -95,7 +95,7 @@ mod tests {
             vec![pose],
         );
         let overlap = Overlap::new(&case, &pose);
-        let query = Query::new(&case.a, &case.b, pose).mode(Mode::All);
+        let query = Query::all_pairs(&case.a, &case.b, pose);
         let mut workspace = Workspace::new();
         let full = query.run(&mut workspace, Budget::unlimited()).stats.work;
         let mut left = |percent| {
@@ -121,7 +121,7 @@ mod tests {
             shapes::icosphere(2),
             vec![Pose::IDENTITY],
         );
-        let query = Query::new(&case.a, &case.b, Pose::IDENTITY).mode(Mode::All);
+        let query = Query::all_pairs(&case.a, &case.b, Pose::IDENTITY);
         let mut workspace = Workspace::new();
         let _ = query.run(&mut workspace, Budget::unlimited());
         let certificate = query.certificate(&workspace).unwrap();

@@ -15,7 +15,7 @@
 use std::cmp::Ordering;
 
 use punctual::internals::{OpenedPair, opened_pairs};
-use punctual::{Pose, Tree, WORK_PER_TRIANGLE_TEST};
+use punctual::{Pose, Query, Tree, WORK_PER_TRIANGLE_TEST};
 
 /// Triangle pairs that the engine tests together.
 const BATCH: usize = 8;
@@ -199,7 +199,7 @@ mod tests {
         let mut workspace = Workspace::new();
         for x in [0.4, 0.9, 1.2] {
             let pose = Pose::new(DMat3::from_rotation_x(x), DVec3::new(x, 0.1, 0.0)).unwrap();
-            let query = |order| Query::new(&a, &b, pose).mode(Mode::All).order(order);
+            let query = |order| Query::all_pairs(&a, &b, pose).order(order);
             let full = query(Order::DepthFirst).run(&mut workspace, Budget::unlimited());
             let mut pairs = workspace.pairs().to_vec();
             pairs.sort_unstable();

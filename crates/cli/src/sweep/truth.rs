@@ -66,7 +66,7 @@ fn read(file: &Path, header: &str, poses: usize) -> Option<Vec<Vec<[u32; 2]>>> {
 }
 
 fn compute(case: &Case, pose: Pose, workspace: &mut Workspace) -> Vec<[u32; 2]> {
-    let query = Query::new(&case.a, &case.b, pose).mode(Mode::All);
+    let query = Query::all_pairs(&case.a, &case.b, pose);
     let mut outcome = query.run(workspace, Budget::unlimited());
     let mut pairs: Vec<_> = workspace.drain_pairs().collect();
     while outcome.stop == StopReason::PairsFull

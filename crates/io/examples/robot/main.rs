@@ -11,7 +11,7 @@ use std::error::Error;
 use std::io::Write;
 use std::path::Path;
 
-use punctual::{Budget, DistanceQuery, PairMemory, Pose, PoseError, Tree, Workspace};
+use punctual::{Budget, PairMemory, Pose, PoseError, Query, Tree, Workspace};
 use robot::Robot;
 
 /// No link may come closer to another than this (m).
@@ -71,12 +71,12 @@ fn clearance<'r>(
         let [a, b] = pair
             .links
             .map(|link| link.map_or(Pose::IDENTITY, |link| poses[link]));
-        let query = DistanceQuery::new(pair.trees[0], pair.trees[1], a.inverse()?.compose(&b)?);
+        let query = Query::distance(pair.trees[0], pair.trees[1], a.inverse()?.compose(&b)?);
         let share = Budget::work(work / left);
-        let found =
-            query
-                .relative_tolerance(tolerance)
-                .run_with_memory(workspace, &mut pair.memory, share);
+        let found = query
+            .relative_tolerance(tolerance)
+            .with_memory(&mut pair.memory)
+            .run(workspace, share);
         (work, left) = (work.saturating_sub(found.stats.work), left - 1);
         if found.low < least {
             (least, between) = (found.low, pair.names);

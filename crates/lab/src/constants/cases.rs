@@ -240,8 +240,8 @@ impl<'t> Approaches<'t> {
 
     fn meets(&mut self, touch: &Touch, along: f64) -> bool {
         touch.pose(self, along).is_some_and(|pose| {
-            let outcome =
-                Query::new(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
+            let outcome = Query::intersection(self.a, self.b, pose)
+                .run(&mut self.workspace, Budget::unlimited());
             matches!(outcome.verdict, Verdict::Intersecting { .. })
         })
     }

@@ -1,8 +1,8 @@
-//! Distance queries, stopped on the way: what the model sees, and what came of it.
+//! Answer<Bounds> queries, stopped on the way: what the model sees, and what came of it.
 
 use punctual::internals::Closing;
 use punctual::{
-    Budget, Distance, DistanceQuery, ManualClock, PairMemory, Pose, StopReason, Workspace,
+    Answer, Bounds, Budget, Distance, ManualClock, PairMemory, Pose, Query, StopReason, Workspace,
 };
 
 use super::cases::Case;
@@ -41,7 +41,7 @@ pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
             sampler.without_memory(pose);
         }
         if case.is_motion {
-            let query = DistanceQuery::new(&case.a, &case.b, pose);
+            let query = Query::distance(&case.a, &case.b, pose);
             if last.is_some() {
                 sampler.sample(&query, last, &memory);
             }
@@ -64,7 +64,7 @@ struct Sampler<'c> {
 
 impl Sampler<'_> {
     fn without_memory(&mut self, pose: Pose) {
-        let query = DistanceQuery::new(&self.case.a, &self.case.b, pose);
+        let query = Query::distance(&self.case.a, &self.case.b, pose);
         let distance = self.sample(&query, None, &PairMemory::new());
         let limits = LIMITS.map(|share| share * distance);
         let at_contact = LIMITS_AT_CONTACT.map(|share| share * self.case.a.unit_length());
@@ -78,7 +78,7 @@ impl Sampler<'_> {
     }
 
     /// All moments of a query; what it ends with.
-    fn sample(&mut self, query: &DistanceQuery, last: Option<f64>, memory: &PairMemory) -> f64 {
+    fn sample(&mut self, query: &Query<Distance>, last: Option<f64>, memory: &PairMemory) -> f64 {
         let memory = || last.map(|_| memory.clone());
         let whole = run(query, &mut self.workspace, memory().as_mut(), None);
         let total = whole.stats.work as f64;
@@ -113,16 +113,16 @@ impl Sampler<'_> {
 }
 
 fn run(
-    query: &DistanceQuery,
+    query: &Query<Distance>,
     workspace: &mut Workspace,
     memory: Option<&mut PairMemory>,
     limit: Option<u64>,
-) -> Distance {
-    query.run_with(
+) -> Answer<Bounds> {
+    query.with_memory(memory).run(
         workspace,
-        memory,
-        limit.map_or(Budget::unlimited(), Budget::work),
-        &ManualClock::new(),
+        limit
+            .map_or(Budget::unlimited(), Budget::work)
+            .clock(&ManualClock::new()),
     )
 }
 

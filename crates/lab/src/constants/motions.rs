@@ -2,7 +2,8 @@
 
 use punctual::internals::Passing;
 use punctual::{
-    Budget, ManualClock, Motion, MotionQuery, PairMemory, Passage, Pose, StopReason, Workspace,
+    Answer, Budget, Impact, ManualClock, Motion, PairMemory, Pose, Query, StopReason, TimeOfImpact,
+    Workspace,
 };
 
 use super::cases::Case;
@@ -30,7 +31,7 @@ pub fn moments(number: usize, case: &Case) -> Vec<Moment> {
     };
     let (mut memory, mut last) = (PairMemory::new(), None);
     for (i, &motion) in case.motions.iter().enumerate() {
-        let query = MotionQuery::new(&case.a, &case.b, motion);
+        let query = Query::impact(&case.a, &case.b, motion);
         if !case.is_motion || i % THINNED == 0 {
             sampler.sample(&query, None, &memory);
         }
@@ -73,7 +74,7 @@ struct Sampler {
 
 impl Sampler {
     /// All moments of a query, unless the surfaces meet at its start.
-    fn sample(&mut self, query: &MotionQuery, last: Option<f64>, memory: &PairMemory) {
+    fn sample(&mut self, query: &Query<Impact>, last: Option<f64>, memory: &PairMemory) {
         let memory = || last.map(|_| memory.clone());
         let whole = run(query, &mut self.workspace, memory().as_mut(), None);
         if whole.touching_at == Some(0.0) {
@@ -104,15 +105,15 @@ impl Sampler {
 }
 
 fn run(
-    query: &MotionQuery,
+    query: &Query<Impact>,
     workspace: &mut Workspace,
     memory: Option<&mut PairMemory>,
     limit: Option<u64>,
-) -> Passage {
-    query.run_with(
+) -> Answer<TimeOfImpact> {
+    query.with_memory(memory).run(
         workspace,
-        memory,
-        limit.map_or(Budget::unlimited(), Budget::work),
-        &ManualClock::new(),
+        limit
+            .map_or(Budget::unlimited(), Budget::work)
+            .clock(&ManualClock::new()),
     )
 }

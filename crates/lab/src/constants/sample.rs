@@ -2,8 +2,8 @@
 
 use punctual::internals::{FrontSummary, Lead, pair_cost};
 use punctual::{
-    Budget, Counts, History, ManualClock, Mode, Outcome, PairMemory, Query, StopReason, Tree,
-    Workspace,
+    Answer, Budget, Counts, History, Intersection, ManualClock, Mode, PairMemory, Query,
+    StopReason, Tree, Verdict, Workspace,
 };
 
 use super::cases::Case;
@@ -66,8 +66,8 @@ pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
     let [a, b] = [&case.a, &case.b].map(|tree| Tree::new(tree.mesh().clone()));
     for (number, &pose) in case.poses.iter().enumerate() {
         let (query, marching) = (
-            Query::new(&a, &b, pose),
-            Query::new(&case.a, &case.b, pose).mode(Mode::All),
+            Query::intersection(&a, &b, pose),
+            Query::all_pairs(&case.a, &case.b, pose),
         );
         let complete = run(&query.mode(Mode::All), &mut sampler.workspace, None, None);
         for (mode, memory) in [Mode::All, Mode::Any].into_iter().zip(&mut memories) {
@@ -100,9 +100,9 @@ impl Sampler<'_> {
     /// All moments of a query. A memory that knows nothing yet gives none.
     fn sample(
         &mut self,
-        query: &Query,
+        query: &Query<Intersection>,
         mode: Mode,
-        complete: &Outcome,
+        complete: &Answer<Verdict>,
         memory: Option<&PairMemory>,
         marches: bool,
     ) {
@@ -121,7 +121,7 @@ impl Sampler<'_> {
         };
         let roots = [&self.case.a, &self.case.b]
             .map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));
-        let sample = |stop, front, end: &Outcome| Sample {
+        let sample = |stop, front, end: &Answer<Verdict>| Sample {
             case: self.number,
             mode,
             stop,
@@ -159,13 +159,15 @@ impl Sampler<'_> {
 
 /// One run, however often the pair buffer fills; without a limit, to the end.
 fn run(
-    query: &Query,
+    query: &Query<Intersection>,
     workspace: &mut Workspace,
     memory: Option<&mut PairMemory>,
     limit: Option<u64>,
-) -> Outcome {
+) -> Answer<Verdict> {
     let budget = limit.map_or(Budget::unlimited(), Budget::work);
-    let outcome = query.run_with(workspace, memory, budget, &ManualClock::new());
+    let outcome = query
+        .with_memory(memory)
+        .run(workspace, budget.clock(&ManualClock::new()));
     if outcome.stop == StopReason::PairsFull {
         resume(query, workspace, outcome, limit)
     } else {
@@ -174,17 +176,17 @@ fn run(
 }
 
 fn resume(
-    query: &Query,
+    query: &Query<Intersection>,
     workspace: &mut Workspace,
-    mut outcome: Outcome,
+    mut outcome: Answer<Verdict>,
     limit: Option<u64>,
-) -> Outcome {
+) -> Answer<Verdict> {
     loop {
         workspace.drain_pairs().for_each(drop);
         let budget = limit.map_or(Budget::unlimited(), |limit| {
             Budget::work(limit.saturating_sub(outcome.stats.work))
         });
-        match query.resume_with(workspace, None, budget, &ManualClock::new()) {
+        match query.resume(workspace, budget.clock(&ManualClock::new())) {
             Ok(next) if next.stop == StopReason::PairsFull => outcome = next,
             Ok(next) => return next,
             Err(_) => return outcome,

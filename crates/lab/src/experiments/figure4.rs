@@ -5,7 +5,7 @@ use crate::fit::{Line, PowerLaw};
 use crate::paper::Growth;
 use crate::traversal::Visits;
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Budget, Mesh, Mode, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{Budget, Mesh, Mode, Pose, Query, StopReason, Tree, Verdict, Workspace};
 
 use super::Lab;
 use super::ladder::Ladder;
@@ -121,7 +121,7 @@ fn engine_bv_tests(tree: &Tree, rotation: &DMat3, shift: DVec3, workspace: &mut 
     let Ok(b_in_a) = Pose::new(*rotation, shift) else {
         return 0;
     };
-    let query = Query::new(tree, tree, b_in_a).mode(Mode::All);
+    let query = Query::all_pairs(tree, tree, b_in_a);
     let mut outcome = query.run(workspace, Budget::unlimited());
     while outcome.stop == StopReason::PairsFull {
         drop(workspace.drain_pairs());
