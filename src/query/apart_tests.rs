@@ -36,11 +36,11 @@ fn proven(bound: Bound, a: &Tree, b: &Tree, pose: &Pose) -> f64 {
     let (clock, mut workspace) = (ManualClock::new(), Workspace::new());
     let met = Query::intersection(a, b, *pose)
         .run(&mut workspace, Budget::unlimited().clock(&clock))
-        .verdict;
+        .value;
     let distance =
         Query::distance(a, b, *pose).run(&mut workspace, Budget::unlimited().clock(&clock));
     let check = |low: f64| {
-        assert!(low <= distance.high, "{low:e} {distance:?}");
+        assert!(low <= distance.value.high, "{low:e} {distance:?}");
         assert!(low == 0.0 || met == Verdict::Separated, "{low:e} {met:?}");
         low
     };
@@ -205,8 +205,9 @@ fn a_plane_parts_what_is_convex_and_all_but_touches() {
                 let pose = Pose::new(turn, away).unwrap();
                 let distance = Query::distance(a, b, pose)
                     .run(&mut workspace, Budget::unlimited().clock(&clock));
-                let [p, q] = distance.nearest.unwrap().points;
-                let pose = Pose::new(turn, away + (p - q) * (1.0 - gap / distance.high)).unwrap();
+                let [p, q] = distance.value.nearest.unwrap().points;
+                let pose =
+                    Pose::new(turn, away + (p - q) * (1.0 - gap / distance.value.high)).unwrap();
                 tried += 1;
                 parted += usize::from(proven(BOUNDS[1], a, b, &pose) > 0.0);
             }
