@@ -36,12 +36,12 @@ fn apart(a: &Tree, b: &Tree, distance: f64) -> Vec<Pose> {
         loop {
             let pose = Pose::new(turn(i), middle).expect("a rotation");
             let found = exact(a, b, pose).run(&mut workspace, Budget::unlimited());
-            if found.high < 1.001 * distance {
-                assert!(found.low > 0.999 * distance);
+            if found.value.high < 1.001 * distance {
+                assert!(found.value.low > 0.999 * distance);
                 return pose;
             }
-            let [p, q] = found.nearest.expect("a finished query").points;
-            middle -= (q - p).normalize() * (found.high - distance);
+            let [p, q] = found.value.nearest.expect("a finished query").points;
+            middle -= (q - p).normalize() * (found.value.high - distance);
         }
     };
     (0..POSES).map(&mut at).collect()
@@ -71,13 +71,13 @@ fn finished(c: &mut Criterion) {
         for (name, poses, distance) in places(&a, &b) {
             for &pose in &poses {
                 let found = Query::distance(&a, &b, pose).run(&mut workspace, Budget::unlimited());
-                assert!(found.low <= 1.001 * distance && 0.999 * distance <= found.high);
+                assert!(found.value.low <= 1.001 * distance && 0.999 * distance <= found.value.high);
                 assert_eq!(found.stop, StopReason::Finished);
                 let meet =
                     Query::intersection(&a, &b, pose).run(&mut workspace, Budget::unlimited());
                 assert_eq!(
-                    matches!(meet.verdict, Verdict::Intersecting { .. }),
-                    found.high == 0.0
+                    matches!(meet.value, Verdict::Intersecting { .. }),
+                    found.value.high == 0.0
                 );
             }
             let mut poses = poses.iter().cycle();
@@ -101,7 +101,7 @@ fn tolerances(c: &mut Criterion) {
         let query = |pose| exact(&a, &b, pose).relative_tolerance(share);
         for &pose in &poses {
             let found = query(pose).run(&mut workspace, Budget::unlimited());
-            assert!(found.high <= (1.0 + share) * found.low * (1.0 + 1e-13));
+            assert!(found.value.high <= (1.0 + share) * found.value.low * (1.0 + 1e-13));
         }
         let mut poses = poses.iter().cycle();
         group.bench_function(BenchmarkId::from_parameter(name), |bench| {
@@ -122,7 +122,7 @@ fn closer_than(c: &mut Criterion) {
             let query = |pose| Query::distance(&a, &b, pose).closer_than(share * distance);
             for &pose in &poses {
                 assert_eq!(
-                    query(pose).run(&mut workspace, Budget::unlimited()).closer,
+                    query(pose).run(&mut workspace, Budget::unlimited()).value.closer,
                     Some(answer)
                 );
             }
@@ -153,7 +153,7 @@ fn path(c: &mut Criterion) {
         let warm = query
             .with_memory(&mut memory)
             .run(&mut workspace, Budget::unlimited());
-        assert!(cold.low > 0.0 && warm.low <= cold.high && cold.low <= warm.high);
+        assert!(cold.value.low > 0.0 && warm.value.low <= cold.value.high && cold.value.low <= warm.value.high);
     }
     let mut frames = poses.iter().cycle();
     c.bench_function("distance on a path/cold", |bench| {

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, Intersection, Mode, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace,
+    Budget, Intersection, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace,
     shapes,
 };
 

@@ -31,7 +31,7 @@ fn measure(case: &Case) {
             let start = Instant::now();
             let found = Query::impact(a, b, motion).run(&mut workspace, Budget::unlimited());
             least[0][i] = least[0][i].min(us(start.elapsed()));
-            is_free[i] = found.free_until == 1.0 && found.touching_at.is_none();
+            is_free[i] = found.value.lower == 1.0 && found.value.upper.is_none();
         }
         for (i, &pose) in case.poses.iter().enumerate() {
             let start = Instant::now();

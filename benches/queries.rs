@@ -80,7 +80,7 @@ fn finished(c: &mut Criterion) {
         ] {
             let query = Query::intersection(&a, &b, pose()).mode(mode);
             let outcome = query.run(&mut workspace, Budget::unlimited());
-            assert!(outcome.found == found && found > 0);
+            assert!(outcome.stats.found == found && found > 0);
             c.bench_function(&format!("{name}/{size}"), |bench| {
                 bench.iter(|| query.run(&mut workspace, Budget::unlimited()));
             });
@@ -94,7 +94,7 @@ fn budgeted(c: &mut Criterion) {
     let truth = brute_force(&a, &b, &pose());
     let query = Query::all_pairs(&a, &b, pose());
     let sound = |outcome: &Answer<Verdict>| {
-        outcome.found <= truth && !matches!(outcome.verdict, Verdict::Separated)
+        outcome.stats.found <= truth && !matches!(outcome.value, Verdict::Separated)
     };
     for us in [5, 20, 100] {
         let budget = Budget::time(Duration::from_micros(us));
@@ -129,7 +129,7 @@ fn queue(c: &mut Criterion) {
     ];
     for (name, query) in variants {
         let budget = Budget::work(u64::MAX);
-        assert_eq!(query.run(&mut workspace, budget).found, truth);
+        assert_eq!(query.run(&mut workspace, budget).stats.found, truth);
         c.bench_function(&format!("queue/{name}"), |bench| {
             bench.iter(|| query.run(&mut workspace, budget))
         });

@@ -1,4 +1,4 @@
-//! Answer<Bounds> queries against the exact distance of all pairs of triangles. A file that uses this has `exact_distance.rs` and
+//! Distance queries against the exact distance of all pairs of triangles. A file that uses this has `exact_distance.rs` and
 //! `reference.rs` beside it.
 #![allow(
     dead_code,

@@ -94,13 +94,13 @@ impl<'t> Approach<'t> {
         let motion = Motion::straight(self.at(line, from)?, -line.direction * path)?;
         let found =
             Query::impact(self.a, self.b, motion).run(&mut self.workspace, Budget::unlimited());
-        Ok(found.touching_at.map(|time| from - time * path))
+        Ok(found.value.upper.map(|time| from - time * path))
     }
 
     pub fn is_free(&mut self, pose: Pose) -> bool {
         let outcome =
             Query::intersection(self.a, self.b, pose).run(&mut self.workspace, Budget::unlimited());
-        outcome.verdict == Verdict::Separated
+        outcome.value == Verdict::Separated
     }
 }
 

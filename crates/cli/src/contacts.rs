@@ -111,7 +111,7 @@ impl Args {
 
 /// What was found at a pose.
 struct Answer {
-    said: Answer<ContactBounds>,
+    said: punctual::Answer<ContactBounds>,
     /// With the numbers of their patches.
     contacts: Vec<(u64, Contact)>,
     patches: Vec<(u64, [DVec3; 2], f64)>,
@@ -203,7 +203,7 @@ impl<'t> Sweeper<'t> {
     }
 
     /// The contacts of a pose; without a limit there is always room for more.
-    fn ask(&mut self, pose: &Pose) -> Result<Answer<ContactBounds>, ResumeError> {
+    fn ask(&mut self, pose: &Pose) -> Result<punctual::Answer<ContactBounds>, ResumeError> {
         let Self {
             args,
             trees: [a, b],
@@ -232,12 +232,13 @@ impl<'t> Sweeper<'t> {
 impl Answer {
     fn print(&self, out: &mut impl Write, pose: usize) -> io::Result<()> {
         let Self {
-            said: Contacts { low, stop, .. },
+            said,
             contacts,
             patches,
             times: [asked, made],
             push,
         } = self;
+        let (low, stop) = (said.value.low, said.stop);
         let vector = |DVec3 { x, y, z }| format!("{x},{y},{z}");
         for (
             patch,

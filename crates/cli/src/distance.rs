@@ -141,22 +141,13 @@ impl Args {
             "pose,low,high,triangle_a,triangle_b,ax,ay,az,bx,by,bz,closer,ns,stop,work"
         )?;
         for (i, row) in rows.iter().enumerate() {
-            let Some((
-                Distance {
-                    low,
-                    high,
-                    nearest,
-                    closer,
-                    stop,
-                    stats,
-                    ..
-                },
-                least,
-            )) = row
-            else {
+            let Some((said, least)) = row else {
                 writeln!(out, "{i},,,,,,,,,,,,0,error,0")?;
                 continue;
             };
+            let Bounds {
+                low, high, nearest, ..
+            } = said.value;
             write!(out, "{i},{low},{high},")?;
             match nearest {
                 Some(nearest) => {
@@ -169,13 +160,14 @@ impl Args {
                 }
                 None => write!(out, ",,,,,,,")?,
             }
-            let closer = match closer {
+            let closer = match said.value.closer {
                 _ if self.goal.closer_than.is_none() => "",
                 Some(true) => "yes",
                 Some(false) => "no",
                 None => "undecided",
             };
-            writeln!(out, ",{closer},{},{stop},{}", least.as_nanos(), stats.work)?;
+            let (ns, stop, work) = (least.as_nanos(), said.stop, said.stats.work);
+            writeln!(out, ",{closer},{ns},{stop},{work}")?;
         }
         Ok(())
     }

@@ -127,8 +127,8 @@ fn print(out: &mut impl Write, rows: &[Row<Answer<TimeOfImpact>>]) -> io::Result
             writeln!(out, "{i},,,,,0,error,0")?;
             continue;
         };
-        write!(out, "{i},{},", passage.free_until)?;
-        match (passage.touching_at, passage.triangles) {
+        write!(out, "{i},{},", passage.value.lower)?;
+        match (passage.value.upper, passage.value.triangles) {
             (Some(time), Some([a, b])) => write!(out, "{time},{a},{b}")?,
             _ => write!(out, ",,")?,
         }

@@ -207,10 +207,10 @@ fn print_rows(out: &mut impl Write, rows: &[Option<Row>], mode: ModeName) -> std
             writeln!(out, "{i},invalid,-1,0,0,error,,0,0,,,,,,,")?;
             continue;
         };
-        let (hit, verdict) = (u8::from(outcome.verdict.meets()), outcome.verdict.name());
+        let (hit, verdict) = (u8::from(outcome.value.meets()), outcome.value.name());
         let pairs = match mode {
             ModeName::Any => -1,
-            ModeName::All => i64::try_from(outcome.found).unwrap_or(i64::MAX),
+            ModeName::All => i64::try_from(outcome.stats.found).unwrap_or(i64::MAX),
         };
         let stop = outcome.stop;
         let stats = &outcome.stats;

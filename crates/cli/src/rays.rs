@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use punctual::{Query, Ray, RayBounds, RayHit, RayMode, Rays, SystemClock, Tree, Workspace};
+use punctual::{Query, Ray, RayBounds, RayHit, RayMode, SystemClock, Tree, Workspace};
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
@@ -42,7 +42,7 @@ pub struct Args {
 }
 
 /// An answer, with the hits that were asked for.
-type Answer = (Answer<RayBounds>, Vec<RayHit>);
+type Answer = (punctual::Answer<RayBounds>, Vec<RayHit>);
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let mesh = args.meshes.load(&args.a)?;
@@ -82,7 +82,7 @@ impl Args {
                 .mode(self.mode)
                 .run(workspace, self.running.limits.budget().clock(&clock));
             let took = start.elapsed();
-            let mut hits: Vec<RayHit> = cast.hit.into_iter().collect();
+            let mut hits: Vec<RayHit> = cast.value.hit.into_iter().collect();
             if self.mode == RayMode::All {
                 hits = workspace.drain_ray_hits().collect();
                 hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
@@ -104,7 +104,7 @@ fn print(out: &mut impl Write, rows: &[Row<Answer>]) -> io::Result<()> {
         };
         let rest = format!(
             "{},{},{},{}",
-            cast.free_until,
+            cast.value.free_until,
             least.as_nanos(),
             cast.stop,
             cast.stats.work

@@ -258,7 +258,7 @@ fn meets(a: &Mesh, b: &Mesh) -> bool {
     let (a, b) = (Tree::new(a.clone()), Tree::new(b.clone()));
     let outcome =
         Query::intersection(&a, &b, Pose::IDENTITY).run(&mut Workspace::new(), Budget::unlimited());
-    matches!(outcome.verdict, Verdict::Intersecting { .. })
+    matches!(outcome.value, Verdict::Intersecting { .. })
 }
 
 /// An L, of which a fan around the first corner would fill the inner corner too.

@@ -43,13 +43,13 @@ fn poses(folder: &Path) -> Result<Vec<Pose>, Failure> {
         let mut told = [None; PERCENT.len()];
         for (told, percent) in told.iter_mut().zip(PERCENT) {
             let budget = Budget::work(whole.stats.work * percent / 100);
-            if query.run(&mut workspace, budget.clock(&clock)).verdict == Verdict::Undecided {
+            if query.run(&mut workspace, budget.clock(&clock)).value == Verdict::Undecided {
                 *told = Some(query.estimate(&workspace, None)?.probability);
             }
         }
         poses.push(Pose {
             told,
-            met: whole.found > 0,
+            met: whole.stats.found > 0,
         });
     }
     Ok(poses)

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use punctual::{
-    Aabb, Budget, Contact, ContactBounds, Contacts, Pose, Query, ResumeError, Stats, StopReason,
-    Workspace,
+    Aabb, Answer, Budget, Contact, ContactBounds, Contacts, Pose, Query, ResumeError, Stats,
+    StopReason, Workspace,
 };
 use serde_json::{Value, json};
 
@@ -12,7 +12,7 @@ use crate::ladder::{Stepwise, climb};
 use crate::stage::{NORMAL, OPEN_BOXES, Stage, count, fact, length, placed, tests};
 use crate::{Bodies, View};
 
-/// Answer<ContactBounds> that are drawn, the first that were found.
+/// Contacts that are drawn, the first that were found.
 const MOST_CONTACTS: usize = 10_000;
 
 /// A page for a query of these bodies at this pose, which ends at `most` contacts, and which was answered so.
@@ -148,18 +148,18 @@ impl Stepwise for Steps<'_> {
             .map_or(none.to_owned(), |contact| length(contact.distance));
         let lines = self.draw(stage);
         let drawn = self.drawn.len() as u64;
-        let found = if said.found > drawn {
-            format!("{}, {} drawn", count(said.found), count(drawn))
+        let found = if said.stats.found > drawn {
+            format!("{}, {} drawn", count(said.stats.found), count(drawn))
         } else {
-            count(said.found)
+            count(said.stats.found)
         };
         let mut facts = vec![
-            fact("Answer<ContactBounds> found", found),
+            fact("Contacts found", found),
             fact("Least distance found", nearest),
             fact(
                 "Missing ones are apart by",
-                if said.low.is_finite() {
-                    length(said.low)
+                if said.value.low.is_finite() {
+                    length(said.value.low)
                 } else {
                     "none is missing".into()
                 },

@@ -1,7 +1,7 @@
 //! A query of a distance: the closest points found, and where closer ones may be.
 
 use punctual::{
-    Aabb, Bounds, Budget, Distance, Pose, Query, ResumeError, Stats, StopReason, Workspace,
+    Aabb, Answer, Bounds, Budget, Distance, Pose, Query, ResumeError, Stats, StopReason, Workspace,
 };
 use serde_json::{Value, json};
 
@@ -86,11 +86,11 @@ impl Stepwise for Steps<'_> {
             "not known yet".into()
         };
         let mut facts = vec![
-            fact("Proven: at least", length(found.low)),
-            fact("Proven: at most", length(found.high)),
+            fact("Proven: at least", length(found.value.low)),
+            fact("Proven: at most", length(found.value.high)),
             fact("Likely, 80 of 100", likely),
         ];
-        if let Some(closer) = found.closer {
+        if let Some(closer) = found.value.closer {
             facts.push(fact(
                 "As close as asked for",
                 if closer { "yes" } else { "no" },
@@ -100,7 +100,7 @@ impl Stepwise for Steps<'_> {
         facts.extend(tests(&found.stats));
         let mut surfaces = stage.both(&self.placed);
         let mut step = json!({ "facts": facts, "remarks": Vec::from_iter(remark), "boxes": boxes });
-        if let Some(nearest) = &found.nearest {
+        if let Some(nearest) = &found.value.nearest {
             for side in [0, 1] {
                 let [mesh, pose] = self.placed[side];
                 let triangle = [nearest.triangles[side]];
@@ -109,7 +109,7 @@ impl Stepwise for Steps<'_> {
             }
             let [p, q] = nearest.points;
             step["lines"] = json!([["near", stage.segments(self.near, [[p, q], [p, p], [q, q]])]]);
-            step["label"] = json!([stage.point(0.5 * p + 0.5 * q), length(found.high)]);
+            step["label"] = json!([stage.point(0.5 * p + 0.5 * q), length(found.value.high)]);
             step["focus"] = stage.focus(&Aabb::from_points([p, q]));
         }
         step["surfaces"] = surfaces.into();

@@ -1,7 +1,8 @@
 //! A query of a motion: until when it is proven to be free, and where the meshes meet.
 
 use punctual::{
-    Aabb, Budget, Impact, Pose, Query, ResumeError, Stats, StopReason, TimeOfImpact, Workspace,
+    Aabb, Answer, Budget, Impact, Pose, Query, ResumeError, Stats, StopReason, TimeOfImpact,
+    Workspace,
 };
 use serde_json::{Value, json};
 
@@ -98,12 +99,12 @@ impl Stepwise for Steps<'_> {
         let [a, b] = self.placed;
         let mut marks = vec![json!(["start", 0.0, b[1]])];
         let mut surfaces = vec![stage.whole("a", a), stage.whole("start", b)];
-        let free = stage.pose(b[0], &self.query.pose(passage.free_until));
-        marks.push(json!(["free until", passage.free_until, free]));
+        let free = stage.pose(b[0], &self.query.pose(passage.value.lower));
+        marks.push(json!(["free until", passage.value.lower, free]));
         // That B is drawn at the time of the other slider is up to the page.
         surfaces.push(stage.whole("b", [b[0], free]));
         let mut focus = Value::Null;
-        if let (Some(time), Some(triangles)) = (passage.touching_at, passage.triangles) {
+        if let (Some(time), Some(triangles)) = (passage.value.upper, passage.value.triangles) {
             let pose = self.query.pose(time);
             let there = stage.pose(b[0], &pose);
             marks.push(json!(["touching at", time, there]));
@@ -118,15 +119,15 @@ impl Stepwise for Steps<'_> {
             }
             focus = stage.focus(&around);
         }
-        let touching = match passage.touching_at {
+        let touching = match passage.value.upper {
             Some(time) => format!("{time:.6}"),
-            None if passage.free_until == 1.0 => "never: proven".to_owned(),
+            None if passage.value.lower == 1.0 => "never: proven".to_owned(),
             None => "not known".to_owned(),
         };
         let certificate = self.query.certificate(&self.workspace)?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
         let mut facts = vec![
-            fact("Proven free until", format!("{:.6}", passage.free_until)),
+            fact("Proven free until", format!("{:.6}", passage.value.lower)),
             fact("Proven to touch at", touching),
         ];
         facts.extend(open);

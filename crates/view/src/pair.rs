@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use punctual::{
-    Aabb, Budget, Intersection, Mode, Pose, Query, ResumeError, Stats, StopReason, Verdict,
+    Aabb, Answer, Budget, Intersection, Mode, Pose, Query, ResumeError, Stats, StopReason, Verdict,
     Workspace,
 };
 use serde_json::{Value, json};
@@ -151,25 +151,25 @@ impl Stepwise for Steps<'_> {
         let estimate = self.query.estimate(&self.workspace, None)?;
         let (boxes, open, remark) = stage.open_boxes(&certificate);
         let (mut facts, mut remarks) = (
-            vec![fact("Verdict", outcome.verdict.name())],
+            vec![fact("Verdict", outcome.value.name())],
             Vec::from_iter(remark),
         );
-        if outcome.verdict == Verdict::Undecided {
+        if outcome.value == Verdict::Undecided {
             facts.push(fact("Probability to meet", percent(estimate.probability)));
         }
         if self.mode == Mode::All {
             let bound = "Pairs, at most";
-            if most > FAR * outcome.found.max(1) {
+            if most > FAR * outcome.stats.found.max(1) {
                 remarks.push(fact(bound, "says nothing yet"));
             }
             // Of none, any share may be found.
-            let share = if outcome.found == 0 && most > 0 {
+            let share = if outcome.stats.found == 0 && most > 0 {
                 "none found yet".into()
             } else {
                 percent(estimate.recall)
             };
             facts.extend([
-                fact("Pairs found", count(outcome.found)),
+                fact("Pairs found", count(outcome.stats.found)),
                 fact(bound, count(most)),
                 fact("Share found, expected", share),
             ]);

@@ -1,4 +1,4 @@
-//! Answer<Bounds> queries: the bounds, points and counters of Rust, and everything that is refused.
+//! Distance queries: the bounds, points and counters of Rust, and everything that is refused.
 
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;

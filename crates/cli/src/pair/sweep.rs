@@ -86,7 +86,7 @@ impl<'a> Sweeper<'a> {
             if let Some(file) = &mut calibration {
                 let told = estimate.probability;
                 estimate.probability = file.calibration.apply(told);
-                if outcome.verdict == Verdict::Undecided {
+                if outcome.value == Verdict::Undecided {
                     file.calibration.learn(told, self.meets(pose));
                 }
             }
@@ -148,7 +148,7 @@ impl<'a> Sweeper<'a> {
         let outcome = Query::intersection(self.a, self.b, pose)
             .mode(Mode::Any)
             .run(&mut self.aside, Budget::unlimited());
-        outcome.verdict != Verdict::Separated
+        outcome.value != Verdict::Separated
     }
 
     fn query(&self, pose: Pose) -> Query<'a, Intersection> {

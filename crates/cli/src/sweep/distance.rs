@@ -1,4 +1,4 @@
-//! Answer<Bounds> queries that are stopped: how close their bounds are to the true distance.
+//! Distance queries that are stopped: how close their bounds are to the true distance.
 
 pub mod summary;
 
@@ -94,9 +94,10 @@ impl<'c> Truths<'c> {
             // What is told are the closest triangles, and nothing that would be proven at once.
             let mut memory = PairMemory::without_clearance();
             let query = query(case, pose, OURS).absolute_tolerance(0.0);
-            let Distance { low, high, .. } = query
+            let Bounds { low, high, .. } = query
                 .with_memory(&mut memory)
-                .run(&mut workspace, Budget::unlimited());
+                .run(&mut workspace, Budget::unlimited())
+                .value;
             let known = case.distances.get(pose).map(|&distance| [distance; 2]);
             let [least, most] = known.unwrap_or([low, high]);
             measured.stops += 1;
@@ -254,8 +255,8 @@ impl<'c> Truths<'c> {
     ) -> Stop {
         let (truth, finished) = (self.bounds[pose], said.stop == StopReason::Finished);
         measured.stops += 1;
-        if !within([said.low, said.high], truth, self.case) {
-            let Distance { low, high, .. } = said;
+        if !within([said.value.low, said.value.high], truth, self.case) {
+            let Bounds { low, high, .. } = said.value;
             let what = format!(
                 "{} pose {pose} {order}: said to be {low} to {high} apart, is {}",
                 self.case.name, truth[0]
@@ -263,8 +264,8 @@ impl<'c> Truths<'c> {
             measured.wrong.push(what);
         }
         Stop {
-            low: said.low / truth[1],
-            high: said.high / truth[1],
+            low: said.value.low / truth[1],
+            high: said.value.high / truth[1],
             finished,
         }
     }

@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use punctual::{
-    Budget, Certificate, Estimate, Intersection, Mode, Order, PairMemory, Query, StopReason,
-    SystemClock, Verdict, Workspace,
+    Budget, Certificate, Estimate, Intersection, Mode, Order, PairMemory, Query, StopReason, Verdict, Workspace,
 };
 
 use super::case::Case;
@@ -132,12 +131,12 @@ impl<'t> Judge<'t> {
     }
 
     /// What the outcome says, if that is true.
-    pub fn answer(&self, outcome: &Answer<Verdict>, mode: Mode) -> Answer {
+    pub fn answer(&self, outcome: &punctual::Answer<Verdict>, mode: Mode) -> Answer {
         let complete = outcome.stop != StopReason::Finished
             || mode == Mode::Any
             || self.found == self.truth.pairs.len();
         let truth = !self.truth.pairs.is_empty();
-        match outcome.verdict {
+        match outcome.value {
             _ if self.false_pairs > 0 || !complete => Answer::Wrong,
             Verdict::Intersecting { witness }
                 if self.truth.pairs.binary_search(&witness).is_ok() =>
@@ -223,10 +222,10 @@ fn advance(
     query: &Query<Intersection>,
     workspace: &mut Workspace,
     mut memory: Option<&mut PairMemory>,
-    mut outcome: Answer<Verdict>,
+    mut outcome: punctual::Answer<Verdict>,
     limit: u64,
     mut report: impl FnMut([u32; 2]),
-) -> Answer<Verdict> {
+) -> punctual::Answer<Verdict> {
     loop {
         let budget = Budget::work(limit.saturating_sub(outcome.stats.work));
         match query
@@ -444,9 +443,9 @@ impl Run<'_> {
 }
 
 /// A guess with what a stopped query tells. The error is the told BV tests of the whole query until the true ones are known.
-fn guessed(guess: Guess, told: &Estimate, outcome: &Answer<Verdict>, recall: f64) -> Guess {
+fn guessed(guess: Guess, told: &Estimate, outcome: &punctual::Answer<Verdict>, recall: f64) -> Guess {
     Guess {
-        probability: (outcome.found == 0).then_some(told.probability),
+        probability: (outcome.stats.found == 0).then_some(told.probability),
         recall_error: (guess.mode == Mode::All).then_some(told.recall - recall),
         total_error: outcome.stats.bv_tests as f64 + told.remaining.bv_tests.p50,
         ..guess

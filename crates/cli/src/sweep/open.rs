@@ -1,7 +1,7 @@
 //! What a stopped query leaves open: whether its certificate is true, and how much room is left in it.
 
 use punctual::glam::DVec3;
-use punctual::{Certificate, Pose, Query, Tree};
+use punctual::{Certificate, Pose, Tree};
 
 use super::case::Case;
 use super::truth::Truth;
@@ -83,7 +83,7 @@ pub fn meeting(case: &Case, pose: &Pose, [a, b]: [u32; 2]) -> (DVec3, DVec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use punctual::{Budget, Mode, Query, Workspace, shapes};
+    use punctual::{Budget, Query, Workspace, shapes};
 
     #[test]
     fn all_is_open_at_first_and_nothing_in_the_end() {

@@ -15,7 +15,7 @@
 use std::cmp::Ordering;
 
 use punctual::internals::{OpenedPair, opened_pairs};
-use punctual::{Pose, Query, Tree, WORK_PER_TRIANGLE_TEST};
+use punctual::{Pose, Tree, WORK_PER_TRIANGLE_TEST};
 
 /// Triangle pairs that the engine tests together.
 const BATCH: usize = 8;
@@ -140,7 +140,7 @@ fn pieces(opened: &[OpenedPair], hits: Vec<Vec<u32>>) -> Vec<Piece> {
 mod tests {
     use super::*;
     use punctual::glam::{DMat3, DVec3};
-    use punctual::{Budget, Mode, Order, Query, WORK_PER_EXPANSION, Workspace, shapes};
+    use punctual::{Budget, Order, Query, WORK_PER_EXPANSION, Workspace, shapes};
 
     fn pair(parent: usize, bv_tests: u32, triangle_pairs: usize) -> OpenedPair {
         let work = WORK_PER_EXPANSION + u64::from(bv_tests);
@@ -224,9 +224,9 @@ mod tests {
                         .partition_point(|(work, _)| *work <= outcome.stats.work)
                         as u64;
                     assert!(
-                        outcome.found <= best,
+                        outcome.stats.found <= best,
                         "{order:?} {percent} %: {} > {best}",
-                        outcome.found
+                        outcome.stats.found
                     );
                 }
             }

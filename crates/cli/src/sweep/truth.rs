@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
 
-use punctual::{Budget, Mode, Pose, Query, StopReason, Workspace};
+use punctual::{Budget, Pose, Query, StopReason, Workspace};
 use punctual_lab::report::{Failure, write};
 
 use super::case::Case;

@@ -242,7 +242,7 @@ impl<'t> Approaches<'t> {
         touch.pose(self, along).is_some_and(|pose| {
             let outcome = Query::intersection(self.a, self.b, pose)
                 .run(&mut self.workspace, Budget::unlimited());
-            matches!(outcome.verdict, Verdict::Intersecting { .. })
+            matches!(outcome.value, Verdict::Intersecting { .. })
         })
     }
 }

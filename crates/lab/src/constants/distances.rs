@@ -1,4 +1,4 @@
-//! Answer<Bounds> queries, stopped on the way: what the model sees, and what came of it.
+//! Distance queries, stopped on the way: what the model sees, and what came of it.
 
 use punctual::internals::Closing;
 use punctual::{
@@ -89,26 +89,21 @@ impl Sampler<'_> {
                 stop,
                 closing,
                 total,
-                distance: whole.high,
+                distance: whole.value.high,
                 last,
             }
         };
         self.moments.push(moment(None, 0, 0.0, f64::INFINITY));
         for share in STOPS {
             let limit = (share * total) as u64;
-            let Distance {
-                low,
-                high,
-                stop,
-                stats,
-                ..
-            } = run(query, &mut self.workspace, memory().as_mut(), Some(limit));
-            if stop == StopReason::WorkLimit {
+            let cut = run(query, &mut self.workspace, memory().as_mut(), Some(limit));
+            let Bounds { low, high, .. } = cut.value;
+            if cut.stop == StopReason::WorkLimit {
                 self.moments
-                    .push(moment(Some(share), stats.work, low, high));
+                    .push(moment(Some(share), cut.stats.work, low, high));
             }
         }
-        whole.high
+        whole.value.high
     }
 }
 

@@ -77,7 +77,7 @@ impl Sampler {
     fn sample(&mut self, query: &Query<Impact>, last: Option<f64>, memory: &PairMemory) {
         let memory = || last.map(|_| memory.clone());
         let whole = run(query, &mut self.workspace, memory().as_mut(), None);
-        if whole.touching_at == Some(0.0) {
+        if whole.value.upper == Some(0.0) {
             return;
         }
         let total = whole.stats.work as f64;
@@ -97,7 +97,7 @@ impl Sampler {
                 Some((share * total) as u64),
             );
             if said.stop == StopReason::WorkLimit {
-                let passing = query.passing(said.stats.work, said.free_until, said.touching_at);
+                let passing = query.passing(said.stats.work, said.value.lower, said.value.upper);
                 self.moments.push(moment(Some(share), passing));
             }
         }

@@ -127,7 +127,7 @@ impl Sampler<'_> {
             stop,
             front,
             total: end.stats.counts(),
-            hits: complete.found,
+            hits: complete.stats.found,
             root_cost: pair_cost(roots, 1.0).into(),
             decided: 0,
             last,

@@ -5,7 +5,7 @@ use crate::fit::{Line, PowerLaw};
 use crate::paper::Growth;
 use crate::traversal::Visits;
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Budget, Mesh, Mode, Pose, Query, StopReason, Tree, Verdict, Workspace};
+use punctual::{Budget, Mesh, Pose, Query, StopReason, Tree, Workspace};
 
 use super::Lab;
 use super::ladder::Ladder;
