@@ -71,7 +71,9 @@ fn finished(c: &mut Criterion) {
         for (name, poses, distance) in places(&a, &b) {
             for &pose in &poses {
                 let found = Query::distance(&a, &b, pose).run(&mut workspace, Budget::unlimited());
-                assert!(found.value.low <= 1.001 * distance && 0.999 * distance <= found.value.high);
+                assert!(
+                    found.value.low <= 1.001 * distance && 0.999 * distance <= found.value.high
+                );
                 assert_eq!(found.stop, StopReason::Finished);
                 let meet =
                     Query::intersection(&a, &b, pose).run(&mut workspace, Budget::unlimited());
@@ -122,7 +124,10 @@ fn closer_than(c: &mut Criterion) {
             let query = |pose| Query::distance(&a, &b, pose).closer_than(share * distance);
             for &pose in &poses {
                 assert_eq!(
-                    query(pose).run(&mut workspace, Budget::unlimited()).value.closer,
+                    query(pose)
+                        .run(&mut workspace, Budget::unlimited())
+                        .value
+                        .closer,
                     Some(answer)
                 );
             }
@@ -153,7 +158,11 @@ fn path(c: &mut Criterion) {
         let warm = query
             .with_memory(&mut memory)
             .run(&mut workspace, Budget::unlimited());
-        assert!(cold.value.low > 0.0 && warm.value.low <= cold.value.high && cold.value.low <= warm.value.high);
+        assert!(
+            cold.value.low > 0.0
+                && warm.value.low <= cold.value.high
+                && cold.value.low <= warm.value.high
+        );
     }
     let mut frames = poses.iter().cycle();
     c.bench_function("distance on a path/cold", |bench| {

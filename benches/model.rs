@@ -9,8 +9,7 @@ use std::time::{Duration, Instant};
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, Intersection, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace,
-    shapes,
+    Budget, Intersection, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace, shapes,
 };
 
 const REPETITIONS: usize = 200;

@@ -11,7 +11,7 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Contact, ContactQuery, Contacts, Pose};
+use punctual::{Answer, Contact, ContactBounds, Contacts, Pose, Query};
 
 /// The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
 /// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
@@ -132,8 +132,8 @@ pub unsafe extern "C" fn punctual_contact_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, contacts, |w, _, b, c| {
-                Ok(query.run_with(w, b, c))
+            answer(workspace, None, budget, clock, contacts, |w, _, b| {
+                Ok(query.run(w, b))
             })
         }
     })
@@ -157,8 +157,8 @@ pub unsafe extern "C" fn punctual_contact_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, contacts, |w, _, b, c| {
-                Ok(query.resume_with(w, b, c)?)
+            answer(workspace, None, budget, clock, contacts, |w, _, b| {
+                Ok(query.resume(w, b)?)
             })
         }
     })
@@ -303,7 +303,7 @@ pub unsafe extern "C" fn punctual_contact_face_normals(
                 return Err(Fault::Index(name, triangle as usize, count));
             }
         }
-        let query = ContactQuery::new(a, b, query.b_in_a.check()?);
+        let query = Query::contacts(a, b, query.b_in_a.check()?);
         let [a, b] = query
             .face_normals([triangles.a, triangles.b])
             .map(Option::unwrap_or_default);
@@ -316,29 +316,22 @@ pub unsafe extern "C" fn punctual_contact_face_normals(
 }
 
 impl<'t> punctual_contact_query<'t> {
-    fn check(self) -> Result<ContactQuery<'t>, Fault> {
+    fn check(self) -> Result<Query<'t, Contacts>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         not_negative(self.margin, "query->margin")?;
-        let query = ContactQuery::new(a, b, self.b_in_a.check()?).margin(self.margin);
+        let query = Query::contacts(a, b, self.b_in_a.check()?).margin(self.margin);
         Ok(query.contact_limit(self.contact_limit))
     }
 }
 
-impl From<Contacts> for punctual_contacts {
-    fn from(contacts: Contacts) -> Self {
-        let Contacts {
-            low,
-            found,
-            stop,
-            stats,
-            ..
-        } = contacts;
+impl From<Answer<ContactBounds>> for punctual_contacts {
+    fn from(contacts: Answer<ContactBounds>) -> Self {
         Self {
             size: Self::SIZE,
-            low,
-            found,
-            stop: stop.into(),
-            stats: stats.into(),
+            low: contacts.value.low,
+            found: contacts.stats.found,
+            stop: contacts.stop.into(),
+            stats: contacts.stats.into(),
         }
     }
 }

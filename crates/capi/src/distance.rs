@@ -13,7 +13,7 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Distance, DistanceQuery, Pose};
+use punctual::{Answer, Bounds, Distance, Pose, Query};
 
 /// Whether two surfaces are no farther apart than the `closer_than` of a query.
 #[repr(u32)]
@@ -151,8 +151,8 @@ pub unsafe extern "C" fn punctual_distance_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
-                Ok(query.run_with(w, m, b, c))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
+                Ok(query.with_memory(m).run(w, b))
             })
         }
     })
@@ -176,8 +176,8 @@ pub unsafe extern "C" fn punctual_distance_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
-                Ok(query.resume_with(w, m, b, c)?)
+            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
+                Ok(query.with_memory(m).resume(w, b)?)
             })
         }
     })
@@ -291,13 +291,13 @@ pub unsafe extern "C" fn punctual_distance_query_estimate(
 }
 
 impl<'t> punctual_distance_query<'t> {
-    fn check(self) -> Result<DistanceQuery<'t>, Fault> {
+    fn check(self) -> Result<Query<'t, Distance>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         finite_or_default(self.absolute_tolerance, "query->absolute_tolerance")?;
         finite(self.relative_tolerance, "query->relative_tolerance")?;
         not_negative(self.closer_than, "query->closer_than")?;
         check_margins(self.margins)?;
-        let query = DistanceQuery::new(a, b, self.b_in_a.check()?);
+        let query = Query::distance(a, b, self.b_in_a.check()?);
         let query = match self.absolute_tolerance {
             ..0.0 => query,
             length => query.absolute_tolerance(length),
@@ -343,22 +343,28 @@ pub(crate) fn not_negative(value: f64, what: &'static str) -> Result<(), Fault> 
     }
 }
 
-impl From<Distance> for punctual_distance {
-    fn from(distance: Distance) -> Self {
-        let (nearest, points) = distance
-            .nearest
-            .map_or_else(Default::default, |near| (near.triangles, near.points));
+impl From<Answer<Bounds>> for punctual_distance {
+    fn from(distance: Answer<Bounds>) -> Self {
+        let Bounds {
+            low,
+            high,
+            nearest: found,
+            closer,
+            ..
+        } = distance.value;
+        let (nearest, points) =
+            found.map_or_else(Default::default, |near| (near.triangles, near.points));
         Self {
             size: Self::SIZE,
-            low: distance.low,
-            high: distance.high,
-            closer: match distance.closer {
+            low,
+            high,
+            closer: match closer {
                 None => punctual_closer::Undecided,
                 Some(true) => punctual_closer::Yes,
                 Some(false) => punctual_closer::No,
             },
             stop: distance.stop.into(),
-            has_nearest: distance.nearest.is_some(),
+            has_nearest: found.is_some(),
             nearest: nearest.into(),
             points: points.map(Into::into),
             stats: distance.stats.into(),

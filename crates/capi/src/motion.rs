@@ -15,7 +15,7 @@ use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
-use punctual::{Motion, MotionQuery, Passage, Pose};
+use punctual::{Answer, Impact, Motion, Pose, Query, TimeOfImpact};
 
 /// A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
 /// time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at
@@ -192,8 +192,8 @@ pub unsafe extern "C" fn punctual_motion_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
-                Ok(query.run_with(w, m, b, c))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
+                Ok(query.with_memory(m).run(w, b))
             })
         }
     })
@@ -217,8 +217,8 @@ pub unsafe extern "C" fn punctual_motion_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
-                Ok(query.resume_with(w, m, b, c)?)
+            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
+                Ok(query.with_memory(m).resume(w, b)?)
             })
         }
     })
@@ -346,16 +346,16 @@ impl From<Motion> for punctual_motion {
 }
 
 impl<'t> punctual_motion_query<'t> {
-    pub(crate) fn check(self) -> Result<MotionQuery<'t>, Fault> {
+    pub(crate) fn check(self) -> Result<Query<'t, Impact>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         finite_or_default(self.tolerance, "query->tolerance")?;
         finite(self.time_tolerance, "query->time_tolerance")?;
         check_margins(self.margins)?;
         let of_b = self.of_b.check()?;
         let query = if self.a_moves != 0 {
-            MotionQuery::of_both([a, b], [self.of_a.check()?, of_b])
+            Query::impact_of_both([a, b], [self.of_a.check()?, of_b])
         } else {
-            MotionQuery::new(a, b, of_b)
+            Query::impact(a, b, of_b)
         };
         let query = match self.tolerance {
             ..0.0 => query,
@@ -367,14 +367,14 @@ impl<'t> punctual_motion_query<'t> {
     }
 }
 
-impl From<Passage> for punctual_passage {
-    fn from(passage: Passage) -> Self {
+impl From<Answer<TimeOfImpact>> for punctual_passage {
+    fn from(passage: Answer<TimeOfImpact>) -> Self {
         Self {
             size: Self::SIZE,
-            free_until: passage.free_until,
-            touches: passage.touching_at.is_some(),
-            touching_at: passage.touching_at.unwrap_or(0.0),
-            triangles: passage.triangles.unwrap_or_default().into(),
+            free_until: passage.value.lower,
+            touches: passage.value.upper.is_some(),
+            touching_at: passage.value.upper.unwrap_or(0.0),
+            triangles: passage.value.triangles.unwrap_or_default().into(),
             stop: passage.stop.into(),
             stats: passage.stats.into(),
         }

@@ -108,8 +108,8 @@ pub unsafe extern "C" fn punctual_push_out_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, push, |w, _, b, c| {
-                Ok(query.run_with(w, b, c))
+            answer(workspace, None, budget, clock, push, |w, _, b| {
+                Ok(query.run(w, b))
             })
         }
     })

@@ -13,7 +13,8 @@ use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
 use punctual::{
-    Budget, DEFAULT_PRIOR, Mode, Order, Outcome, PairMemory, Pose, Query, Tree, Workspace,
+    Answer, ClockedBudget, DEFAULT_PRIOR, Intersection, Mode, Order, PairMemory, Pose, Query, Tree,
+    Verdict, Workspace,
 };
 
 /// What a query looks for.
@@ -161,8 +162,8 @@ pub unsafe extern "C" fn punctual_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
-                Ok(query.run_with(w, m, b, c))
+            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
+                Ok(query.with_memory(m).run(w, b))
             })
         }
     })
@@ -186,8 +187,8 @@ pub unsafe extern "C" fn punctual_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, memory, budget, clock, outcome, |w, m, b, c| {
-                Ok(query.resume_with(w, m, b, c)?)
+            answer(workspace, memory, budget, clock, outcome, |w, m, b| {
+                Ok(query.with_memory(m).resume(w, b)?)
             })
         }
     })
@@ -239,30 +240,26 @@ pub unsafe extern "C" fn punctual_query_open_boxes(
 ///
 /// # Safety
 /// That of [`AnyClock::new`] and of [`place`].
-pub(crate) unsafe fn answer<Answer, Written: Sized32 + From<Answer>>(
+pub(crate) unsafe fn answer<Found, Written: Sized32 + From<Found>>(
     workspace: Option<&mut punctual_workspace>,
     memory: Option<&mut punctual_memory>,
     budget: punctual_budget,
     clock: Option<&punctual_clock>,
     outcome: *mut Written,
-    run: impl FnOnce(
-        &mut Workspace,
-        Option<&mut PairMemory>,
-        Budget,
-        &AnyClock,
-    ) -> Result<Answer, Fault>,
+    run: impl FnOnce(&mut Workspace, Option<&mut PairMemory>, ClockedBudget<'_>) -> Result<Found, Fault>,
 ) -> Result<(), Fault> {
     let budget = budget.check()?;
     // SAFETY: the caller's promise.
     let (clock, outcome) = unsafe { (AnyClock::new(clock)?, place(outcome, "outcome")?) };
+    let budget = budget.clock(&clock);
     let answer =
         given(workspace, "workspace")?
             .0
             .change("workspace", |workspace| match memory {
-                Some(memory) => memory.0.change("memory", |memory| {
-                    run(workspace, Some(memory), budget, &clock)
-                }),
-                None => run(workspace, None, budget, &clock),
+                Some(memory) => memory
+                    .0
+                    .change("memory", |memory| run(workspace, Some(memory), budget)),
+                None => run(workspace, None, budget),
             })?;
     outcome.write(answer.into());
     Ok(())
@@ -280,7 +277,7 @@ pub(crate) fn trees<'t>(
 }
 
 impl<'t> punctual_query<'t> {
-    pub(crate) fn check(self) -> Result<Query<'t>, Fault> {
+    pub(crate) fn check(self) -> Result<Query<'t, Intersection>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         use Order::{BreadthFirst, DepthFirst, LowAlpha, OverlapVolume, Penetration, Random};
         let orders = [
@@ -298,7 +295,7 @@ impl<'t> punctual_query<'t> {
         if self.prior.is_nan() {
             return Err(Fault::Number("query->prior", self.prior));
         }
-        let query = Query::new(a, b, self.b_in_a.check()?)
+        let query = Query::intersection(a, b, self.b_in_a.check()?)
             .mode(check_mode(self.mode, "query->mode")?)
             .order(order);
         let query = if self.queue_threshold < 0.0 {
@@ -315,15 +312,15 @@ pub(crate) fn check_mode(value: u32, what: &'static str) -> Result<Mode, Fault> 
     value_of(value, what, &[Mode::Any, Mode::All])
 }
 
-impl From<Outcome> for punctual_outcome {
-    fn from(outcome: Outcome) -> Self {
-        let (verdict, witness) = verdict(outcome.verdict);
+impl From<Answer<Verdict>> for punctual_outcome {
+    fn from(outcome: Answer<Verdict>) -> Self {
+        let (verdict, witness) = verdict(outcome.value);
         Self {
             size: Self::SIZE,
             verdict,
             stop: outcome.stop.into(),
             witness,
-            found: outcome.found,
+            found: outcome.stats.found,
             stats: outcome.stats.into(),
         }
     }

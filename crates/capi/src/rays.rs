@@ -12,9 +12,7 @@ use crate::workspace::punctual_workspace;
 use core::mem::{MaybeUninit, take};
 use core::ptr::null;
 use punctual::glam::DVec3;
-use punctual::{
-    Ray, RayBatch, RayBatchOutcome, RayCast, RayHit, RayMode, RayQuery, ResumeError, Side, Tree,
-};
+use punctual::{Answer, Query, Ray, RayBounds, RayCast, RayHit, RayMode, Side, Tree};
 
 /// The triangle of a ray that hits none.
 pub const PUNCTUAL_NO_TRIANGLE: u32 = 0xFFFF_FFFF;
@@ -230,8 +228,8 @@ pub unsafe extern "C" fn punctual_ray_query_run(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, cast, |w, _, b, c| {
-                Ok(query.run_with(w, b, c))
+            answer(workspace, None, budget, clock, cast, |w, _, b| {
+                Ok(query.run(w, b))
             })
         }
     })
@@ -254,8 +252,8 @@ pub unsafe extern "C" fn punctual_ray_query_resume(
         // SAFETY: the contract of the header for structs and clocks.
         unsafe {
             let query = read(query, "query")?.check()?;
-            answer(workspace, None, budget, clock, cast, |w, _, b, c| {
-                Ok(query.resume_with(w, b, c)?)
+            answer(workspace, None, budget, clock, cast, |w, _, b| {
+                Ok(query.resume(w, b)?)
             })
         }
     })
@@ -395,15 +393,14 @@ pub unsafe extern "C" fn punctual_ray_batch_resume(
     })
 }
 
-/// The rays of a batch and their hits, as the library has them; kept in the workspace, so that batches do not allocate.
+/// The rays of a batch, as the library has them; kept in the workspace, so that batches do not allocate.
 #[derive(Debug, Default)]
 pub(crate) struct Rays {
     rays: Vec<Ray>,
-    hits: Vec<Option<RayHit>>,
 }
 
 impl Rays {
-    /// Takes the rays over; the hits are those of a run that goes on.
+    /// Takes the rays over.
     fn read(&mut self, rays: &[punctual_ray]) -> Result<(), Fault> {
         self.rays.clear();
         self.rays
@@ -412,17 +409,6 @@ impl Rays {
         for (index, ray) in rays.iter().enumerate() {
             self.rays.push(ray.check("batch->rays", Some(index))?);
         }
-        Ok(())
-    }
-
-    /// Makes room for a hit of each.
-    fn begin(&mut self) -> Result<(), Fault> {
-        let more = self.rays.len().saturating_sub(self.hits.len());
-        self.hits
-            .try_reserve_exact(more)
-            .map_err(|_| Fault::OutOfMemory)?;
-        self.hits.clear();
-        self.hits.resize(self.rays.len(), None);
         Ok(())
     }
 }
@@ -462,19 +448,17 @@ impl punctual_ray_batch<'_> {
                     budget,
                     clock,
                     outcome,
-                    |workspace, _, budget, clock| {
-                        if !resumes {
-                            held.begin()?;
-                        } else if held.hits.len() != held.rays.len() {
-                            return Err(ResumeError.into());
-                        }
-                        let batch = RayBatch::new(tree, &held.rays);
+                    |workspace, _, budget| {
+                        find_room([(held.rays.len(), size_of::<Option<RayHit>>())])?;
+                        let batch = Query::rays(tree, &held.rays);
                         let batch = if any { batch.any() } else { batch };
-                        let answer = match resumes {
-                            true => batch.resume_with(workspace, &mut held.hits, budget, clock)?,
-                            false => batch.run_with(workspace, &mut held.hits, budget, clock),
+                        let answer = if resumes {
+                            batch.resume(workspace, budget)?
+                        } else {
+                            batch.run(workspace, budget)
                         };
-                        for (place, &hit) in written.iter_mut().zip(&held.hits[..answer.done]) {
+                        let hits = &workspace.first_hits()[..answer.value];
+                        for (place, &hit) in written.iter_mut().zip(hits) {
                             place.write(hit.into());
                         }
                         Ok(answer)
@@ -503,9 +487,9 @@ impl punctual_ray {
 }
 
 impl<'t> punctual_ray_query<'t> {
-    fn check(self) -> Result<RayQuery<'t>, Fault> {
+    fn check(self) -> Result<Query<'t, RayCast>, Fault> {
         let tree: &'t Tree = given(self.tree, "query->tree")?.0.get("query->tree")?;
-        let query = RayQuery::new(tree, self.ray.check("query->ray", None)?);
+        let query = Query::ray(tree, self.ray.check("query->ray", None)?);
         Ok(query.mode(check_mode(self.mode, "query->mode")?))
     }
 }
@@ -535,32 +519,24 @@ impl From<Option<RayHit>> for punctual_ray_hit {
     }
 }
 
-impl From<RayCast> for punctual_ray_cast {
-    fn from(cast: RayCast) -> Self {
-        let RayCast {
-            hit,
-            found,
-            free_until,
-            stop,
-            stats,
-            ..
-        } = cast;
+impl From<Answer<RayBounds>> for punctual_ray_cast {
+    fn from(cast: Answer<RayBounds>) -> Self {
         Self {
             size: Self::SIZE,
-            hit: hit.into(),
-            found,
-            free_until,
-            stop: stop.into(),
-            stats: stats.into(),
+            hit: cast.value.hit.into(),
+            found: cast.stats.found,
+            free_until: cast.value.free_until,
+            stop: cast.stop.into(),
+            stats: cast.stats.into(),
         }
     }
 }
 
-impl From<RayBatchOutcome> for punctual_ray_batch_outcome {
-    fn from(outcome: RayBatchOutcome) -> Self {
+impl From<Answer<usize>> for punctual_ray_batch_outcome {
+    fn from(outcome: Answer<usize>) -> Self {
         Self {
             size: Self::SIZE,
-            done: outcome.done,
+            done: outcome.value,
             stop: outcome.stop.into(),
             stats: outcome.stats.into(),
         }

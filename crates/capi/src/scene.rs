@@ -509,7 +509,7 @@ pub unsafe extern "C" fn punctual_scene_detect(
         };
         punctual_scene::change(scene, |scene| {
             let found = match &clock {
-                Some(clock) => scene.detect_with(budget, clock),
+                Some(clock) => scene.detect(budget.clock(clock)),
                 None => scene.detect(budget),
             };
             if let Some(report) = report {

@@ -350,7 +350,7 @@ pub unsafe extern "C" fn punctual_scene_cast(
             .transpose()?;
         let found = punctual_scene::change(scene, |scene| {
             Ok(match &clock {
-                Some(clock) => scene.cast_with(&ray, budget, clock)?,
+                Some(clock) => scene.cast(&ray, budget.clock(clock))?,
                 None => scene.cast(&ray, budget)?,
             })
         })?;

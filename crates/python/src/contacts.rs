@@ -9,7 +9,7 @@ use crate::tree::Surface;
 use crate::view::View;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use punctual::glam::DVec3;
-use punctual::{Clock, Contact, ContactQuery, Pose, StopReason, Workspace};
+use punctual::{Clock, Contact, Pose, Query, StopReason, Workspace};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ use std::path::PathBuf;
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
 pub struct Contacts {
-    answer: punctual::Contacts,
+    answer: punctual::Answer<punctual::ContactBounds>,
     found: Vec<Contact>,
     /// The unit normals of both triangles, if they have any.
     faces: Vec<[Option<DVec3>; 2]>,
@@ -44,8 +44,8 @@ impl Options {
         a: &'t punctual::Tree,
         b: &'t punctual::Tree,
         pose: Pose,
-    ) -> ContactQuery<'t> {
-        ContactQuery::new(a, b, pose)
+    ) -> Query<'t, punctual::Contacts> {
+        Query::contacts(a, b, pose)
             .margin(self.margin)
             .contact_limit(self.most)
     }
@@ -113,7 +113,7 @@ impl Contacts {
     /// Proven: every contact that is missing is at least this far apart; infinite if none is missing.
     #[getter]
     fn low(&self) -> f64 {
-        self.answer.low
+        self.answer.value.low
     }
 
     /// A page that shows where surfaces meet or come close, saved if a path is given. The query is run anew for it.
@@ -150,16 +150,16 @@ impl Contacts {
 
 /// Runs a query and goes on when the workspace is full, until `most` contacts are found, the nearest first.
 fn spend(
-    query: &ContactQuery<'_>,
+    query: &Query<'_, punctual::Contacts>,
     workspace: &mut Workspace,
     (limit, clock): (Limit, &dyn Clock),
     most: usize,
-) -> (punctual::Contacts, Vec<Contact>) {
-    let mut answer = query.run_with(workspace, limit.budget(), clock);
+) -> (punctual::Answer<punctual::ContactBounds>, Vec<Contact>) {
+    let mut answer = query.run(workspace, limit.budget().clock(clock));
     let mut found: Vec<Contact> = workspace.drain_contacts().collect();
     while answer.stop == StopReason::PairsFull && found.len() < most && !clock.is_cancelled() {
         let left = limit.left(&punctual::Stats::default(), &answer.stats);
-        let Ok(next) = query.resume_with(workspace, left.budget(), clock) else {
+        let Ok(next) = query.resume(workspace, left.budget().clock(clock)) else {
             break;
         };
         answer = next;
@@ -171,7 +171,10 @@ fn spend(
             .then(x.triangles.cmp(&y.triangles))
     });
     if let Some(left_out) = found.get(most) {
-        (answer.low, answer.stop) = (answer.low.min(left_out.distance), StopReason::PairsFull);
+        (answer.value.low, answer.stop) = (
+            answer.value.low.min(left_out.distance),
+            StopReason::PairsFull,
+        );
         found.truncate(most);
     }
     (answer, found)

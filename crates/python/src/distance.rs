@@ -57,8 +57,8 @@ impl DistanceOptions {
         a: &'t punctual::Tree,
         b: &'t punctual::Tree,
         pose: Pose,
-    ) -> punctual::DistanceQuery<'t> {
-        let query = punctual::DistanceQuery::new(a, b, pose).margins(self.margins);
+    ) -> punctual::Query<'t, punctual::Distance> {
+        let query = punctual::Query::distance(a, b, pose).margins(self.margins);
         let mut query = query.leave_contact_open(self.leave_contact_open);
         if let Some(length) = self.absolute {
             query = query.absolute_tolerance(length);
@@ -80,7 +80,7 @@ impl DistanceOptions {
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
 pub struct Distance {
-    answer: punctual::Distance,
+    answer: punctual::Answer<punctual::Bounds>,
     /// The length of `closer_than`.
     limit: Option<f64>,
     #[serde(skip)]
@@ -92,7 +92,7 @@ pub struct Distance {
 impl Distance {
     fn new(
         py: Python<'_>,
-        answer: punctual::Distance,
+        answer: punctual::Answer<punctual::Bounds>,
         asked: Asked,
         options: DistanceOptions,
     ) -> PyResult<Bound<'_, Self>> {
@@ -117,13 +117,13 @@ impl Distance {
     /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
     #[getter]
     fn low(&self) -> f64 {
-        self.answer.low
+        self.answer.value.low
     }
 
     /// Proven: the distance of the two points, 0 only if the surfaces meet. Infinite if nothing was found yet.
     #[getter]
     fn high(&self) -> f64 {
-        self.answer.high
+        self.answer.value.high
     }
 
     /// The closest points found, (2, 3): that of A and that of B, both in A's frame, moved towards each other by the
@@ -131,7 +131,7 @@ impl Distance {
     /// If the triangles meet, both are one point of the segment in which they do. None if nothing was found yet.
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let nearest = self.answer.nearest;
+        let nearest = self.answer.value.nearest;
         nearest
             .map(|nearest| table(py, nearest.points.map(|point| point.to_array())))
             .transpose()
@@ -140,13 +140,16 @@ impl Distance {
     /// The closest triangles found, of A and of B; None if nothing was found yet.
     #[getter]
     fn triangles(&self) -> Option<(u32, u32)> {
-        self.answer.nearest.map(|nearest| nearest.triangles.into())
+        self.answer
+            .value
+            .nearest
+            .map(|nearest| nearest.triangles.into())
     }
 
     /// Whether the surfaces are no farther apart than the limit, proven; None if that is undecided, or was not asked.
     #[getter]
     fn closer(&self) -> Option<bool> {
-        self.answer.closer
+        self.answer.value.closer
     }
 
     /// A page that shows the closest points found, saved if a path is given. The query is run anew for it.
@@ -175,14 +178,14 @@ impl Distance {
         };
         let what = format!("the surfaces are closer than {limit}");
         self.answer
+            .value
             .closer
             .ok_or_else(|| undecided(&what, self.answer.stop))
     }
 
     fn __repr__(&self) -> String {
-        let punctual::Distance {
-            low, high, stop, ..
-        } = self.answer;
+        let punctual::Bounds { low, high, .. } = self.answer.value;
+        let stop = self.answer.stop;
         format!("<punctual3d.Distance: {low} to {high}, {stop}>")
     }
 }
@@ -198,7 +201,11 @@ fn ask<'py>(
     let query = options.query(&a.arc, &b.arc, pose);
     let memory = lent(&mut memory);
     let run = |clock: &dyn Clock| {
-        with_workspace(|workspace| query.run_with(workspace, memory, limit.budget(), clock))
+        with_workspace(|workspace| {
+            query
+                .with_memory(memory)
+                .run(workspace, limit.budget().clock(clock))
+        })
     };
     let answer = limit.run(py, run)?;
     Distance::new(py, answer, Asked::new(a, b, pose), options)
@@ -293,7 +300,7 @@ pub struct DistanceQuery {
 }
 
 impl DistanceQuery {
-    fn query(&self) -> punctual::DistanceQuery<'_> {
+    fn query(&self) -> punctual::Query<'_, punctual::Distance> {
         let [a, b] = &self.trees;
         self.options.query(a, b, self.asked.pose)
     }
@@ -350,7 +357,9 @@ impl DistanceQuery {
         } = self;
         let (query, memory) = (options.query(a, b, asked.pose), lent(&mut memory));
         let answer = limit.run(py, |clock| {
-            query.run_with(workspace, memory, limit.budget(), clock)
+            query
+                .with_memory(memory)
+                .run(workspace, limit.budget().clock(clock))
         })?;
         Distance::new(py, answer, asked.clone_ref(py), *options)
     }
@@ -373,7 +382,7 @@ impl DistanceQuery {
             ..
         } = self;
         let query = options.query(a, b, asked.pose);
-        let resume = |clock: &dyn Clock| query.resume_with(workspace, None, limit.budget(), clock);
+        let resume = |clock: &dyn Clock| query.resume(workspace, limit.budget().clock(clock));
         let answer = limit.run(py, resume)?.map_err(resume_error)?;
         Distance::new(py, answer, asked.clone_ref(py), *options)
     }

@@ -7,7 +7,7 @@ use crate::limit::Limit;
 use crate::memory::{Memory, lent};
 use crate::tree::Surface;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
-use punctual::{Distance, Nearest};
+use punctual::{Bounds, Nearest};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -137,21 +137,22 @@ pub fn distance_batch(
     let rows = each(py, poses.len(), workers, |worker, clock, at| {
         let query = options.query(a, b, poses[at]);
         let Worker { workspace, memory } = worker;
-        let answer = query.run_with(workspace, memory.as_deref_mut(), limit.budget(), clock);
-        let Distance {
+        let answer = query
+            .with_memory(memory.as_deref_mut())
+            .run(workspace, limit.budget().clock(clock));
+        let Bounds {
             low,
             high,
             nearest,
             closer,
-            stats,
             ..
-        } = answer;
+        } = answer.value;
         Ok(Row {
             low,
             high,
             nearest,
             closer,
-            work: stats.work,
+            work: answer.stats.work,
         })
     })?;
     DistanceBatch::new(py, &rows)

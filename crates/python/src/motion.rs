@@ -19,7 +19,7 @@ use std::sync::Arc;
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
 pub struct Passage {
-    answer: punctual::Passage,
+    answer: punctual::Answer<punctual::TimeOfImpact>,
     #[serde(skip)]
     asked: Option<Asked>,
     #[serde(skip)]
@@ -61,8 +61,12 @@ impl Options {
         })
     }
 
-    fn query<'t>(&self, a: &'t punctual::Tree, b: &'t punctual::Tree) -> punctual::MotionQuery<'t> {
-        let mut query = punctual::MotionQuery::new(a, b, self.motion).margins(self.margins);
+    fn query<'t>(
+        &self,
+        a: &'t punctual::Tree,
+        b: &'t punctual::Tree,
+    ) -> punctual::Query<'t, punctual::Impact> {
+        let mut query = punctual::Query::impact(a, b, self.motion).margins(self.margins);
         if let Some(length) = self.tolerance {
             query = query.tolerance(length);
         }
@@ -76,7 +80,7 @@ impl Options {
 impl Passage {
     fn new(
         py: Python<'_>,
-        answer: punctual::Passage,
+        answer: punctual::Answer<punctual::TimeOfImpact>,
         asked: Asked,
         options: Options,
     ) -> PyResult<Bound<'_, Self>> {
@@ -100,19 +104,19 @@ impl Passage {
     /// Proven: the surfaces meet at no time before. 1 where `touching_at` is None: the motion is free to its end.
     #[getter]
     fn free_until(&self) -> f64 {
-        self.answer.free_until
+        self.answer.value.lower
     }
 
     /// Proven: the surfaces meet at this time; 0 if they do at the start. None: no contact was found (yet).
     #[getter]
     fn touching_at(&self) -> Option<f64> {
-        self.answer.touching_at
+        self.answer.value.upper
     }
 
     /// The triangles that meet then, of A and of B; None if no contact was found.
     #[getter]
     fn triangles(&self) -> Option<(u32, u32)> {
-        self.answer.triangles.map(Into::into)
+        self.answer.value.triangles.map(Into::into)
     }
 
     /// A page that shows the way of b, and where it meets a; saved if a path is given. The query is run anew for it.
@@ -134,16 +138,12 @@ impl Passage {
     }
 
     fn __repr__(&self) -> String {
-        let punctual::Passage {
-            free_until,
-            touching_at,
-            stop,
-            ..
-        } = self.answer;
-        let touching = touching_at.map_or("no contact found".to_owned(), |time| {
+        let punctual::TimeOfImpact { lower, upper, .. } = self.answer.value;
+        let touching = upper.map_or("no contact found".to_owned(), |time| {
             format!("touching at {time}")
         });
-        format!("<punctual3d.Passage: free until {free_until}, {touching}, {stop}>")
+        let stop = self.answer.stop;
+        format!("<punctual3d.Passage: free until {lower}, {touching}, {stop}>")
     }
 }
 
@@ -226,7 +226,11 @@ pub fn motion<'py>(
     let query = options.query(&a.arc, &b.arc);
     let memory = lent(&mut memory);
     let run = |clock: &dyn Clock| {
-        with_workspace(|workspace| query.run_with(workspace, memory, limit.budget(), clock))
+        with_workspace(|workspace| {
+            query
+                .with_memory(memory)
+                .run(workspace, limit.budget().clock(clock))
+        })
     };
     let answer = limit.run(py, run)?;
     Passage::new(py, answer, Asked::new(a, b, start.0), options)
@@ -243,7 +247,7 @@ pub struct MotionQuery {
 }
 
 impl MotionQuery {
-    fn query(&self) -> punctual::MotionQuery<'_> {
+    fn query(&self) -> punctual::Query<'_, punctual::Impact> {
         let [a, b] = &self.trees;
         self.options.query(a, b)
     }
@@ -304,7 +308,9 @@ impl MotionQuery {
         } = self;
         let (query, memory) = (options.query(a, b), lent(&mut memory));
         let answer = limit.run(py, |clock| {
-            query.run_with(workspace, memory, limit.budget(), clock)
+            query
+                .with_memory(memory)
+                .run(workspace, limit.budget().clock(clock))
         })?;
         Passage::new(py, answer, asked.clone_ref(py), *options)
     }
@@ -326,7 +332,7 @@ impl MotionQuery {
             workspace,
         } = self;
         let query = options.query(a, b);
-        let resume = |clock: &dyn Clock| query.resume_with(workspace, None, limit.budget(), clock);
+        let resume = |clock: &dyn Clock| query.resume(workspace, limit.budget().clock(clock));
         let answer = limit.run(py, resume)?.map_err(resume_error)?;
         Passage::new(py, answer, asked.clone_ref(py), *options)
     }

@@ -91,7 +91,7 @@ pub fn push_out<'py>(
     let query = PushOutQuery::new(a, b, T.unwrap_or_default().0)
         .query_limit(query_limit.unwrap_or(u32::MAX));
     let run = |clock: &dyn Clock| {
-        with_workspace(|workspace| query.run_with(workspace, limit.budget(), clock))
+        with_workspace(|workspace| query.run(workspace, limit.budget().clock(clock)))
     };
     let found = limit.run(py, run)?;
     Bound::new(

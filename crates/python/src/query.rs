@@ -9,7 +9,7 @@ use crate::memory::{Memory, lent};
 use crate::tree::Surface;
 use crate::view::View;
 use numpy::PyArray2;
-use punctual::{Clock, CostModel, Mode, Outcome, PairMemory, Pose, StopReason, Verdict, Workspace};
+use punctual::{Clock, CostModel, Mode, PairMemory, Pose, StopReason, Verdict, Workspace};
 use pyo3::intern;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -61,8 +61,8 @@ impl QueryOptions {
         a: &'t punctual::Tree,
         b: &'t punctual::Tree,
         pose: Pose,
-    ) -> punctual::Query<'t> {
-        let query = punctual::Query::new(a, b, pose)
+    ) -> punctual::Query<'t, punctual::Intersection> {
+        let query = punctual::Query::intersection(a, b, pose)
             .mode(self.mode)
             .early(self.early);
         match self.prior {
@@ -74,29 +74,35 @@ impl QueryOptions {
 
 /// Runs a query, or goes on with it. What it finds is added to `pairs`, more than the workspace has room for, too.
 pub fn spend(
-    query: &punctual::Query<'_>,
+    query: &punctual::Query<'_, punctual::Intersection>,
     workspace: &mut Workspace,
     mut memory: Option<&mut PairMemory>,
     (limit, clock): (Limit, &dyn Clock),
     pairs: &mut Vec<[u32; 2]>,
-    stopped: Option<Outcome>,
-) -> Result<Outcome, punctual::ResumeError> {
+    stopped: Option<punctual::Answer<Verdict>>,
+) -> Result<punctual::Answer<Verdict>, punctual::ResumeError> {
     let before = stopped.map(|outcome| outcome.stats).unwrap_or_default();
     let mut outcome = match stopped {
-        None => query.run_with(workspace, memory.as_deref_mut(), limit.budget(), clock),
-        Some(_) => query.resume_with(workspace, memory.as_deref_mut(), limit.budget(), clock)?,
+        None => query
+            .with_memory(memory.as_deref_mut())
+            .run(workspace, limit.budget().clock(clock)),
+        Some(_) => query
+            .with_memory(memory.as_deref_mut())
+            .resume(workspace, limit.budget().clock(clock))?,
     };
     pairs.extend(workspace.drain_pairs());
     while outcome.stop == StopReason::PairsFull && !clock.is_cancelled() {
         let left = limit.left(&before, &outcome.stats);
-        outcome = query.resume_with(workspace, memory.as_deref_mut(), left.budget(), clock)?;
+        outcome = query
+            .with_memory(memory.as_deref_mut())
+            .resume(workspace, left.budget().clock(clock))?;
         pairs.extend(workspace.drain_pairs());
     }
     Ok(outcome)
 }
 
 /// Whether there is more to find.
-pub fn is_stopped(outcome: &Outcome) -> bool {
+pub fn is_stopped(outcome: &punctual::Answer<Verdict>) -> bool {
     !matches!(outcome.stop, StopReason::Finished | StopReason::FirstHit)
 }
 
@@ -105,7 +111,7 @@ pub fn is_stopped(outcome: &Outcome) -> bool {
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
 pub struct Collision {
-    outcome: Outcome,
+    outcome: punctual::Answer<Verdict>,
     pairs: Vec<[u32; 2]>,
     /// Of a stopped query.
     estimate: Option<Estimate>,
@@ -118,7 +124,7 @@ pub struct Collision {
 impl Collision {
     fn new<'py>(
         py: Python<'py>,
-        (outcome, estimate): (Outcome, Option<Estimate>),
+        (outcome, estimate): (punctual::Answer<Verdict>, Option<Estimate>),
         pairs: Vec<[u32; 2]>,
         asked: Asked,
         options: QueryOptions,
@@ -142,10 +148,10 @@ impl Collision {
 
 /// What can be said of the last run of a query in `workspace`, if it was stopped.
 fn estimate(
-    query: &punctual::Query<'_>,
+    query: &punctual::Query<'_, punctual::Intersection>,
     workspace: &Workspace,
     memory: Option<&PairMemory>,
-    outcome: &Outcome,
+    outcome: &punctual::Answer<Verdict>,
 ) -> Result<Option<Estimate>, punctual::ResumeError> {
     let estimate = is_stopped(outcome)
         .then(|| query.estimate(workspace, memory))
@@ -173,13 +179,13 @@ impl Collision {
     /// "intersecting" and "separated" are proven; "undecided": the budget ended first.
     #[getter]
     fn verdict(&self) -> &'static str {
-        self.outcome.verdict.name()
+        self.outcome.value.name()
     }
 
     /// Two triangles, of A and of B, that meet; None if none was found.
     #[getter]
     fn witness(&self) -> Option<(u32, u32)> {
-        self.outcome.verdict.witness().map(Into::into)
+        self.outcome.value.witness().map(Into::into)
     }
 
     /// The intersecting pairs found, (N, 2): triangle of A, triangle of B. All of them if mode is "all" and the query
@@ -192,14 +198,14 @@ impl Collision {
     /// Number of intersecting pairs found.
     #[getter]
     fn found(&self) -> u64 {
-        self.outcome.found
+        self.outcome.stats.found
     }
 
     /// Probability that the surfaces meet: 1 or 0 where that is proven, an estimate where it is undecided.
     #[getter]
     fn probability(&self) -> f64 {
         self.estimate
-            .map_or(certainty(self.outcome.verdict), |estimate| {
+            .map_or(certainty(self.outcome.value), |estimate| {
                 estimate.probability
             })
     }
@@ -254,22 +260,22 @@ impl Collision {
     }
 
     fn __bool__(&self) -> PyResult<bool> {
-        match self.outcome.verdict {
+        match self.outcome.value {
             Verdict::Undecided => Err(undecided("the surfaces meet", self.outcome.stop)),
             verdict => Ok(verdict.meets()),
         }
     }
 
     fn __repr__(&self) -> String {
-        let Outcome {
-            verdict,
+        let punctual::Answer {
+            value: verdict,
             stop,
-            found,
+            stats,
             ..
         } = self.outcome;
+        let (found, probability) = (stats.found, self.probability());
         format!(
-            "<punctual3d.Collision: {verdict}, {found} found, {stop}, probability {:.3}>",
-            self.probability()
+            "<punctual3d.Collision: {verdict}, {found} found, {stop}, probability {probability:.3}>"
         )
     }
 }
@@ -354,11 +360,11 @@ pub struct Query {
     workspace: Box<Workspace>,
     /// All that the last run found, and its outcome.
     pairs: Vec<[u32; 2]>,
-    outcome: Option<Outcome>,
+    outcome: Option<punctual::Answer<Verdict>>,
 }
 
 impl Query {
-    fn query(&self) -> punctual::Query<'_> {
+    fn query(&self) -> punctual::Query<'_, punctual::Intersection> {
         let [a, b] = &self.trees;
         self.options.query(a, b, self.asked.pose)
     }
@@ -368,7 +374,7 @@ impl Query {
         py: Python<'py>,
         limit: Limit,
         mut memory: Option<PyRefMut<'_, Memory>>,
-        stopped: Option<Outcome>,
+        stopped: Option<punctual::Answer<Verdict>>,
     ) -> PyResult<Bound<'py, Collision>> {
         let Self {
             trees: [a, b],

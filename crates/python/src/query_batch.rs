@@ -158,7 +158,7 @@ pub fn collide_batch(
         let (workspace, memory) = (&mut worker.workspace, worker.memory.as_deref_mut());
         let outcome = spend(&query, workspace, memory, (limit, clock), &mut pairs, None)
             .map_err(resume_error)?;
-        let (mut probability, mut recall) = (certainty(outcome.verdict), 1.0);
+        let (mut probability, mut recall) = (certainty(outcome.value), 1.0);
         if is_stopped(&outcome) {
             let estimate = query
                 .estimate(&worker.workspace, worker.memory.as_deref())
@@ -166,7 +166,7 @@ pub fn collide_batch(
             (probability, recall) = (estimate.probability, estimate.recall);
         }
         Ok(Row {
-            verdict: outcome.verdict,
+            verdict: outcome.value,
             pairs,
             work: outcome.stats.work,
             probability,

@@ -7,10 +7,7 @@ use crate::limit::Limit;
 use crate::query::with_workspace;
 use crate::tree::Surface;
 use numpy::PyArray1;
-use punctual::{
-    Clock, Ray, RayBatch, RayBatchOutcome, RayHit, RayMode, RayQuery, Side, Stats, StopReason,
-    Workspace,
-};
+use punctual::{Clock, Query, Ray, RayHit, RayMode, Side, Stats, StopReason, Workspace};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -117,23 +114,20 @@ fn one(
     workspace: &mut Workspace,
     (limit, clock): (Limit, &dyn Clock),
 ) -> (RayHits, Answer) {
-    let batch = RayBatch::new(tree, rays);
+    let batch = Query::rays(tree, rays);
     let batch = if mode == RayMode::Any {
         batch.any()
     } else {
         batch
     };
-    let mut hits = vec![None; rays.len()];
-    let RayBatchOutcome {
-        done, stop, stats, ..
-    } = batch.run_with(workspace, &mut hits, limit.budget(), clock);
+    let answer = batch.run(workspace, limit.budget().clock(clock));
     (
         RayHits {
-            hits,
+            hits: workspace.first_hits().to_vec(),
             rays: None,
-            done,
+            done: answer.value,
         },
-        Answer::new(stop, &stats),
+        Answer::new(answer.stop, &answer.stats),
     )
 }
 
@@ -154,12 +148,12 @@ fn all(
         if done % BETWEEN_LOOKS == 0 && clock.is_cancelled() {
             break;
         }
-        let query = RayQuery::new(tree, *ray).mode(RayMode::All);
-        let mut cast = query.run_with(workspace, limit.budget(), clock);
+        let query = Query::ray(tree, *ray).mode(RayMode::All);
+        let mut cast = query.run(workspace, limit.budget().clock(clock));
         let mut found: Vec<RayHit> = workspace.drain_ray_hits().collect();
         while cast.stop == StopReason::PairsFull {
             let left = limit.left(&Stats::default(), &cast.stats);
-            let Ok(next) = query.resume_with(workspace, left.budget(), clock) else {
+            let Ok(next) = query.resume(workspace, left.budget().clock(clock)) else {
                 break;
             };
             cast = next;

@@ -490,7 +490,7 @@ impl Scene {
         let ray = ray.filter(Filter::new(groups, mask));
         let scene = &mut self.scene;
         let cast = limit
-            .run(py, |clock| scene.cast_with(&ray, limit.budget(), clock))?
+            .run(py, |clock| scene.cast(&ray, limit.budget().clock(clock)))?
             .map_err(scene_error)?;
         BodyHits::new(py, cast, scene.ray_hits())
     }
@@ -504,7 +504,7 @@ impl Scene {
         let alone = self.threads == 1;
         limit.run(py, |clock| {
             let _ = if alone {
-                scene.detect_with(limit.budget(), clock)
+                scene.detect(limit.budget().clock(clock))
             } else {
                 scene.detect(limit.budget())
             };

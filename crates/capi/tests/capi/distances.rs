@@ -12,18 +12,19 @@ use punctual::{
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_distance, theirs: &Answer<Bounds>) {
-    assert_eq!([ours.low, ours.high], [theirs.low, theirs.high]);
+    assert_eq!([ours.low, ours.high], [theirs.value.low, theirs.value.high]);
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
-    let closer = match theirs.closer {
+    let closer = match theirs.value.closer {
         None => punctual_closer::Undecided,
         Some(true) => punctual_closer::Yes,
         Some(false) => punctual_closer::No,
     };
     assert_eq!(
         (ours.closer, ours.has_nearest),
-        (closer, theirs.nearest.is_some())
+        (closer, theirs.value.nearest.is_some())
     );
     let (ids, points) = theirs
+        .value
         .nearest
         .map_or_else(Default::default, |near| (near.triangles, near.points));
     assert_eq!([ours.nearest.a, ours.nearest.b], ids);

@@ -15,12 +15,12 @@ use punctual_capi::{punctual_status as Status, *};
 fn same(ours: &punctual_passage, theirs: &Answer<TimeOfImpact>) {
     assert_eq!(
         (ours.free_until, ours.touches),
-        (theirs.free_until, theirs.touching_at.is_some())
+        (theirs.value.lower, theirs.value.upper.is_some())
     );
-    assert_eq!(ours.touching_at, theirs.touching_at.unwrap_or(0.0));
+    assert_eq!(ours.touching_at, theirs.value.upper.unwrap_or(0.0));
     assert_eq!(
         [ours.triangles.a, ours.triangles.b],
-        theirs.triangles.unwrap_or_default()
+        theirs.value.triangles.unwrap_or_default()
     );
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));
     same_stats(&ours.stats, &theirs.stats);

@@ -13,10 +13,10 @@ use punctual::{
 use punctual_capi::{punctual_status as Status, *};
 
 fn same(ours: &punctual_outcome, theirs: &punctual::Answer<punctual::Verdict>) {
-    let (verdict, witness) = told(theirs.verdict);
+    let (verdict, witness) = told(theirs.value);
     assert_eq!(
         (ours.verdict, [ours.witness.a, ours.witness.b], ours.found),
-        (verdict, witness, theirs.found)
+        (verdict, witness, theirs.stats.found)
     );
     // The names are the same on both sides.
     assert_eq!(format!("{:?}", ours.stop), format!("{:?}", theirs.stop));

@@ -8,7 +8,7 @@ use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
 use punctual::{
-    Budget, PairMemory, Pose, PushOutQuery, Query, Ray, RayHit, RayMode, Rays, StopReason, Tree,
+    Budget, PairMemory, Pose, PushOutQuery, Query, Ray, RayHit, RayMode, StopReason, Tree,
     Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
@@ -147,10 +147,10 @@ fn rays_are_those_of_rust() {
             let mut expected = native.run(&mut other, Budget::work(400));
             let mut said = made(|out| cast(&query, false, Some(&mut workspace), 400, out));
             loop {
-                same_hit(&said.hit, expected.hit);
+                same_hit(&said.hit, expected.value.hit);
                 assert_eq!(
                     (said.found, said.free_until),
-                    (expected.found, expected.free_until)
+                    (expected.stats.found, expected.value.free_until)
                 );
                 assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
                 same_stats(&said.stats, &expected.stats);
@@ -197,8 +197,7 @@ fn batches_are_those_of_rust_and_do_not_allocate_again() {
         asked.mode = u32::from(any);
         let native = Query::rays(&theirs, &rays);
         let native = if any { native.any() } else { native };
-        let mut expected = vec![None; rays.len()];
-        let mut told = native.run(&mut other, &mut expected, Budget::work(5_000));
+        let mut told = native.run(&mut other, Budget::work(5_000));
         let mut hits = vec![NO_HIT; raw.len()];
         let mut said = made(|out| {
             batch(
@@ -212,19 +211,17 @@ fn batches_are_those_of_rust_and_do_not_allocate_again() {
         });
         let mut stops = 0;
         loop {
-            assert_eq!(said.done, told.done);
+            assert_eq!(said.done, told.value);
             assert_eq!(format!("{:?}", said.stop), format!("{:?}", told.stop));
             same_stats(&said.stats, &told.stats);
             hits.iter()
-                .zip(&expected)
+                .zip(other.first_hits())
                 .for_each(|(ours, &theirs)| same_hit(ours, theirs));
             if said.done == raw.len() {
                 break;
             }
             stops += 1;
-            told = native
-                .resume(&mut other, &mut expected, Budget::work(5_000))
-                .unwrap();
+            told = native.resume(&mut other, Budget::work(5_000)).unwrap();
             // Another batch is not this one.
             let fewer = punctual_ray_batch {
                 count: raw.len() - 1,
@@ -253,7 +250,7 @@ fn batches_are_those_of_rust_and_do_not_allocate_again() {
             });
         }
         assert!(
-            stops > 2 && expected.iter().flatten().count() > 20,
+            stops > 2 && other.first_hits().iter().flatten().count() > 20,
             "{stops}"
         );
         let mut out = MaybeUninit::uninit();
@@ -538,7 +535,8 @@ fn the_clearance_is_that_of_rust() {
         );
     }
     assert!(
-        clearance(&memory, &at(9.0)) > 0.9 * distance.low && clearance(&memory, &at(2.0)) == 0.0
+        clearance(&memory, &at(9.0)) > 0.9 * distance.value.low
+            && clearance(&memory, &at(2.0)) == 0.0
     );
     let (pose, mut out) = (raw(&at(9.0)), MaybeUninit::uninit());
     null_is_seen(

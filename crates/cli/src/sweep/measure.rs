@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use punctual::{
-    Budget, Certificate, Estimate, Intersection, Mode, Order, PairMemory, Query, StopReason, Verdict, Workspace,
+    Budget, Certificate, Estimate, Intersection, Mode, Order, PairMemory, Query, StopReason,
+    Verdict, Workspace,
 };
 
 use super::case::Case;
@@ -443,7 +444,12 @@ impl Run<'_> {
 }
 
 /// A guess with what a stopped query tells. The error is the told BV tests of the whole query until the true ones are known.
-fn guessed(guess: Guess, told: &Estimate, outcome: &punctual::Answer<Verdict>, recall: f64) -> Guess {
+fn guessed(
+    guess: Guess,
+    told: &Estimate,
+    outcome: &punctual::Answer<Verdict>,
+    recall: f64,
+) -> Guess {
     Guess {
         probability: (outcome.stats.found == 0).then_some(told.probability),
         recall_error: (guess.mode == Mode::All).then_some(told.recall - recall),
