@@ -46,7 +46,7 @@
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Budget::time`], [`Clock`].
-//! - Guides and measurements are the pages of `guide` and the folder `docs`; the code is explained from `ARCHITECTURE.md` on.
+//! - Guides and measurements are the pages of [`guide`] and the folder `docs`; the code is explained from `ARCHITECTURE.md` on.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
