@@ -1,7 +1,7 @@
-//! Guides, for readers of this documentation. They are the pages in `docs` of the repository.
+//! Guides and figures: the pages of `docs` in the repository, whose programs are compiled and run as tests.
 
-/// Where the links between the pages lead in this documentation. In the repository the definitions at the end of each page
-/// count; here these come before them.
+/// Makes a module of a page. The first definition of a link wins: these lead to modules, those at the end of the page
+/// serve readers of the repository.
 macro_rules! page {
     ($name:ident, $path:literal) => {
         /// [benchmarking]: crate::guide::benchmarking
