@@ -1,4 +1,4 @@
-//! Bodies as an SVG file: all faces that look at the viewer, the farthest first.
+//! Draws bodies as an SVG file: all faces towards the viewer, the farthest first.
 
 use std::cmp::Ordering;
 use std::fmt::Write;
@@ -12,7 +12,7 @@ const SCALE: f64 = 50.0;
 const WIDTH: f64 = 370.0;
 const HEIGHT: f64 = 370.0;
 
-/// Moments side by side.
+/// Panels side by side, a moment each.
 #[derive(Default)]
 pub struct Picture {
     panels: Vec<String>,
