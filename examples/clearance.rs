@@ -2,8 +2,8 @@
 //!
 //! Each cycle asks two questions. May the tool move at all? Only if it is proven to be farther away
 //! than the limit and one more step. How fast? In proportion to the lower bound of the distance,
-//! which is true wherever the query stopped. So a controller with too little time is slow, but never
-//! too close.
+//! which is true wherever the query stopped. So a controller with too little time is slow, but
+//! never too close.
 
 mod common;
 

@@ -1,9 +1,9 @@
-//! A flag waves in the wind and meets a turning gear: a mesh that deforms, refitted in each frame and
-//! rebuilt when that pays.
+//! A flag waves in the wind and meets a turning gear: a mesh that deforms, refitted in each frame
+//! and rebuilt when that pays.
 //!
-//! Prints for some frames the time of the refit and its prediction, how loose the boxes have become,
-//! how many triangles of flag and gear meet, and the work of the query on the refitted tree and on a
-//! new one. Both queries must find the same number.
+//! Prints for some frames the time of the refit and its prediction, how loose the boxes have
+//! become, how many triangles of flag and gear meet, and the work of the query on the refitted tree
+//! and on a new one. Both queries must find the same number.
 
 mod common;
 

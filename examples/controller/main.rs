@@ -1,11 +1,11 @@
-//! A controller at 1 kHz: two arms share a space, and each cycle has 200 us to find out whether they
-//! may go on.
+//! A controller at 1 kHz: two arms share a space, and each cycle has 200 us to find out whether
+//! they may go on.
 //!
-//! Each cycle looks at one more step of the path ahead. The arms drive what is proven clear, and turn
-//! around before a contact. If the budget ends first, they drive more slowly on what is clear
-//! already, or stop if the open boxes are too large or contact is too likely. At the end every place
-//! where they were is checked again without a budget. Beside each check a loop only reads the clock
-//! for as long: what it is late, the machine is.
+//! Each cycle looks at one more step of the path ahead. The arms drive what is proven clear, and
+//! turn around before a contact. If the budget ends first, they drive more slowly on what is clear
+//! already, or stop if the open boxes are too large or contact is too likely. At the end every
+//! place where they were is checked again without a budget. Beside each check a loop only reads the
+//! clock for as long: what it is late, the machine is.
 //!
 //! `controller [--calls N] [--budget-us N] [--unpaced]`; unpaced, cycles follow one another at once.
 //! `docs/real-time.md` has measurements, and what a machine needs to be as punctual as this.

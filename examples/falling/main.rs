@@ -105,9 +105,9 @@ impl World {
         let patches = self.patches.entry(pair).or_default();
         patches.update(&a.tree, &b.tree, self.workspace.contacts());
         for patch in patches.as_slice() {
-            // The normal of the nearest contact separates convex pieces. Normals of triangles that are
-            // not opposite to each other are aslant, so a point keeps its own normal only if that
-            // points elsewhere.
+            // The normal of the nearest contact separates convex pieces. Normals of triangles that
+            // are not opposite to each other are aslant, so a point keeps its own normal only if
+            // that points elsewhere.
             let straight = patches.contacts_of(patch)[0].normal;
             for contact in patches.points_of(patch) {
                 let normal = if contact.normal.dot(straight) > 0.25 {
@@ -145,8 +145,8 @@ impl World {
             .map(|nearest| nearest.distance))
     }
 
-    /// Moves the second body out of the first if they meet, and returns whether it did. The second one
-    /// is never the floor.
+    /// Moves the second body out of the first if they meet, and returns whether it did. The second
+    /// one is never the floor.
     fn part(&mut self, pair: [usize; 2]) -> Result<bool, PoseError> {
         let [a, b] = pair.map(|i| &self.bodies[i]);
         let query = PushOutQuery::new(&a.tree, &b.tree, b.pose_in(a)?);

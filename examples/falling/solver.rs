@@ -163,7 +163,8 @@ impl Point {
         self.push(bodies, self.impulse * self.normal + self.friction);
     }
 
-    /// Gives A enough speed along the normal, and reduces the speed across by as much as friction can.
+    /// Gives A enough speed along the normal, and reduces the speed across by as much as friction
+    /// can.
     pub fn solve(&mut self, bodies: &mut [Body]) {
         let before = self.impulse;
         let missing = self.least - self.speed(bodies).dot(self.normal);
