@@ -1,8 +1,9 @@
-//! A tool moves down on a part: it slows down with the clearance that is proven, and stops at a limit.
+//! A tool moves down on a part. It slows down with the proven clearance and stops at a limit.
 //!
-//! In each cycle two questions are asked. May it move at all? Only if it is proven to be farther away than the limit and one
-//! more step. How fast? In proportion to the lower bound of the distance, which is true wherever the query was stopped. So a
-//! controller with too little time is slow, never too close.
+//! Each cycle asks two questions. May the tool move at all? Only if it is proven to be farther away
+//! than the limit and one more step. How fast? In proportion to the lower bound of the distance,
+//! which is true wherever the query stopped. So a controller with too little time is slow, but
+//! never too close.
 
 mod common;
 
@@ -19,9 +20,9 @@ const LIMIT: f64 = 0.05;
 /// Length of a cycle (s), and the highest speed (m/s).
 const CYCLE: f64 = 0.004;
 const FASTEST: f64 = 0.5;
-/// So long before the limit it would be if it kept its speed (s).
+/// Time to the limit at the present speed (s): the speed is chosen so that it is never less.
 const BRAKING: f64 = 0.2;
-/// How far a tool at this height is from the part.
+/// The query for the distance between the part and a tool at this height.
 fn distance<'t>(
     part: &'t Tree,
     tool: &'t Tree,
@@ -31,14 +32,15 @@ fn distance<'t>(
     Ok(Query::distance(part, tool, pose).relative_tolerance(0.02))
 }
 
-/// Where a drive ended: the time, the height, and whether the limit was proven to be near.
+/// The end of a drive. `is_near` is true if the limit was proven to be near.
 struct End {
     seconds: f64,
     height: f64,
     is_near: bool,
 }
 
-/// From above until it stops; `watch` is told the time, the distance and the speed of each cycle.
+/// Drives the tool down until it stops. Calls `watch` with the time, the distance and the speed of
+/// each cycle.
 fn drive(
     [part, tool]: [&Tree; 2],
     budget: Budget,

@@ -1,7 +1,9 @@
-//! A flag waves in the wind and meets a turning gear: a mesh that deforms, refitted in each frame, rebuilt when that pays.
+//! A flag waves in the wind and meets a turning gear: a mesh that deforms, refitted in each frame
+//! and rebuilt when that pays.
 //!
-//! Prints, for some frames, what the refit took and what the cost model told of it, how loose the boxes have become, how many triangles of flag and gear meet,
-//! and the work of the query on the refitted tree and on a new one; both must find the same number.
+//! Prints for some frames the time of the refit and its prediction, how loose the boxes have
+//! become, how many triangles of flag and gear meet, and the work of the query on the refitted tree
+//! and on a new one. Both queries must find the same number.
 
 mod common;
 
@@ -16,7 +18,8 @@ use punctual::{Body, Budget, CostModel, Mesh, Mode, Pose, Query, Scene, Tree, Wo
 const CELLS: u32 = 48;
 const SIDE: u32 = CELLS + 1;
 
-/// A new tree costs about seven refits. Where a shape is asked about only once, that is worth it from about 2 on.
+/// A new tree costs about seven refits. For a shape that is asked about only once it pays from a
+/// degradation of about 2 on.
 const REBUILD_ABOVE: f32 = 1.25;
 
 /// The vertices of a flag of 2 x 1, from the pole at x = 0.

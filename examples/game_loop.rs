@@ -1,10 +1,11 @@
-//! A game loop: 240 moving bodies in a whirl around 24 fixed pillars above a landscape, 60 frames a second, one millisecond
-//! of each for all collisions.
+//! A game loop: 240 moving bodies in a whirl around 24 fixed pillars above a landscape, 60 frames a
+//! second, one millisecond of each for all collisions.
 //!
-//! A player and what comes near matter most. A second scene, without a budget, tells the truth: how many pairs of bodies
-//! really touch. The table shows what the millisecond bought, for every tenth frame: the share of the contacts that was
-//! reported, and of all pairs with overlapping boxes that was decided. Times are those of the processor, so that what the
-//! library is late stands apart from what other programs took.
+//! The player and its neighbours have the highest priority. A second scene without a budget counts
+//! the pairs of bodies that really touch. For every tenth frame the table shows the share of the
+//! contacts that was reported, and the share of the pairs with overlapping boxes that was decided.
+//! Times are processor times, so that the lateness of the library stands apart from the time that
+//! other programs took.
 
 mod common;
 
@@ -52,7 +53,7 @@ fn bodies() -> Result<Vec<Body>, PoseError> {
     Ok(bodies)
 }
 
-/// Each body follows a ring of the whirl, rising and sinking, and turns about its own axis.
+/// The pose of a body: on a ring of the whirl, rising and sinking, turning about its own axis.
 fn pose(body: usize, frame: usize) -> Result<Pose, PoseError> {
     let (time, body) = (frame as f64 / 60.0, body as f64);
     let ring = 4.0 + 22.0 * (0.618 * body).fract();
@@ -73,7 +74,7 @@ fn insert_all(scene: &mut Scene, bodies: &[Body]) -> Result<Vec<BodyId>, SceneEr
         .collect()
 }
 
-/// What the budget bought, and what it took, in one frame or in all.
+/// Counts and times of one frame, or sums over all frames.
 #[derive(Default)]
 struct Tally {
     contacts: usize,
@@ -81,7 +82,8 @@ struct Tally {
     pairs: usize,
     decided: usize,
     wrong: usize,
-    /// Processor time with the budget and without; and what other programs took while the budget ran.
+    /// Processor time with the budget and without, and the time that other programs took while the
+    /// budget ran.
     used: Duration,
     unhurried: Duration,
     taken: Duration,
@@ -106,7 +108,7 @@ impl Tally {
     }
 }
 
-/// One frame of both scenes.
+/// Plays one frame of both scenes.
 fn compare(scene: &mut Scene, unhurried: &mut Scene) -> Tally {
     let start = ThreadTime::now();
     let report = scene.detect(Budget::time(BUDGET));

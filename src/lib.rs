@@ -46,19 +46,12 @@
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
 //! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Budget::time`], [`Clock`].
-//! - Guides, measurements and proofs are the pages in `docs`; the code is explained from `ARCHITECTURE.md` on.
+//! - Guides and measurements are the pages of [`guide`] and the folder `docs`; the code is explained from `ARCHITECTURE.md` on.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
 #![forbid(unsafe_code)]
 #![cfg_attr(doctest, doc = include_str!("../README.md"))]
-#![cfg_attr(doctest, doc = include_str!("../docs/guide/games.md"))]
-#![cfg_attr(doctest, doc = include_str!("../docs/guide/controllers.md"))]
-#![cfg_attr(doctest, doc = include_str!("../docs/guide/benchmarking.md"))]
-#![cfg_attr(doctest, doc = include_str!("../docs/guide/motion.md"))]
-#![cfg_attr(doctest, doc = include_str!("../docs/guide/rays.md"))]
-#![cfg_attr(doctest, doc = include_str!("../docs/guide/contacts.md"))]
-#![cfg_attr(doctest, doc = include_str!("../docs/guide/push_out.md"))]
 
 extern crate alloc;
 
@@ -68,6 +61,8 @@ compile_error!(
 );
 
 mod contact;
+#[cfg(any(doc, doctest))]
+pub mod guide;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals;

@@ -3,7 +3,8 @@
 use std::error::Error;
 use std::io::{self, StdoutLock};
 
-/// Runs an example that writes to standard output. A reader that has seen enough, such as `head`, is no error.
+/// Runs an example that writes to standard output. A reader that has seen enough, such as `head`,
+/// is no error.
 pub fn write(
     example: impl FnOnce(&mut StdoutLock<'static>) -> Result<(), Box<dyn Error>>,
 ) -> Result<(), Box<dyn Error>> {

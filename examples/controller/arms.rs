@@ -27,7 +27,7 @@ fn scaled(mesh: &Mesh, scale: Vec3) -> Result<Tree, Box<dyn Error>> {
 }
 
 impl Arms {
-    /// Links of 3,200 to 20,480 triangles. Those of one arm do not meet each other.
+    /// Links of 3,200 to 20,480 triangles. The links of one arm are not compared.
     pub fn new() -> Result<Self, Box<dyn Error>> {
         let joint = Arc::new(scaled(&shapes::gear(25, 2), Vec3::new(0.07, 0.07, 0.2))?);
         let link = Arc::new(scaled(&shapes::icosphere(5), Vec3::new(0.05, 0.05, 0.12))?);
@@ -64,7 +64,7 @@ impl Arms {
         Ok(arms)
     }
 
-    /// Puts both arms where they are at `phase` of their paths, seconds.
+    /// Moves both arms to `phase` of their paths, seconds.
     pub fn place(&mut self, phase: f64) -> Result<(), Box<dyn Error>> {
         for (side, links) in self.links.iter().enumerate() {
             for (number, pose) in chain(side, phase)?.into_iter().enumerate() {

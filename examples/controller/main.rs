@@ -1,12 +1,14 @@
-//! A controller at 1 kHz: two arms that share a space, 200 us in each cycle to find out whether they may go on.
+//! A controller at 1 kHz: two arms share a space, and each cycle has 200 us to find out whether
+//! they may go on.
 //!
-//! Each cycle looks at one more step of the path ahead. What is proven clear may be driven; a contact ahead turns the arms
-//! around; and where the budget ends first, the arms drive more slowly on what is clear already, or not at all if what was left
-//! open is too large or contact too likely. In the end every place where they were is looked at again, without haste. Beside each check, for
-//! as long as it took, a loop does nothing but look at the clock: what is late there is the machine's doing.
+//! Each cycle looks at one more step of the path ahead. The arms drive what is proven clear, and
+//! turn around before a contact. If the budget ends first, they drive more slowly on what is clear
+//! already, or stop if the open boxes are too large or contact is too likely. At the end every
+//! place where they were is checked again without a budget. Beside each check a loop only reads the
+//! clock for as long: what it is late, the machine is.
 //!
-//! `controller [--calls N] [--budget-us N] [--unpaced]`; unpaced, cycles follow one another at once. `docs/real-time.md` has
-//! measurements, and what a machine needs to be as punctual as this.
+//! `controller [--calls N] [--budget-us N] [--unpaced]`; unpaced, cycles follow one another at once.
+//! `docs/real-time.md` has measurements, and what a machine needs to be as punctual as this.
 
 mod arms;
 #[path = "../common/mod.rs"]
@@ -25,16 +27,16 @@ const CYCLE: Duration = Duration::from_millis(1);
 /// Path driven in a cycle at full speed, seconds of the path.
 const STEP: f64 = 4e-3;
 
-/// Path that is to be clear ahead of the arms: they brake within it.
+/// Braking distance: the path ahead of the arms that must be clear.
 const AHEAD: f64 = 10.0 * STEP;
 
-/// What was left open may be a place of this size, metres, where the arms only slow down.
+/// Largest extent of the open boxes, metres, at which the arms only slow down.
 const SMALL: f64 = 0.03;
 
-/// A contact of less than this probability may be ahead where the arms only slow down.
+/// Largest probability of a contact ahead at which the arms only slow down.
 const UNLIKELY: f64 = 0.05;
 
-/// What a cycle decides.
+/// The decision of a cycle.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Decision {
     Go,
@@ -64,7 +66,7 @@ fn decide(scene: &Scene) -> Result<Decision, Box<dyn Error>> {
     })
 }
 
-/// Where the arms are on their path, how far it is clear, and which way they drive.
+/// Position of the arms on their path, the clear part of it, and the direction of driving.
 struct Drive {
     phase: f64,
     clear: f64,
@@ -89,7 +91,7 @@ impl Drive {
             Decision::Slow => 0.5 * left,
             Decision::Stop => 0.0,
             Decision::TurnAround => {
-                // What lies behind was clear, too.
+                // The path behind was clear too.
                 (self.forward, self.clear) = (-self.forward, self.phase);
                 0.0
             }
@@ -116,7 +118,7 @@ fn idle(end: Instant) {
     }
 }
 
-/// Number of cycles, budget of each, and whether they keep to the clock.
+/// Number of cycles, budget of each, and pacing by the clock.
 fn options() -> Result<(usize, Duration, bool), Box<dyn Error>> {
     let (mut calls, mut budget, mut paced) = (3000, Duration::from_micros(200), true);
     let mut arguments = std::env::args().skip(1);
@@ -138,7 +140,7 @@ fn options() -> Result<(usize, Duration, bool), Box<dyn Error>> {
     Ok((calls, budget, paced))
 }
 
-/// At how many places the arms touch something; of many, 2000 or fewer are looked at.
+/// Counts the places at which the arms touch something, of 2,000 places at most.
 fn touched(arms: &mut Arms, mut places: Vec<f64>) -> Result<usize, Box<dyn Error>> {
     places.sort_unstable_by(f64::total_cmp);
     places.dedup();
@@ -161,7 +163,7 @@ fn run(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let (mut checks, mut lateness) = (Vec::with_capacity(calls), Vec::with_capacity(calls));
     let (mut places, mut idles) = (Vec::with_capacity(calls), Vec::with_capacity(calls));
     let (mut decisions, mut missed, mut open) = ([0; 4], 0, 0);
-    // A first round makes all buffers and brings everything into the caches.
+    // A first round allocates all buffers and fills the caches.
     for _ in 0..100 {
         arms.scene.detect(Budget::time(budget));
     }

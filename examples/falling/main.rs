@@ -1,9 +1,10 @@
-//! Boxes, a ball, a ring and gears fall on a floor, rest and stack: contacts as a solver wants them.
+//! Boxes, a ball, a ring and gears fall on a floor, rest and stack: contacts for a solver.
 //!
-//! The library says where bodies are close and which way they part; the small [`solver`] keeps them a skin apart, so that
-//! surfaces never meet and every normal is that of two closest points. Of each patch it takes the few points that stand for
-//! it, and starts from the impulses that the patch with the same id had in the frame before. Should bodies meet all the same,
-//! the shortest push that is found parts them.
+//! The library finds where bodies are close, and the normals that separate them. The small
+//! [`solver`] keeps bodies a skin apart, so surfaces never meet and every normal is that of two
+//! closest points. It takes the few points that stand for each patch, and starts from the impulses
+//! that the patch with the same id had in the frame before. If bodies meet all the same, the
+//! shortest push found separates them.
 //!
 //! `cargo run --release --example falling [-- --picture FILE.svg]`
 
@@ -27,23 +28,23 @@ use punctual::{
 use solver::{Body, Point, STEP};
 
 const FRAMES: usize = 420;
-/// Impulses are passed on from body to body this often in a frame.
+/// Solver iterations a frame.
 const ROUNDS: usize = 30;
-/// Bodies rest this far apart; the edge of a box is 1.
+/// Distance at which bodies rest. The edge of a box is 1.
 const SKIN: f64 = 0.01;
-/// For one pair of bodies in one frame: more than any needs.
+/// Budget of one pair of bodies in one frame: more than any needs.
 const BUDGET: Budget = Budget::work(10_000_000);
 
-/// What happened in all frames.
+/// Counts over all frames.
 #[derive(Default)]
 struct Tally {
     queries: usize,
     contacts: u64,
     points: usize,
-    /// How often bodies met, and how far one had to move then, at most.
+    /// How often bodies met, and the longest push.
     meetings: usize,
     deepest: f64,
-    /// Processor time, so that other programs don't count.
+    /// Processor time, without that of other programs.
     slowest: Duration,
     late: usize,
 }
@@ -84,7 +85,7 @@ impl World {
         Ok(())
     }
 
-    /// Finds the points in which two bodies may come together within this frame.
+    /// Finds the points at which two bodies may touch within this frame.
     fn touch(&mut self, pair: [usize; 2]) -> Result<(), PoseError> {
         let [a, b] = pair.map(|i| &self.bodies[i]);
         let margin = 2.0 * SKIN + STEP * a.closing_speed(b);
@@ -103,8 +104,9 @@ impl World {
         let patches = self.patches.entry(pair).or_default();
         patches.update(&a.tree, &b.tree, self.workspace.contacts());
         for patch in patches.as_slice() {
-            // What is convex is parted by the normal of the nearest contact. The others are aslant where the triangles are not
-            // opposite to each other; only those that look elsewhere are a side of their own.
+            // The normal of the nearest contact separates convex pieces. Normals of triangles that
+            // are not opposite to each other are aslant, so a point keeps its own normal only if
+            // that points elsewhere.
             let straight = patches.contacts_of(patch)[0].normal;
             for contact in patches.points_of(patch) {
                 let normal = if contact.normal.dot(straight) > 0.25 {
@@ -129,7 +131,7 @@ impl World {
         Ok(())
     }
 
-    /// How far apart two bodies are, if that is within the margin.
+    /// Distance of two bodies, if it is within the margin.
     fn look(&mut self, pair: [usize; 2], margin: f64) -> Result<Option<f64>, PoseError> {
         let [a, b] = pair.map(|i| &self.bodies[i]);
         let query = Query::contacts(&a.tree, &b.tree, b.pose_in(a)?).margin(margin);
@@ -142,7 +144,8 @@ impl World {
             .map(|nearest| nearest.distance))
     }
 
-    /// Moves a body out of another one that it has come to meet; whether it did. The second one is never the floor.
+    /// Moves the second body out of the first if they meet, and returns whether it did. The second
+    /// one is never the floor.
     fn part(&mut self, pair: [usize; 2]) -> Result<bool, PoseError> {
         let [a, b] = pair.map(|i| &self.bodies[i]);
         let query = PushOutQuery::new(&a.tree, &b.tree, b.pose_in(a)?);
@@ -160,13 +163,13 @@ impl World {
         self.bodies.iter().map(Body::energy).sum()
     }
 
-    /// Of the fastest point of any body.
+    /// Speed of the fastest point of any body.
     fn speed(&self) -> f64 {
         self.bodies.iter().map(Body::fastest).fold(0.0, f64::max)
     }
 }
 
-/// A floor, a pyramid of boxes, and above it what falls on it.
+/// A floor, a pyramid of boxes, and the bodies that fall on it.
 fn bodies() -> Result<Vec<Body>, MeshError> {
     let cube = || shapes::cuboid(Vec3::splat(0.5), 2);
     let sphere = shapes::icosphere(2);

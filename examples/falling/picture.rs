@@ -1,4 +1,4 @@
-//! Bodies as an SVG file: all faces that look at the viewer, the farthest first.
+//! Draws bodies as an SVG file: all faces towards the viewer, the farthest first.
 
 use std::cmp::Ordering;
 use std::fmt::Write;
@@ -12,7 +12,7 @@ const SCALE: f64 = 50.0;
 const WIDTH: f64 = 370.0;
 const HEIGHT: f64 = 370.0;
 
-/// Moments side by side.
+/// Panels side by side, a moment each.
 #[derive(Default)]
 pub struct Picture {
     panels: Vec<String>,
@@ -59,9 +59,9 @@ impl Picture {
         }
         writeln!(
             panel,
-            "<text x=\"{}\" y=\"{}\" fill=\"#888\">{caption}</text>",
+            "<text x=\"{}\" y=\"{}\">{caption}</text>",
             0.5 * WIDTH,
-            HEIGHT - 6.0
+            HEIGHT - 10.0
         )
         .expect("room in memory");
         self.panels.push(panel);
@@ -71,8 +71,10 @@ impl Picture {
         let whole = WIDTH * self.panels.len() as f64;
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {whole} {HEIGHT}\" font-family=\"sans-serif\" \
-             font-size=\"14\" text-anchor=\"middle\"><style>path {{ fill: currentColor; stroke: currentColor }}</style>\n\
-             <rect width=\"{whole}\" height=\"{HEIGHT}\" fill=\"#fff\"/>\n"
+             font-size=\"34\" text-anchor=\"middle\"><style>path {{ fill: currentColor; stroke: currentColor }} \
+             .back {{ fill: #fff }} text {{ fill: #1f2328 }} @media (prefers-color-scheme: dark) \
+             {{ .back {{ fill: #0d1117 }} text {{ fill: #f0f6fc }} }}</style>\n\
+             <rect class=\"back\" width=\"{whole}\" height=\"{HEIGHT}\"/>\n"
         );
         for (i, panel) in self.panels.iter().enumerate() {
             svg += &format!(

@@ -1,5 +1,5 @@
-//! Rigid bodies and the points in which they push each other: impulses along the normals, one point after the other, again and
-//! again, until none comes closer than it may; and friction across them.
+//! Rigid bodies and a solver of contact points: impulses along the normals, one point after the
+//! other, repeated until none is too close; and friction across them.
 
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{Pose, PoseError, Tree};
@@ -8,17 +8,17 @@ use punctual::{Pose, PoseError, Tree};
 pub const STEP: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 9.81;
 const FRICTION: f64 = 0.6;
-/// Bodies that are too close by more than this part by a share of the rest in each frame.
+/// Allowed overlap with the skin. In each frame a share of any overlap beyond it is corrected.
 const SLOP: f64 = 0.001;
 const PART: f64 = 0.2;
-/// A point no farther away than this is the one of the frame before.
+/// Largest distance at which a point counts as the one of the frame before.
 const SAME: f64 = 0.1;
 
 pub struct Body {
     pub tree: Tree,
-    /// Around the position.
+    /// Radius of a ball around `position` that holds the body.
     radius: f64,
-    /// And of the inertia about the axes of the body. 0: it does not move.
+    /// Inverse mass, and inverse inertia about the axes of the body; 0 for a fixed body.
     inverse_mass: f64,
     inverse_inertia: DVec3,
     pub position: DVec3,
@@ -28,7 +28,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// At rest, as heavy as its box and as hard to turn.
+    /// A body at rest with the mass and the inertia of its box.
     pub fn new(tree: Tree, position: DVec3, turn: DQuat) -> Self {
         let size = tree.mesh().aabb().extents();
         let (radius, inverse_mass, squares) = (
@@ -66,7 +66,7 @@ impl Body {
         other.pose()?.inverse()?.compose(&self.pose()?)
     }
 
-    /// How fast it may come closer to another body, wherever they touch.
+    /// Speed at which it may approach another body, at any point.
     pub fn closing_speed(&self, other: &Self) -> f64 {
         let turning = |body: &Self| body.spin.length() * body.radius;
         self.velocity.distance(other.velocity) + turning(self) + turning(other)
@@ -76,12 +76,12 @@ impl Body {
         self.position.distance(other.position) > self.radius + other.radius + margin
     }
 
-    /// Of any of its points, at most.
+    /// Largest speed of any of its points.
     pub fn fastest(&self) -> f64 {
         self.velocity.length() + self.spin.length() * self.radius
     }
 
-    /// Of its motion and its height.
+    /// Energy of its motion and its height.
     pub fn energy(&self) -> f64 {
         if self.inverse_mass == 0.0 {
             return 0.0;
@@ -100,7 +100,7 @@ impl Body {
     pub fn advance(&mut self) {
         self.position += STEP * self.velocity;
         self.turn = (DQuat::from_scaled_axis(STEP * self.spin) * self.turn).normalize();
-        // Rolling comes to an end too.
+        // Rolling friction.
         self.spin *= 0.985;
     }
 
@@ -108,7 +108,7 @@ impl Body {
         self.velocity + self.spin.cross(arm)
     }
 
-    /// The change of spin by an angular impulse.
+    /// Change of spin by an angular impulse.
     fn turned(&self, impulse: DVec3) -> DVec3 {
         self.turn * (self.inverse_inertia * (self.turn.inverse() * impulse))
     }
@@ -119,21 +119,21 @@ impl Body {
     }
 }
 
-/// A point in which body A is pushed away from body B, along the normal.
+/// A point at which body A is pushed away from body B, along the normal.
 pub struct Point {
     bodies: [usize; 2],
     patch: u64,
-    /// From the middles of the bodies.
+    /// Offsets from the middles of the bodies.
     arms: [DVec3; 2],
     normal: DVec3,
-    /// The least speed along the normal.
+    /// Least allowed speed along the normal.
     least: f64,
     impulse: f64,
     friction: DVec3,
 }
 
 impl Point {
-    /// With room to come closer, or less than none.
+    /// `room` is how far the bodies may approach; negative if the bodies are too close.
     pub fn new(bodies: [usize; 2], patch: u64, arms: [DVec3; 2], normal: DVec3, room: f64) -> Self {
         let room = if room < 0.0 {
             PART * (room + SLOP).min(0.0)
@@ -151,19 +151,20 @@ impl Point {
         }
     }
 
-    /// Whether it is about the same as one of the frame before.
+    /// True if it is about the same point as one of the frame before.
     pub fn is(&self, before: &Self) -> bool {
         (self.bodies, self.patch) == (before.bodies, before.patch)
             && self.arms[1].distance(before.arms[1]) < SAME
     }
 
-    /// Begins with the impulses of the frame before.
+    /// Starts with the impulses of the frame before.
     pub fn start_from(&mut self, before: &Self, bodies: &mut [Body]) {
         (self.impulse, self.friction) = (before.impulse, before.friction.reject_from(self.normal));
         self.push(bodies, self.impulse * self.normal + self.friction);
     }
 
-    /// Gives A enough speed along the normal, and takes from the speed across what friction can.
+    /// Gives A enough speed along the normal, and reduces the speed across by as much as friction
+    /// can.
     pub fn solve(&mut self, bodies: &mut [Body]) {
         let before = self.impulse;
         let missing = self.least - self.speed(bodies).dot(self.normal);
@@ -179,7 +180,7 @@ impl Point {
         }
     }
 
-    /// Of A, seen from B.
+    /// Velocity of A relative to B at this point.
     fn speed(&self, bodies: &[Body]) -> DVec3 {
         let [a, b] = self.bodies;
         bodies[a].velocity_at(self.arms[0]) - bodies[b].velocity_at(self.arms[1])
@@ -191,7 +192,7 @@ impl Point {
         bodies[b].push(-impulse, self.arms[1]);
     }
 
-    /// What an impulse along a unit vector has to move.
+    /// Effective mass along a unit vector.
     fn mass(&self, bodies: &[Body], along: DVec3) -> f64 {
         let inverse = |i: usize| {
             let (body, arm) = (&bodies[self.bodies[i]], self.arms[i]);

@@ -48,7 +48,7 @@ impl Recording {
         let bodies = bodies.collect();
         let meshes = parts.iter().map(|part| part.mesh.clone()).collect();
         let truth = either(folder, "truth_pairs.csv")
-            .map(|file| truth(&file, frames.len()))
+            .map(|file| truth(&file, frames.len(), parts.len()))
             .transpose()?;
         Ok(Self {
             bodies,
@@ -210,10 +210,10 @@ fn frames(file: &Path, bodies: usize) -> Result<Vec<Vec<Pose>>, FileError> {
     }
 }
 
-fn truth(file: &Path, frames: usize) -> Result<Vec<Vec<[u32; 2]>>, FileError> {
+fn truth(file: &Path, frames: usize, bodies: usize) -> Result<Vec<Vec<[u32; 2]>>, FileError> {
     let mut truth = vec![Vec::new(); frames];
     for (line, [frame, a, b]) in table(file)? {
-        let pair = [a, b].map(|body| index(body, u32::MAX as usize).map(|body| body as u32));
+        let pair = [a, b].map(|body| index(body, bodies).map(|body| body as u32));
         let (Some(frame), [Some(a), Some(b)]) = (index(frame, frames), pair) else {
             return Err(FileError::at_line(file, line, "no such frame or body"));
         };

@@ -385,6 +385,11 @@ fn faults_name_the_file_and_the_line() {
             "frame,a,b\n99,0,1\n",
             "truth_pairs.csv:2: no such frame or body",
         ),
+        (
+            "truth_pairs.csv",
+            "frame,a,b\n0,0,3\n",
+            "truth_pairs.csv:2: no such frame or body",
+        ),
     ];
     for (file, content, message) in cases {
         let folder = recording();
