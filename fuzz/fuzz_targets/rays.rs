@@ -46,9 +46,6 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
     }
     let query = RayQuery::new(&tree, ray).mode(RayMode::All);
     let all = query.run_with(&mut workspace, Budget::unlimited(), &clock);
-    if all.stop == StopReason::FlushedToZero {
-        return Ok(());
-    }
     let hits: Vec<RayHit> = workspace.ray_hits().to_vec();
     if ray.is_segment() {
         let segment = [from, to, to].map(punctual::glam::DVec3::from_array);

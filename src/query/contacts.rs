@@ -20,6 +20,7 @@ use super::views::Relation;
 use super::workspace::{Asked, Key, ResumeError, Workspace};
 use crate::contact::{Contact, face_normal};
 use crate::math::Pose;
+use crate::math::least::LEAST;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::tree::Tree;
 use glam::DVec3;
@@ -86,7 +87,7 @@ impl<'t> ContactQuery<'t> {
     #[must_use]
     pub fn margin(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "margin", distance, f64::INFINITY);
-        self.options.margin = if distance > 0.0 {
+        self.options.margin = if distance >= LEAST {
             distance.min(LARGEST_MARGIN)
         } else {
             0.0

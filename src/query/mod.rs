@@ -32,7 +32,6 @@ mod distance;
 mod edge_axes;
 mod estimate;
 mod expand;
-mod flushing;
 mod follow;
 mod gaps;
 pub(crate) mod glance;
@@ -74,7 +73,6 @@ pub use contacts::{ContactQuery, Contacts};
 pub(crate) use deadline::Deadline;
 pub use distance::{Distance, DistanceQuery, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
-pub(crate) use flushing::matters as flushing_matters;
 pub use memory::PairMemory;
 pub use motion::{MotionQuery, Passage};
 use options::Options;
@@ -468,9 +466,6 @@ impl<'t> Query<'t> {
             )
             .advance()
         };
-        if stop == StopReason::FlushedToZero {
-            return stop;
-        }
         if let Some(memory) = memory {
             memory.bind(self.a, self.b);
             memory.remember(self.options.mode, stop, workspace, before);

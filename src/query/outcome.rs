@@ -158,10 +158,6 @@ pub enum StopReason {
     WorkLimit,
     /// The pair buffer was full. Drain it and resume.
     PairsFull,
-    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small that this
-    /// could make an answer false: below 2^-960, as are products of coordinates and entries of the pose; denormal as f32, in
-    /// a mesh of f32; or the mesh is smaller than 2^-900. Clear the setting and resume.
-    FlushedToZero,
 }
 
 named!(StopReason {
@@ -170,7 +166,6 @@ named!(StopReason {
     Deadline => "deadline",
     WorkLimit => "work-limit",
     PairsFull => "pairs-full",
-    FlushedToZero => "flushed-to-zero",
 });
 
 impl StopReason {

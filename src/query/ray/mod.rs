@@ -11,7 +11,6 @@ mod volley;
 use crate::math::{Pose, Ray};
 use crate::query::Deadline;
 use crate::query::budget::{Budget, Clock};
-use crate::query::flushing;
 use crate::query::outcome::{Stats, StopReason};
 use crate::query::strategy::Strategy;
 use crate::query::traversal::Traversal;
@@ -308,27 +307,22 @@ fn spend(
         (workspace.rays.done, workspace.rays.after) = (rays.len(), 0);
         return (StopReason::Finished, f64::INFINITY);
     }
-    let stop = if flushing::matters_to_rays(tree, &rays[done..]) {
-        workspace.run.stopped = true;
-        StopReason::FlushedToZero
-    } else {
-        let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
-        let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
-        let beam = &mut workspace.rays.ready[question.lane].beam;
-        beam.follow(tree.unit(), &rays[done]);
-        if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
-            beam.cut(hit.t);
-        }
-        Traversal::new(
-            question,
-            [tree; 2],
-            &Pose::IDENTITY,
-            &Relation::BLIND,
-            workspace,
-            deadline,
-        )
-        .advance()
-    };
+    let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
+    let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
+    let beam = &mut workspace.rays.ready[question.lane].beam;
+    beam.follow(tree.unit(), &rays[done]);
+    if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
+        beam.cut(hit.t);
+    }
+    let stop = Traversal::new(
+        question,
+        [tree; 2],
+        &Pose::IDENTITY,
+        &Relation::BLIND,
+        workspace,
+        deadline,
+    )
+    .advance();
     workspace.run.took(deadline.elapsed());
     let state = &mut workspace.rays;
     if stop.is_final() {
