@@ -102,7 +102,7 @@ pub enum Family {
     Nested,
     /// Around a point 1e8 from the origin.
     FarOffset,
-    /// Coordinates of 1e-89 and less.
+    /// Coordinates of 1e-80.
     Tiny,
     /// Coordinates of 1e15.
     Large,
@@ -130,7 +130,7 @@ impl Family {
     pub const fn scale(self) -> f64 {
         match self {
             Self::Grid => 2.0,
-            Self::Tiny => 1e-89,
+            Self::Tiny => 1e-80,
             Self::Large => 1e15,
             Self::Enormous => 1e300,
             _ => 1.0,
