@@ -1042,6 +1042,10 @@ enum punctual_stop_reason
    * The pair buffer was full. Drain it and resume.
    */
   PUNCTUAL_STOP_REASON_PAIRS_FULL = 4,
+  /**
+   * The call was cancelled. No clock of this interface does that.
+   */
+  PUNCTUAL_STOP_REASON_CANCELLED = 5,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

@@ -73,7 +73,7 @@ fn a_cancelled_query_ends_soon_and_is_resumed_to_the_same_end() {
         for at in [1, 2] {
             let mut found = Vec::new();
             let stopped = query.run_with(&mut workspace, None, budget, &Canceller::at(at));
-            assert_eq!(stopped.stop, StopReason::Deadline);
+            assert_eq!(stopped.stop, StopReason::Cancelled);
             assert!(
                 stopped.stats.work < u64::from(at) * LOOKS_AFTER,
                 "{budget:?}: {}",
@@ -96,7 +96,7 @@ fn every_question_can_be_cancelled() {
     for budget in BUDGETS {
         let clock = Canceller::at(1);
         let ends_soon = |stop: StopReason, work: u64| {
-            assert_eq!(stop, StopReason::Deadline);
+            assert_eq!(stop, StopReason::Cancelled);
             assert!(work < LOOKS_AFTER, "{budget:?}: {work}");
         };
 

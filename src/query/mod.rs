@@ -10,7 +10,7 @@
 //! | when they meet on the way: [`MotionQuery`] | [`motion`] |
 //! | what rays hit: [`RayQuery`], [`RayBatch`] | [`ray`] |
 //! | what a node pair is replaced by, whatever is asked | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
-//! | what can be told without a query | [`glance`], [`parting`] |
+//! | what can be told without a query | [`root_test`], [`parting`] |
 //! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
@@ -34,7 +34,6 @@ mod estimate;
 mod expand;
 mod follow;
 mod gaps;
-pub(crate) mod glance;
 mod halves;
 mod intersection;
 mod interval;
@@ -56,6 +55,7 @@ mod probe;
 mod queue;
 mod ray;
 mod refinement;
+pub(crate) mod root_test;
 mod search;
 mod strategy;
 mod system;

@@ -151,13 +151,14 @@ pub enum StopReason {
     Finished,
     /// The first intersection was found, which is all that [`crate::Mode::Any`] asks for.
     FirstHit,
-    /// The time was up, or the clock said that the call is cancelled
-    /// ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
+    /// The time was up.
     Deadline,
     /// The work was spent.
     WorkLimit,
     /// The pair buffer was full. Drain it and resume.
     PairsFull,
+    /// The clock said that the call is cancelled ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
+    Cancelled,
 }
 
 named!(StopReason {
@@ -166,6 +167,7 @@ named!(StopReason {
     Deadline => "deadline",
     WorkLimit => "work-limit",
     PairsFull => "pairs-full",
+    Cancelled => "cancelled",
 });
 
 impl StopReason {
