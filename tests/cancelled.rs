@@ -51,7 +51,7 @@ const BUDGETS: [Budget; 3] = [
 fn a_cancelled_query_ends_soon_and_is_resumed_to_the_same_end() {
     let (mut workspace, mut whole) = (Workspace::new(), Workspace::new());
     let tree = Tree::new(shapes::icosphere(6));
-    let query = Query::all_pairs(&tree, &tree, Pose::IDENTITY);
+    let query = Query::intersection(&tree, &tree, Pose::IDENTITY).mode(Mode::All);
     let run = |workspace: &mut Workspace,
                mut outcome: punctual::Answer<punctual::Verdict>,
                budget,
@@ -72,16 +72,16 @@ fn a_cancelled_query_ends_soon_and_is_resumed_to_the_same_end() {
         for at in [1, 2] {
             let mut found = Vec::new();
             let stopped = query.run(&mut workspace, budget.clock(&Canceller::at(at)));
-            assert_eq!(stopped.stop, StopReason::Deadline);
+            assert_eq!(stopped.stop, StopReason::Cancelled);
             assert!(
                 stopped.stats.work < u64::from(at) * LOOKS_AFTER,
                 "{budget:?}: {}",
                 stopped.stats.work
             );
-            assert!(matches!(stopped.value, Verdict::Intersecting { .. }));
+            assert!(matches!(stopped.verdict, Verdict::Intersecting { .. }));
             let ended = run(&mut workspace, stopped, budget, &mut found);
             found.sort_unstable();
-            assert!(ended.stats.found == expected.stats.found && found == all);
+            assert!(ended.found == expected.found && found == all);
         }
     }
 }
@@ -95,19 +95,19 @@ fn every_question_can_be_cancelled() {
     for budget in BUDGETS {
         let clock = Canceller::at(1);
         let ends_soon = |stop: StopReason, work: u64| {
-            assert_eq!(stop, StopReason::Deadline);
+            assert_eq!(stop, StopReason::Cancelled);
             assert!(work < LOOKS_AFTER, "{budget:?}: {work}");
         };
 
         let query = Query::distance(&tree, &larger, Pose::IDENTITY).absolute_tolerance(0.0);
         let distance = query.run(&mut workspace, budget.clock(&clock));
         ends_soon(distance.stop, distance.stats.work);
-        assert!(distance.value.low <= 1.0 && 0.98 <= distance.value.high);
+        assert!(distance.low <= 1.0 && 0.98 <= distance.high);
 
         let contacts = Query::contacts(&tree, &tree, Pose::IDENTITY).margin(0.1);
         let contacts = contacts.run(&mut workspace, budget.clock(&clock));
         ends_soon(contacts.stop, contacts.stats.work);
-        assert!(contacts.value.low <= 0.1);
+        assert!(contacts.low <= 0.1);
 
         let turn = Motion::turning(Pose::IDENTITY, DVec3::ZERO, DVec3::Z, DVec3::ZERO).unwrap();
         let motion = Query::impact(&tree, &larger, turn)
@@ -116,7 +116,7 @@ fn every_question_can_be_cancelled() {
             .time_tolerance(0.0);
         let passage = motion.run(&mut workspace, budget.clock(&clock));
         ends_soon(passage.stop, passage.stats.work);
-        assert!(passage.value.upper.is_none() && passage.value.lower < 1.0);
+        assert!(passage.touching_at.is_none() && passage.free_until < 1.0);
 
         let push = PushOutQuery::new(&tree, &tree, Pose::IDENTITY)
             .run(&mut workspace, budget.clock(&clock));
@@ -128,12 +128,12 @@ fn every_question_can_be_cancelled() {
         ends_soon(cast.stop, cast.stats.work);
         let hits = workspace.first_hits();
         assert!(
-            0 < cast.value
-                && hits[..cast.value]
+            0 < cast.done
+                && hits[..cast.done]
                     .iter()
                     .all(|hit| *hit == hits[0] && hit.is_some())
         );
-        assert!(hits[cast.value..].iter().all(Option::is_none));
+        assert!(hits[cast.done..].iter().all(Option::is_none));
     }
 }
 

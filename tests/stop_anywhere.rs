@@ -348,7 +348,7 @@ fn time_budgets_are_sound_and_kept() {
 #[test]
 fn near_the_deadline_the_clock_is_looked_at_after_each_exact_test() {
     let cube = Tree::new(shapes::cuboid(Vec3::ONE, 4));
-    let query = Query::all_pairs(&cube, &cube, shifted(1e-300, 0.0, 0.0));
+    let query = Query::intersection(&cube, &cube, shifted(1e-90, 0.0, 0.0)).mode(Mode::All);
     let tick = Duration::from_nanos(1);
     let clock = ManualClock::ticking(tick);
     let looks = |time| {
@@ -387,7 +387,7 @@ fn only_the_clock_ends_a_time_budget() {
     let none = Budget::time(Duration::ZERO).poll_interval(1);
     let outcome = query.run(&mut workspace, none.clock(&clock));
     assert_eq!(outcome.stop, StopReason::Deadline);
-    assert_eq!(outcome.value, Verdict::Undecided);
+    assert_eq!(outcome.verdict, Verdict::Undecided);
     assert!(outcome.stats.work <= MAX_STEP_WORK);
     clock.advance(Duration::from_secs(1));
     let outcome = query.resume(&mut workspace, short.clock(&clock));
@@ -437,12 +437,12 @@ fn a_full_pair_buffer_stops_and_loses_nothing() {
                 let mut outcome = run(&query, workspace, ENOUGH);
                 let mut pairs = Vec::new();
                 while outcome.stop == StopReason::PairsFull {
-                    assert!(matches!(outcome.value, Verdict::Intersecting { .. }));
+                    assert!(matches!(outcome.verdict, Verdict::Intersecting { .. }));
                     assert!((1..=most).contains(&workspace.pairs().len()));
                     let certificate = query.certificate(workspace).unwrap();
                     assert_certificate(&certificate, &outcome, case.truth.len());
                     pairs.extend(workspace.drain_pairs());
-                    assert_eq!(outcome.stats.found, pairs.len() as u64);
+                    assert_eq!(outcome.found, pairs.len() as u64);
                     outcome = resume(&query, workspace, ENOUGH);
                 }
                 pairs.extend(workspace.drain_pairs());
@@ -456,7 +456,7 @@ fn a_full_pair_buffer_stops_and_loses_nothing() {
 fn only_a_stopped_run_of_the_same_query_resumes() {
     let sphere = Tree::new(shapes::icosphere(2));
     let other = Tree::new(shapes::icosphere(1));
-    let query = Query::all_pairs(&sphere, &sphere, shifted(0.5, 0.0, 0.0));
+    let query = Query::intersection(&sphere, &sphere, shifted(0.5, 0.0, 0.0)).mode(Mode::All);
     let clock = ManualClock::new();
     let mut workspace = Workspace::new();
     let resumed = |query: &Query<Intersection>, workspace: &mut Workspace| {
@@ -467,9 +467,9 @@ fn only_a_stopped_run_of_the_same_query_resumes() {
     assert_eq!(finished.stop, StopReason::Finished);
     assert!(!resumed(&query, &mut workspace), "finished run");
     let strangers = [
-        Query::all_pairs(&sphere, &sphere, shifted(0.6, 0.0, 0.0)),
-        Query::all_pairs(&sphere, &other, shifted(0.5, 0.0, 0.0)),
-        Query::all_pairs(&other, &sphere, shifted(0.5, 0.0, 0.0)),
+        Query::intersection(&sphere, &sphere, shifted(0.6, 0.0, 0.0)).mode(Mode::All),
+        Query::intersection(&sphere, &other, shifted(0.5, 0.0, 0.0)).mode(Mode::All),
+        Query::intersection(&other, &sphere, shifted(0.5, 0.0, 0.0)).mode(Mode::All),
         query.mode(Mode::Any),
         query.order(Order::BreadthFirst),
     ];

@@ -98,8 +98,8 @@ const _: () = assert!(
 /// Work that counts for setting up the query of a pair in a scene, about what it takes.
 pub(crate) const WORK_PER_QUERY: u64 = 250;
 
-/// Work that counts for a glance at a pair in a scene.
-pub(crate) const WORK_PER_GLANCE: u64 = 100;
+/// Work that counts for the root test of a pair in a scene.
+pub(crate) const WORK_PER_ROOT_TEST: u64 = 100;
 
 /// Work that counts for a plane between the bodies of such a pair.
 pub(crate) const WORK_PER_PLANE: u64 = 350;

@@ -82,10 +82,10 @@ pub(super) struct Slabs<L: Lanes> {
 }
 
 impl<L: Lanes> Slabs<L> {
-    /// The same for lane `i` of the stored boxes.
+    /// [`depth`](Self::depth) with lane `i` of the stored boxes.
     #[inline(always)]
-    pub(super) fn gap_at(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
-        self.gap(
+    pub(super) fn depth_at(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
+        self.depth(
             lanes,
             per_axis!(k => other.low[k][i]),
             per_axis!(k => other.high[k][i]),
@@ -94,7 +94,7 @@ impl<L: Lanes> Slabs<L> {
 
     /// How deep each lane overlaps the given box, the least over the axes; negative where they are apart.
     #[inline(always)]
-    pub(super) fn gap(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> F8<L> {
+    pub(super) fn depth(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> F8<L> {
         let [x, y, z] = per_axis!(k => {
             let below = self.high[k] - F8::splat(lanes, low[k]);
             below.min(F8::splat(lanes, high[k]) - self.low[k])
@@ -342,16 +342,16 @@ impl BoxTest for Overlap {
         let children = Boxes::children(lanes, opened, scales[0]);
         let (center, half) = facing.other();
         let (low, high) = ends(of_other.point(center), of_other.half(half));
-        let gap = children.slabs().gap(lanes, low, high);
+        let depth = children.slabs().depth(lanes, low, high);
         let (low, high) = ends(center, half);
-        let gap = gap.min(
+        let depth = depth.min(
             children
                 .seen(lanes, of_opened)
                 .slabs()
-                .gap(lanes, low, high),
+                .depth(lanes, low, high),
         );
-        keys[0] = gap.store();
-        !gap.mask() & opened.valid()
+        keys[0] = depth.store();
+        !depth.mask() & opened.valid()
     }
 
     /// On the three axes of the boxes and on the triangles' normals; keys for a lone triangle only.

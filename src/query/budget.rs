@@ -88,7 +88,8 @@ pub trait Clock {
     /// Time since some fixed moment; never less than the call before.
     fn now(&self) -> Duration;
 
-    /// True if calls by this clock have to end now, as at a deadline, whatever their budget: a user has cancelled them.
+    /// True if calls by this clock have to end now, whatever their budget: a user has cancelled them. They end as at a
+    /// deadline, with [`StopReason::Cancelled`](crate::StopReason::Cancelled).
     /// Asked
     /// about once a millisecond.
     fn is_cancelled(&self) -> bool {

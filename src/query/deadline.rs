@@ -44,6 +44,8 @@ pub struct Deadline<'c> {
     at: u64,
     next_look: u64,
     poll_interval: u64,
+    /// Whether the clock said so.
+    is_cancelled: bool,
 }
 
 impl<'c> Deadline<'c> {
@@ -93,6 +95,7 @@ impl<'c> Deadline<'c> {
             at: 0,
             next_look: 0,
             poll_interval: MAX_STEP_WORK,
+            is_cancelled: false,
         }
     }
 
@@ -142,7 +145,7 @@ impl<'c> Deadline<'c> {
             .safe_work()
             .and_then(|safe| safe.checked_sub(self.after));
         let Some(safe) = safe else {
-            return Some(StopReason::Deadline);
+            return Some(self.no_time());
         };
         self.safe = self
             .until_next_look(safe)
@@ -178,6 +181,14 @@ impl<'c> Deadline<'c> {
     pub fn why(&self, work: u64) -> StopReason {
         if self.left < work {
             StopReason::WorkLimit
+        } else {
+            self.no_time()
+        }
+    }
+
+    fn no_time(&self) -> StopReason {
+        if self.is_cancelled {
+            StopReason::Cancelled
         } else {
             StopReason::Deadline
         }
@@ -225,7 +236,8 @@ impl<'c> Deadline<'c> {
     /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up, or the call
     /// cancelled.
     fn safe_work(&mut self) -> Option<u64> {
-        if self.clock.is_cancelled() {
+        self.is_cancelled = self.clock.is_cancelled();
+        if self.is_cancelled {
             return None;
         }
         let Some(end) = self.end else {

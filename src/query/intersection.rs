@@ -259,9 +259,6 @@ impl<'t> Query<'t, Intersection> {
             )
             .advance()
         };
-        if stop == StopReason::FlushedToZero {
-            return stop;
-        }
         if let Some(memory) = memory {
             memory.bind(self.a, self.b);
             memory.remember(self.asked.options.mode, stop, workspace, before);

@@ -11,7 +11,7 @@
 //! | when they meet on the way | [`motion`] |
 //! | what rays hit | [`ray`] |
 //! | what a node pair is replaced by, whatever is asked | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
-//! | what can be told without a query | [`glance`], [`parting`] |
+//! | what can be told without a query | [`root_test`], [`parting`] |
 //! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
@@ -33,10 +33,8 @@ mod distance;
 mod edge_axes;
 mod estimate;
 mod expand;
-mod flushing;
 mod follow;
 mod gaps;
-pub(crate) mod glance;
 mod halves;
 mod intersection;
 mod interval;
@@ -59,6 +57,7 @@ mod probe;
 mod queue;
 mod ray;
 mod refinement;
+pub(crate) mod root_test;
 mod search;
 mod strategy;
 mod system;
@@ -76,7 +75,6 @@ pub use contacts::{ContactBounds, Contacts};
 pub(crate) use deadline::Deadline;
 pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
-pub(crate) use flushing::matters as flushing_matters;
 pub use intersection::Intersection;
 pub use memory::PairMemory;
 pub use motion::{Impact, TimeOfImpact};

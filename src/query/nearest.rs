@@ -219,11 +219,9 @@ impl Sink for Traversal<'_, '_, Nearness> {
         search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
         if search.is_diving {
             // One is enough for a guess, which is no bound; all are met again.
-            let likely = search.waiting.iter().min_by(|x, y| x.low.total_cmp(&y.low));
-            search.proposed.extend(likely.map(|likely| Bounded {
-                low: 0.0,
-                ..*likely
-            }));
+            let likely = search.waiting.iter().min_by(|x, y| x.key.total_cmp(&y.key));
+            let likely = likely.map(|likely| Bounded::unknown(likely.pair));
+            search.proposed.extend(likely);
             search.waiting.clear();
         }
     }

@@ -2,6 +2,7 @@
 
 use super::order::Order;
 use crate::math::Motion;
+use crate::math::least::LEAST;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::names::named;
 use core::fmt;
@@ -109,9 +110,9 @@ impl fmt::Display for OptionError {
 
 impl core::error::Error for OptionError {}
 
-/// By how much a surface is thickened, of what was asked for.
+/// By how much a surface is thickened, of what was asked for; not at all by less than [`LEAST`].
 pub(super) fn thickness(margin: f64) -> f64 {
-    if margin > 0.0 {
+    if margin >= LEAST {
         margin.min(COORDINATE_LIMIT)
     } else {
         0.0

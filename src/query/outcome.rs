@@ -151,17 +151,14 @@ pub enum StopReason {
     Finished,
     /// The first intersection was found, which is all that [`crate::Mode::Any`] asks for.
     FirstHit,
-    /// The time was up, or the clock said that the call is cancelled
-    /// ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
+    /// The time was up.
     Deadline,
     /// The work was spent.
     WorkLimit,
     /// The pair buffer was full. Drain it and resume.
     PairsFull,
-    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small that this
-    /// could make an answer false: below 2^-960, as are products of coordinates and entries of the pose; denormal as f32, in
-    /// a mesh of f32; or the mesh is smaller than 2^-900. Clear the setting and resume.
-    FlushedToZero,
+    /// The clock said that the call is cancelled ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
+    Cancelled,
 }
 
 named!(StopReason {
@@ -170,7 +167,7 @@ named!(StopReason {
     Deadline => "deadline",
     WorkLimit => "work-limit",
     PairsFull => "pairs-full",
-    FlushedToZero => "flushed-to-zero",
+    Cancelled => "cancelled",
 });
 
 impl StopReason {

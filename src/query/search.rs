@@ -20,7 +20,7 @@ const PUT_OFF: usize = 1024;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounded {
     pub pair: [u32; 2],
-    /// Of pairs that wait for the first test, a key: the square. Of others, the distance, A's units.
+    /// A's units; of a motion, a time.
     pub low: f32,
     /// The features that this test found closest.
     pub closest: Features,
@@ -37,6 +37,14 @@ impl Bounded {
     }
 }
 
+/// A triangle pair (tree order) that waits for its first test.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Waiting {
+    pub pair: [u32; 2],
+    /// That of its boxes, as node pairs have one: of a distance, its square.
+    pub key: f32,
+}
+
 /// Pairs whose closest points are computed together.
 pub(super) const TOGETHER: usize = 4;
 
@@ -51,7 +59,7 @@ pub(super) struct Search {
     /// Where the dive goes on.
     pub dive: Option<Pair>,
     /// Triangle pairs that wait for the `f32` test.
-    pub waiting: ArrayVec<Bounded, { WIDTH * (WIDTH + 1) }>,
+    pub waiting: ArrayVec<Waiting, { WIDTH * (WIDTH + 1) }>,
     /// Pairs that may be the closest after that test; the most likely is the last.
     pub proposed: ArrayVec<Bounded, WIDTH>,
     /// Pairs within the margin of a contact query, until there are enough.
@@ -123,11 +131,10 @@ impl Search {
     #[inline(always)]
     pub fn wait(&mut self, hits: u64, first: [u32; 2], key: impl Fn(usize) -> f32) {
         for bit in bits(hits) {
-            let low = key(bit);
             let pair = [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8];
-            self.waiting.push(Bounded {
-                low,
-                ..Bounded::unknown(pair)
+            self.waiting.push(Waiting {
+                pair,
+                key: key(bit),
             });
         }
     }
@@ -145,11 +152,11 @@ impl Search {
         while count < WIDTH
             && let Some(left) = self.waiting.pop()
         {
-            if left.low < cut {
-                (pairs[count], keys[count]) = (left.pair, left.low);
+            if left.key < cut {
+                (pairs[count], keys[count]) = (left.pair, left.key);
                 count += 1;
             } else {
-                dropped(left.low);
+                dropped(left.key);
             }
         }
         for i in count..WIDTH {
@@ -177,12 +184,13 @@ impl Search {
 
     /// All triangle pairs that are left.
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.waiting
+        let bounded = self
+            .proposed
             .iter()
-            .chain(&self.proposed)
             .chain(&*self.put_off)
-            .chain(&self.linked)
-            .map(|left| left.pair)
+            .chain(&self.linked);
+        let waiting = self.waiting.iter().map(|left| left.pair);
+        waiting.chain(bounded.map(|left| left.pair))
     }
 
     /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
@@ -195,7 +203,7 @@ impl Search {
         };
         // Also for an empty mesh, where nothing was begun.
         self.is_used = true;
-        let waiting = self.waiting.iter().map(|left| root(left.low));
+        let waiting = self.waiting.iter().map(|left| root(left.key));
         let others = self
             .proposed
             .iter()

@@ -72,7 +72,7 @@ fn work<Q: Stepwise>(answer: &Q::Answer) -> u64 {
 fn goes_on<Q: Stepwise>(answer: &Q::Answer) -> bool {
     matches!(
         Q::reached(answer).0,
-        StopReason::WorkLimit | StopReason::Deadline
+        StopReason::WorkLimit | StopReason::Deadline | StopReason::Cancelled
     )
 }
 

@@ -141,7 +141,7 @@ impl Plane {
     pub fn depths<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, slabs: &Slabs<L>) -> [F8<L>; 2] {
         let [distance, reach] = self.across(lanes, boxes);
         [
-            slabs.gap(lanes, self.low, self.high),
+            slabs.depth(lanes, self.low, self.high),
             reach - distance.abs(),
         ]
     }

@@ -233,7 +233,7 @@ impl BoxTest for Hulls<'_> {
         let y_hull = of_y.hulls(lanes, &y_rows);
         let scale = f32x4::splat(scales[0]);
         let (low, high) = ends(x.own_center * scale, x.own_half * scale);
-        let alive_y = alive_y & !y_hull.gap(lanes, low, high).mask();
+        let alive_y = alive_y & !y_hull.depth(lanes, low, high).mask();
         // Else a branch that cannot be guessed costs more than it saves.
         if !L::IS_WHOLE && alive_y == 0 {
             return 0;
@@ -242,15 +242,15 @@ impl BoxTest for Hulls<'_> {
         let x_hull = of_x.hulls(lanes, &x_rows);
         let (center, half) = facing.other();
         let (low, high) = ends(center, half);
-        let alive_x = alive_x & !x_hull.gap(lanes, low, high).mask();
+        let alive_x = alive_x & !x_hull.depth(lanes, low, high).mask();
         let (x_rows, x_hull) = (x_rows.slabs().store(), x_hull.store());
         let y_rows = y_rows.slabs();
         keys[0][0] = self.least;
         let mut pairs = 0;
         for i in bits(alive_x) {
             let overlap = y_hull
-                .gap_at(lanes, &x_rows, i)
-                .min(y_rows.gap_at(lanes, &x_hull, i));
+                .depth_at(lanes, &x_rows, i)
+                .min(y_rows.depth_at(lanes, &x_hull, i));
             pairs |= u64::from(!overlap.mask() & alive_y) << (WIDTH * i);
         }
         pairs
@@ -262,11 +262,11 @@ impl BoxTest for Hulls<'_> {
         let children = Boxes::children(lanes, opened, facing.scales[0]);
         let (center, half) = facing.other();
         let (low, high) = of_other.hull(lanes, (center, half));
-        let in_opened = children.slabs().gap(lanes, low, high);
+        let in_opened = children.slabs().depth(lanes, low, high);
         let (low, high) = ends(center, half);
         let hulls = of_opened.hulls(lanes, &children);
         keys[0][0] = self.least;
-        !in_opened.min(hulls.gap(lanes, low, high)).mask() & opened.valid()
+        !in_opened.min(hulls.depth(lanes, low, high)).mask() & opened.valid()
     }
 
     /// By the triangles' boxes along the axes of the other node, and by their planes; no later than the pair at hand.
@@ -310,7 +310,7 @@ impl BoxTest for Hulls<'_> {
                     (first, last)
                 }
             };
-            let apart = slabs.gap(lanes, first.low, first.high).mask();
+            let apart = slabs.depth(lanes, first.low, first.high).mask();
             if !apart & node.valid() == 0 {
                 continue;
             }

@@ -164,11 +164,8 @@ impl MotionState {
             None => f32::INFINITY,
             Some(bucket) => least_key(bucket),
         };
-        let pairs = search
-            .waiting
-            .iter()
-            .chain(&search.proposed)
-            .map(|left| left.low);
+        let waiting = search.waiting.iter().map(|left| left.key);
+        let pairs = waiting.chain(search.proposed.iter().map(|left| left.low));
         let left = piece.time(pairs.fold(nodes.min(at_hand), f32::min));
         let followed = self
             .followed

@@ -11,7 +11,6 @@ mod volley;
 use crate::math::{Pose, Ray};
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
-use crate::query::flushing;
 use crate::query::memory::PairMemory;
 use crate::query::outcome::StopReason;
 use crate::query::strategy::Strategy;
@@ -242,27 +241,22 @@ fn advance(
         (workspace.rays.done, workspace.rays.after) = (rays.len(), 0);
         return StopReason::Finished;
     }
-    let stop = if flushing::matters_to_rays(tree, &rays[done..]) {
-        workspace.run.stopped = true;
-        StopReason::FlushedToZero
-    } else {
-        let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
-        let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
-        let beam = &mut workspace.rays.ready[question.lane].beam;
-        beam.follow(tree.unit(), &rays[done]);
-        if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
-            beam.cut(hit.t);
-        }
-        Traversal::new(
-            question,
-            [tree; 2],
-            &Pose::IDENTITY,
-            &Relation::BLIND,
-            workspace,
-            deadline,
-        )
-        .advance()
-    };
+    let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
+    let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
+    let beam = &mut workspace.rays.ready[question.lane].beam;
+    beam.follow(tree.unit(), &rays[done]);
+    if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
+        beam.cut(hit.t);
+    }
+    let stop = Traversal::new(
+        question,
+        [tree; 2],
+        &Pose::IDENTITY,
+        &Relation::BLIND,
+        workspace,
+        deadline,
+    )
+    .advance();
     let state = &mut workspace.rays;
     if stop.is_final() {
         hits[state.done] = state.hit;

@@ -220,7 +220,7 @@ impl Casting<'_> {
                 }
                 What::Body(body) => self.ask(body, known, deadline)?,
             }
-            if !matches!(known.stop, StopReason::Finished | StopReason::FlushedToZero) {
+            if known.stop != StopReason::Finished {
                 break;
             }
         }

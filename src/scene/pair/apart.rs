@@ -11,9 +11,9 @@ use super::state::Turn;
 use super::travel::slack;
 use crate::math::Pose;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
-use crate::model::cost::{LEAST_WORK, WORK_PER_GLANCE, WORK_PER_PLANE, WORK_PER_QUERY};
+use crate::model::cost::{LEAST_WORK, WORK_PER_PLANE, WORK_PER_QUERY, WORK_PER_ROOT_TEST};
 use crate::query::parting::Parting;
-use crate::query::{Mode, Verdict, glance};
+use crate::query::{Mode, Verdict, root_test};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::facts::Facts;
@@ -43,7 +43,7 @@ const PLANES: u32 = 16;
 const WITHOUT_PLANES: u8 = 4;
 const MOST_IN_VAIN: u8 = 4;
 
-/// A glance is no use to most pairs whose last search took more work than this, and a plane little to others.
+/// The root test is no use to most pairs whose last search took more work than this, and a plane little to others.
 const LONG_SEARCH: u32 = 400;
 
 /// There has to be room for this many times the work of the last search, and so much more.
@@ -75,13 +75,13 @@ impl Bodies {
 }
 
 impl Turn {
-    /// Whether a glance may tell that the bodies are apart, and is likely to.
+    /// Whether the root test may tell that the bodies are apart, and is likely to.
     #[inline]
-    pub fn may_glance(&self, desk: &mut Desk) -> bool {
+    pub fn may_test_roots(&self, desk: &mut Desk) -> bool {
         self.kind == TurnKind::Meet
             && !self.state.met()
             && self.state.search <= LONG_SEARCH
-            && self.has_room(WORK_PER_GLANCE, desk)
+            && self.has_room(WORK_PER_ROOT_TEST, desk)
     }
 
     /// Whether a plane may part the bodies, and is likely to. Before the broad phase, where time is short, this is so only where
@@ -105,13 +105,13 @@ impl Turn {
         !desk.held && !desk.bodies.is_special(self.key) && desk.deadline.has_room(work + LEAST_WORK)
     }
 
-    /// Whether a glance tells that the bodies are apart. If so, takes note of it, and of how far; not if they are slow, and a
+    /// Whether the root test tells that the bodies are apart. If so, takes note of it, and of how far; not if they are slow, and a
     /// proof that lasts longer is to be tried.
     #[inline(never)]
-    pub fn glances_apart(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
-        desk.deadline.spend(WORK_PER_GLANCE);
-        self.spent.work += WORK_PER_GLANCE;
-        let low = glance::distance(
+    pub fn root_test_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
+        desk.deadline.spend(WORK_PER_ROOT_TEST);
+        self.spent.work += WORK_PER_ROOT_TEST;
+        let low = root_test::distance(
             pair.map(|placed| &*placed.body.tree),
             b_in_a,
             desk.workspace,
@@ -123,10 +123,10 @@ impl Turn {
         {
             return false;
         }
-        if lasts || self.state.apart == 0.0 {
-            self.state.apart = until(bodies, key, pair, low, frame).max(0.0);
+        if lasts || self.state.proves_from == 0 {
+            self.state.note_apart(until(bodies, key, pair, low, frame));
         }
-        self.state.search = WORK_PER_GLANCE as u32;
+        self.state.search = WORK_PER_ROOT_TEST as u32;
         self.end_apart(frame);
         true
     }
@@ -148,7 +148,8 @@ impl Turn {
             return false;
         }
         self.state.in_vain = 0;
-        self.state.apart = until(desk.bodies, self.key, pair, low, frame).max(0.0);
+        let until = until(desk.bodies, self.key, pair, low, frame);
+        self.state.note_apart(until);
         self.end_apart(frame);
         true
     }
@@ -162,7 +163,7 @@ impl Turn {
     /// Whether to try a proof that they are apart by some distance; not if there is a stopped run to resume.
     #[inline]
     pub fn may_prove_apart(&self, desk: &Desk) -> bool {
-        let is_due = -self.state.apart <= desk.round.frame as f64;
+        let is_due = (desk.round.frame as u32).wrapping_sub(self.state.proves_from) <= u32::MAX / 2;
         desk.looks_ahead && !desk.held && self.state.verdict == Verdict::Separated && is_due
     }
 
@@ -183,14 +184,14 @@ impl Turn {
         } = desk;
         let (key, frame) = (self.key, round.frame);
         let Some(mut limit) = reach(bodies, key, pair, frame) else {
-            self.state.apart = -((frame + BREAK) as f64);
+            self.state.proves_from = (frame + BREAK) as u32;
             return None;
         };
         let needed = ROOM * u64::from(self.state.search) + MORE_ROOM;
         if !deadline.has_room(needed) {
             return None;
         }
-        self.state.apart = -((frame + PAUSE) as f64);
+        self.state.proves_from = (frame + PAUSE) as u32;
         let answer = loop {
             let question = Question::apart(pair, b_in_a, limit);
             question.begin(workspace, &self.state.memory, round.to_the_end, 0);
@@ -201,7 +202,8 @@ impl Turn {
             let bounds = answer.bounds?;
             match answer.verdict {
                 Verdict::Separated => {
-                    self.state.apart = until(bodies, key, pair, bounds.low, frame);
+                    self.state
+                        .note_apart(until(bodies, key, pair, bounds.low, frame));
                     break answer;
                 }
                 verdict if verdict.meets() && round.mode == Mode::Any => break answer,

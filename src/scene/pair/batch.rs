@@ -10,7 +10,7 @@ use super::state::Turn;
 use super::touch::{MOST_CONTACTS, Touch};
 use crate::contact::Patches;
 use crate::model::cost::{LEAST_WORK, WORK_PER_QUERY};
-use crate::query::{Clock, Deadline, Mode, StopReason, Verdict, Workspace};
+use crate::query::{Clock, Deadline, Mode, StopReason, Workspace};
 use crate::scene::ask::TurnKind;
 use crate::scene::body::{Bodies, Placed};
 use crate::scene::id::PairKey;
@@ -261,13 +261,10 @@ impl Turn {
             return Ended::NotBegun;
         };
         let b_in_a = a.relative(b);
-        self.state.apart = self.state.apart.min(0.0);
-        if self.may_glance(desk) && self.glances_apart([a, b], &b_in_a, desk) {
-            self.state.is_blank &= self.state.apart > 0.0;
+        self.state.apart = 0.0;
+        if self.may_test_roots(desk) && self.root_test_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
         }
-        // The list cannot hold that the bodies were apart without a proof.
-        self.state.is_blank &= self.state.verdict == Verdict::Undecided;
         if self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
         }
@@ -284,7 +281,6 @@ impl Turn {
         if !desk.deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
         }
-        self.state.is_blank = false;
         match self.kind {
             TurnKind::Contacts => self.find_contacts(&question, [a, b], desk),
             TurnKind::Meet => self.answer(&question, desk),
@@ -347,12 +343,12 @@ mod tests {
     #[test]
     fn a_turn_begins_with_what_the_list_has_found_out() {
         let (clock, bodies) = (ManualClock::new(), Bodies::default());
-        let marks = Marks {
+        let marks = Marks::Apart {
+            until: 1.0,
+            is_completed: true,
             completed: 7,
-            proof: 1.0.into(),
-            ..Marks::default()
         };
-        let mut turn = Turn::new(1, Box::new(PairState::blank()), marks);
+        let mut turn = Turn::new(1, Box::new(PairState::new(0)), marks);
         let round = Round {
             kind: RoundKind::Search,
             ..Round::to_the_end(9, Mode::Any, None)
@@ -363,13 +359,7 @@ mod tests {
             &round,
             &mut Deadline::at(None, u64::MAX, &clock),
         );
-        assert_eq!(
-            [
-                turn.state.decided,
-                turn.state.completed,
-                u64::from(turn.marks.completed)
-            ],
-            [7; 3]
-        );
+        assert_eq!([turn.state.decided, turn.state.completed], [7; 2]);
+        assert!(matches!(turn.marks, Marks::Apart { completed: 7, .. }));
     }
 }

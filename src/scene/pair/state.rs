@@ -1,4 +1,4 @@
-//! What is kept about two bodies while their boxes overlap, once that is more than the list of pairs can hold.
+//! What is kept about two bodies from the first turn of their pair on, while their boxes overlap.
 
 use super::bounds::Bounds;
 use super::question::Answer;
@@ -71,65 +71,55 @@ pub(crate) struct Turn {
 }
 
 /// The bits of a frame's number that are kept with each pair.
-pub(crate) const FRAME: u32 = (1 << 30) - 1;
+pub(crate) const FRAME: u32 = (1 << 29) - 1;
 
 /// The last frame until `frame` whose kept bits are these.
 pub(crate) fn last_frame(bits: u32, frame: u64) -> u64 {
     frame - u64::from((frame as u32).wrapping_sub(bits) & FRAME)
 }
 
-/// What is known of a pair before and after its turn, for the list of pairs.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Marks {
-    /// Whether it needs no state.
-    pub blank: bool,
-    /// Whether it met when it was last decided, and its witnesses were lost since.
-    pub met: bool,
-    pub lost: bool,
-    /// The last frame that ran it to its end, its bits in [`FRAME`].
-    pub completed: u32,
-    pub proof: Proof,
+/// What is known of a pair before and after its turn, for the list of pairs: what it was when it was last decided, its proof, and the
+/// last frame that ran it to its end, its bits in [`FRAME`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Marks {
+    /// Two triangles met (tree order), which may have been lost since.
+    Met {
+        witness: [u32; 2],
+        lost: bool,
+        completed: u32,
+    },
+    /// The bodies are apart until the ways of both add up to this length; 0 proves nothing. Maybe no frame ran it to its end.
+    Apart {
+        until: f64,
+        is_completed: bool,
+        completed: u32,
+    },
 }
 
-/// What proves what was found of a pair. If it met, two triangles that did (tree order); or else a length: above 0, the bodies are
-/// apart until the ways of both add up to it.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Proof(u64);
-
-impl Proof {
-    pub fn witness(self) -> [u32; 2] {
-        [(self.0 >> 32) as u32, self.0 as u32]
-    }
-
-    pub fn apart(self) -> f64 {
-        f64::from_bits(self.0)
-    }
-}
-
-impl From<[u32; 2]> for Proof {
-    fn from([x, y]: [u32; 2]) -> Self {
-        Self(u64::from(x) << 32 | u64::from(y))
-    }
-}
-
-impl From<f64> for Proof {
-    fn from(apart: f64) -> Self {
-        Self(apart.to_bits())
-    }
-}
+const _: () = assert!(size_of::<Marks>() == 16);
 
 impl Marks {
     /// Tells the state of the pair what the list has found out since its last turn, now being `frame`.
     #[inline]
     pub fn tell(&self, key: PairKey, state: &mut PairState, bodies: &Bodies, frame: u64) {
-        let since = last_frame(self.completed, frame);
-        if !self.met && self.proof.apart() > 0.0 {
-            state.stayed_apart(since);
-        } else if self.met && since > state.decided {
-            let ids = bodies
-                .pair(key)
-                .and_then(|pair| triangle_ids(pair, self.proof.witness()));
-            state.went_on_meeting(ids, since);
+        match *self {
+            Self::Apart {
+                until, completed, ..
+            } if until > 0.0 => {
+                state.stayed_apart(last_frame(completed, frame));
+            }
+            Self::Met {
+                witness, completed, ..
+            } => {
+                let since = last_frame(completed, frame);
+                if since > state.decided {
+                    let ids = bodies
+                        .pair(key)
+                        .and_then(|pair| triangle_ids(pair, witness));
+                    state.went_on_meeting(ids, since);
+                }
+            }
+            Self::Apart { .. } => {}
         }
     }
 }
@@ -204,11 +194,9 @@ impl Turn {
     }
 }
 
-/// What is kept about two bodies as long as their boxes overlap, once that is more than the list of pairs can hold.
+/// What is kept about two bodies as long as their boxes overlap.
 #[derive(Clone, Debug)]
 pub(crate) struct PairState {
-    /// Whether the list of pairs can hold all that is known of it: it had no turn yet, or a glance found it apart.
-    pub is_blank: bool,
     pub memory: PairMemory,
     /// What the last frame that decided it found.
     pub verdict: Verdict,
@@ -228,9 +216,10 @@ pub(crate) struct PairState {
     /// What the run that is not at its end has spent.
     pub pending: Spent,
     pub said: Said,
-    /// Above 0: the bodies are apart until the ways of both add up to this. Below 0: its negative is the frame before which no
-    /// such proof is tried.
+    /// The bodies are apart until the ways of both add up to this; 0: that is not known.
     pub apart: f64,
+    /// The frame, its low bits, before which no proof is tried that they are apart by some distance; 0: any may.
+    pub proves_from: u32,
     /// The plane that parted them last; how often in a row none did, and how many turns begin without another.
     pub parting: Parting,
     pub in_vain: u8,
@@ -240,15 +229,14 @@ pub(crate) struct PairState {
 }
 
 impl PairState {
-    /// Of a pair of which nothing is known.
-    pub fn blank() -> Self {
+    /// Of a pair of which nothing is known; `before`: the frame before that since which its boxes overlap.
+    pub fn new(before: u64) -> Self {
         Self {
-            is_blank: true,
             memory: PairMemory::without_clearance(),
             verdict: Verdict::Undecided,
             found: 0,
             completed: 0,
-            decided: 0,
+            decided: before,
             refuted: 0,
             steadiness: USUAL_STEADINESS,
             nearby: 0.0,
@@ -256,6 +244,7 @@ impl PairState {
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
             apart: 0.0,
+            proves_from: 0,
             parting: Parting::default(),
             in_vain: 0,
             without_planes: 0,
@@ -277,18 +266,25 @@ impl PairState {
 
     /// What the list of pairs is told of it in `frame`.
     pub fn marks(&self, frame: u64) -> Marks {
-        let met = self.met();
-        let proof = match met {
-            true => self.memory.witness(0).unwrap_or(NO_TRIANGLES).into(),
-            false => self.apart.max(0.0).into(),
-        };
-        Marks {
-            blank: self.is_blank,
-            met,
-            lost: self.is_lost(frame),
-            completed: self.completed as u32 & FRAME,
-            proof,
+        let completed = self.completed as u32 & FRAME;
+        if self.met() {
+            Marks::Met {
+                witness: self.memory.witness(0).unwrap_or(NO_TRIANGLES),
+                lost: self.is_lost(frame),
+                completed,
+            }
+        } else {
+            Marks::Apart {
+                until: self.apart,
+                is_completed: self.completed > 0,
+                completed,
+            }
         }
+    }
+
+    /// Takes note of bodies that are apart until the ways of both add up to `until`; not at all, if that is negative.
+    pub fn note_apart(&mut self, until: f64) {
+        (self.apart, self.proves_from) = (until.max(0.0), 0);
     }
 
     /// Takes note of bodies that were known to be apart until `frame`, since they had not gone far.

@@ -173,7 +173,7 @@ mod tests {
                     verdict,
                     search,
                     refuted,
-                    ..PairState::blank()
+                    ..PairState::new(0)
                 };
                 let mut before = 0.0;
                 for part in [0.0, f32::MIN_POSITIVE, 1e-3, 0.1, 0.5, 1.0] {

@@ -1,6 +1,6 @@
 //! How the pairs that the broad phase finds are merged into those known: in steps, so that a frame may end between any two of them.
 
-use super::known::{APART, Known};
+use super::known::Known;
 use super::pairs::Pairs;
 use crate::model::cost::WORK_PER_MERGED_PAIR;
 use crate::query::Deadline;
@@ -97,8 +97,7 @@ impl Pairs {
         }
         let is_measured = bodies.distance_requests.has(known.key);
         if !is_measured || news == Change::Body {
-            self.release(known.slot);
-            known.slot = APART;
+            self.release(known.end());
         }
         is_measured
     }

@@ -1,6 +1,6 @@
 //! The pairs of bodies whose fat AABBs overlap, and where the states of those are that need one.
 
-use super::known::{APART, BLANK, GLANCED, Known};
+use super::known::{Known, Slot};
 use crate::model::cost::WORK_PER_STATE;
 use crate::query::{Deadline, ManualClock};
 use crate::scene::ask::distance_requests::Asker;
@@ -14,7 +14,6 @@ use crate::scene::report::{PairDistance, PairPassage, PairReport, Report};
 use crate::scene::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use core::mem;
 use core::ops::Range;
 
 /// From so many pairs on there is room for all that may be kept, so that no frame moves many of them.
@@ -22,7 +21,7 @@ const MANY: usize = 8192;
 
 /// The most pairs that are kept if no other limit is set, and the most that there may be: places and slots are 32-bit numbers.
 const MOST_PAIRS: usize = 1 << 20;
-pub(crate) const LIMIT: usize = GLANCED as usize - 1;
+pub(crate) const LIMIT: usize = u32::MAX as usize - 1;
 
 /// How far a portion of new pairs is merged: places of the next of those known, and of those found.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,10 +45,10 @@ pub(crate) struct Pairs {
     /// depends on
     /// the threads how many at once.
     made: usize,
-    free: Vec<u32>,
+    free: Vec<Slot>,
     touches: Touches,
-    /// What stands for the state of a pair that has none.
-    blank: PairState,
+    /// What stands for the state of a pair that had no turn yet.
+    new: PairState,
     /// Pairs that there is room for: known ones, and states.
     room: [Room; 2],
     /// The most that are kept.
@@ -66,7 +65,7 @@ impl Default for Pairs {
             made: 0,
             free: Vec::new(),
             touches: Touches::default(),
-            blank: PairState::blank(),
+            new: PairState::new(0),
             room: [Room::default(); 2],
             most: MOST_PAIRS,
         }
@@ -150,21 +149,19 @@ impl Pairs {
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {
         if overlap {
             let known = self.at_mut(place);
-            if known.slot == APART {
+            if !known.overlaps() {
                 known.begin(frame);
             }
             return Some(known);
         }
-        let slot = mem::replace(&mut self.at_mut(place).slot, APART);
-        if slot != APART {
-            self.release(slot);
-        }
+        let slot = self.at_mut(place).end();
+        self.release(slot);
         None
     }
 
     /// Whether the boxes of a pair overlapped when they were last compared.
     pub fn overlapped(&self, place: usize) -> bool {
-        self.at(place).slot != APART
+        self.at(place).overlaps()
     }
 
     /// The first of some places whose pair met when it was last decided.
@@ -206,14 +203,17 @@ impl Pairs {
 
     #[inline]
     pub fn state_of(&mut self, known: Known, frame: &Frame) -> &mut PairState {
-        if let Some(Some(state)) = self.states.get_mut(known.slot as usize) {
+        let state = known
+            .slot
+            .and_then(|slot| self.states[slot.place()].as_mut());
+        if let Some(state) = state {
             known
                 .marks()
                 .tell(known.key, state, frame.bodies, frame.number);
             return state;
         }
-        known.tell_blank(&mut self.blank, frame.number);
-        &mut self.blank
+        self.new = PairState::new(known.since(frame.number));
+        &mut self.new
     }
 
     /// The triangles of a pair that met last (tree order).
@@ -232,8 +232,7 @@ impl Pairs {
     #[inline]
     pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Marks)> {
         let known = *self.at(place);
-        self.states
-            .get_mut(known.slot as usize)?
+        self.states[known.slot?.place()]
             .take()
             .map(|state| (state, known.marks()))
     }
@@ -252,33 +251,32 @@ impl Pairs {
     fn new_state(&mut self, place: usize, frame: u64) -> Box<PairState> {
         let slot = self.free.pop().unwrap_or_else(|| {
             self.states.push(None);
-            self.states.len() as u32 - 1
+            Slot::new(self.states.len() - 1)
         });
-        let known = *self.at(place);
-        self.at_mut(place).slot = slot;
-        let mut state = self.states[slot as usize]
-            .take()
-            .unwrap_or_else(|| Box::new(PairState::blank()));
-        if !state.is_blank {
-            *state = PairState::blank();
+        let known = self.at_mut(place);
+        known.slot = Some(slot);
+        let new = PairState::new(known.since(frame));
+        match self.states[slot.place()].take() {
+            Some(mut state) => {
+                *state = new;
+                state
+            }
+            None => Box::new(new),
         }
-        known.tell_blank(&mut state, frame);
-        state
     }
 
     /// Lets others have the state in a slot, if there is one.
     #[inline]
-    pub(super) fn release(&mut self, slot: u32) {
-        if slot < GLANCED {
-            self.free.push(slot);
-            let state = if self.touches.any() {
-                self.states[slot as usize].as_mut()
-            } else {
-                None
-            };
-            if let Some(touch) = state.and_then(|state| state.touch.take()) {
-                self.touches.take_back(touch);
-            }
+    pub(super) fn release(&mut self, slot: Option<Slot>) {
+        let Some(slot) = slot else { return };
+        self.free.push(slot);
+        let state = if self.touches.any() {
+            self.states[slot.place()].as_mut()
+        } else {
+            None
+        };
+        if let Some(touch) = state.and_then(|state| state.touch.take()) {
+            self.touches.take_back(touch);
         }
     }
 
@@ -298,11 +296,7 @@ impl Pairs {
         let known = (place < self.len())
             .then(|| self.at(place))
             .filter(|known| known.key == key)?;
-        self.states
-            .get(known.slot as usize)?
-            .as_ref()?
-            .touch
-            .as_deref()
+        self.states[known.slot?.place()].as_ref()?.touch.as_deref()
     }
 
     /// Makes room for the contacts of the pairs that there is room for.
@@ -310,20 +304,14 @@ impl Pairs {
         self.touches.ask(self.room[1].asked);
     }
 
-    /// Puts a state back, or lets others have it if the pair needs none; and takes note of what is known then.
+    /// Puts a state back, and takes note of what is known then.
     #[inline]
     pub fn put_back(&mut self, place: usize, state: Box<PairState>, marks: Marks) {
         let known = self.at_mut(place);
-        let slot = known.slot;
-        let is_glanced = marks.blank && marks.proof.apart() > 0.0;
-        if !marks.blank || is_glanced {
-            known.mark(marks);
+        known.mark(marks);
+        if let Some(slot) = known.slot {
+            self.states[slot.place()] = Some(state);
         }
-        if marks.blank {
-            known.slot = if is_glanced { GLANCED } else { BLANK };
-            self.free.push(slot);
-        }
-        self.states[slot as usize] = Some(state);
     }
 
     /// Pairs whose boxes overlap that there is room for.
@@ -463,8 +451,8 @@ impl Pairs {
             deadline.spend(WORK_PER_STATE);
             self.made += 1;
             if self.states.len() < self.made {
-                self.free.push(self.states.len() as u32);
-                self.states.push(Some(Box::new(PairState::blank())));
+                self.free.push(Slot::new(self.states.len()));
+                self.states.push(Some(Box::new(PairState::new(0))));
             }
         }
     }
@@ -475,58 +463,4 @@ fn insert(list: &mut Vec<Known>, from: usize, keys: &[PairKey]) {
     list.extend(keys.iter().map(|&key| Known::new(key)));
     list[from..].sort_by_key(|known| known.key);
     list.dedup_by_key(|known| known.key);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::Pose;
-    use crate::mesh::Mesh;
-    use crate::query::{Budget, Verdict};
-    use crate::scene::{Body, Scene};
-    use crate::tree::Tree;
-    use alloc::sync::Arc;
-    use glam::{DMat3, DVec3};
-
-    #[test]
-    fn a_pair_that_a_glance_found_apart_needs_no_state() {
-        // A triangle in each of two opposite corners of a cube.
-        let corner = |at: f32| [[at, at, at], [0.9 * at, at, at], [at, 0.9 * at, at]];
-        let vertices = [corner(-1.0), corner(1.0)].concat();
-        let tree = Arc::new(Tree::new(
-            Mesh::new(vertices, [[0u32, 1, 2], [3, 4, 5]]).unwrap(),
-        ));
-        let at = |x: f64| Pose::new(DMat3::IDENTITY, DVec3::new(x, 0.0, 0.0)).unwrap();
-        let mut scene = Scene::new();
-        scene
-            .insert(Body::fixed(Arc::clone(&tree), at(0.0)))
-            .unwrap();
-        let body = scene.insert(Body::moving(tree, at(0.5))).unwrap();
-        // Whether the pair is decided, its age, and the states that are not free.
-        let mut detect = |place: f64, budget: Budget| {
-            scene.set_pose(body, at(place)).unwrap();
-            let pair = scene
-                .detect(budget)
-                .pairs
-                .first()
-                .map(|pair| (pair.verdict == Verdict::Separated, pair.age));
-            let Pairs {
-                known,
-                states,
-                free,
-                ..
-            } = &scene.pairs;
-            (pair, known[0].slot == GLANCED, states.len() - free.len())
-        };
-        let unlimited = Budget::unlimited();
-        assert_eq!(detect(0.5, unlimited), (Some((true, 0)), true, 0));
-        // Farther than a proof lasts: another glance, and nothing where there is no room for one.
-        assert_eq!(detect(1.5, unlimited), (Some((true, 0)), true, 0));
-        assert!(detect(0.4, Budget::work(0)).1);
-        assert_eq!(detect(0.5, unlimited), (Some((true, 0)), true, 0));
-        // Where they meet, a state is kept as long as their boxes overlap.
-        assert_eq!(detect(0.0, unlimited), (Some((false, 0)), false, 1));
-        assert_eq!(detect(0.5, unlimited), (Some((true, 0)), false, 1));
-        assert_eq!(detect(2.05, unlimited), (None, false, 0));
-    }
 }

@@ -1,11 +1,10 @@
-//! A glance at two surfaces: how far apart they are at least, by the boxes below their roots.
+//! The root test of two surfaces: how far apart they are at least, by the boxes below their roots.
 //!
 //! Most pairs of a scene are apart, and half of these already by these boxes. To begin a query, which asks nothing else
 //! first, takes longer than to compare them. The bound is that of [`gaps`](super::gaps) along the best single axis.
 //! `O(1)`: 64 box tests.
 
 use super::boxes::Boxes;
-use super::flushing;
 use super::views::{Relation, Views};
 use super::workspace::Workspace;
 use crate::math::lanes::{Column, F8, Kernel, Lanes};
@@ -17,11 +16,8 @@ pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace)
     let (Some(x), Some(y)) = (a.nodes().first(), b.nodes().first()) else {
         return 0.0;
     };
-    if flushing::matters(a, b, b_in_a) {
-        return 0.0;
-    }
     let relation = Relation::new(a, b, b_in_a);
-    let depth = workspace.instructions.run(Glance {
+    let depth = workspace.instructions.run(RootTest {
         a: x,
         b: y,
         relation: &relation,
@@ -35,13 +31,13 @@ pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace)
 }
 
 /// How deep the children of two nodes overlap, in A's units, at most; negative if all are apart.
-struct Glance<'g> {
+struct RootTest<'g> {
     a: &'g Node,
     b: &'g Node,
     relation: &'g Relation,
 }
 
-impl Kernel for Glance<'_> {
+impl Kernel for RootTest<'_> {
     type Output = f32;
 
     #[inline(always)]
@@ -62,8 +58,8 @@ impl Kernel for Glance<'_> {
         for i in bits(a.valid()) {
             deepest = deepest.max(
                 seen_b
-                    .gap_at(lanes, &own_a, i)
-                    .min(own_b.gap_at(lanes, &seen_a, i)),
+                    .depth_at(lanes, &own_a, i)
+                    .min(own_b.depth_at(lanes, &seen_a, i)),
             );
         }
         deepest
