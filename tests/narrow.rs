@@ -54,7 +54,7 @@ impl Case {
     }
 }
 
-/// Curves that march far, open edges, surfaces side by side where all is in doubt, and a lone large triangle.
+/// Curves that march far, open edges, surfaces side by side where all is in doubt, and a single large triangle.
 fn cases() -> Vec<Case> {
     let mut random = Random::new(3);
     let mut pose = || pose_about(DVec3::ZERO, 0.5, Drift::None, &mut random);

@@ -7,7 +7,7 @@
 use super::Deadline;
 use super::budget::{Budget, Clock};
 use super::certificate::{Certificate, Place};
-use super::intersection::{Intersection, Overlapping};
+use super::intersection::Intersection;
 use super::interval::{Interval, Tolerance};
 use super::nearest;
 use super::options::{ContactOptions, Mode, OptionError, Options};
@@ -278,7 +278,6 @@ impl<'t> ContactQuery<'t> {
                     mode: Mode::All,
                     ..Options::DEFAULT
                 },
-                opener: Overlapping,
             };
             Traversal::new(
                 question,

@@ -4,7 +4,7 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`lone`], [`leaf`], [`refinement`], [`march`], [`follow`] |
+//! | whether surfaces meet, or where: [`Query`] | here; [`intersection`], [`leaf`], [`refinement`], [`march`], [`follow`] |
 //! | how far apart they are: [`DistanceQuery`] | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | where they meet or are close: [`ContactQuery`] | [`contacts`], asked as one of these two |
 //! | when they meet on the way: [`MotionQuery`] | [`motion`] |
@@ -41,7 +41,6 @@ mod intersection;
 mod interval;
 mod known;
 mod leaf;
-mod lone;
 mod march;
 mod measure;
 mod memory;
@@ -97,8 +96,7 @@ use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
 use crate::tree::{Tree, WIDTH};
 use certificate::Place;
-use intersection::{Intersection, Overlapping};
-use lone::{Lone, Placing};
+use intersection::Intersection;
 use memory::{Before, WITNESSES};
 use queue::Pair;
 use strategy::WarmStart;
@@ -435,40 +433,17 @@ impl<'t> Query<'t> {
             decided: workspace.run.witness.is_some(),
         };
         let (options, trees) = (&self.options, [self.a, self.b]);
-        let stop = if Lone::is_one(trees) {
-            // Only a queue asks where B lies.
-            let placed;
-            let relation = if workspace.run.strategy.queues() {
-                placed = Relation::new(self.a, self.b, &self.b_in_a);
-                &placed
-            } else {
-                &Relation::BLIND
-            };
-            let lone = workspace.instructions.run(Placing {
-                trees,
-                b_in_a: &self.b_in_a,
-            });
-            let question = Intersection {
-                options,
-                opener: &lone,
-            };
-            Traversal::new(question, trees, &self.b_in_a, relation, workspace, deadline).advance()
-        } else {
-            let relation = Relation::new(self.a, self.b, &self.b_in_a);
-            let question = Intersection {
-                options,
-                opener: Overlapping,
-            };
-            Traversal::new(
-                question,
-                trees,
-                &self.b_in_a,
-                &relation,
-                workspace,
-                deadline,
-            )
-            .advance()
-        };
+        let relation = Relation::new(self.a, self.b, &self.b_in_a);
+        let question = Intersection { options };
+        let stop = Traversal::new(
+            question,
+            trees,
+            &self.b_in_a,
+            &relation,
+            workspace,
+            deadline,
+        )
+        .advance();
         if stop == StopReason::FlushedToZero {
             return stop;
         }

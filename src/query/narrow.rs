@@ -7,7 +7,7 @@ use super::budget::{Budget, ManualClock};
 use super::certificate::{Certificate, Place};
 use super::contacts::ContactQuery;
 use super::distance::DistanceQuery;
-use super::intersection::{Intersection, Overlapping};
+use super::intersection::Intersection;
 use super::nearest::Distance;
 use super::options::{Mode, Options};
 use super::order::bucket_by_room;
@@ -56,10 +56,7 @@ impl Query<'_> {
         };
         Ok(self
             .certificate(workspace)?
-            .narrow(aside, work, |_| Intersection {
-                options: &options,
-                opener: Overlapping,
-            }))
+            .narrow(aside, work, |_| Intersection { options: &options }))
     }
 }
 
@@ -104,10 +101,7 @@ impl ContactQuery<'_> {
                 mode: Mode::All,
                 ..Options::DEFAULT
             };
-            certificate.narrow(aside, work, |_| Intersection {
-                options: &options,
-                opener: Overlapping,
-            })
+            certificate.narrow(aside, work, |_| Intersection { options: &options })
         })
     }
 }
