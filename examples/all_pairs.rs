@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let b = Tree::new(shapes::torus_knot(3, 4, 0.2, 96));
     let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_y(0.4);
     let b_in_a = Pose::new(turn, DVec3::new(0.9, 0.6, 0.3))?;
-    let query = Query::new(&a, &b, b_in_a).mode(Mode::All);
+    let query = Query::intersection(&a, &b, b_in_a).mode(Mode::All);
     let mut workspace = Workspace::new();
 
     let slice = Budget::work(80_000);
@@ -20,14 +20,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!(
             "after {} units of work: {} pairs, at most {}",
             outcome.stats.work,
-            outcome.found,
+            outcome.stats.found,
             query.certificate(&workspace)?.upper_bound(),
         );
         outcome = query.resume(&mut workspace, slice)?;
     }
     println!(
         "after {} units of work: all {} pairs",
-        outcome.stats.work, outcome.found
+        outcome.stats.work, outcome.stats.found
     );
     println!("the first is {:?}", workspace.pairs().first());
     assert_eq!(query.run(&mut workspace, Budget::work(u64::MAX)), outcome);

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, ContactQuery, Patches, Pose, Tree, Workspace, shapes};
+use punctual::{Budget, Patches, Pose, Query, Tree, Workspace, shapes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let floor = Tree::new(shapes::cuboid(Vec3::new(5.0, 5.0, 0.5), 16));
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             DMat3::IDENTITY,
             DVec3::new(0.1 * f64::from(frame), 0.0, 1.001),
         )?;
-        let query = ContactQuery::new(&floor, &block, pose).margin(0.01);
+        let query = Query::contacts(&floor, &block, pose).margin(0.01);
         let found = query.run(&mut workspace, Budget::work(1_000_000));
         let contacts = workspace.contacts();
         println!(

@@ -15,9 +15,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     for step in 0..8 {
         let x = 3.5 - 0.4 * f64::from(step);
         let gear_in_knot = Pose::new(DMat3::IDENTITY, DVec3::new(x, 0.0, 0.0))?;
-        let query = Query::new(&knot, &gear, gear_in_knot);
+        let query = Query::intersection(&knot, &gear, gear_in_knot);
         let outcome = query.run(&mut workspace, Budget::time(Duration::from_micros(50)));
-        match outcome.verdict {
+        match outcome.value {
             Verdict::Separated => println!("gear at {x:.1}: no contact"),
             Verdict::Undecided => {
                 let estimate = query.estimate(&workspace, None)?;

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use punctual::glam::DMat3;
-use punctual::{Body, Budget, Pose, Ray, RayBatch, Scene, SceneRay, Tree, Workspace, shapes};
+use punctual::{Body, Budget, Pose, Query, Ray, Scene, SceneRay, Tree, Workspace, shapes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let room = Tree::new(shapes::cuboid([4.0, 3.0, 1.5], 8));
@@ -13,11 +13,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|angle| Ray::new([1.0, 0.5, 0.0], [angle.cos(), angle.sin(), 0.0]))
         .collect::<Result<Vec<Ray>, _>>()?;
 
-    let mut hits = [None; 360];
-    let scan = RayBatch::new(&room, &rays).run(&mut workspace, &mut hits, Budget::unlimited());
-    let ranges = hits.iter().flatten().map(|hit| hit.t);
+    let scan = Query::rays(&room, &rays).run(&mut workspace, Budget::unlimited());
+    let ranges = workspace.first_hits().iter().flatten().map(|hit| hit.t);
     let [least, most] = ranges.fold([f64::INFINITY, 0.0], |[l, m], t| [t.min(l), t.max(m)]);
-    println!("{} rays, walls {least:.3} to {most:.3} away", scan.done);
+    println!("{} rays, walls {least:.3} to {most:.3} away", scan.value);
 
     // In a scene, a ray tells which body it hits.
     let mut scene = Scene::new();

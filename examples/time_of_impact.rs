@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Motion, MotionQuery, Pose, Tree, Workspace, shapes};
+use punctual::{Budget, Motion, Pose, Query, Tree, Workspace, shapes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let plate = Tree::new(shapes::cuboid([1.0, 1.0, 0.001], 16));
@@ -14,15 +14,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, way) in [("through the plate", -160.0), ("and back", 160.0)] {
         // Time runs from 0 to 1, the frame.
         let motion = Motion::straight(start, [0.0, 0.0, way])?;
-        let query = MotionQuery::new(&plate, &bullet, motion);
+        let query = Query::impact(&plate, &bullet, motion);
         for work in [500, 1_000_000] {
             let found = query.run(&mut workspace, Budget::work(work));
             // Both are proven, also where the budget ended the query.
             println!(
                 "{name}, {work} units of work: free until {:.6}, touching at {:?}",
-                found.free_until, found.touching_at
+                found.value.lower, found.value.upper
             );
-            if let Some(time) = found.touching_at {
+            if let Some(time) = found.value.upper {
                 println!("  it is then at {:.4}", motion.pose(time).translation());
             }
         }

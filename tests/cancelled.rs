@@ -78,10 +78,10 @@ fn a_cancelled_query_ends_soon_and_is_resumed_to_the_same_end() {
                 "{budget:?}: {}",
                 stopped.stats.work
             );
-            assert!(matches!(stopped.verdict, Verdict::Intersecting { .. }));
+            assert!(matches!(stopped.value, Verdict::Intersecting { .. }));
             let ended = run(&mut workspace, stopped, budget, &mut found);
             found.sort_unstable();
-            assert!(ended.found == expected.found && found == all);
+            assert!(ended.stats.found == expected.stats.found && found == all);
         }
     }
 }
@@ -102,12 +102,12 @@ fn every_question_can_be_cancelled() {
         let query = Query::distance(&tree, &larger, Pose::IDENTITY).absolute_tolerance(0.0);
         let distance = query.run(&mut workspace, budget.clock(&clock));
         ends_soon(distance.stop, distance.stats.work);
-        assert!(distance.low <= 1.0 && 0.98 <= distance.high);
+        assert!(distance.value.low <= 1.0 && 0.98 <= distance.value.high);
 
         let contacts = Query::contacts(&tree, &tree, Pose::IDENTITY).margin(0.1);
         let contacts = contacts.run(&mut workspace, budget.clock(&clock));
         ends_soon(contacts.stop, contacts.stats.work);
-        assert!(contacts.low <= 0.1);
+        assert!(contacts.value.low <= 0.1);
 
         let turn = Motion::turning(Pose::IDENTITY, DVec3::ZERO, DVec3::Z, DVec3::ZERO).unwrap();
         let motion = Query::impact(&tree, &larger, turn)
@@ -116,7 +116,7 @@ fn every_question_can_be_cancelled() {
             .time_tolerance(0.0);
         let passage = motion.run(&mut workspace, budget.clock(&clock));
         ends_soon(passage.stop, passage.stats.work);
-        assert!(passage.touching_at.is_none() && passage.free_until < 1.0);
+        assert!(passage.value.upper.is_none() && passage.value.lower < 1.0);
 
         let push = PushOutQuery::new(&tree, &tree, Pose::IDENTITY)
             .run(&mut workspace, budget.clock(&clock));
@@ -128,12 +128,12 @@ fn every_question_can_be_cancelled() {
         ends_soon(cast.stop, cast.stats.work);
         let hits = workspace.first_hits();
         assert!(
-            0 < cast.done
-                && hits[..cast.done]
+            0 < cast.value
+                && hits[..cast.value]
                     .iter()
                     .all(|hit| *hit == hits[0] && hit.is_some())
         );
-        assert!(hits[cast.done..].iter().all(Option::is_none));
+        assert!(hits[cast.value..].iter().all(Option::is_none));
     }
 }
 

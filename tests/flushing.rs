@@ -14,7 +14,7 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Bounds, Budget, ManualClock, Mesh, Pose, Query, Ray, Scene, StopReason, Tree, Workspace,
+    Body, Budget, ManualClock, Mesh, Pose, Query, Ray, Scene, StopReason, Tree, Workspace,
 };
 use std::sync::Arc;
 
@@ -284,7 +284,7 @@ fn rays_hit_the_same_where_denormal_numbers_are_flushed() {
             let ray = Ray::new([x * scale, 0.5 * scale, scale], [0.0, 0.0, -size]).unwrap();
             let query = Query::ray(&tree, ray);
             let truth = query.run(&mut workspace, Budget::unlimited().clock(&clock));
-            assert_eq!(truth.hit.is_some(), x <= 0.5);
+            assert_eq!(truth.value.hit.is_some(), x <= 0.5);
             let run = || query.run(&mut workspace, Budget::unlimited().clock(&clock));
             assert_eq!(with_flags(FLUSH_TO_ZERO | DENORMALS_ARE_ZERO, run), truth);
         }

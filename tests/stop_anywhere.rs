@@ -387,7 +387,7 @@ fn only_the_clock_ends_a_time_budget() {
     let none = Budget::time(Duration::ZERO).poll_interval(1);
     let outcome = query.run(&mut workspace, none.clock(&clock));
     assert_eq!(outcome.stop, StopReason::Deadline);
-    assert_eq!(outcome.verdict, Verdict::Undecided);
+    assert_eq!(outcome.value, Verdict::Undecided);
     assert!(outcome.stats.work <= MAX_STEP_WORK);
     clock.advance(Duration::from_secs(1));
     let outcome = query.resume(&mut workspace, short.clock(&clock));
@@ -437,12 +437,12 @@ fn a_full_pair_buffer_stops_and_loses_nothing() {
                 let mut outcome = run(&query, workspace, ENOUGH);
                 let mut pairs = Vec::new();
                 while outcome.stop == StopReason::PairsFull {
-                    assert!(matches!(outcome.verdict, Verdict::Intersecting { .. }));
+                    assert!(matches!(outcome.value, Verdict::Intersecting { .. }));
                     assert!((1..=most).contains(&workspace.pairs().len()));
                     let certificate = query.certificate(workspace).unwrap();
                     assert_certificate(&certificate, &outcome, case.truth.len());
                     pairs.extend(workspace.drain_pairs());
-                    assert_eq!(outcome.found, pairs.len() as u64);
+                    assert_eq!(outcome.stats.found, pairs.len() as u64);
                     outcome = resume(&query, workspace, ENOUGH);
                 }
                 pairs.extend(workspace.drain_pairs());

@@ -126,7 +126,6 @@ pub(crate) trait Lanes: Copy {
 
     fn splat_d(self, x: f64) -> Self::D;
     fn load_d(self, x: &[f64; 8]) -> Self::D;
-    fn put_d(self, x: Self::D, to: &mut [f64; 8]);
     fn widen(self, x: Self::F) -> Self::D;
     fn narrow(self, x: Self::D) -> Self::F;
     fn add_d(self, a: Self::D, b: Self::D) -> Self::D;
@@ -155,15 +154,10 @@ pub(crate) trait Lanes: Copy {
     fn mask_q(self, a: Self::Q) -> u32;
     fn max_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
     fn min_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
-    fn inverse_root_q(self, a: Self::Q) -> Self::Q;
-    fn narrow_q(self, a: Self::Q) -> f32x4;
     fn turn_q(self, a: Self::Q) -> Self::Q;
     fn spread_q(self, a: Self::Q, k: usize) -> Self::Q;
     fn select_q(self, mask: Self::Q, a: Self::Q, b: Self::Q) -> Self::Q;
 }
-
-/// The bits of `x^(-1/2)` are about this less half those of `x`; so chosen that the result is never too large.
-const INVERSE_ROOT: u64 = 0x5fe6_1800_0000_0000;
 
 /// The lanes that an instruction set has, a bit each.
 #[inline(always)]
@@ -275,14 +269,6 @@ impl<L: Lanes> F8<L> {
         let (x, y) = (Self::join(lanes, a, e), Self::join(lanes, b, f));
         Self::transposed([x, y, Self::join(lanes, c, g), Self::join(lanes, d, h)])
     }
-    /// Four columns of eight to eight rows of four.
-    #[inline(always)]
-    pub fn rows(columns: [Self; 4]) -> [[f32; 4]; 8] {
-        let [x, y, z, w] = Self::transposed(columns);
-        let ([a, e], [b, f], [c, g], [d, h]) = (x.halves(), y.halves(), z.halves(), w.halves());
-        let rows = [a, b, c, d, e, f, g, h];
-        per_lane!(i => rows[i].to_array())
-    }
     #[inline(always)]
     pub fn widen(self) -> D8<L> {
         D8(self.1.widen(self.0), self.1)
@@ -298,12 +284,6 @@ impl<L: Lanes> D8<L> {
     #[inline(always)]
     pub fn load(lanes: L, x: &[f64; 8]) -> Self {
         Self(lanes.load_d(x), lanes)
-    }
-    #[inline(always)]
-    pub fn store(self) -> [f64; 8] {
-        let mut to = [0.0; 8];
-        self.1.put_d(self.0, &mut to);
-        to
     }
     #[inline(always)]
     pub fn narrow(self) -> F8<L> {

@@ -354,7 +354,7 @@ impl BoxTest for Overlap {
         !depth.mask() & opened.valid()
     }
 
-    /// On the three axes of the boxes and on the triangles' normals; keys for a lone triangle only.
+    /// On the three axes of the boxes and on the triangles' normals; keys for a single triangle only.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,

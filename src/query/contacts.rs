@@ -7,7 +7,7 @@
 use super::budget::Budget;
 use super::certificate::Place;
 use super::interval::{Interval, Tolerance};
-use super::meeting::{Meeting, Overlapping};
+use super::meeting::Meeting;
 use super::memory::PairMemory;
 use super::nearest::Nearness;
 use super::options::{ContactOptions, Mode, OptionError, Options};
@@ -208,7 +208,6 @@ impl Ask for Query<'_, Contacts> {
                     mode: Mode::All,
                     ..Options::DEFAULT
                 },
-                opener: Overlapping,
             };
             Traversal::new(
                 question,

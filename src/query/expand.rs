@@ -172,7 +172,7 @@ fn are_parted(
     edge_axes::part(a, b, &views.of_b, relation)
 }
 
-/// The child, a column, that a lone triangle is deepest in: where a hit is likeliest.
+/// The child, a column, that a single triangle is deepest in: where a hit is likeliest.
 #[inline(always)]
 fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
     let mut deepest = columns.trailing_zeros() as usize % WIDTH;
@@ -262,7 +262,7 @@ pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
 
 /// Bit `8 i + j` goes to `8 j + i`: blocks of 1, 2 and 4 change places across the diagonal.
 #[inline(always)]
-pub(super) fn transposed(mut bits: u64) -> u64 {
+fn transposed(mut bits: u64) -> u64 {
     for (shift, mask) in [
         (7, 0x00aa_00aa_00aa_00aa),
         (14, 0x0000_cccc_0000_cccc),

@@ -4,7 +4,7 @@
 
 use super::known::Added;
 use super::march::{Corners, March, Place, place};
-use super::meeting::{Meeting, Opener};
+use super::meeting::Meeting;
 use super::traversal::Traversal;
 use super::workspace::Workspace;
 use crate::math::lanes::{D4, Kernel, Lanes, per_axis};
@@ -20,9 +20,9 @@ const STEPS: usize = 4;
 const _: () = assert!(STEPS as u64 * WORK_PER_MARCH_STEP <= MAX_STEP_WORK);
 
 /// A step of the loop that marches, compiled on its own: it is seldom asked for.
-struct MarchOn<'t, 'q, 'c, 'o, O>(&'t mut Traversal<'q, 'c, Meeting<'o, O>>);
+struct MarchOn<'t, 'q, 'c, 'o>(&'t mut Traversal<'q, 'c, Meeting<'o>>);
 
-impl<O: Opener> Kernel for MarchOn<'_, '_, '_, '_, O> {
+impl Kernel for MarchOn<'_, '_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -31,7 +31,7 @@ impl<O: Opener> Kernel for MarchOn<'_, '_, '_, '_, O> {
     }
 }
 
-impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
+impl Traversal<'_, '_, Meeting<'_>> {
     /// Follows what waits to be followed a little.
     #[inline(always)]
     pub(super) fn march_on<L: Lanes>(&mut self, lanes: L) {

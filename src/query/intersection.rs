@@ -4,8 +4,7 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
-use super::lone::{Lone, Placing};
-use super::meeting::{Meeting, Overlapping};
+use super::meeting::Meeting;
 use super::memory::{Before, PairMemory, WITNESSES};
 use super::options::{Mode, Options};
 use super::order::Order;
@@ -216,49 +215,19 @@ impl<'t> Query<'t, Intersection> {
             resumed: workspace.run.stopped,
             decided: workspace.run.witness.is_some(),
         };
-        let (options, trees) = (&self.asked.options, [self.a, self.b]);
-        let stop = if Lone::is_one(trees) {
-            // Only a queue asks where B lies.
-            let placed;
-            let relation = if workspace.run.strategy.queues() {
-                placed = Relation::new(self.a, self.b, &self.asked.b_in_a);
-                &placed
-            } else {
-                &Relation::BLIND
-            };
-            let lone = workspace.instructions.run(Placing {
-                trees,
-                b_in_a: &self.asked.b_in_a,
-            });
-            let question = Meeting {
-                options,
-                opener: &lone,
-            };
-            Traversal::new(
-                question,
-                trees,
-                &self.asked.b_in_a,
-                relation,
-                workspace,
-                deadline,
-            )
-            .advance()
-        } else {
-            let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
-            let question = Meeting {
-                options,
-                opener: Overlapping,
-            };
-            Traversal::new(
-                question,
-                trees,
-                &self.asked.b_in_a,
-                &relation,
-                workspace,
-                deadline,
-            )
-            .advance()
+        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
+        let question = Meeting {
+            options: &self.asked.options,
         };
+        let stop = Traversal::new(
+            question,
+            [self.a, self.b],
+            &self.asked.b_in_a,
+            &relation,
+            workspace,
+            deadline,
+        )
+        .advance();
         if let Some(memory) = memory {
             memory.bind(self.a, self.b);
             memory.remember(self.asked.options.mode, stop, workspace, before);

@@ -1,9 +1,7 @@
 //! Triangle pairs: eight at a time through the fast filter, those in doubt through the same in `f64` if they are many, and one
 //! at a time through the exact test.
 
-use super::expand;
-use super::lone::Lone;
-use super::meeting::{Meeting, Opener};
+use super::meeting::Meeting;
 use super::options::Mode;
 use super::traversal::Traversal;
 use super::triangle_pairs::rows;
@@ -14,13 +12,13 @@ use crate::math::lanes::Lanes;
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
 };
-use crate::tree::{Node, WIDTH};
+use crate::tree::WIDTH;
 use crate::triangle::again::Again;
 use crate::triangle::batch::{self, Crossings};
 use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
 
-impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
+impl Traversal<'_, '_, Meeting<'_>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
     ///
     /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never meet. So if the first hit
@@ -88,21 +86,13 @@ impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
         }
         let tested = (1 << count) - 1;
         let mut crossings = Crossings::default();
-        let verdicts = if let Some(lone) = self.question.opener.lone() {
-            lone.test(
-                lanes,
-                lone.rows(pairs),
-                self.strategy.march.goes_on().then_some(&mut crossings),
-            )
-        } else {
-            batch::test(
-                lanes,
-                tested,
-                [rows(self.a, pairs, 0), rows(self.b, pairs, 1)],
-                &self.relation.triangles,
-                self.strategy.march.goes_on().then_some(&mut crossings),
-            )
-        };
+        let verdicts = batch::test(
+            lanes,
+            tested,
+            [rows(self.a, pairs, 0), rows(self.b, pairs, 1)],
+            &self.relation.triangles,
+            self.strategy.march.goes_on().then_some(&mut crossings),
+        );
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
@@ -117,28 +107,6 @@ impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
         for lane in bits(exact & tested) {
             self.workspace.doubtful.push(pairs[lane]);
         }
-    }
-
-    /// Tests a lone triangle against all of a cluster, until one hit is found.
-    #[inline(always)]
-    pub(super) fn test_cluster<L: Lanes>(&mut self, lanes: L, lone: &Lone, cluster: &Node) {
-        let count = u64::from(cluster.children);
-        let stats = &mut self.workspace.run.stats;
-        stats.primitive_tests += count;
-        stats.work += count * WORK_PER_TRIANGLE_TEST;
-        let verdicts = lone.test(lanes, expand::rows(lone.other, cluster), None);
-        let (hits, doubt) = (
-            verdicts.hit & cluster.valid(),
-            verdicts.doubt & cluster.valid(),
-        );
-        let pair = |lane: usize| lone.with(cluster.first_child + lane as u32);
-        if hits != 0 {
-            self.report(pair(hits.trailing_zeros() as usize), || 0);
-        }
-        for lane in bits(hits & hits.wrapping_sub(1) | doubt) {
-            self.workspace.doubtful.push(pair(lane));
-        }
-        self.workspace.inconclusive = !self.workspace.doubtful.is_empty();
     }
 
     /// Tests pairs in doubt: those not seen in `f64` all at once, if they are enough, or else one of them exactly.

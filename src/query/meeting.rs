@@ -5,8 +5,7 @@
 //! before the front comes to them are not tested again.
 
 use super::boxes::{Keys, Overlap};
-use super::expand::{Sink, expand, transposed};
-use super::lone::Lone;
+use super::expand::{Sink, expand};
 use super::options::{Mode, Options};
 use super::order::overlap_volume;
 use super::outcome::{LEVELS, StopReason};
@@ -14,47 +13,17 @@ use super::queue::{Origin, Pair};
 use super::strategy::Marching;
 use super::traversal::{Traversal, Visitor};
 use super::workspace::Workspace;
-use crate::math::lanes::{Column, F8, Lanes, per_lane};
-use crate::math::{bits, larger};
-use crate::model::cost::{MAX_STEP_WORK, WORK_PER_LOOKUP, opening_work};
-use crate::tree::{Node, WIDTH};
+use crate::math::bits;
+use crate::math::lanes::Lanes;
+use crate::model::cost::{WORK_PER_LOOKUP, opening_work};
+use crate::tree::WIDTH;
 
 /// Whether, or where, two surfaces meet.
-pub(super) struct Meeting<'q, O = Overlapping> {
+pub(super) struct Meeting<'q> {
     pub options: &'q Options,
-    pub opener: O,
 }
 
-/// Most nodes that a lone triangle is tested against in one step, each a child of the one before.
-const NODES_PER_STEP: u64 = 3;
-
-const _: () = assert!(MAX_STEP_WORK >= NODES_PER_STEP * opening_work(WIDTH as u32));
-
-/// How node pairs are opened and triangle pairs tested: settled once for a query, at compile time.
-pub(super) trait Opener: Copy {
-    /// The triangle, if one of the meshes is only that.
-    fn lone(&self) -> Option<&Lone<'_>>;
-}
-
-/// By the boxes of both.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Overlapping;
-
-impl Opener for Overlapping {
-    #[inline(always)]
-    fn lone(&self) -> Option<&Lone<'_>> {
-        None
-    }
-}
-
-impl Opener for &Lone<'_> {
-    #[inline(always)]
-    fn lone(&self) -> Option<&Lone<'_>> {
-        Some(self)
-    }
-}
-
-impl<O: Opener> Visitor for Traversal<'_, '_, Meeting<'_, O>> {
+impl Visitor for Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         self.workspace.front.pop()
@@ -62,10 +31,7 @@ impl<O: Opener> Visitor for Traversal<'_, '_, Meeting<'_, O>> {
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let (opener, trees) = (self.question.opener, [self.a, self.b]);
-        if let Some(lone) = opener.lone() {
-            return self.open_lone(lanes, lone, pair);
-        }
+        let trees = [self.a, self.b];
         expand(
             lanes,
             pair,
@@ -77,23 +43,9 @@ impl<O: Opener> Visitor for Traversal<'_, '_, Meeting<'_, O>> {
     }
 
     #[inline(always)]
-    fn opened(&self) -> Option<StopReason> {
-        if self.tests_clusters() {
-            self.has_enough()
-        } else {
-            None
-        }
-    }
-
-    #[inline(always)]
     fn waits(&self, any: bool) -> bool {
-        let enough = if any || self.tests_clusters() {
-            1
-        } else {
-            self.strategy.batch
-        };
+        let enough = if any { 1 } else { self.strategy.batch };
         self.workspace.waiting.len() >= enough
-            || self.tests_clusters() && !self.workspace.doubtful.is_empty()
     }
 
     #[inline(always)]
@@ -112,70 +64,13 @@ impl<O: Opener> Visitor for Traversal<'_, '_, Meeting<'_, O>> {
     }
 }
 
-impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
+impl Traversal<'_, '_, Meeting<'_>> {
     /// The first hit ends a run that asks for no more.
     #[inline(always)]
     fn has_enough(&self) -> Option<StopReason> {
         let is_enough =
             self.workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any;
         is_enough.then_some(StopReason::FirstHit)
-    }
-
-    /// Whether clusters are tested when they are opened: one hit of a lone triangle is enough.
-    #[inline(always)]
-    fn tests_clusters(&self) -> bool {
-        self.question.opener.lone().is_some() && self.question.options.mode == Mode::Any
-    }
-
-    /// Goes on with the child that a lone triangle is deepest in, some nodes at a time. A cluster has a step of its own.
-    #[inline(always)]
-    fn open_lone<L: Lanes>(&mut self, lanes: L, lone: &Lone, pair: Pair) {
-        let mut at = lone.other_of(pair);
-        for i in 0..NODES_PER_STEP {
-            let node = &lone.other.nodes()[at as usize];
-            if !(node.is_cluster && self.tests_clusters()) {
-                let Some(next) = self.visit(lanes, lone, node) else {
-                    return;
-                };
-                at = next;
-            } else if i == 0 {
-                return self.test_cluster(lanes, lone, node);
-            } else {
-                break;
-            }
-        }
-        self.workspace.front.push(lone.pair(at));
-    }
-
-    /// Puts the children of a node that a lone triangle may meet where they belong, but for the deepest, which is returned, if
-    /// it goes first.
-    #[inline(always)]
-    fn visit<L: Lanes>(&mut self, lanes: L, lone: &Lone, node: &Node) -> Option<u32> {
-        self.count(usize::from(node.depth) + 1, u32::from(node.children));
-        let depths = lone.depths(lanes, node);
-        let hits = !depths.mask() & 0xff;
-        let first = node.first_child;
-        if !node.is_cluster && self.origin == Origin::Stack && self.strategy.deepest_first {
-            if hits == 0 {
-                return None;
-            }
-            let deepest = deepest(lanes, depths);
-            self.workspace
-                .front
-                .push_all((hits & !(1 << deepest)).into(), |i| lone.pair(first + i));
-            return Some(first + deepest);
-        }
-        if node.is_cluster {
-            let hits = u64::from(hits);
-            self.triangles(
-                if lone.is_a() { hits } else { transposed(hits) },
-                lone.with(first),
-            );
-        } else {
-            depths.put(&mut self.keys[0]);
-            self.pairs(hits.into(), |i| lone.pair(first + i));
-        }
-        None
     }
 
     #[inline(never)]
@@ -284,7 +179,7 @@ impl<O: Opener> Traversal<'_, '_, Meeting<'_, O>> {
     }
 }
 
-impl<O: Opener> Sink for Traversal<'_, '_, Meeting<'_, O>> {
+impl Sink for Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn count(&mut self, level: usize, bv_tests: u32) {
         let stats = &mut self.workspace.run.stats;
@@ -363,16 +258,4 @@ impl<O: Opener> Sink for Traversal<'_, '_, Meeting<'_, O>> {
         }
         self.workspace.waiting.push_all(hits, first);
     }
-}
-
-/// The lane of the greatest depth, but for its last three bits; of depths of which one is not negative.
-#[inline(always)]
-fn deepest<L: Lanes>(lanes: L, depths: F8<L>) -> u32 {
-    let lane = F8::load(lanes, &per_lane!(i => f32::from_bits(i)));
-    let [low, high] = depths
-        .and(F8::splat(lanes, f32::from_bits(!7)))
-        .or(lane)
-        .halves();
-    let [x, y, z, w] = low.fast_max(high).to_array();
-    larger(larger(x, y), larger(z, w)).to_bits() & 7
 }

@@ -5,7 +5,7 @@
 //! | what | where |
 //! |---|---|
 //! | every question: [`Query`], [`Ask`] | here |
-//! | whether surfaces meet, or where | [`intersection`]; [`meeting`], [`lone`], [`leaf`], [`refinement`], [`march`], [`follow`] |
+//! | whether surfaces meet, or where | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
 //! | how far apart they are | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | where they meet or are close | [`contacts`], asked as one of these two |
 //! | when they meet on the way | [`motion`] |
@@ -40,7 +40,6 @@ mod intersection;
 mod interval;
 mod known;
 mod leaf;
-mod lone;
 mod march;
 mod measure;
 mod meeting;

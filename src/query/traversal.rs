@@ -51,12 +51,6 @@ pub(super) trait Visitor {
     /// Replaces the pair by those pairs of its children that matter; drops it if it does not matter any more.
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair);
 
-    /// Why the run ends with the pair that was opened, if it does.
-    #[inline(always)]
-    fn opened(&self) -> Option<StopReason> {
-        None
-    }
-
     /// Whether triangle pairs wait for a test: enough for a batch, or `any` at all.
     fn waits(&self, any: bool) -> bool;
 
@@ -128,9 +122,6 @@ where
             } else if let Some((pair, origin)) = self.next_pair() {
                 self.origin = origin;
                 self.open(lanes, pair);
-                if let Some(reason) = self.opened() {
-                    return reason;
-                }
                 self.workspace.testing = self.waits(false);
             } else if self.waits(true) {
                 self.workspace.testing = true;

@@ -417,7 +417,7 @@ fn combined<V: Entries>([x, y, z]: [V; 3], vectors: &[V; 3]) -> V {
 }
 
 #[inline(always)]
-pub(super) fn transposed<V: Entries>(columns: Columns<V>) -> Columns<V> {
+fn transposed<V: Entries>(columns: Columns<V>) -> Columns<V> {
     V::transposed(columns)
 }
 

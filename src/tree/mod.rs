@@ -39,7 +39,7 @@ pub use options::{BuildOptions, Effort};
 pub use profile::LevelProfile;
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
-pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, lane, xyz};
+pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
 
 use crate::mesh::Mesh;
 use alloc::boxed::Box;

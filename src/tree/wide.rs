@@ -78,12 +78,6 @@ impl Node {
         Mat3::from_cols_array_2d(&self.rows.map(xyz)).transpose()
     }
 
-    /// An axis of the boxes.
-    #[inline(always)]
-    pub fn axis(&self, k: usize) -> [f32; 3] {
-        self.rows.map(|row| row.as_array()[k])
-    }
-
     /// Half extents of the own box.
     pub fn extent(&self) -> Vec3 {
         xyz(self.own_half).into()

@@ -58,11 +58,6 @@ impl Verdicts {
 pub(crate) struct Crossings([u32; 6]);
 
 impl Crossings {
-    /// The same with A and B in each other's place.
-    pub fn exchange(&mut self) {
-        self.0.rotate_left(3);
-    }
-
     /// Adds those of other lanes, the first of which is lane `at` here.
     #[inline(always)]
     pub(super) fn add(&mut self, others: &Self, at: usize) {

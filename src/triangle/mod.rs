@@ -1,4 +1,4 @@
-//! Two triangles in, one answer out. Do they meet: a fast filter that is sometimes in doubt ([`batch`], [`lone`]), the same in `f64`
+//! Two triangles in, one answer out. Do they meet: a fast filter that is sometimes in doubt ([`batch`]), the same in `f64`
 //! ([`again`]), and signs that never are ([`exact`]). How far apart are they: bounds of their distance ([`distance`]).
 
 pub(crate) mod again;
@@ -6,7 +6,6 @@ pub(crate) mod batch;
 pub(crate) mod curve;
 pub(crate) mod distance;
 mod exact;
-pub(crate) mod lone;
 pub(crate) mod ray;
 pub(crate) mod swept;
 

@@ -39,7 +39,9 @@ fn crossing(scene: &mut Scene) -> ([BodyId; 2], u64) {
     let tree = knot();
     let found = {
         let query = Query::intersection(&tree, &tree, at(0.4, 0.3, 0.1)).mode(Mode::All);
-        check::run(&query, &mut Workspace::new(), Budget::unlimited()).found
+        check::run(&query, &mut Workspace::new(), Budget::unlimited())
+            .stats
+            .found
     };
     assert!(found > 20);
     let bodies = [

@@ -1,6 +1,6 @@
 //! Eight lanes of AVX2.
 
-use super::{INVERSE_ROOT, Kernel, Lanes};
+use super::{Kernel, Lanes};
 use core::arch::x86_64::{__m128, __m256, __m256d, __m256i};
 use pulp::{NullaryFnOnce, cast};
 use wide::f32x4;
@@ -161,10 +161,6 @@ impl Lanes for Avx2 {
         cast(*x)
     }
     #[inline(always)]
-    fn put_d(self, x: [__m256d; 2], to: &mut [f64; 8]) {
-        *to = cast(x);
-    }
-    #[inline(always)]
     fn widen(self, x: __m256) -> [__m256d; 2] {
         let (low, high) = (
             self.avx._mm256_castps256_ps128(x),
@@ -215,18 +211,6 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn sqrt_q(self, a: __m256d) -> __m256d {
         self.avx._mm256_sqrt_pd(a)
-    }
-    #[inline(always)]
-    fn inverse_root_q(self, a: __m256d) -> __m256d {
-        let half = self.avx2._mm256_srli_epi64::<1>(cast(a));
-        cast(
-            self.avx2
-                ._mm256_sub_epi64(self.avx._mm256_set1_epi64x(INVERSE_ROOT as i64), half),
-        )
-    }
-    #[inline(always)]
-    fn narrow_q(self, a: __m256d) -> f32x4 {
-        cast(self.avx._mm256_cvtpd_ps(a))
     }
     #[inline(always)]
     fn less_q(self, a: __m256d, b: __m256d) -> __m256d {

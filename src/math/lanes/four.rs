@@ -2,7 +2,6 @@
 
 use super::{Column, Lanes, columns, operators};
 use core::ops::{Add, Div, Mul, Neg, Sub};
-use wide::f32x4;
 
 /// Four `f64` of the instruction set `L`: what is done one at a time.
 #[derive(Clone, Copy)]
@@ -29,16 +28,6 @@ impl<L: Lanes> D4<L> {
     #[inline(always)]
     pub fn sqrt(self) -> Self {
         Self(self.1.sqrt_q(self.0), self.1)
-    }
-    /// What the inverse of the root is at least, and no more than 7 % less, of positive normal numbers: in a few cycles, where a
-    /// root and a quotient take forty.
-    #[inline(always)]
-    pub fn inverse_root(self) -> Self {
-        Self(self.1.inverse_root_q(self.0), self.1)
-    }
-    #[inline(always)]
-    pub fn narrow(self) -> f32x4 {
-        self.1.narrow_q(self.0)
     }
     /// Lanes 1, 2, 0 and 3.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Eight lanes as pairs of 4-lane vectors, and four of them.
 
-use super::{INVERSE_ROOT, Kernel, Lanes};
+use super::{Kernel, Lanes};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 use wide::{f32x4, f64x2};
 
@@ -184,12 +184,6 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         core::array::from_fn(|i| [pair(AT + 4 * i), pair(AT + 4 * i + 2)])
     }
     #[inline(always)]
-    fn put_d(self, x: D<N>, to: &mut [f64; 8]) {
-        for (i, x) in x.as_flattened().iter().enumerate() {
-            to[AT + 2 * i..][..2].copy_from_slice(x.as_array());
-        }
-    }
-    #[inline(always)]
     fn widen(self, x: F<N>) -> D<N> {
         x.map(|x| {
             let [a, b, c, d] = x.to_array().map(f64::from);
@@ -224,18 +218,6 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     #[inline(always)]
     fn sqrt_q(self, a: Q) -> Q {
         a.map(root)
-    }
-    #[inline(always)]
-    fn inverse_root_q(self, a: Q) -> Q {
-        self.load_q(
-            &self
-                .store_q(a)
-                .map(|x| f64::from_bits(INVERSE_ROOT - (x.to_bits() >> 1))),
-        )
-    }
-    #[inline(always)]
-    fn narrow_q(self, a: Q) -> f32x4 {
-        f32x4::new(self.store_q(a).map(|x| x as f32))
     }
     #[inline(always)]
     fn abs_q(self, a: Q) -> Q {

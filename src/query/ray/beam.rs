@@ -29,19 +29,19 @@ pub(crate) struct Beam {
 }
 
 /// Roundings of coordinates and boxes (`docs/numerics.md`).
-pub(super) const MARGIN: f32 = 128.0 * ROUNDING;
+const MARGIN: f32 = 128.0 * ROUNDING;
 
 /// An origin no farther than this from the middle of the mesh, along any axis, is taken as it is.
-pub(super) const NEAR: f64 = 2.0;
+const NEAR: f64 = 2.0;
 
 /// How far the mesh may leave the cube from -1 to 1, with room for rounding.
-pub(super) const CUBE_MARGIN: f64 = 1.0 / (1 << 20) as f64;
+const CUBE_MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
 /// The most that an origin may be off for `f32` to be of use.
-pub(super) const LARGEST_SLOP: f64 = 0.01;
+const LARGEST_SLOP: f64 = 0.01;
 
 /// The least component of a direction.
-pub(super) const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
+const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
 impl Beam {
     #[inline(always)]

@@ -8,7 +8,6 @@
 //! The rays of a batch are cast one after the other in the same run.
 
 use super::state::{RayHit, RayMode, Suspect};
-use super::volley::{Ready, make_ready};
 use crate::math::Ray;
 use crate::math::bits;
 use crate::math::lanes::Lanes;
@@ -31,9 +30,6 @@ pub(super) struct Cast<'q> {
     /// The ray at hand and those after it, and where the hits of them go.
     rays: &'q [Ray],
     hits: slice::IterMut<'q, Option<RayHit>>,
-    /// Which of the rays that were made ready together is at hand: the first of a call is alone, those after it are eight.
-    pub lane: usize,
-    is_first: bool,
 }
 
 impl<'q> Cast<'q> {
@@ -43,8 +39,6 @@ impl<'q> Cast<'q> {
             mode,
             rays,
             hits: hits.iter_mut(),
-            lane: WIDTH - 1,
-            is_first: true,
         }
     }
 }
@@ -83,7 +77,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair) {
         if pair.nodes[0] == ROOT {
-            self.meet_root(lanes);
+            self.workspace.run.stats.work += WORK_PER_RAY;
         }
         let mut left = NODES_PER_STEP;
         loop {
@@ -113,7 +107,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
         let suspect = state.suspects.pop();
         self.workspace.testing = !self.workspace.rays.suspects.is_empty();
         suspect
-            .filter(|suspect| suspect.enter <= self.ready().beam.to)
+            .filter(|suspect| suspect.enter <= self.workspace.rays.beam.to)
             .and_then(|suspect| self.examine(suspect))
     }
 }
@@ -124,21 +118,13 @@ impl Traversal<'_, '_, Cast<'_>> {
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
         let (index, entry) = (pair.nodes[0], entry(&pair));
-        if entry > self.ready().beam.to {
+        if entry > self.workspace.rays.beam.to {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
         }
         let node = &self.a.nodes()[index as usize];
-        let Ready {
-            beam,
-            enter,
-            entered,
-        } = &self.workspace.rays.ready[self.question.lane];
-        let (enter, entered) = if index == ROOT {
-            (*enter, *entered)
-        } else {
-            beam.enter(lanes, node, entry)
-        };
+        let beam = &self.workspace.rays.beam;
+        let (enter, entered) = beam.enter(lanes, node, entry);
         let stats = &mut self.workspace.run.stats;
         stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] +=
             u64::from(node.children);
@@ -244,7 +230,7 @@ impl Traversal<'_, '_, Cast<'_>> {
             state.hit = Some(hit);
         }
         match self.question.mode {
-            RayMode::Nearest => state.ready[self.question.lane].beam.cut(t),
+            RayMode::Nearest => state.beam.cut(t),
             RayMode::All => state.hits.push(hit),
             RayMode::Any => {
                 state.suspects.clear();
@@ -258,13 +244,7 @@ impl Traversal<'_, '_, Cast<'_>> {
     /// Goes on with the next ray of the batch, if there is one.
     #[inline(always)]
     fn next_ray(&mut self) -> Option<(Pair, Origin)> {
-        let Cast {
-            rays,
-            hits,
-            lane,
-            is_first,
-            ..
-        } = &mut self.question;
+        let Cast { rays, hits, .. } = &mut self.question;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
         let state = &mut self.workspace.rays;
         // Piece by piece, as it was found: a load of what several stores wrote waits until all are in the cache.
@@ -275,32 +255,9 @@ impl Traversal<'_, '_, Cast<'_>> {
             state.hit = None;
         }
         (state.done, state.after) = (state.done + 1, rest.len() - 1);
-        (*rays, *lane, *is_first) = (rest, (*lane + 1) % WIDTH, false);
+        state.beam.follow(self.a.unit(), &rest[0]);
+        *rays = rest;
         Some((entered(ROOT, 0.0), Origin::Stack))
-    }
-
-    /// What is known of the ray at hand.
-    #[inline(always)]
-    fn ready(&self) -> &Ready {
-        &self.workspace.rays.ready[self.question.lane]
-    }
-
-    /// Finds out where the ray at hand enters the root, and the rays that are made ready with it.
-    #[inline(always)]
-    fn meet_root<L: Lanes>(&mut self, lanes: L) {
-        let Cast {
-            rays,
-            lane,
-            is_first,
-            ..
-        } = self.question;
-        self.workspace.run.stats.work += WORK_PER_RAY;
-        let ready = &mut self.workspace.rays.ready;
-        if is_first {
-            ready[lane].meet_root(lanes, &self.a.nodes()[ROOT as usize]);
-        } else if lane == 0 {
-            make_ready(lanes, self.a, rays, ready);
-        }
     }
 }
 

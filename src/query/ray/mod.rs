@@ -1,12 +1,11 @@
 //! What rays hit: a tree, a ray and a budget in, [`RayBounds`] out; and the same for many rays.
 //!
-//! [`cast`] is the question that the traversal asks, [`beam`] a ray among the boxes of a tree, [`volley`] eight of them at once,
-//! [`state`] what is kept between calls.
+//! [`cast`] is the question that the traversal asks, [`beam`] a ray among the boxes of a tree, [`state`] what
+//! is kept between calls.
 
 mod beam;
 mod cast;
 pub(super) mod state;
-mod volley;
 
 use crate::math::{Pose, Ray};
 use crate::query::budget::Budget;
@@ -243,7 +242,7 @@ fn advance(
     }
     let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
     let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
-    let beam = &mut workspace.rays.ready[question.lane].beam;
+    let beam = &mut workspace.rays.beam;
     beam.follow(tree.unit(), &rays[done]);
     if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
         beam.cut(hit.t);

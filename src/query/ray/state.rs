@@ -1,9 +1,8 @@
 //! The state of a ray query: what was asked, which ray of a batch is its turn, and what it has hit.
 
-use super::volley::Ready;
+use super::beam::Beam;
 use crate::math::Ray;
 use crate::names::named;
-use crate::tree::WIDTH;
 use crate::triangle::ray::Side;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -78,8 +77,8 @@ pub(crate) struct RayState {
     /// The first hit of the ray at hand, in the mode's sense.
     pub hit: Option<RayHit>,
     pub suspects: ArrayVec<Suspect, 8>,
-    /// The rays of the batch that are made ready together.
-    pub ready: [Ready; WIDTH],
+    /// The ray at hand in the unit coordinates of the tree.
+    pub beam: Beam,
     /// Those of [`RayMode::All`], in order of discovery.
     pub hits: Vec<RayHit>,
     /// Those of a batch, one for each ray.
@@ -95,7 +94,7 @@ impl Default for RayState {
             after: 0,
             hit: None,
             suspects: ArrayVec::new(),
-            ready: [Ready::NONE; WIDTH],
+            beam: Beam::BLIND,
             hits: Vec::new(),
             first_hits: Vec::new(),
         }

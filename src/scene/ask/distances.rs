@@ -24,7 +24,7 @@ impl Scene {
     ///
     /// ```
     /// use punctual::glam::DMat3;
-    /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+    /// use punctual::{Body, Budget, Impact, Pose, Scene, Tree, shapes};
     /// use std::sync::Arc;
     ///
     /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));
@@ -48,13 +48,13 @@ impl Scene {
 
     /// Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters
     /// and are not parts of one compound: [`crate::Report::distances`]. `tolerance`: a length, as of
-    /// [`crate::DistanceQuery::absolute_tolerance`]. Their margins count.
+    /// [`crate::Query::absolute_tolerance`]. Their margins count.
     ///
     /// A pair is asked either how far apart it is or until when it is free: while its distance is asked for, by itself
     /// or for
     /// groups, it has no [passage](crate::Report::passages), though a body [moves](Scene::set_motion), and `low` and
     /// `high` are
-    /// those at the beginning of the motion. Who needs both asks a [`crate::MotionQuery`] besides.
+    /// those at the beginning of the motion. Who needs both asks a [`crate::Query<Impact>`] besides.
     ///
     /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by importance and in its turn; a
     /// run that is cut short goes on in the next frame while both bodies rest. The bounds that the last run proved stay, with

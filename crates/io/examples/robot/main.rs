@@ -78,8 +78,8 @@ fn clearance<'r>(
             .with_memory(&mut pair.memory)
             .run(workspace, share);
         (work, left) = (work.saturating_sub(found.stats.work), left - 1);
-        if found.low < least {
-            (least, between) = (found.low, pair.names);
+        if found.value.low < least {
+            (least, between) = (found.value.low, pair.names);
         }
     }
     Ok((least, between))
