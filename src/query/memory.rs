@@ -208,13 +208,13 @@ impl PairMemory {
     }
 
     /// Proven: how far apart the surfaces are at least at this pose, in the length unit of the meshes, as far as distance
-    /// queries with this memory have shown it of these trees ([`DistanceQuery::run_with_memory`], finished or stopped): what
+    /// queries with this memory have shown it of these trees ([`Query::with_memory`], finished or stopped): what
     /// they proved, less the longest way of a point of B since then. 0 if nothing is known. Costs some 50 operations.
     ///
     /// While it is more than 0, [`Query`](crate::Query) with this memory answers `Separated` at once, and
-    /// [`MotionQuery`](crate::MotionQuery) begins with the time until B can have gone so far.
+    /// [`Query::impact`](crate::Query::impact) begins with the time until B can have gone so far.
     ///
-    /// [`DistanceQuery::run_with_memory`]: crate::DistanceQuery::run_with_memory
+    /// [`Query::with_memory`]: crate::Query::with_memory
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
         self.clearance
             .as_ref()

@@ -400,7 +400,7 @@ impl Scene {
     /// If the broad phase is cut, this holds from the frame on in which a pair is known, with `K` plus twice the frames that it
     /// takes to list all known pairs once.
     ///
-    /// With a clock of the caller's ([`Budget::clock`]) the calling thread does all by itself.
+    /// With a clock of the caller's ([`Budget::clock`](crate::Budget::clock)) the calling thread does all by itself.
     pub fn detect<'c>(&mut self, budget: impl Into<ClockedBudget<'c>>) -> &Report {
         self.detect_within(budget.into())
     }

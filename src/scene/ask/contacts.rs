@@ -52,7 +52,7 @@ impl Scene {
     ///
     /// It is a question of its own, asked of a pair once it is known to meet, and it shares the budget of the frame with all
     /// others ([`Scene::detect`]). Its contacts are all pairs of triangles within the margins of both bodies, or that meet if
-    /// these are 0 ([`crate::ContactQuery`]), up to 256 of a pair; they hang together in patches, of which the nearest are
+    /// these are 0 ([`crate::Query::contacts`]), up to 256 of a pair; they hang together in patches, of which the nearest are
     /// told.
     ///
     /// Takes about 12 kB more for each pair that meets, and 5 MB.

@@ -13,7 +13,7 @@ impl Scene {
     /// scene. [`Report::passages`](crate::Report::passages) tells until when each of its pairs is free.
     ///
     /// The boxes of its way are compared, true bounds of arcs. A pair of which one body has a motion is asked until when it is
-    /// free, margins included ([`crate::MotionQuery`]), and its verdict is that of time 0. Of equally important pairs those that
+    /// free, margins included ([`crate::Query::impact`]), and its verdict is that of time 0. Of equally important pairs those that
     /// met in their last motion go first, the soonest of them before all. The motion stays until [`Scene::set_pose`], or another
     /// one. A pair whose distance is [asked for](Scene::measure), by itself or for groups, is not asked about motions
     /// and has no
