@@ -8,8 +8,8 @@ use common::random::{Drift, Random, pose_about};
 use common::reference::{Place, all_pairs, place};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Aabb, Budget, BuildOptions, Certificate, Contact, ContactQuery, DistanceQuery, ManualClock,
-    Mesh, Mode, Pose, Query, StopReason, Tree, Workspace, shapes,
+    Aabb, Budget, Certificate, Contact, ContactQuery, DistanceQuery, ManualClock, Mesh, Mode, Pose,
+    Query, StopReason, Tree, Workspace, shapes,
 };
 
 struct Case {
@@ -27,8 +27,7 @@ impl Case {
             .iter()
             .map(|&pair| place(&a, &b, &pose, pair))
             .collect();
-        let [a, b] =
-            [a, b].map(|mesh| Tree::with_options(mesh, &BuildOptions::default().neighbors(true)));
+        let [a, b] = [a, b].map(Tree::new);
         Self {
             a,
             b,
@@ -97,7 +96,6 @@ fn whatever_was_missed_is_in_a_box_at_any_stop_after_any_work() {
         for round in 0..60 {
             let query = case
                 .query()
-                .early(round % 2 == 0)
                 .queue_threshold([0.0, 64.0, 1e9][random.below(3)]);
             let query = if round % 5 == 0 {
                 query.mode(Mode::Any)
@@ -130,8 +128,8 @@ fn whatever_was_missed_is_in_a_box_at_any_stop_after_any_work() {
 fn enough_work_leaves_nothing_but_what_meets() {
     for case in cases() {
         let (mut workspace, mut aside) = (Workspace::new(), Workspace::new());
-        for (early, share) in [(false, 0), (true, 3), (false, 6), (true, 9)] {
-            let query = case.query().early(early);
+        for share in [0, 3, 6, 9] {
+            let query = case.query();
             let all = run(&query, &mut workspace, ENOUGH).stats.work;
             let outcome = run(&query, &mut workspace, Budget::work(all * share / 10));
             let certificate = query
@@ -174,33 +172,30 @@ fn nothing_is_done_for_nothing() {
 #[test]
 fn the_query_goes_on_as_if_nobody_had_looked() {
     for case in cases() {
-        for early in [false, true] {
-            let query = case.query().early(early);
-            let [mut whole, mut pieces, mut aside, mut portable] =
-                [(); 4].map(|()| Workspace::new());
-            portable.use_portable_kernels();
-            let expected = run(&query, &mut whole, ENOUGH);
-            let mut outcome = run(&query, &mut pieces, Budget::work(1));
-            while outcome != expected {
-                let told = query
-                    .narrowed_certificate(&pieces, &mut aside, 2_000)
-                    .unwrap();
-                let again = query
-                    .narrowed_certificate(&pieces, &mut portable, 2_000)
-                    .unwrap();
-                assert_eq!(
-                    (told.work(), told.upper_bound()),
-                    (again.work(), again.upper_bound())
-                );
-                assert!(told.boxes().eq(again.boxes()));
-                outcome = resume(
-                    &query,
-                    &mut pieces,
-                    Budget::work(1 + outcome.stats.work / 3),
-                );
-            }
-            assert_eq!(pieces.pairs(), whole.pairs());
+        let query = case.query();
+        let [mut whole, mut pieces, mut aside, mut portable] = [(); 4].map(|()| Workspace::new());
+        portable.use_portable_kernels();
+        let expected = run(&query, &mut whole, ENOUGH);
+        let mut outcome = run(&query, &mut pieces, Budget::work(1));
+        while outcome != expected {
+            let told = query
+                .narrowed_certificate(&pieces, &mut aside, 2_000)
+                .unwrap();
+            let again = query
+                .narrowed_certificate(&pieces, &mut portable, 2_000)
+                .unwrap();
+            assert_eq!(
+                (told.work(), told.upper_bound()),
+                (again.work(), again.upper_bound())
+            );
+            assert!(told.boxes().eq(again.boxes()));
+            outcome = resume(
+                &query,
+                &mut pieces,
+                Budget::work(1 + outcome.stats.work / 3),
+            );
         }
+        assert_eq!(pieces.pairs(), whole.pairs());
     }
 }
 

@@ -101,7 +101,7 @@ use intersection::{Intersection, Overlapping};
 use lone::{Lone, Placing};
 use memory::{Before, WITNESSES};
 use queue::Pair;
-use strategy::WarmStart;
+use strategy::{Plan, WarmStart};
 use traversal::Traversal;
 use views::Relation;
 use workspace::{Asked, Key};
@@ -170,21 +170,6 @@ impl<'t> Query<'t> {
         self
     }
 
-    /// Whether finding much early is worth some more time in all; for queries with [`Mode::All`] that a budget is likely to
-    /// cut off. False by default.
-    ///
-    /// Surfaces meet along curves. With this option each hit leads the query to the neighbors of its triangles, and so
-    /// along the curve (`docs/performance.md` has what that is worth, and what it costs a query that is finished all the
-    /// same), as long as pairs are dear to find otherwise. Budgets of time that are expected to be too short do so anyway, and
-    /// those of work too, but with fewer node pairs in the queue. It needs trees that were built with
-    /// [`crate::BuildOptions::neighbors`]; without them or without a budget it changes nothing, and if no node pair waits in
-    /// the queue at the first hit, no curve is followed.
-    #[must_use]
-    pub fn early(mut self, early: bool) -> Self {
-        self.options.early = early;
-        self
-    }
-
     /// For experiments: the order of visits; penetration by default, which finds most before a budget ends
     /// (`docs/benchmarks.md`).
     #[must_use]
@@ -194,9 +179,10 @@ impl<'t> Query<'t> {
     }
 
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
-    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128 (48 with [`Query::early`]), and
-    /// infinity for the first hit in the default order, and where hits lead along the contact: a stack with the deepest of
-    /// siblings on top finds the first hit sooner than the queue (`docs/benchmarks.md`).
+    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 48 in the default order and 128 in
+    /// others, and infinity for [`Mode::Any`] in the default order: a stack with the deepest of siblings on top finds the
+    /// first hit sooner than the queue (`docs/benchmarks.md`). In the default order it matters only where a budget may cut
+    /// the run.
     #[must_use]
     pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
         // The larger of NaN and 0 is 0.
@@ -273,7 +259,8 @@ impl<'t> Query<'t> {
             memory.bind(self.a, self.b);
         }
         let fits = |limit| self.fits(limit, memory.as_deref(), &workspace.cost_model);
-        let strategy = Strategy::choose(&self.options, budget, self.can_march(), fits);
+        let plan = Plan::within(budget, self.options.mode, fits);
+        let strategy = plan.strategy(&self.options);
         self.begin(workspace, memory.as_deref(), strategy);
         self.spend(workspace, memory, &mut deadline)
     }
@@ -322,22 +309,12 @@ impl<'t> Query<'t> {
         )
     }
 
-    /// Whether both trees know what lies next to their triangles.
-    fn can_march(&self) -> bool {
-        self.a.has_neighbors() && self.b.has_neighbors()
-    }
-
-    /// The strategy of a run that nothing stops (`complete`), or of one with a budget of work; both with full batches, with
-    /// which small budgets of scenes find more.
+    /// The strategy of a run in a larger task, which goes to its end (`complete`) or may be cut: with full batches, with which
+    /// small budgets of scenes find more.
     pub(crate) fn strategy(&self, complete: bool) -> Strategy {
-        if complete {
-            return Strategy::complete(&self.options);
-        }
-        let strategy =
-            Strategy::choose(&self.options, Budget::work(0), self.can_march(), |_| false);
         Strategy {
             batch: WIDTH,
-            ..strategy
+            ..Plan::of(self.options.mode, !complete).strategy(&self.options)
         }
     }
 

@@ -26,7 +26,6 @@ pub(crate) struct Options {
     pub order: Order,
     pub pair_limit: usize,
     pub queue_threshold: Option<f32>,
-    pub early: bool,
 }
 
 impl Options {
@@ -35,7 +34,6 @@ impl Options {
         order: Order::Penetration,
         pair_limit: usize::MAX,
         queue_threshold: None,
-        early: false,
     };
 }
 
