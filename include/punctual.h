@@ -498,11 +498,6 @@ typedef struct punctual_build_options {
    */
   uint32_t frames;
   /**
-   * Whether triangles know their neighbors, which `early` of a query needs: 0 or not 0. Takes about a fifth of the build's
-   * time more, and 32 bytes a triangle.
-   */
-  uint32_t neighbors;
-  /**
    * Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a scene, convex bodies that are
    * close are then told apart by a plane, without a search, until a refit. Takes a third to the whole of the build's time more.
    */
@@ -1238,15 +1233,10 @@ typedef struct punctual_query {
   size_t pair_limit;
   /**
    * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-   * queued: 0 queues every pair, infinity none. -1 by default: 128, or 1024 under a budget of work for MODE_ALL if trees were
-   * built with `neighbors` (32 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
+   * queued: 0 queues every pair, infinity none. -1 by default: 48 with ORDER_PENETRATION, 128 with others, and infinity for
+   * MODE_ANY with ORDER_PENETRATION.
    */
   float queue_threshold;
-  /**
-   * Whether finding much early is worth some more time in all, for MODE_ALL: 0 (the default) or not 0. It needs trees that
-   * were built with `neighbors`.
-   */
-  uint32_t early;
   /**
    * The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
    * `punctual_query_estimate`; by default that of the poses for which the model was fitted.

@@ -20,7 +20,7 @@ fn a_workspace_has_20_bytes_a_queued_and_8_a_found_pair() {
 }
 
 #[test]
-fn a_tree_holds_what_its_statistics_say_and_less_than_188_bytes_a_triangle() {
+fn a_tree_holds_what_its_statistics_say_and_less_than_200_bytes_a_triangle() {
     let meshes = [
         shapes::icosphere(5),
         shapes::torus_knot(2, 3, 0.2, 128),
@@ -41,7 +41,7 @@ fn a_tree_holds_what_its_statistics_say_and_less_than_188_bytes_a_triangle() {
                 "{triangles} triangles, f32 {}: {per_triangle:.1} bytes each",
                 tree.mesh().is_f32()
             );
-            assert!(per_triangle < 188.0);
+            assert!(per_triangle < 200.0);
             let file = tree.to_bytes();
             let (_loaded, bytes) = held(|| Tree::from_bytes(&file).unwrap());
             assert_eq!(bytes, tree.stats().bytes());

@@ -15,8 +15,8 @@ use common::reference::{Place, all_pairs, place};
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Answer, Budget, BuildOptions, Intersection, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order,
-    PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Answer, Budget, Intersection, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, PairMemory, Pose,
+    Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 struct Case {
@@ -30,11 +30,7 @@ struct Case {
 impl Case {
     fn new(name: &'static str, a: Mesh, b: Mesh, pose: Pose) -> Self {
         let truth = all_pairs(&a, &b, &pose);
-        let options = BuildOptions::default().neighbors(true);
-        let (a, b) = (
-            Tree::with_options(a, &options),
-            Tree::with_options(b, &options),
-        );
+        let (a, b) = (Tree::new(a), Tree::new(b));
         Self {
             name,
             a,
@@ -50,7 +46,7 @@ impl Case {
             .order(order)
     }
 
-    /// Every mode and order, and early answers, with the queue in use from the first pair on and with the default threshold.
+    /// Every mode and order, with the queue in use from the first pair on and with the default threshold.
     fn each_query(&self, mut visit: impl FnMut(&Query<Intersection>, Mode)) {
         for mode in MODES {
             for order in ORDERS {
@@ -59,9 +55,6 @@ impl Case {
                 visit(&query.queue_threshold(0.0), mode);
             }
         }
-        let early = self.query(Mode::All, Order::default()).early(true);
-        visit(&early, Mode::All);
-        visit(&early.queue_threshold(0.0), Mode::All);
     }
 }
 

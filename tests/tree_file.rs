@@ -63,7 +63,7 @@ fn all_options() -> [BuildOptions; 4] {
     [
         BuildOptions::fast_build(),
         BuildOptions::default().extremes(true),
-        BuildOptions::best().neighbors(true),
+        BuildOptions::best(),
         axes,
     ]
 }

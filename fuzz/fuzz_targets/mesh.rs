@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{BuildOptions, Mesh, MeshError, Pose, Tree};
+use punctual::{Mesh, MeshError, Pose, Tree};
 use punctual_fuzz::{Numbers, assert_query};
 
 fn mesh(bytes: &mut Unstructured) -> Result<std::result::Result<Mesh, MeshError>> {
@@ -35,7 +35,7 @@ fuzz_target!(|bytes: &[u8]| {
     let Ok(Ok(mesh)) = mesh(&mut bytes) else {
         return;
     };
-    let tree = Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
+    let tree = Tree::new(mesh);
     tree.validate().expect("a valid tree");
     let _ = assert_query(&tree, &tree, Pose::IDENTITY, &mut bytes);
 });

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
-use punctual::{BuildOptions, Mesh, Pose, Tree, shapes};
+use punctual::{Mesh, Pose, Tree, shapes};
 use punctual_fuzz::{Numbers, assert_query, moved};
 
 /// Two shapes of size 1, far smaller, far larger, and far from the origin.
@@ -18,7 +18,7 @@ static TREES: LazyLock<Vec<Tree>> = LazyLock::new(|| {
     let placed = |mesh: &Mesh, scale: f64, offset: DVec3| {
         let vertices = (0..mesh.vertex_count()).map(|vertex| mesh.vertex(vertex) * scale + offset);
         let mesh = Mesh::from_f64(vertices, mesh.triangles().iter().copied()).expect("in range");
-        Tree::with_options(mesh, &BuildOptions::default().neighbors(true))
+        Tree::new(mesh)
     };
     let places = [
         (1.0, DVec3::ZERO),

@@ -28,12 +28,8 @@ static TREES: LazyLock<Vec<Arc<Tree>>> = LazyLock::new(|| {
         lone,
         none,
     ];
-    // Some know what lies next to their triangles, and some their extremes.
-    let options = |at: usize| {
-        BuildOptions::default()
-            .neighbors(at.is_multiple_of(2))
-            .extremes(!at.is_multiple_of(3))
-    };
+    // Some know their extremes.
+    let options = |at: usize| BuildOptions::default().extremes(!at.is_multiple_of(3));
     meshes
         .into_iter()
         .enumerate()

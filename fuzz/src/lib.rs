@@ -162,7 +162,6 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
     let query = Query::intersection(a, b, pose)
         .mode(mode)
         .order(*bytes.choose(&orders)?)
-        .early(bytes.arbitrary()?)
         .queue_threshold(f32::from(bytes.arbitrary::<u8>()?));
     let work = u64::from(bytes.arbitrary::<u16>()?);
     let truth = reference::all_pairs(a.mesh(), b.mesh(), &pose);

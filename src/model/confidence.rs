@@ -3,9 +3,7 @@
 //!
 //! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
 
-use super::constants::{
-    BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_AFTER_HISTORY, RECALL_MARCHING,
-};
+use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_MARCHING};
 use super::front::FrontSummary;
 use super::prediction::{dot, expected};
 use libm::{exp, log, log2};
@@ -155,8 +153,6 @@ pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
 pub enum Lead {
     /// It only goes by its boxes.
     Nothing,
-    /// It first went to where triangles met in the frame before.
-    LastFrame,
     /// It follows the curves along which surfaces meet.
     Curves,
 }
@@ -172,7 +168,6 @@ pub fn recall(front: &FrontSummary, lead: Lead) -> f64 {
     }
     let logit = match lead {
         Lead::Nothing => dot(&RECALL, &recall_features(front)),
-        Lead::LastFrame => dot(&RECALL_AFTER_HISTORY, &recall_features(front)),
         Lead::Curves => dot(&RECALL_MARCHING, &marching_features(front)),
     };
     1.0 / (1.0 + exp(-logit))

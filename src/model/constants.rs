@@ -66,9 +66,6 @@ pub(super) const BASE_RATE: f64 = 0.59532;
 /// Logit of the recall, weights of `recall_features`.
 pub(super) const RECALL: [f64; 9] = [0.24755, -0.59158, 0.27036, -0.073537, 0.48435, -0.031655, -0.14588, -0.66470, 0.13313];
 
-/// The same where what met in the frame before was looked at first.
-pub(super) const RECALL_AFTER_HISTORY: [f64; 9] = [-4.9042, -0.14509, 0.44798, -0.12549, 0.81051, -0.37966, -2.0546, 0.057895, -0.29135];
-
 /// The same of queries that march, weights of `marching_features`.
 pub(super) const RECALL_MARCHING: [f64; 13] = [2.7915, -0.71107, 0.32200, -0.0068241, -0.20890, 0.013899, 0.46217, -0.0092937, 1.0719, -3.1585, 1.0856, -2.0559, 0.29183];
 

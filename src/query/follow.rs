@@ -3,7 +3,7 @@
 //! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the other end goes on.
 
 use super::known::Added;
-use super::march::{Corners, March, Place, place};
+use super::march::{March, Place, first, place};
 use super::meeting::Meeting;
 use super::traversal::Traversal;
 use super::workspace::Workspace;
@@ -12,7 +12,7 @@ use crate::mesh::Vertices;
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_BESIDE, WORK_PER_MARCH_STEP,
 };
-use crate::tree::{Neighbors, Tree};
+use crate::tree::Tree;
 
 /// Pairs along curves that are found in one step of the loop.
 const STEPS: usize = 4;
@@ -97,17 +97,10 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
         let end = &mut march.ends[end & 1];
         for side in 0..2 {
-            let &Neighbors { first, id, .. } = &trees[side].neighbors()[pair[side] as usize];
-            let mesh = trees[side].mesh();
-            let vertices = mesh.triangles()[id as usize];
-            corners[side] =
-                per_axis!(i => vertex(lanes, mesh.vertices(), vertices[i], &march.places[side]));
-            end.at[side] = Place {
-                triangle: pair[side],
-                first,
-                id,
-                corners: Corners::IN_ORDER,
-            };
+            let (tree, triangle) = (trees[side], pair[side]);
+            let (vertices, all) = (tree.vertices_of(triangle), tree.mesh().vertices());
+            corners[side] = per_axis!(i => vertex(lanes, all, vertices[i], &march.places[side]));
+            end.at[side] = Place { triangle, vertices };
         }
         end.curve.place(corners, 1.01 * (of_a + of_b));
     }
@@ -121,14 +114,12 @@ impl Traversal<'_, '_, Meeting<'_>> {
             *crossings &= *crossings - 1;
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             let (side, edge) = (usize::from(edge >= 3), edge % 3);
-            let across = trees[side].neighbors()[pair[side] as usize].across[edge];
-            if across.is_nothing() {
+            let Some(across) = trees[side].across(pair[side], edge) else {
                 continue;
-            }
+            };
             let mut next = pair;
-            next[side] = across.triangle();
-            let first = [0, 1].map(|side| trees[side].neighbors()[next[side] as usize].first);
-            if !self.workspace.march.known.has(first, next) {
+            next[side] = across;
+            if !self.workspace.march.known.has(first(trees, next), next) {
                 return Some((side, edge));
             }
         }
@@ -149,23 +140,11 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let end = &mut march.ends[at];
         let (side, edge) = end.curve.crosses();
         run.stats.work += WORK_PER_MARCH_STEP;
-        let (rows, at) = (trees[side].neighbors(), &mut end.at[side]);
-        let Some(&across) = rows[at.triangle as usize]
-            .across
-            .get(at.corners.opposite(edge.apex()))
-        else {
+        let Some(new) = end.at[side].cross(trees[side], edge.apex()) else {
             return false;
         };
-        if across.is_nothing() {
-            return false;
-        }
-        at.triangle = across.triangle();
-        let next = &rows[at.triangle as usize];
-        (at.first, at.id) = (next.first, next.id);
-        at.corners.cross(edge.apex(), across.entry());
-        let [a, b] = &end.at;
-        let pair = [a.triangle, b.triangle];
-        let added = march.known.add([a.first, b.first], pair);
+        let pair = [end.at[0].triangle, end.at[1].triangle];
+        let added = march.known.add(first(trees, pair), pair);
         if added != Added::New {
             if added == Added::NoRoom {
                 march.stop();
@@ -175,11 +154,14 @@ impl Traversal<'_, '_, Meeting<'_>> {
         sample.note(pair, run.stats.found);
         run.stats.found += 1;
         march.followed += 1;
-        found.push([a.id, b.id]);
+        found.push([
+            trees[0].ids()[pair[0] as usize],
+            trees[1].ids()[pair[1] as usize],
+        ]);
         let corner = vertex(
             lanes,
             trees[side].mesh().vertices(),
-            across.vertex,
+            new,
             &march.places[side],
         );
         end.curve.advance(lanes, (side, edge), corner)

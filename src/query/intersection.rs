@@ -10,7 +10,7 @@ use super::options::{Mode, Options};
 use super::order::Order;
 use super::outcome::{StopReason, Verdict};
 use super::queue::Pair;
-use super::strategy::{Strategy, WarmStart};
+use super::strategy::{Plan, Strategy, WarmStart};
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
@@ -97,21 +97,6 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// Whether finding much early is worth some more time in all; for queries with [`Mode::All`] that a budget is likely to
-    /// cut off. False by default.
-    ///
-    /// Surfaces meet along curves. With this option each hit leads the query to the neighbors of its triangles, and so
-    /// along the curve (`docs/performance.md` has what that is worth, and what it costs a query that is finished all the
-    /// same), as long as pairs are dear to find otherwise. Budgets of time that are expected to be too short do so anyway, and
-    /// those of work too, but with fewer node pairs in the queue. It needs trees that were built with
-    /// [`crate::BuildOptions::neighbors`]; without them or without a budget it changes nothing, and if no node pair waits in
-    /// the queue at the first hit, no curve is followed.
-    #[must_use]
-    pub fn early(mut self, early: bool) -> Self {
-        self.asked.options.early = early;
-        self
-    }
-
     /// For experiments: the order of visits; penetration by default, which finds most before a budget ends
     /// (`docs/benchmarks.md`).
     #[must_use]
@@ -121,9 +106,10 @@ impl<'t> Query<'t, Intersection> {
     }
 
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
-    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 128 (48 with [`Query::early`]), and
-    /// infinity for the first hit in the default order, and where hits lead along the contact: a stack with the deepest of
-    /// siblings on top finds the first hit sooner than the queue (`docs/benchmarks.md`).
+    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 48 in the default order and 128 in
+    /// others, and infinity for [`Mode::Any`] in the default order: a stack with the deepest of siblings on top finds the
+    /// first hit sooner than the queue (`docs/benchmarks.md`). In the default order it matters only where a budget may cut
+    /// the run.
     #[must_use]
     pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
         // The larger of NaN and 0 is 0.
@@ -131,26 +117,13 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// Whether both trees know what lies next to their triangles.
-    fn can_march(&self) -> bool {
-        self.a.has_neighbors() && self.b.has_neighbors()
-    }
-
-    /// The strategy of a run that nothing stops (`complete`), or of one with a budget of work; both with full batches, with
-    /// which small budgets of scenes find more.
+    /// The strategy of a run in a larger task, which goes to its end (`complete`) or may be cut: with full batches, with which
+    /// small budgets of scenes find more.
     pub(crate) fn strategy(&self, complete: bool) -> Strategy {
-        if complete {
-            return Strategy::complete(&self.asked.options);
-        }
-        let strategy = Strategy::choose(
-            &self.asked.options,
-            Budget::work(0),
-            self.can_march(),
-            |_| false,
-        );
+        let options = &self.asked.options;
         Strategy {
             batch: WIDTH,
-            ..strategy
+            ..Plan::of(options.mode, !complete).strategy(options)
         }
     }
 
@@ -249,7 +222,8 @@ impl Ask for Query<'_, Intersection> {
 
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget) {
         let fits = |limit| self.fits(limit, memory, &workspace.cost_model);
-        let strategy = Strategy::choose(&self.asked.options, budget, self.can_march(), fits);
+        let plan = Plan::within(budget, self.asked.options.mode, fits);
+        let strategy = plan.strategy(&self.asked.options);
         self.begin_as(strategy, 0, workspace, memory);
     }
 

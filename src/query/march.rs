@@ -49,10 +49,28 @@ pub(super) struct End {
 pub(super) struct Place {
     /// In the order of the tree.
     pub triangle: u32,
-    /// The first of its cluster, and its number in the mesh.
-    pub first: u32,
-    pub id: u32,
-    pub corners: Corners,
+    /// The numbers of its vertices, in the order of the curve's corners.
+    pub vertices: [u32; 3],
+}
+
+impl Place {
+    /// Goes to the neighbor behind the edge opposite to a corner and returns the vertex that it has in that corner's place.
+    #[inline(always)]
+    pub fn cross(&mut self, tree: &Tree, corner: usize) -> Option<u32> {
+        let apex = self.vertices.get_mut(corner)?;
+        let [p, q, _] = tree.vertices_of(self.triangle);
+        let edge = if *apex == p {
+            1
+        } else if *apex == q {
+            2
+        } else {
+            0
+        };
+        let next = tree.across(self.triangle, edge)?;
+        *apex = tree.vertex_across(self.triangle, *apex, next);
+        self.triangle = next;
+        Some(*apex)
+    }
 }
 
 impl End {
@@ -61,9 +79,7 @@ impl End {
         curve: Curve::NOWHERE,
         at: [Place {
             triangle: 0,
-            first: 0,
-            id: 0,
-            corners: Corners::IN_ORDER,
+            vertices: [0; 3],
         }; 2],
     };
 }
@@ -102,8 +118,7 @@ impl March {
     /// Whether a pair was found already.
     #[inline(always)]
     pub fn knows(&self, trees: [&Tree; 2], pair: [u32; 2]) -> bool {
-        let first = || [0, 1].map(|side| trees[side].neighbors()[pair[side] as usize].first);
-        !self.known.is_empty() && self.known.has(first(), pair)
+        !self.known.is_empty() && self.known.has(first(trees, pair), pair)
     }
 
     /// Takes out of these pairs of two clusters the known ones, to which the traversal has come now.
@@ -116,8 +131,7 @@ impl March {
 
     /// Takes note of a pair that was found by a test: false if it is known.
     pub fn note(&mut self, trees: [&Tree; 2], pair: [u32; 2], crossings: u32) -> bool {
-        let [a, b] = [0, 1].map(|side| &trees[side].neighbors()[pair[side] as usize]);
-        let added = self.known.add([a.first, b.first], pair);
+        let added = self.known.add(first(trees, pair), pair);
         if added == Added::New && crossings != 0 {
             let _ = self.hits.try_push((pair, crossings));
         }
@@ -130,47 +144,10 @@ impl March {
     }
 }
 
-/// Which edges of a triangle are opposite to the corners of a curve's triangle, two bits each, and bit 6 if they go around the
-/// other way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Corners(u8);
-
-/// Those of the neighbor, by the corner that is replaced, bit 6, and [`Across::entry`](crate::tree::Across::entry).
-const CROSSED: [[u8; 16]; 4] = {
-    let mut crossed = [[0; 16]; 4];
-    let mut i = 0;
-    while i < 3 * 16 {
-        let (apex, is_turned, same_direction, edge) = (i / 16, i & 8 != 0, i & 4 != 0, i & 3);
-        crossed[apex][i % 16] = Corners::new(apex, edge % 3, is_turned == same_direction).0;
-        i += 1;
-    }
-    crossed
-};
-
-impl Corners {
-    pub const IN_ORDER: Self = Self::new(2, 0, false);
-
-    /// With `edge` opposite to `corner`.
-    const fn new(corner: usize, edge: usize, is_turned: bool) -> Self {
-        let (mut code, mut i) = ((is_turned as usize) << 6, 0);
-        while i < 3 {
-            let steps = if is_turned { 3 - i } else { i };
-            code |= ((edge + steps) % 3) << (2 * ((corner + i) % 3));
-            i += 1;
-        }
-        Self(code as u8)
-    }
-
-    #[inline(always)]
-    pub fn opposite(self, corner: usize) -> usize {
-        usize::from(self.0) >> (2 * (corner & 3)) & 3
-    }
-
-    /// Goes to the neighbor behind the edge opposite to `apex`, which has another corner in its place.
-    #[inline(always)]
-    pub fn cross(&mut self, apex: usize, entry: usize) {
-        *self = Self(CROSSED[apex & 3][usize::from(self.0) >> 6 << 3 & 8 | entry & 7]);
-    }
+/// The first triangles of the clusters of a pair.
+#[inline(always)]
+pub(super) fn first([a, b]: [&Tree; 2], pair: [u32; 2]) -> [u32; 2] {
+    [a.first_of_cluster(pair[0]), b.first_of_cluster(pair[1])]
 }
 
 /// A pose as three columns and a translation.

@@ -27,7 +27,6 @@ pub struct Options {
     pub order: Order,
     pub pair_limit: usize,
     pub queue_threshold: Option<f32>,
-    pub early: bool,
 }
 
 impl Options {
@@ -36,7 +35,6 @@ impl Options {
         order: Order::Penetration,
         pair_limit: usize::MAX,
         queue_threshold: None,
-        early: false,
     };
 }
 

@@ -5,21 +5,110 @@ use super::options::{Mode, Options};
 use super::order::Order;
 use super::triangle_pairs::PATIENCE;
 use crate::tree::WIDTH;
+use core::time::Duration;
 
-/// Node pairs that are expected to take at least so many BV tests wait in the queue, if there is one: by default, and where much
-/// should be known early. Where curves are followed by default there is none: they lead to more than its order would.
-const QUEUE_THRESHOLD: f32 = 128.0;
-const EARLY_QUEUE_THRESHOLD: f32 = 48.0;
+/// What a run is after. All plans give the same finished answer; they differ in speed and in what a stopped run has found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Plan {
+    /// Nothing is expected to stop it: the whole answer for the least time, depth-first.
+    FinishSoon,
+    /// All pairs are asked for, and a budget may cut it: many of them early. It queues node pairs until the first hit and
+    /// follows curves of contact from there.
+    FindMuch,
+    /// One hit is asked for, and a budget may cut it: the first hit early.
+    FindOne,
+}
 
-/// Work of the traversal for each node pair on the front up to which curves are followed, by default and where much should be
-/// known early. A pair takes some 800 units, so this is about a fourteenth and a fourth of all.
-const CURVES_WORK_PER_PAIR: u64 = 56;
-const EARLY_WORK_PER_PAIR: u64 = 200;
+/// Least expected BV tests of a node pair that is queued: until the first hit of [`Plan::FindMuch`], and in orders other than
+/// the default.
+const QUEUE_THRESHOLD: f32 = 48.0;
+const ORDER_THRESHOLD: f32 = 128.0;
+
+/// Work of the traversal for each node pair on the front up to which curves are followed. A pair takes some 800 units, so this
+/// is about a fourth of all.
+const WORK_PER_PAIR: u64 = 200;
 
 /// Triangle pairs that wait before they are tested, where the first hit should come soon.
 const BATCH_BEFORE_HIT: usize = 2;
 
-/// The choices of a run. All give the same finished answer; they differ in speed and in what a stopped run has found.
+impl Plan {
+    /// For a run that may be cut, or not.
+    #[inline(always)]
+    pub fn of(mode: Mode, may_be_cut: bool) -> Self {
+        match (may_be_cut, mode) {
+            (false, _) => Self::FinishSoon,
+            (true, Mode::All) => Self::FindMuch,
+            (true, Mode::Any) => Self::FindOne,
+        }
+    }
+
+    /// For a budget. `fits` tells whether a time is expected to last to the end.
+    ///
+    /// Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
+    #[inline(always)]
+    pub fn within(budget: Budget, mode: Mode, fits: impl FnOnce(Duration) -> bool) -> Self {
+        let is_short = budget.time.is_some_and(|limit| !fits(limit));
+        Self::of(mode, budget.work.is_some() || is_short)
+    }
+
+    /// Its choices.
+    #[inline(always)]
+    pub fn strategy(self, options: &Options) -> Strategy {
+        if options.order != Order::default() {
+            return self.in_order(options);
+        }
+        let threshold = |default| options.queue_threshold.unwrap_or(default);
+        match (self, options.mode) {
+            (Self::FinishSoon, Mode::All) => Strategy {
+                batch: PATIENCE,
+                ..Strategy::NONE
+            },
+            // The stack with the deepest of siblings on top finds the first hit sooner than the queue.
+            (Self::FinishSoon, Mode::Any) => Strategy {
+                deepest_first: true,
+                warm_start: WarmStart::Witnesses,
+                ..Strategy::NONE
+            },
+            (Self::FindMuch, _) => Strategy {
+                queue_threshold: threshold(QUEUE_THRESHOLD),
+                deepest_first: true,
+                batch: BATCH_BEFORE_HIT,
+                march: Marching::Within(WORK_PER_PAIR),
+                warm_start: WarmStart::Paths,
+                ..Strategy::NONE
+            },
+            (Self::FindOne, _) => Strategy {
+                queue_threshold: threshold(f32::INFINITY),
+                deepest_first: true,
+                batch: BATCH_BEFORE_HIT,
+                warm_start: WarmStart::Witnesses,
+                ..Strategy::NONE
+            },
+        }
+    }
+
+    /// For experiments: the order that is asked for decides, whatever the budget.
+    #[cold]
+    fn in_order(self, options: &Options) -> Strategy {
+        let queue_threshold = match options.order {
+            Order::DepthFirst => f32::INFINITY,
+            _ => options.queue_threshold.unwrap_or(ORDER_THRESHOLD),
+        };
+        let (warm_start, batch) = match (options.mode, self) {
+            (Mode::Any, _) => (WarmStart::Witnesses, WIDTH),
+            (Mode::All, Self::FinishSoon) => (WarmStart::None, PATIENCE),
+            (Mode::All, _) => (WarmStart::None, WIDTH),
+        };
+        Strategy {
+            queue_threshold,
+            batch,
+            warm_start,
+            ..Strategy::NONE
+        }
+    }
+}
+
+/// The choices of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Strategy {
     /// Least expected BV tests of a node pair that is queued; cheaper ones are finished depth-first at once. Infinite: no
@@ -70,69 +159,6 @@ impl Strategy {
         march: Marching::Never,
         warm_start: WarmStart::None,
     };
-
-    /// For a run that nothing will stop: depth-first, which costs least.
-    pub fn complete(options: &Options) -> Self {
-        let default_order = options.order == Order::default();
-        let (deepest_first, warm_start) = match options.mode {
-            // The stack with the deepest of siblings on top finds the first hit sooner than the queue.
-            Mode::Any => (default_order, WarmStart::Witnesses),
-            Mode::All => (false, WarmStart::None),
-        };
-        Self {
-            deepest_first,
-            warm_start,
-            ..Self::NONE
-        }
-    }
-
-    /// For a budget. `fits` tells whether a time is expected to last to the end.
-    ///
-    /// What no budget can cut short, or a budget of time is not expected to, goes depth-first, unless another order was
-    /// asked for. Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
-    #[inline(always)]
-    pub fn choose(
-        options: &Options,
-        budget: Budget,
-        can_march: bool,
-        fits: impl FnOnce(core::time::Duration) -> bool,
-    ) -> Self {
-        let mut strategy = Self::complete(options);
-        let default_order = options.order == Order::default();
-        let is_short = budget.time.is_some_and(|limit| !fits(limit));
-        let stops = budget.work.is_some() || is_short;
-        let is_early = is_short || options.early && !budget.is_unlimited();
-        let marches =
-            can_march && default_order && options.mode == Mode::All && (is_early || stops);
-        let (default_threshold, work_per_pair) = match (marches, is_early) {
-            (false, _) => (QUEUE_THRESHOLD, 0),
-            (true, false) => (f32::INFINITY, CURVES_WORK_PER_PAIR),
-            (true, true) => (EARLY_QUEUE_THRESHOLD, EARLY_WORK_PER_PAIR),
-        };
-        strategy.queue_threshold = match (options.order, options.mode) {
-            (Order::DepthFirst, _) => f32::INFINITY,
-            (Order::Penetration, _) if !stops && !marches => f32::INFINITY,
-            (Order::Penetration, Mode::Any) => options.queue_threshold.unwrap_or(f32::INFINITY),
-            _ => options.queue_threshold.unwrap_or(default_threshold),
-        };
-        if marches {
-            strategy.march = Marching::Within(work_per_pair);
-            strategy.deepest_first = true;
-        }
-        if marches || stops && default_order && options.mode == Mode::Any {
-            strategy.batch = BATCH_BEFORE_HIT;
-        }
-        if options.mode == Mode::All {
-            if (strategy.queues() || marches) && default_order {
-                strategy.warm_start = WarmStart::Paths;
-            }
-            if !stops {
-                // Nothing is expected to come too late, so batches may be as full as possible.
-                strategy.batch = PATIENCE;
-            }
-        }
-        strategy
-    }
 
     /// For what comes after the first hit of a run that marches: where to look first matters less from then on, since the
     /// curve that was found is followed, and to choose costs time.

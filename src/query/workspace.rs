@@ -328,8 +328,7 @@ impl Workspace {
     /// What led the last query to more than its work would tell.
     pub(super) fn lead(&self) -> Lead {
         match self.run.strategy.march {
-            Marching::Never if self.witnesses.is_empty() => Lead::Nothing,
-            Marching::Never => Lead::LastFrame,
+            Marching::Never => Lead::Nothing,
             _ => Lead::Curves,
         }
     }

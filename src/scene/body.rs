@@ -480,14 +480,6 @@ impl Bodies {
         Some([self.at(a)?, self.at(b)?])
     }
 
-    /// Whether it is known what lies next to the triangles of one of a pair.
-    pub fn know_neighbors(&self, key: PairKey) -> bool {
-        self.pair(key).is_some_and(|pair| {
-            pair.into_iter()
-                .any(|placed| placed.body.tree.has_neighbors())
-        })
-    }
-
     /// The frame in which one of a pair was last new.
     pub fn last_change(&self, key: PairKey) -> u64 {
         let [x, y] = self.facts_of(key);

@@ -351,7 +351,7 @@ impl Scene {
     ///
     /// Nothing runs past the budget: placing bodies, finding pairs and listing them are work like the queries, stop when their
     /// part of the frame is spent, and go on in the next frame. In [`Mode::Any`] pairs that met are tested before them by their
-    /// last witnesses, and by what lies next to these if trees [keep neighbors](crate::BuildOptions::neighbors): under a budget
+    /// last witnesses, and by what lies next to these: under a budget
     /// of time for half of the frame at most, under one of work up to `B - 2R` (see below). If the last report [is not
     /// whole](Report::is_whole) and only time is limited, known pairs are then searched too, and both may last until thirteen
     /// sixteenths of the frame are over. Of what is left the broad phase has up to seven eighths.

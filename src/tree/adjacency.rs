@@ -1,158 +1,150 @@
 //! What lies next to a triangle: the triangles with which it shares its edges.
 //!
 //! Edges are compared by the indices of their vertices, not by where these lie, so that a refit leaves the neighbors as they
-//! are. Open edges, cracks and soups lead nowhere; where many triangles share an edge, two and two of them are neighbors.
+//! are. Open edges, cracks, soups and triangles with a vertex twice lead nowhere; where many triangles share an edge, two and
+//! two of them are neighbors.
+//!
+//! An edge that is met waits in a hash table for its other triangle, which in the order of the tree mostly comes soon. Each
+//! slot has room for one edge; a later one takes it over. Edges that lost their slot are looked for again by other hashes: so
+//! the work is `O(n)` whatever the mesh, and of a large one some edges in 10,000 are not found. Whether an edge was met before
+//! cannot be guessed, so there is no branch on it.
 
 use super::wide::Node;
+use super::{Tree, WIDTH};
 use alloc::boxed::Box;
-use alloc::vec::Vec;
+use core::hint::select_unpredictable;
+use core::mem;
 
-/// What is known of a triangle: half a cache line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C, align(32))]
-pub(crate) struct Neighbors {
-    /// What is on the other side of the edges 01, 12 and 20.
-    pub across: [Across; 3],
-    /// The first triangle of its cluster.
-    pub first: u32,
-    /// Its number in the input mesh.
-    pub id: u32,
-}
+/// For each of the edges 01, 12 and 20 the triangle behind it (tree order) times 8, plus how many triangles of its cluster
+/// come before this one.
+pub(super) type Neighbors = [u32; 3];
 
-/// The other side of an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Across {
-    /// The triangle there (tree order) times 8, plus its `entry`.
-    code: u32,
-    /// The vertex there that is not on the edge.
-    pub vertex: u32,
-}
+/// No triangle. Trees of as many triangles know no neighbors.
+const NONE: u32 = u32::MAX >> 3;
 
-impl Across {
-    const NOTHING: Self = Self {
-        code: NONE,
-        vertex: 0,
-    };
+const _: () = assert!(WIDTH == 8);
 
-    /// Nothing where the number is too large, in a huge tree.
-    fn new(triangle: u32, edge: u32, same_direction: bool, vertex: u32) -> Self {
-        let code = triangle << 3 | u32::from(same_direction) << 2 | edge;
-        if triangle < NONE >> 3 {
-            Self { code, vertex }
-        } else {
-            Self::NOTHING
-        }
+impl Tree {
+    /// The triangle behind the edge from corner `edge` to the next of a triangle (tree order), if there is one.
+    #[inline(always)]
+    pub(crate) fn across(&self, triangle: u32, edge: usize) -> Option<u32> {
+        let next = self.neighbors[triangle as usize][edge] >> 3;
+        (next != NONE).then_some(next)
     }
 
-    /// Whether there is none.
+    /// The vertex of the neighbor `next` behind the edge opposite to the vertex `apex` of a triangle (tree order).
     #[inline(always)]
-    pub fn is_nothing(self) -> bool {
-        self.code == NONE
+    pub(crate) fn vertex_across(&self, triangle: u32, apex: u32, next: u32) -> u32 {
+        let [[a, b, c], [p, q, r]] = [triangle, next].map(|at| self.vertices_of(at));
+        a ^ b ^ c ^ apex ^ p ^ q ^ r
     }
 
+    /// The first triangle of the cluster of a triangle (tree order).
     #[inline(always)]
-    pub fn triangle(self) -> u32 {
-        self.code >> 3
-    }
-
-    /// Which of the edges of the other triangle it is, plus 4 if both triangles run along it in the same direction, so that they
-    /// are turned differently.
-    #[inline(always)]
-    pub fn entry(self) -> usize {
-        (self.code & 7) as usize
+    pub(crate) fn first_of_cluster(&self, triangle: u32) -> u32 {
+        triangle - (self.neighbors[triangle as usize][0] & 7)
     }
 }
 
-const NONE: u32 = u32::MAX;
+/// Factors of the hashes that are tried one after the other.
+const FACTORS: [u64; 3] = [
+    0x9e37_79b9_7f4a_7c15,
+    0xc2b2_ae3d_27d4_eb4f,
+    0x1656_67b1_9e37_79f9,
+];
 
-/// An edge of the mesh that has been met once, in the list of its lower vertex.
+/// An edge that waits for its other triangle.
 #[derive(Clone, Copy)]
-struct Edge {
-    high: u32,
-    next: u32,
-    triangle: u32,
+struct Open {
+    /// The numbers of its vertices, the lower one first.
+    ends: u64,
+    /// Its number among the edges of all triangles.
     edge: u32,
+    triangle: u32,
 }
 
-/// The neighbors of all triangles (tree order), whose `corners` are numbers below `vertices`. Expected `O(n)` time and memory.
-///
-/// Edges leave their list when they are met again, and their place is used anew: in the order of the tree few are open at a
-/// time, so that all of it stays in the cache.
-pub(super) fn neighbors(
-    corners: &[[u32; 3]],
-    vertices: usize,
-    ids: &[u32],
-    nodes: &[Node],
-) -> Box<[Neighbors]> {
-    let alone = |&id: &u32| Neighbors {
-        across: [Across::NOTHING; 3],
-        first: 0,
-        id,
-    };
-    let mut all: Box<[Neighbors]> = ids.iter().map(alone).collect();
-    for node in nodes.iter().filter(|node| node.is_cluster) {
-        all[node.triangle_range()]
-            .iter_mut()
-            .for_each(|neighbors| neighbors.first = node.first_triangle);
-    }
-    let mut lists = alloc::vec![NONE; vertices];
-    let (mut open, mut free): (Vec<Edge>, _) = (Vec::new(), NONE);
-    for (triangle, &[p, q, r]) in (0..).zip(corners) {
-        for (edge, [from, to, apex]) in (0..).zip([[p, q, r], [q, r, p], [r, p, q]]) {
-            let (list, high) = (&mut lists[from.min(to) as usize], from.max(to));
-            let (mut at, mut before) = (*list, NONE);
-            while at != NONE && open[at as usize].high != high {
-                (before, at) = (at, open[at as usize].next);
+const FREE: Open = Open {
+    ends: u64::MAX,
+    edge: 0,
+    triangle: 0,
+};
+
+/// The neighbors of all triangles (tree order). `O(n)` time and memory.
+pub(super) fn neighbors(corners: &[[u32; 3]], nodes: &[Node]) -> Box<[Neighbors]> {
+    let mut rows = alloc::vec![[NONE << 3; 3]; corners.len()].into_boxed_slice();
+    if corners.len() < NONE as usize {
+        let bits = (corners.len() / 8).max(64).ilog2() + 1;
+        let mut slots = alloc::vec![FREE; 1 << bits];
+        let mut lost = link::<true>(corners, &mut rows, &mut slots, FACTORS[0]);
+        for &factor in &FACTORS[1..] {
+            // In a soup there is nothing to be found.
+            if lost == 0 || rows.iter().all(|row| *row == [NONE << 3; 3]) {
+                break;
             }
-            if at == NONE {
-                let new = Edge {
-                    high,
-                    next: *list,
-                    triangle,
-                    edge,
-                };
-                if free == NONE {
-                    *list = open.len() as u32;
-                    open.push(new);
-                } else {
-                    *list = free;
-                    free = core::mem::replace(&mut open[free as usize], new).next;
-                }
-                continue;
-            }
-            let Edge {
-                next,
-                triangle: other,
-                edge: of_other,
-                ..
-            } = open[at as usize];
-            if before == NONE {
-                *list = next;
-            } else {
-                open[before as usize].next = next;
-            }
-            open[at as usize].next = core::mem::replace(&mut free, at);
-            let there = corners[other as usize];
-            let same_direction = there[of_other as usize] == from;
-            let there = there[(of_other as usize + 2) % 3];
-            all[triangle as usize].across[edge as usize] =
-                Across::new(other, of_other, same_direction, there);
-            all[other as usize].across[of_other as usize] =
-                Across::new(triangle, edge, same_direction, apex);
+            slots.fill(FREE);
+            lost = link::<false>(corners, &mut rows, &mut slots, factor);
         }
     }
-    all
+    for node in nodes.iter().filter(|node| node.is_cluster) {
+        for (place, row) in (0..).zip(&mut rows[node.triangle_range()]) {
+            row[0] |= place;
+        }
+    }
+    rows
+}
+
+/// Makes neighbors of triangles that share an edge behind which nothing is known yet; the `FIRST` time nothing is. How many
+/// edges lost their slot.
+#[inline(always)]
+fn link<const FIRST: bool>(
+    corners: &[[u32; 3]],
+    rows: &mut [Neighbors],
+    slots: &mut [Open],
+    factor: u64,
+) -> usize {
+    let (mut lost, shift) = (0, slots.len().leading_zeros() + 1);
+    let mut meet = |rows: &mut [Neighbors], triangle: u32, edge: u32, from: u32, to: u32| {
+        let ends = u64::from(from.min(to)) << 32 | u64::from(from.max(to));
+        let slot = &mut slots[(ends.wrapping_mul(factor) >> shift) as usize];
+        let other = mem::replace(
+            slot,
+            Open {
+                ends,
+                edge,
+                triangle,
+            },
+        );
+        let met = other.ends == ends;
+        lost += usize::from(!met & (other.ends != FREE.ends));
+        slot.ends = select_unpredictable(met, FREE.ends, ends);
+        let rows = rows.as_flattened_mut();
+        rows[edge as usize] = select_unpredictable(met, other.triangle, NONE) << 3;
+        let edge = select_unpredictable(met, other.edge, edge);
+        rows[edge as usize] = select_unpredictable(met, triangle, NONE) << 3;
+    };
+    for (triangle, &[p, q, r]) in (0u32..).zip(corners) {
+        let is_open = rows[triangle as usize].map(|across| FIRST || across == NONE << 3);
+        if is_open == [false; 3] || p == q || q == r || r == p {
+            continue;
+        }
+        let edge = 3 * triangle;
+        if is_open[0] {
+            meet(rows, triangle, edge, p, q);
+        }
+        if is_open[1] {
+            meet(rows, triangle, edge + 1, q, r);
+        }
+        if is_open[2] {
+            meet(rows, triangle, edge + 2, r, p);
+        }
+    }
+    lost
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::{Mesh, shapes};
-    use crate::tree::{BuildOptions, Tree};
-
-    fn tree(mesh: Mesh) -> Tree {
-        Tree::with_options(mesh, &BuildOptions::default().neighbors(true))
-    }
 
     fn corners(tree: &Tree, triangle: usize) -> [u32; 3] {
         tree.mesh().triangles()[tree.ids()[triangle] as usize]
@@ -180,32 +172,25 @@ mod tests {
 
     fn check(tree: &Tree) -> usize {
         let mut count = 0;
-        for triangle in 0..tree.mesh().len() {
-            let here = tree.neighbors()[triangle];
-            assert_eq!(here.id, tree.ids()[triangle]);
-            let [_, cluster] = tree.nodes_above(triangle as u32);
-            assert_eq!(here.first, tree.nodes()[cluster as usize].first_triangle);
-            for (edge, across) in here.across.iter().enumerate() {
-                let expected = expected(tree, triangle, edge);
-                if across.is_nothing() {
+        for triangle in 0..tree.mesh().len() as u32 {
+            let [_, cluster] = tree.nodes_above(triangle);
+            assert_eq!(
+                tree.first_of_cluster(triangle),
+                tree.nodes()[cluster as usize].first_triangle
+            );
+            let here = tree.vertices_of(triangle);
+            for edge in 0..3 {
+                let expected = expected(tree, triangle as usize, edge);
+                let Some(next) = tree.across(triangle, edge) else {
                     assert_ne!(expected.len(), 1);
                     continue;
-                }
-                let (other, there) = (across.triangle(), across.entry() & 3);
-                assert!(expected.contains(&other) || other as usize == triangle);
-                let back = tree.neighbors()[other as usize].across[there];
-                assert_eq!(
-                    (back.triangle() as usize, back.entry() & 3),
-                    (triangle, edge)
-                );
-                let (here, there_all) = (corners(tree, triangle), corners(tree, other as usize));
-                assert_eq!(across.vertex, there_all[(there + 2) % 3]);
-                let first = if across.entry() >= 4 {
-                    here[edge]
-                } else {
-                    here[(edge + 1) % 3]
                 };
-                assert_eq!(there_all[there], first);
+                assert!(expected.contains(&next));
+                assert!((0..3).any(|back| tree.across(next, back) == Some(triangle)));
+                let there = tree.vertices_of(next);
+                let vertex = tree.vertex_across(triangle, here[(edge + 2) % 3], next);
+                let ends = [here[edge], here[(edge + 1) % 3]];
+                assert!(there.contains(&vertex) && !ends.contains(&vertex));
                 count += 1;
             }
         }
@@ -214,8 +199,8 @@ mod tests {
 
     #[test]
     fn each_edge_leads_to_the_other_triangle_that_has_it() {
-        assert!(check(&tree(shapes::torus_knot(2, 3, 0.2, 24))) > 500);
-        assert!(check(&tree(shapes::height_field(9, 1))) > 50);
+        assert!(check(&Tree::new(shapes::torus_knot(2, 3, 0.2, 24))) > 500);
+        assert!(check(&Tree::new(shapes::height_field(9, 1))) > 50);
     }
 
     #[test]
@@ -225,7 +210,7 @@ mod tests {
         let triangles = (2..38)
             .flat_map(|i| [[0, 1, i], [i, i + 1, i + 2]])
             .chain([[5, 6, 7], [3, 3, 9]]);
-        let tree = tree(Mesh::new(vertices, triangles).unwrap());
+        let tree = Tree::new(Mesh::new(vertices, triangles).unwrap());
         assert!(tree.nodes().len() > 5);
         check(&tree);
     }
@@ -239,15 +224,7 @@ mod tests {
             [1.0, 1.0, 0.5],
             [2.0, 0.0, 0.0],
         ];
-        let tree = tree(Mesh::new(vertices, [[0, 1, 2], [1, 2, 3], [1, 3, 4]]).unwrap());
+        let tree = Tree::new(Mesh::new(vertices, [[0, 1, 2], [1, 2, 3], [1, 3, 4]]).unwrap());
         assert_eq!(check(&tree), 4);
-        let flipped = |i| {
-            tree.neighbors()[i as usize]
-                .across
-                .iter()
-                .filter(|across| across.entry() >= 4)
-                .count()
-        };
-        assert!((0..3).map(flipped).sum::<usize>() > 0);
     }
 }

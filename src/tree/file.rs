@@ -12,7 +12,7 @@
 //! |---:|---|
 //! | 8 | `PUNCTREE` |
 //! | 4 | version, 1 |
-//! | 4 | bytes of a coordinate, 4 or 8; + 256 if the neighbors of triangles are kept, + 512 if extremes are |
+//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; 256 more means nothing |
 //! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
@@ -43,8 +43,8 @@ use glam::{Mat3, Mat3A};
 const MAGIC: [u8; 8] = *b"PUNCTREE";
 const VERSION: u32 = 1;
 
-/// Beside the size of a coordinate: neighbors of triangles are kept, extremes are. They are found anew.
-const HAS_NEIGHBORS: u32 = 1 << 8;
+/// Beside the size of a coordinate: without meaning, and whether extremes are kept, which are found anew.
+const IGNORED: u32 = 1 << 8;
 const HAS_EXTREMES: u32 = 1 << 9;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
@@ -157,7 +157,6 @@ impl From<TreeFault> for TreeFileError {
 /// What the header says.
 struct Header {
     is_f64: bool,
-    has_neighbors: bool,
     has_extremes: bool,
     vertices: u64,
     triangles: u64,
@@ -170,11 +169,8 @@ impl Header {
     fn write(&self, bytes: &mut Vec<u8>) {
         bytes.extend_from_slice(&MAGIC);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
-        let neighbors = if self.has_neighbors { HAS_NEIGHBORS } else { 0 };
         let extremes = if self.has_extremes { HAS_EXTREMES } else { 0 };
-        bytes.extend_from_slice(
-            &(neighbors | extremes | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes(),
-        );
+        bytes.extend_from_slice(&(extremes | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
         for count in [self.vertices, self.triangles, self.nodes, self.orientations] {
             bytes.extend_from_slice(&count.to_le_bytes());
         }
@@ -205,17 +201,13 @@ impl Header {
             });
         }
         let kind = word();
-        let (size, [has_neighbors, has_extremes]) = (
-            kind & !(HAS_NEIGHBORS | HAS_EXTREMES),
-            [HAS_NEIGHBORS, HAS_EXTREMES].map(|bit| kind & bit != 0),
-        );
+        let (size, has_extremes) = (kind & !(IGNORED | HAS_EXTREMES), kind & HAS_EXTREMES != 0);
         let mut count = || u64::from(word()) | u64::from(word()) << 32;
         let [vertices, triangles, nodes, orientations] = [count(), count(), count(), count()];
         let cost = f32::from_bits(word());
         match size {
             4 | 8 => Ok(Self {
                 is_f64: size == 8,
-                has_neighbors,
                 has_extremes,
                 vertices,
                 triangles,
@@ -290,7 +282,6 @@ impl Tree {
     fn header(&self) -> Header {
         Header {
             is_f64: !self.mesh.is_f32(),
-            has_neighbors: self.has_neighbors(),
             has_extremes: self.has_extremes(),
             vertices: self.mesh.vertex_count() as u64,
             triangles: self.mesh.len() as u64,
@@ -361,7 +352,7 @@ impl Tree {
             profiles,
             placed,
             ids,
-            [header.has_neighbors, header.has_extremes],
+            header.has_extremes,
         );
         Ok(Self {
             built_cost: header.cost,

@@ -4,7 +4,7 @@
 //! ([`binary`], [`bins`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with an orientation of
 //! its own ([`assign`], [`axes`], [`moments`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
 //! ([`fit`]), its alpha per axis and its profile level by level ([`profile`]). When vertices move, that pass is repeated
-//! ([`refit`]). On request what lies next to each triangle is kept ([`adjacency`]), and what may be the farthest along a
+//! ([`refit`]). What lies next to each triangle is kept ([`adjacency`]), and on request what may be the farthest along a
 //! direction ([`extremes`]). The file of a tree ([`mod@file`]) holds what cannot be computed again: the mesh, the order of the
 //! triangles and the orientations.
 
@@ -32,7 +32,6 @@ mod update;
 mod validate;
 mod wide;
 
-pub(crate) use adjacency::Neighbors;
 pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
 pub use options::{BuildOptions, Effort};
@@ -42,6 +41,7 @@ pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
 
 use crate::mesh::Mesh;
+use adjacency::Neighbors;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use collapse::Plan;
@@ -64,7 +64,7 @@ pub struct Tree {
     /// Input id of each triangle, in tree order.
     ids: Box<[u32]>,
     profiles: Profiles,
-    /// Neighbors of each triangle, in tree order; empty if they are not kept.
+    /// Neighbors of each triangle, in tree order.
     neighbors: Box<[Neighbors]>,
     /// Empty if they are not kept, and after a refit.
     extremes: Extremes,
@@ -174,7 +174,7 @@ impl Tree {
             profiles,
             placed,
             binary.order.into(),
-            [options.neighbors, options.extremes],
+            options.extremes,
         )
     }
 
@@ -186,12 +186,9 @@ impl Tree {
         profiles: Profiles,
         Placed { corners, triangles }: Placed,
         ids: Box<[u32]>,
-        [keep_neighbors, keep_extremes]: [bool; 2],
+        keep_extremes: bool,
     ) -> Self {
-        let neighbors = match keep_neighbors {
-            true => adjacency::neighbors(&corners, mesh.vertex_count(), &ids, &nodes),
-            false => Box::default(),
-        };
+        let neighbors = adjacency::neighbors(&corners, &nodes);
         let extremes = match keep_extremes {
             true => Extremes::of(&mesh, &unit, &corners),
             false => Extremes::default(),
@@ -308,6 +305,12 @@ impl Tree {
         ]
     }
 
+    /// The numbers of the vertices of a triangle (in tree order).
+    #[inline(always)]
+    pub(crate) fn vertices_of(&self, triangle: u32) -> [u32; 3] {
+        self.corners[triangle as usize]
+    }
+
     /// The parent of the cluster that has a triangle (in tree order), and the cluster.
     pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
         let (mut parent, mut at) = (0, 0);
@@ -324,17 +327,6 @@ impl Tree {
             (parent, at) = (at, child);
         }
         [parent, at]
-    }
-
-    /// Whether neighbors are kept.
-    pub(crate) fn has_neighbors(&self) -> bool {
-        !self.neighbors.is_empty()
-    }
-
-    /// What lies next to each triangle, in tree order; none of any if neighbors are not kept.
-    #[inline(always)]
-    pub(crate) fn neighbors(&self) -> &[Neighbors] {
-        &self.neighbors
     }
 
     /// Which corners may be the farthest along a direction, of any.

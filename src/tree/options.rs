@@ -10,11 +10,6 @@ pub struct BuildOptions {
     pub effort: Effort,
     /// Whether nodes choose the orientation in which their boxes are smallest; if not, all boxes have the mesh's axes.
     pub orientations: bool,
-    /// Whether to keep what lies next to each triangle, 32 bytes a triangle; a build takes 42 to 67 ns a triangle longer.
-    /// Queries for all pairs between two such trees follow the contact where a budget is likely to stop them, so that they have
-    /// found more by then ([`crate::Query::early`]). In a [`crate::Scene`], bodies that slide on one another, as links do at
-    /// their joints, are often found to go on meeting without a search. False by default.
-    pub neighbors: bool,
     /// Whether to keep the few corners that may be the farthest along any direction, 10 KB and some bytes a triangle; a build
     /// takes a third to the whole of its time longer, and of round meshes up to four times as long. In a [`crate::Scene`], two
     /// bodies that are close, or all but touch, are then told apart by a plane between them, without a search, if they are
@@ -42,7 +37,6 @@ impl Default for BuildOptions {
         Self {
             effort: Effort::Normal,
             orientations: true,
-            neighbors: false,
             extremes: false,
             threads: 1,
         }
@@ -66,12 +60,6 @@ impl BuildOptions {
             effort: Effort::Best,
             ..Self::default()
         }
-    }
-
-    /// Sets whether neighbors are kept.
-    #[must_use]
-    pub fn neighbors(self, neighbors: bool) -> Self {
-        Self { neighbors, ..self }
     }
 
     /// Sets whether extremes are kept.

@@ -48,8 +48,7 @@ pub fn answers(workspace: &Workspace) -> String {
         lines: String::new(),
         case: "",
     };
-    let mut with_all = BuildOptions::default();
-    (with_all.neighbors, with_all.extremes) = (true, true);
+    let with_all = BuildOptions::default().extremes(true);
     let knot = Arc::new(Tree::with_options(
         shapes::torus_knot(2, 3, 0.2, 12),
         &with_all,

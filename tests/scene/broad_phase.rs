@@ -8,8 +8,8 @@ use crate::anywhere;
 use crate::common::random::Random;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{
-    Body, BodyId, Budget, BuildOptions, Filter, ManualClock, PairReport, Pose, Reach, Report,
-    Scene, Tree, Verdict, shapes, triangles_intersect,
+    Body, BodyId, Budget, Filter, ManualClock, Mesh, PairReport, Pose, Reach, Report, Scene, Tree,
+    Verdict, shapes, triangles_intersect,
 };
 
 /// What the broad phase may spend beyond a budget of work.
@@ -469,9 +469,14 @@ fn pairs_whose_witnesses_are_lost_are_found_again_however_little_of_the_frame_is
 /// by more than a triangle in a frame.
 #[test]
 fn neighbors_spare_searches_where_surfaces_slide_on_one_another() {
-    let play = |neighbors: bool, angle: f64| {
-        let options = BuildOptions::default().neighbors(neighbors);
-        let tree = Arc::new(Tree::with_options(shapes::torus(0.8, 0.3, 40), &options));
+    let torus = shapes::torus(0.8, 0.3, 40);
+    let corners = (0..torus.len())
+        .flat_map(|i| torus.triangle(i))
+        .map(|corner| corner.to_array());
+    let triangles = (0..torus.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+    let soup = Mesh::from_f64(corners, triangles).unwrap();
+    let play = |mesh: &Mesh, angle: f64| {
+        let tree = Arc::new(Tree::new(mesh.clone()));
         // Twelve couples, one of each turns.
         let pose = |body: usize, frame: usize| {
             let turn = DVec3::new(0.3, 0.1 * (body / 2) as f64, 1.0).normalize();
@@ -517,7 +522,7 @@ fn neighbors_spare_searches_where_surfaces_slide_on_one_another() {
         work
     };
     for (angle, percent) in [(0.03, 80), (0.6, 105)] {
-        let (with, without) = (play(true, angle), play(false, angle));
+        let (with, without) = (play(&torus, angle), play(&soup, angle));
         assert!(
             100 * with < percent * without,
             "{angle}: {with} units of work, {without} without neighbors"

@@ -43,12 +43,8 @@ fn trees() -> Vec<Arc<Tree>> {
         soup(Family::Uniform, 0, &mut random),
         soup(Family::Double, 60, &mut random),
     ];
-    // Every other one knows what lies next to its triangles, and its extremes.
-    let options = |at: usize| {
-        BuildOptions::default()
-            .neighbors(at.is_multiple_of(2))
-            .extremes(at.is_multiple_of(2))
-    };
+    // Every other one knows its extremes.
+    let options = |at: usize| BuildOptions::default().extremes(at.is_multiple_of(2));
     meshes
         .into_iter()
         .enumerate()
@@ -354,7 +350,7 @@ fn anywhere(id: BodyId) -> BodyId {
 
 /// Spheres in a row, each overlapping its neighbours' boxes, turning and swinging.
 fn row(scene: &mut Scene, bodies: usize) -> Vec<BodyId> {
-    let options = BuildOptions::default().neighbors(true).extremes(true);
+    let options = BuildOptions::default().extremes(true);
     let knot = Arc::new(Tree::with_options(
         shapes::torus_knot(2, 3, 0.1, 48),
         &options,

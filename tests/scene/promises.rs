@@ -27,7 +27,7 @@ fn turned(angle: f64) -> DMat3 {
 }
 
 fn knot() -> Arc<Tree> {
-    let options = BuildOptions::default().neighbors(true).extremes(true);
+    let options = BuildOptions::default().extremes(true);
     Arc::new(Tree::with_options(
         shapes::torus_knot(2, 3, 0.2, 64),
         &options,

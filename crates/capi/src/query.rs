@@ -67,12 +67,9 @@ pub struct punctual_query<'t> {
     /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
     pub pair_limit: usize,
     /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-    /// queued: 0 queues every pair, infinity none. -1 by default: 128, or 1024 under a budget of work for MODE_ALL if trees were
-    /// built with `neighbors` (32 with `early`), and infinity for MODE_ANY with ORDER_PENETRATION.
+    /// queued: 0 queues every pair, infinity none. -1 by default: 48 with ORDER_PENETRATION, 128 with others, and infinity for
+    /// MODE_ANY with ORDER_PENETRATION.
     pub queue_threshold: f32,
-    /// Whether finding much early is worth some more time in all, for MODE_ALL: 0 (the default) or not 0. It needs trees that
-    /// were built with `neighbors`.
-    pub early: u32,
     /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
     /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
     pub prior: f64,
@@ -112,7 +109,6 @@ impl Default for punctual_query<'_> {
             seed: 0,
             pair_limit: usize::MAX,
             queue_threshold: -1.0,
-            early: 0,
             prior: DEFAULT_PRIOR,
         }
     }
@@ -303,7 +299,7 @@ impl<'t> punctual_query<'t> {
         } else {
             query.queue_threshold(self.queue_threshold)
         };
-        let query = query.pair_limit(self.pair_limit).early(self.early != 0);
+        let query = query.pair_limit(self.pair_limit);
         Ok(query.prior(self.prior))
     }
 }

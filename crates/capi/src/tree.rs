@@ -41,9 +41,6 @@ pub struct punctual_build_options {
     pub effort: u32,
     /// Whether boxes may be turned to where they are smallest: 0 or not 0.
     pub frames: u32,
-    /// Whether triangles know their neighbors, which `early` of a query needs: 0 or not 0. Takes about a fifth of the build's
-    /// time more, and 32 bytes a triangle.
-    pub neighbors: u32,
     /// Whether to keep the corners that may be the farthest along a direction: 0 or not 0. In a scene, convex bodies that are
     /// close are then told apart by a plane, without a search, until a refit. Takes a third to the whole of the build's time more.
     pub extremes: u32,
@@ -94,7 +91,6 @@ impl Default for punctual_build_options {
     fn default() -> Self {
         let BuildOptions {
             orientations,
-            neighbors,
             extremes,
             threads,
             ..
@@ -103,7 +99,6 @@ impl Default for punctual_build_options {
             size: Self::SIZE,
             effort: punctual_effort::Normal as u32,
             frames: orientations.into(),
-            neighbors: neighbors.into(),
             extremes: extremes.into(),
             threads,
         }
@@ -155,9 +150,7 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
     let mut chosen = BuildOptions::default();
     (chosen.effort, chosen.orientations, chosen.threads) =
         (effort, options.frames != 0, options.threads);
-    Ok(chosen
-        .neighbors(options.neighbors != 0)
-        .extremes(options.extremes != 0))
+    Ok(chosen.extremes(options.extremes != 0))
 }
 
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use punctual::{Budget, BuildOptions, CostModel, Intersection, Mode, Order, Pose, Query, Tree};
+use punctual::{BuildOptions, CostModel, Intersection, Mode, Order, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
@@ -39,10 +39,6 @@ pub struct Args {
     /// Seed of the order `random`.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Find much early, for queries that a budget cuts off: follow the surfaces along their contact. Only with --mode all
-    /// and a budget.
-    #[arg(long, requires = "budget")]
-    early: bool,
     /// Take the poses as consecutive frames: carry what one tells the next.
     #[arg(long)]
     memory: bool,
@@ -94,17 +90,12 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if args.pairs_out.is_some() && args.mode == ModeName::Any {
         return Err("--pairs-out needs --mode all".into());
     }
-    if args.early && args.mode == ModeName::Any {
-        return Err("--early needs --mode all".into());
-    }
     let mut calibration = args
         .calibration
         .as_deref()
         .map(CalibrationFile::read)
         .transpose()?;
-    let LoadedInput { a, b, build, poses } = args
-        .input
-        .load(&BuildOptions::default().neighbors(args.marches()))?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
     let mut pairs_out = args
         .pairs_out
         .as_deref()
@@ -154,16 +145,10 @@ impl Args {
         }
     }
 
-    /// Whether queries may follow the surfaces along their contact.
-    fn marches(&self) -> bool {
-        self.mode == ModeName::All && self.running.limits.budget() != Budget::unlimited()
-    }
-
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Intersection> {
         let query = Query::intersection(a, b, pose)
             .mode(self.mode())
-            .order(self.order())
-            .early(self.early);
+            .order(self.order());
         self.prior.map_or(query, |share| query.prior(share))
     }
 

@@ -41,19 +41,18 @@ impl<'py> FromPyObject<'_, 'py> for ModeName {
 #[derive(Clone, Copy, Default)]
 pub struct QueryOptions {
     mode: Mode,
-    early: bool,
     prior: Option<f64>,
 }
 
 impl QueryOptions {
-    pub fn new(mode: Option<ModeName>, early: bool, prior: Option<f64>) -> PyResult<Self> {
+    pub fn new(mode: Option<ModeName>, prior: Option<f64>) -> PyResult<Self> {
         if let Some(share) = prior.filter(|share| !(0.0..=1.0).contains(share)) {
             return Err(value_error(format_args!(
                 "prior is {share}, expected a share, 0 to 1"
             )));
         }
         let mode = mode.map_or(Mode::Any, |ModeName(mode)| mode);
-        Ok(Self { mode, early, prior })
+        Ok(Self { mode, prior })
     }
 
     pub fn query<'t>(
@@ -62,9 +61,7 @@ impl QueryOptions {
         b: &'t punctual::Tree,
         pose: Pose,
     ) -> punctual::Query<'t, punctual::Intersection> {
-        let query = punctual::Query::intersection(a, b, pose)
-            .mode(self.mode)
-            .early(self.early);
+        let query = punctual::Query::intersection(a, b, pose).mode(self.mode);
         match self.prior {
             Some(share) => query.prior(share),
             None => query,
@@ -300,13 +297,12 @@ pub fn with_workspace<R>(run: impl FnOnce(&mut Workspace) -> R) -> R {
 ///
 /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. mode: "any" stops at the
 /// first intersection, "all" finds every intersecting pair of triangles. budget: seconds; work: units of work, for the
-/// same answer on every machine; without either the query finishes. memory: what it learned at the pose before. early:
-/// find much early, for mode "all" and trees that were built with neighbors. prior: share of poses with an intersection
-/// that is to be expected.
+/// same answer on every machine; without either the query finishes. memory: what it learned at the pose before. prior:
+/// share of poses with an intersection that is to be expected.
 ///
 /// Raises ValueError for a T that is not rigid, and TypeError for wrong types. `Query` is the same, to be resumed.
 #[pyfunction]
-#[pyo3(signature = (a, b, T=None, *, mode=None, budget=None, work=None, memory=None, early=false, prior=None))]
+#[pyo3(signature = (a, b, T=None, *, mode=None, budget=None, work=None, memory=None, prior=None))]
 #[expect(
     non_snake_case,
     clippy::too_many_arguments,
@@ -321,11 +317,10 @@ pub fn collide<'py>(
     budget: Option<f64>,
     work: Option<u64>,
     mut memory: Option<PyRefMut<'_, Memory>>,
-    early: bool,
     prior: Option<f64>,
 ) -> PyResult<Bound<'py, Collision>> {
     let (limit, pose) = (Limit::new(budget, work)?, T.unwrap_or_default().0);
-    let options = QueryOptions::new(mode, early, prior)?;
+    let options = QueryOptions::new(mode, prior)?;
     let query = options.query(&a.arc, &b.arc, pose);
     let (mut memory, mut pairs) = (lent(&mut memory), Vec::new());
     let mut run = |workspace: &mut Workspace, clock: &dyn Clock| {
@@ -409,17 +404,16 @@ impl Query {
 #[pymethods]
 impl Query {
     #[new]
-    #[pyo3(signature = (a, b, T=None, *, mode=None, early=false, prior=None))]
+    #[pyo3(signature = (a, b, T=None, *, mode=None, prior=None))]
     #[expect(non_snake_case, reason = "the name of the Python argument")]
     fn new(
         a: Surface<'_>,
         b: Surface<'_>,
         T: Option<Transform>,
         mode: Option<ModeName>,
-        early: bool,
         prior: Option<f64>,
     ) -> PyResult<Self> {
-        let options = QueryOptions::new(mode, early, prior)?;
+        let options = QueryOptions::new(mode, prior)?;
         let trees = [Arc::clone(&a.arc), Arc::clone(&b.arc)];
         let asked = Asked::new(a, b, T.unwrap_or_default().0);
         let workspace = Box::new(Workspace::new());

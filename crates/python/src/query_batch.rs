@@ -129,7 +129,7 @@ impl CollisionBatch {
 ///
 /// Raises ValueError for a matrix that is not rigid, with its row.
 #[pyfunction]
-#[pyo3(signature = (a, b, poses, *, mode=None, budget=None, work=None, memory=None, early=false, prior=None,
+#[pyo3(signature = (a, b, poses, *, mode=None, budget=None, work=None, memory=None, prior=None,
     threads=1))]
 #[expect(
     clippy::too_many_arguments,
@@ -144,12 +144,11 @@ pub fn collide_batch(
     budget: Option<f64>,
     work: Option<u64>,
     mut memory: Option<PyRefMut<'_, Memory>>,
-    early: bool,
     prior: Option<f64>,
     threads: usize,
 ) -> PyResult<CollisionBatch> {
     let limit = Limit::new(budget, work)?;
-    let options = QueryOptions::new(mode, early, prior)?;
+    let options = QueryOptions::new(mode, prior)?;
     let Transforms(poses) = poses;
     let (a, b) = (&*a.arc, &*b.arc);
     let workers = workers(threads, poses.len(), lent(&mut memory))?;

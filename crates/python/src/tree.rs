@@ -19,9 +19,9 @@ use std::sync::Arc;
 /// A triangle mesh with its bounding volume tree. Built once, used in any number of queries, from any thread.
 ///
 /// vertices: (V, 3) numbers, in one unit of length, kept as f32 where that is exact and as f64 otherwise. faces: (F, 3)
-/// integers of any type. effort: "fast", "normal" or "best", how much time the build may take. neighbors: whether to
-/// keep what lies next to each triangle, for `collide(..., mode="all", early=True)`. extremes: whether to keep the corners
-/// that may be the farthest along a direction, so that a `Scene` tells convex bodies that are close apart without a search.
+/// integers of any type. effort: "fast", "normal" or "best", how much time the build may take. extremes: whether to
+/// keep the corners that may be the farthest along a direction, so that a `Scene` tells convex bodies that are close apart
+/// without a search.
 ///
 /// A mesh is a surface: no inside, degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.
 /// Raises ValueError for an index out of range and for coordinates that are not finite, with the place.
@@ -48,7 +48,7 @@ impl From<punctual::Tree> for Tree {
     }
 }
 
-fn options(effort: &str, neighbors: bool, extremes: bool) -> PyResult<BuildOptions> {
+fn options(effort: &str, extremes: bool) -> PyResult<BuildOptions> {
     let options = match effort {
         "fast" => BuildOptions::fast_build(),
         "normal" => BuildOptions::default(),
@@ -59,7 +59,7 @@ fn options(effort: &str, neighbors: bool, extremes: bool) -> PyResult<BuildOptio
             )));
         }
     };
-    Ok(options.neighbors(neighbors).extremes(extremes))
+    Ok(options.extremes(extremes))
 }
 
 /// A build of a smaller mesh takes less time than the user waits for the end of a call.
@@ -119,16 +119,15 @@ impl<'py> FromPyObject<'_, 'py> for Surface<'py> {
 #[pymethods]
 impl Tree {
     #[new]
-    #[pyo3(signature = (vertices, faces, *, effort="normal", neighbors=false, extremes=false))]
+    #[pyo3(signature = (vertices, faces, *, effort="normal", extremes=false))]
     fn build(
         py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
         effort: &str,
-        neighbors: bool,
         extremes: bool,
     ) -> PyResult<Self> {
-        let options = options(effort, neighbors, extremes)?;
+        let options = options(effort, extremes)?;
         built(py, mesh(vertices, faces)?, options).map(Self::from)
     }
 
@@ -136,32 +135,30 @@ impl Tree {
     /// place of a
     /// tree, but then it is built in each of them.
     #[classmethod]
-    #[pyo3(signature = (mesh, *, effort="normal", neighbors=false, extremes=false))]
+    #[pyo3(signature = (mesh, *, effort="normal", extremes=false))]
     fn from_trimesh(
         _: &Bound<'_, PyType>,
         mesh: &Bound<'_, PyAny>,
         effort: &str,
-        neighbors: bool,
         extremes: bool,
     ) -> PyResult<Self> {
         let (vertices, faces) = (mesh.getattr("vertices")?, mesh.getattr("faces")?);
-        Self::build(mesh.py(), &vertices, &faces, effort, neighbors, extremes)
+        Self::build(mesh.py(), &vertices, &faces, effort, extremes)
     }
 
     /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz. Warns (UserWarning) of
     /// what was
     /// passed over in it, one line a kind. Raises OSError if it cannot be read or is damaged, with the place.
     #[classmethod]
-    #[pyo3(signature = (path, *, effort="normal", neighbors=false, extremes=false))]
+    #[pyo3(signature = (path, *, effort="normal", extremes=false))]
     fn load(
         _: &Bound<'_, PyType>,
         py: Python<'_>,
         path: PathBuf,
         effort: &str,
-        neighbors: bool,
         extremes: bool,
     ) -> PyResult<Self> {
-        let options = options(effort, neighbors, extremes)?;
+        let options = options(effort, extremes)?;
         let file = path.clone();
         let load = move || {
             punctual_io::load(&file).map(|Loaded { mesh, notices, .. }| {

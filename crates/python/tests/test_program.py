@@ -73,10 +73,7 @@ def test_the_same_collisions_as_the_program(program, pair, budget):
     files, arguments = pair
     options = [] if budget is None else ["--budget-work", str(budget)]
     rows = run(program, "pair", files, "--mode", "all", *options)
-    a, b, poses = arguments
-    # The program builds such trees where a budget may end queries for all pairs.
-    a, b = [punctual3d.Tree(tree.vertices, tree.faces, neighbors=True) for tree in (a, b)]
-    batch = punctual3d.collide_batch(a, b, poses, mode="all", work=budget)
+    batch = punctual3d.collide_batch(*arguments, mode="all", work=budget)
     names = {1: "intersecting", 0: "separated", -1: "undecided"}
     assert [row["verdict"] for row in rows] == [names[verdict] for verdict in batch.verdict.tolist()]
     assert [int(row["pairs"]) for row in rows] == batch.found.tolist()

@@ -34,7 +34,7 @@ rows: list[list[float]] = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0
 ball, ring = p.shapes.icosphere(two), p.shapes.torus(2, np.float64(0.5), 24)
 p.shapes.cuboid(point + 1, 2), p.shapes.cuboid([1, 2, 3], two), p.shapes.torus_knot(2, 3, third, np.uint8(64))
 mesh = Mesh(ball)
-tree = p.Tree(ball.vertices.astype(np.float32), ball.faces.tolist(), effort="best", neighbors=yes, extremes=True)
+tree = p.Tree(ball.vertices.astype(np.float32), ball.faces.tolist(), effort="best", extremes=True)
 p.Tree.from_trimesh(mesh, effort="fast"), p.Tree.from_bytes(tree.to_bytes())
 tree.refit(tree.vertices.tolist())
 assert_type(tree.faces, NDArray[np.uint32])
@@ -43,11 +43,11 @@ assert tree == tree and len({tree: 1}) == 1 and tree.nbytes + tree.depth + len(t
 
 # Do they meet?
 memory = p.Memory()
-hit = p.collide(ball, ring, pose, mode="all", budget=np.float64(1.0), memory=memory, early=yes, prior=third)
+hit = p.collide(ball, ring, pose, mode="all", budget=np.float64(1.0), memory=memory, prior=third)
 assert_type(hit.verdict, Literal["intersecting", "separated", "undecided"])
 assert_type(hit.witness, Union[tuple[int, int], None])
 p.collide(mesh, ring, rows, work=np.uint32(10_000)), p.collide(ball, mesh, work=two)
-query = p.Query(ball, mesh, rows, mode="all", early=False, prior=third)
+query = p.Query(ball, mesh, rows, mode="all", prior=third)
 part = query.run(work=two)
 if part.stop == "work-limit":
     query.resume(budget=1), query.estimate(memory=memory).remaining.time.p50

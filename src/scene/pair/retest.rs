@@ -185,25 +185,22 @@ impl<'b> Retest<'b> {
         }
         let mut next = ArrayVec::<_, LANES>::new();
         for (side, tree) in trees.into_iter().enumerate() {
-            let Some(neighbors) = tree.neighbors().get(latest[side] as usize) else {
-                continue;
-            };
-            for (edge, across) in neighbors
-                .across
-                .iter()
-                .enumerate()
-                .filter(|(_, across)| !across.is_nothing())
-            {
-                let vertex = tree.mesh().vertices().get(across.vertex as usize);
+            let (triangle, corners) = (latest[side], tree.vertices_of(latest[side]));
+            for edge in 0..3 {
+                let Some(across) = tree.across(triangle, edge) else {
+                    continue;
+                };
+                let apex = (edge + 2) % 3;
+                let vertex = tree.vertex_across(triangle, corners[apex], across);
+                let vertex = tree.mesh().vertices().get(vertex as usize);
                 let vertex = if side == 0 {
                     vertex
                 } else {
                     b_in_a.transform_point(vertex)
                 };
-                // The corner that is not on the edge.
-                self.columns[side].set_corner(next.len(), (edge + 2) % 3, vertex);
+                self.columns[side].set_corner(next.len(), apex, vertex);
                 let mut pair = latest;
-                pair[side] = across.triangle();
+                pair[side] = across;
                 next.push(pair);
             }
         }

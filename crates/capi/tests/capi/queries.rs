@@ -89,15 +89,10 @@ impl<'t> Both<'t> {
         let mut query = punctual_query_new(Some(ours), Some(ours), raw(&tilted()));
         (query.mode, query.order, query.seed) = (u32::from(mode == Mode::All), number, seed);
         (query.pair_limit, query.queue_threshold, query.prior) = (30, 64.0, 0.2);
-        query.early = 1;
         let native = Query::intersection(theirs, theirs, tilted())
             .mode(mode)
             .order(order);
-        let native = native
-            .pair_limit(30)
-            .queue_threshold(64.0)
-            .prior(0.2)
-            .early(true);
+        let native = native.pair_limit(30).queue_threshold(64.0).prior(0.2);
 
         let (memory, remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
         let [bv_test, triangle_test, box_update, setup] = [0.5, 8.0, 30.0, 200.0];

@@ -41,12 +41,11 @@ fn all_trees() -> [(Box<punctual_tree>, Tree); 6] {
     let options = punctual_build_options {
         effort: punctual_effort::Fast as u32,
         frames: 0,
-        neighbors: 1,
         extremes: 1,
         threads: 2,
         ..Default::default()
     };
-    let mut fast = BuildOptions::fast_build().neighbors(true).extremes(true);
+    let mut fast = BuildOptions::fast_build().extremes(true);
     fast.orientations = false;
     all_shapes().map(|(mesh, native)| {
         (

@@ -101,7 +101,7 @@ fn parts(list: &Path, folder: &Path, meshes: &MeshArgs) -> Result<Vec<Part>, Fil
             ["mesh", id, file] => {
                 let tree = Tree::with_options(
                     meshes.load(&folder.join(file))?,
-                    &BuildOptions::default().neighbors(true).extremes(true),
+                    &BuildOptions::default().extremes(true),
                 );
                 let name = Path::new(file).file_name().unwrap_or(file.as_ref());
                 trees.insert(

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use punctual::glam::DVec3;
-use punctual::{BuildOptions, Mesh, Pose, Tree};
+use punctual::{Mesh, Pose, Tree};
 use punctual_lab::files;
 use punctual_lab::report::{self, Failure};
 
@@ -21,12 +21,10 @@ pub struct Case {
 
 impl Case {
     pub fn new(name: &str, a: Mesh, b: Mesh, poses: Vec<Pose>) -> Self {
-        // For early answers.
-        let tree = |mesh| Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
         Self {
             name: name.to_owned(),
-            a: tree(a),
-            b: tree(b),
+            a: Tree::new(a),
+            b: Tree::new(b),
             poses,
             known: Vec::new(),
             distances: Vec::new(),

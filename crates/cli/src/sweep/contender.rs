@@ -2,57 +2,43 @@
 
 use punctual::{Intersection, Order, Pose, Query, Tree};
 
-/// An order of the engine, and whether early answers are asked for.
+/// An order of the engine.
 #[derive(Clone, Copy)]
 pub struct Contender {
     pub name: &'static str,
     pub order: Order,
-    pub early: bool,
 }
 
 /// The default first, plain depth-first second.
-pub const CONTENDERS: [Contender; 7] = [
+pub const CONTENDERS: [Contender; 6] = [
     Contender {
         name: "penetration",
         order: Order::Penetration,
-        early: false,
     },
     Contender {
         name: DEPTH_FIRST,
         order: Order::DepthFirst,
-        early: false,
-    },
-    Contender {
-        name: EARLY,
-        order: Order::Penetration,
-        early: true,
     },
     Contender {
         name: "low-alpha",
         order: Order::LowAlpha,
-        early: false,
     },
     Contender {
         name: "overlap-volume",
         order: Order::OverlapVolume,
-        early: false,
     },
     Contender {
         name: "breadth-first",
         order: Order::BreadthFirst,
-        early: false,
     },
     Contender {
         name: "random",
         order: Order::Random(1),
-        early: false,
     },
 ];
 
 pub const DEFAULT: &str = CONTENDERS[0].name;
 pub const DEPTH_FIRST: &str = "depth-first";
-/// The default, which follows the contact from each hit; the same as the default where one hit is all that is asked.
-pub const EARLY: &str = "early";
 
 /// The default with what it remembers of the pose before: a warm start where poses are frames of a motion.
 pub const WARM: &str = "warm";
@@ -68,9 +54,7 @@ pub const ORACLE: &str = "oracle";
 
 impl Contender {
     pub fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Intersection> {
-        Query::intersection(a, b, pose)
-            .order(self.order)
-            .early(self.early)
+        Query::intersection(a, b, pose).order(self.order)
     }
 }
 
@@ -85,15 +69,10 @@ pub struct Curve {
 }
 
 /// What every plot compares; one line more is one more of these.
-pub const CURVES: [Curve; 5] = [
+pub const CURVES: [Curve; 4] = [
     Curve {
         order: DEFAULT,
         label: "this library",
-        dashed: false,
-    },
-    Curve {
-        order: EARLY,
-        label: "this library, early answers",
         dashed: false,
     },
     Curve {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use punctual::glam::{DQuat, DVec3};
 use punctual::internals::Random;
-use punctual::{Budget, BuildOptions, Mesh, Motion, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual::{Budget, Mesh, Motion, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_io::load;
 
 use super::motions;
@@ -57,7 +57,7 @@ impl Case {
             let motions = motions::between(&poses, is_motion);
             (poses, motions)
         };
-        let [a, b] = [files::mesh(folder, "a")?, files::mesh(folder, "b")?].map(tree);
+        let [a, b] = [files::mesh(folder, "a")?, files::mesh(folder, "b")?].map(Tree::new);
         Ok(Self {
             name,
             a,
@@ -122,7 +122,7 @@ impl Case {
     }
 
     fn generated(name: &str, a: Mesh, b: Mesh) -> Self {
-        let (a, b) = (tree(a), tree(b));
+        let (a, b) = (Tree::new(a), Tree::new(b));
         let poses = Approaches::new(&a, &b).poses();
         let motions = motions::between(&poses, false);
         Self {
@@ -254,9 +254,4 @@ fn normal(random: &mut Random) -> f64 {
 
 fn random_direction(random: &mut Random) -> DVec3 {
     DVec3::new(normal(random), normal(random), normal(random)).normalize_or(DVec3::X)
-}
-
-/// With neighbors, so that queries can march.
-fn tree(mesh: Mesh) -> Tree {
-    Tree::with_options(mesh, &BuildOptions::default().neighbors(true))
 }

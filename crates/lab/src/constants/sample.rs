@@ -2,8 +2,8 @@
 
 use punctual::internals::{FrontSummary, Lead, pair_cost};
 use punctual::{
-    Answer, Budget, Counts, History, Intersection, ManualClock, Mode, PairMemory, Query,
-    StopReason, Tree, Verdict, Workspace,
+    Answer, Budget, Counts, History, Intersection, ManualClock, Mode, Order, PairMemory, Query,
+    StopReason, Verdict, Workspace,
 };
 
 use super::cases::Case;
@@ -63,21 +63,22 @@ pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
         samples: Vec::new(),
     };
     let mut memories = [PairMemory::new(), PairMemory::new()];
-    let [a, b] = [&case.a, &case.b].map(|tree| Tree::new(tree.mesh().clone()));
     for (number, &pose) in case.poses.iter().enumerate() {
-        let (query, marching) = (
-            Query::intersection(&a, &b, pose),
-            Query::all_pairs(&case.a, &case.b, pose),
-        );
-        let complete = run(&query.mode(Mode::All), &mut sampler.workspace, None, None);
-        for (mode, memory) in [Mode::All, Mode::Any].into_iter().zip(&mut memories) {
-            let query = query.mode(mode);
+        let query = Query::intersection(&case.a, &case.b, pose);
+        let marching = query.mode(Mode::All);
+        let complete = run(&marching, &mut sampler.workspace, None, None);
+        // For all pairs, as runs that nothing is expected to cut.
+        let modes = [marching.order(Order::DepthFirst), query];
+        for ((mode, query), memory) in [Mode::All, Mode::Any]
+            .into_iter()
+            .zip(modes)
+            .zip(&mut memories)
+        {
             // Without a memory, frames close together are the same query again.
             if !case.is_motion || number % THINNED == 0 {
                 sampler.sample(&query, mode, &complete, None, false);
                 if mode == Mode::All {
                     sampler.sample(&marching, mode, &complete, None, true);
-                    sampler.sample(&marching.early(true), mode, &complete, None, true);
                 }
             }
             if case.is_motion {
@@ -114,11 +115,7 @@ impl Sampler<'_> {
             }),
             Some(_) => return,
         };
-        let lead = match last {
-            _ if marches => Lead::Curves,
-            Some(last) if mode == Mode::All && last.history.met => Lead::LastFrame,
-            _ => Lead::Nothing,
-        };
+        let lead = if marches { Lead::Curves } else { Lead::Nothing };
         let roots = [&self.case.a, &self.case.b]
             .map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));
         let sample = |stop, front, end: &Answer<Verdict>| Sample {

@@ -45,7 +45,7 @@ pub fn fit(data: &Data) -> String {
         changes(&remembering),
         other_counts(data),
         chances(&alone, &remembering, &hit),
-        recall(&alone, &remembering, &marching),
+        recall(&alone, &marching),
         distances(&data.moments),
         motions(&data.motions),
     ]
@@ -159,21 +159,12 @@ fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
     .concat()
 }
 
-fn recall(alone: &[&Sample], remembering: &[&Sample], marching: &[&Sample]) -> String {
-    let followed = remembering
-        .iter()
-        .copied()
-        .filter(|sample| sample.lead == Lead::LastFrame);
+fn recall(alone: &[&Sample], marching: &[&Sample]) -> String {
     [
         list(
             "RECALL",
             &recall_weights(of(alone, Mode::All), recall_features),
             "Logit of the recall, weights of `recall_features`.",
-        ),
-        list(
-            "RECALL_AFTER_HISTORY",
-            &recall_weights(followed, recall_features),
-            "The same where what met in the frame before was looked at first.",
         ),
         list(
             "RECALL_MARCHING",

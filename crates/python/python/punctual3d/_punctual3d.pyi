@@ -36,16 +36,15 @@ class Tree:
         faces: ArrayLike,
         *,
         effort: _Effort = "normal",
-        neighbors: _Flag = False,
         extremes: _Flag = False,
     ) -> Tree: ...
     @classmethod
     def from_trimesh(
-        cls, mesh: _HasMesh, *, effort: _Effort = "normal", neighbors: _Flag = False, extremes: _Flag = False
+        cls, mesh: _HasMesh, *, effort: _Effort = "normal", extremes: _Flag = False
     ) -> Tree: ...
     @classmethod
     def load(
-        cls, path: str | PathLike[str], *, effort: _Effort = "normal", neighbors: _Flag = False, extremes: _Flag = False
+        cls, path: str | PathLike[str], *, effort: _Effort = "normal", extremes: _Flag = False
     ) -> Tree: ...
     @classmethod
     def from_bytes(cls, bytes: bytes) -> Tree: ...
@@ -167,7 +166,6 @@ class Query:
         T: ArrayLike | None = None,
         *,
         mode: _Mode | None = None,
-        early: _Flag = False,
         prior: _Real | None = None,
     ) -> Query: ...
     def run(
@@ -545,7 +543,6 @@ def collide(
     budget: _Real | None = None,
     work: _Integer | None = None,
     memory: Memory | None = None,
-    early: _Flag = False,
     prior: _Real | None = None,
 ) -> Collision: ...
 def collide_batch(
@@ -557,7 +554,6 @@ def collide_batch(
     budget: _Real | None = None,
     work: _Integer | None = None,
     memory: Memory | None = None,
-    early: _Flag = False,
     prior: _Real | None = None,
     threads: _Integer = 1,
 ) -> CollisionBatch: ...

@@ -1,6 +1,6 @@
-//! Early answers: a query that marches along the contact, because it was asked to or because its work is limited, says nothing
-//! false, reports nothing twice and finds everything, wherever it is stopped, in however small a workspace; and it does find
-//! more early.
+//! The plans of a run: whatever may be spent, and however often that changes, nothing said is false, nothing is reported twice
+//! and everything is found, wherever it is stopped, in however small a workspace. What may be cut finds more early; what is not
+//! cut costs no more than depth-first.
 
 mod common;
 
@@ -10,9 +10,13 @@ use common::check::{
 use common::random::{Drift, Random, pose_about};
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Budget, BuildOptions, Intersection, Mesh, Mode, Order, Pose, Query, StopReason, Tree,
-    Workspace, shapes,
+    Budget, Intersection, ManualClock, Mesh, Mode, Order, Pose, Query, StopReason, Tree, Workspace,
+    shapes,
 };
+use std::time::Duration;
+
+/// A time that is not expected to last.
+const SHORT: Budget = Budget::time(Duration::from_nanos(1));
 
 struct Case {
     a: Tree,
@@ -23,20 +27,6 @@ struct Case {
 impl Case {
     fn query(&self) -> Query<'_, Intersection> {
         Query::all_pairs(&self.a, &self.b, self.pose)
-    }
-
-    fn early(&self) -> Query<'_, Intersection> {
-        self.query().early(true)
-    }
-
-    /// The same without neighbors.
-    fn bare(&self) -> Self {
-        let bare = |tree: &Tree| Tree::new(tree.mesh().clone());
-        Self {
-            a: bare(&self.a),
-            b: bare(&self.b),
-            pose: self.pose,
-        }
     }
 
     /// All pairs, depth-first.
@@ -61,10 +51,9 @@ fn pose(x: f64, y: f64, z: f64) -> Pose {
 
 /// Curves that are closed, many, and cut by open edges; aligned surfaces, where all is in doubt; a soup without neighbors.
 fn cases() -> Vec<Case> {
-    let tree = |mesh| Tree::with_options(mesh, &BuildOptions::default().neighbors(true));
     let case = |a: Mesh, b: Mesh, pose| Case {
-        a: tree(a),
-        b: tree(b),
+        a: Tree::new(a),
+        b: Tree::new(b),
         pose,
     };
     let sphere = || shapes::icosphere(4);
@@ -100,22 +89,62 @@ fn cases() -> Vec<Case> {
 }
 
 #[test]
-fn early_answers_end_in_the_same_pairs_as_any_other_query() {
+fn all_plans_end_in_the_same_pairs() {
     let mut workspace = Workspace::new();
+    let clock = ManualClock::new();
     for (i, case) in cases().iter().enumerate() {
         let truth = case.truth();
         assert!(!truth.is_empty(), "case {i}");
         for threshold in [None, Some(0.0), Some(10.0), Some(1e9)] {
-            for query in [case.query(), case.early()] {
+            for budget in [ENOUGH, Budget::unlimited(), SHORT] {
+                let query = case.query();
                 let query = threshold.map_or(query, |threshold| query.queue_threshold(threshold));
-                let outcome = run(&query, &mut workspace, ENOUGH);
+                // The clock stands still, so that what is short lasts nevertheless.
+                let outcome = query.run(&mut workspace, budget.clock(&clock));
                 assert_complete(Mode::All, &outcome, workspace.pairs(), &truth);
             }
         }
     }
 }
 
-/// More stops: `PUNCTUAL_STOPS=1000000 cargo test --release --test early`.
+/// A run goes on by the plan that it was begun with, whatever budget it gets next.
+#[test]
+fn budgets_of_other_kinds_go_on_with_a_run() {
+    let clock = ManualClock::new();
+    for case in cases() {
+        let truth = case.truth();
+        for (first, next) in [
+            (Budget::work(2_000), Budget::unlimited()),
+            (Budget::work(2_000), SHORT),
+            // These end when the pair buffer is full.
+            (Budget::unlimited(), Budget::work(1_000)),
+            (SHORT, Budget::work(1_000)),
+            (SHORT, Budget::unlimited()),
+            (Budget::unlimited(), SHORT),
+        ] {
+            let mut workspace = Workspace::with_capacity(64, truth.len() / 4 + 1);
+            let query = case.query();
+            let mut outcome = query.run(&mut workspace, first.clock(&clock));
+            let (mut pairs, mut calls) = (Vec::new(), 1);
+            loop {
+                let here = [&pairs[..], workspace.pairs()].concat();
+                assert_sound(&outcome, &here, &truth);
+                pairs.extend(workspace.drain_pairs());
+                if outcome.stop == StopReason::Finished {
+                    break;
+                }
+                // The one kind and the other in turn.
+                let budget = if calls % 2 == 1 { next } else { first };
+                outcome = query.resume(&mut workspace, budget.clock(&clock)).unwrap();
+                calls += 1;
+            }
+            assert!(calls > 1);
+            assert_eq!(sorted(&pairs), truth);
+        }
+    }
+}
+
+/// More stops: `PUNCTUAL_STOPS=1000000 cargo test --release --test plans`.
 #[test]
 fn no_pair_is_wrong_or_told_twice_at_any_stop() {
     let stops: usize = std::env::var("PUNCTUAL_STOPS").map_or(1500, |stops| stops.parse().unwrap());
@@ -135,7 +164,6 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
         for _ in 0..10 {
             let query = case
                 .query()
-                .early(random.below(2) > 0)
                 .queue_threshold([0.0, 4.0, 16.0, 64.0][random.below(4)]);
             let workspace = &mut workspaces[random.below(4)];
             let mut outcome = run(
@@ -177,11 +205,7 @@ fn no_pair_is_wrong_or_told_twice_at_any_stop() {
 #[test]
 fn a_resumed_march_ends_in_the_same_bits_as_one_that_never_stopped() {
     for case in cases() {
-        for query in [
-            case.early(),
-            case.query(),
-            case.query().queue_threshold(10.0),
-        ] {
+        for query in [case.query(), case.query().queue_threshold(10.0)] {
             let (mut whole, mut pieces) = (Workspace::new(), Workspace::new());
             let expected = run(&query, &mut whole, ENOUGH);
             let mut outcome = run(&query, &mut pieces, Budget::work(1));
@@ -206,8 +230,8 @@ fn both_kernels_march_to_the_same_bits() {
         for work in [0, 500, 5_000, 50_000, u64::MAX] {
             let budget = Budget::work(work);
             assert_eq!(
-                run(&case.early(), &mut fast, budget),
-                run(&case.early(), &mut portable, budget)
+                run(&case.query(), &mut fast, budget),
+                run(&case.query(), &mut portable, budget)
             );
             assert_eq!(fast.pairs(), portable.pairs());
         }
@@ -220,7 +244,7 @@ fn full_buffers_lose_nothing_while_marching() {
         let truth = case.truth();
         for found in [1, 7, 64] {
             let mut workspace = Workspace::with_capacity(16, found);
-            let (outcome, pairs) = run_to_end(&case.early(), &mut workspace, ENOUGH);
+            let (outcome, pairs) = run_to_end(&case.query(), &mut workspace, ENOUGH);
             assert_eq!(
                 (outcome.stop, sorted(&pairs)),
                 (StopReason::Finished, truth.clone())
@@ -230,63 +254,75 @@ fn full_buffers_lose_nothing_while_marching() {
 }
 
 #[test]
-fn early_answers_know_more_at_a_fifth_of_the_work() {
-    let (mut plain, mut bounded, mut early) = (0.0, 0.0, 0.0);
+fn what_may_be_cut_knows_much_at_a_fifth_of_the_work() {
+    let (mut plain, mut planned) = (0.0, 0.0);
     let mut workspace = Workspace::new();
     // Without the last two, where there is nothing to follow.
     for case in cases().iter().take(4) {
-        let bare = case.bare();
-        let all = run(
-            &bare.query().order(Order::DepthFirst),
-            &mut workspace,
-            ENOUGH,
-        );
+        let depth_first = case.query().order(Order::DepthFirst);
+        let all = run(&depth_first, &mut workspace, ENOUGH);
         let budget = Budget::work(all.stats.work / 5);
-        let share = |query: Query<Intersection>, workspace: &mut Workspace| {
-            run(&query, workspace, budget).stats.found as f64 / all.stats.found as f64
+        let share = |query: &Query<Intersection>, workspace: &mut Workspace| {
+            run(query, workspace, budget).stats.found as f64 / all.stats.found as f64
         };
-        plain += share(bare.query(), &mut workspace) / 4.0;
-        bounded += share(case.query(), &mut workspace) / 4.0;
-        early += share(case.early(), &mut workspace) / 4.0;
+        plain += share(&depth_first, &mut workspace) / 4.0;
+        planned += share(&case.query(), &mut workspace) / 4.0;
     }
-    assert!(early > 1.2 * plain, "{early} after {plain}");
-    assert!(bounded > 1.5 * plain, "{bounded} after {plain}");
+    assert!(planned > 0.4, "{planned}");
+    assert!(planned > 2.0 * plain, "{planned} after {plain}");
 }
 
 #[test]
-fn a_finished_march_takes_little_more_than_a_plain_query() {
+fn a_first_hit_that_may_be_cut_comes_no_later_than_depth_first() {
+    let (mut plain, mut planned) = (0, 0);
+    let mut workspace = Workspace::new();
+    for case in cases() {
+        let query = case.query().mode(Mode::Any);
+        let mut work = |query: &Query<Intersection>| run(query, &mut workspace, ENOUGH).stats.work;
+        plain += work(&query.order(Order::DepthFirst));
+        planned += work(&query);
+    }
+    assert!(planned < plain, "{planned} after {plain}");
+}
+
+#[test]
+fn a_finished_run_that_could_be_cut_takes_little_more_than_depth_first() {
     let mut workspace = Workspace::new();
     for case in &cases() {
-        let work = |query: Query<Intersection>, workspace: &mut Workspace| {
-            run(&query, workspace, ENOUGH).stats.work
-        };
-        let plain = work(case.query().order(Order::DepthFirst), &mut workspace);
-        for threshold in [10.0, 100.0, 1e9] {
-            let limited = work(case.query().queue_threshold(threshold), &mut workspace);
-            let early = work(case.early().queue_threshold(threshold), &mut workspace);
+        let mut work = |query: Query<Intersection>| run(&query, &mut workspace, ENOUGH).stats.work;
+        let plain = work(case.query().order(Order::DepthFirst));
+        for threshold in [10.0, 48.0, 100.0, 1e9] {
+            let planned = work(case.query().queue_threshold(threshold));
             assert!(
-                limited.max(early) as f64 <= 1.35 * plain as f64,
-                "{plain}, {limited}, {early}"
+                planned as f64 <= 1.35 * plain as f64,
+                "{planned} after {plain}"
             );
         }
-        let unlimited = run(&case.query(), &mut workspace, Budget::unlimited());
-        let bare = case.bare();
+    }
+}
+
+#[test]
+fn what_nothing_cuts_is_depth_first() {
+    let mut workspace = Workspace::new();
+    for case in &cases() {
+        let mut outcome =
+            |query: Query<Intersection>| run(&query, &mut workspace, Budget::unlimited());
         assert_eq!(
-            unlimited,
-            run(&bare.query(), &mut workspace, Budget::unlimited())
+            outcome(case.query()),
+            outcome(case.query().order(Order::DepthFirst))
         );
     }
 }
 
 /// By how much the told recall is off, at shares of the work of a query that is not cut off.
 #[test]
-fn early_answers_know_how_much_they_have_found() {
+fn runs_that_are_cut_know_how_much_they_have_found() {
     let (mut off, mut stops) = (0.0, 0.0);
     let mut workspace = Workspace::new();
     for case in cases().iter().take(4) {
-        let all = run(&case.early(), &mut workspace, ENOUGH);
+        let all = run(&case.query(), &mut workspace, ENOUGH);
         for tenth in 1..10 {
-            let query = case.early();
+            let query = case.query();
             let outcome = run(
                 &query,
                 &mut workspace,
@@ -301,28 +337,10 @@ fn early_answers_know_how_much_they_have_found() {
 }
 
 #[test]
-fn without_neighbors_early_answers_are_as_right_as_with_them() {
-    let case = &cases()[1];
-    let bare = case.bare();
-    assert_eq!(
-        (
-            bare.a.stats().bytes_neighbors,
-            case.a.stats().bytes_neighbors
-        ),
-        (0, 32 * case.a.mesh().len())
-    );
-    let loaded = Tree::from_bytes(&bare.a.to_bytes()).unwrap();
-    assert_eq!(loaded.stats(), bare.a.stats());
-    let mut workspace = Workspace::new();
-    let outcome = run(&bare.early(), &mut workspace, ENOUGH);
-    assert_complete(Mode::All, &outcome, workspace.pairs(), &case.truth());
-}
-
-#[test]
 fn a_refit_mesh_and_one_read_from_a_file_march_as_well() {
     let case = &mut cases()[0];
     case.a = Tree::from_bytes(&case.a.to_bytes()).unwrap();
-    assert_eq!(case.a.stats().bytes_neighbors, 32 * case.a.mesh().len());
+    assert_eq!(case.a.stats().bytes_neighbors, 12 * case.a.mesh().len());
     let (mesh, stretch) = (case.a.mesh(), DVec3::new(1.2, 0.8, 1.0));
     let moved: Vec<[f64; 3]> = (0..mesh.vertex_count())
         .map(|i| (mesh.vertex(i) * stretch + DVec3::splat(0.05)).to_array())
@@ -330,7 +348,7 @@ fn a_refit_mesh_and_one_read_from_a_file_march_as_well() {
     case.a.refit_f64(&moved).unwrap();
     let truth = case.truth();
     let mut workspace = Workspace::new();
-    let outcome = run(&case.early(), &mut workspace, ENOUGH);
+    let outcome = run(&case.query(), &mut workspace, ENOUGH);
     assert!(!truth.is_empty());
     assert_complete(Mode::All, &outcome, workspace.pairs(), &truth);
 }
