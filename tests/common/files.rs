@@ -83,7 +83,7 @@ fn three<T: std::fmt::Debug>(items: impl Iterator<Item = T>) -> [T; 3] {
     items.collect::<Vec<T>>().try_into().expect("three numbers")
 }
 
-fn number(word: &str) -> f64 {
+pub fn number(word: &str) -> f64 {
     word.parse().expect("a number")
 }
 

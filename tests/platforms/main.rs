@@ -7,6 +7,7 @@
 extern crate alloc;
 
 mod answers;
+mod questions;
 
 use punctual::Workspace;
 use std::path::Path;

@@ -4,6 +4,8 @@ extern crate alloc;
 
 #[path = "../../../tests/platforms/answers.rs"]
 mod answers;
+#[path = "../../../tests/platforms/questions.rs"]
+mod questions;
 
 use punctual::{Budget, Pose, Query, StopReason, Tree, Workspace, shapes};
 use std::time::Duration;
