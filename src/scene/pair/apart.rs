@@ -163,7 +163,8 @@ impl Turn {
     /// Whether to try a proof that they are apart by some distance; not if there is a stopped run to resume.
     #[inline]
     pub fn may_prove_apart(&self, desk: &Desk) -> bool {
-        let is_due = (desk.round.frame as u32).wrapping_sub(self.state.proves_from) <= u32::MAX / 2;
+        let until = self.state.proves_from.wrapping_sub(desk.round.frame as u16);
+        let is_due = self.state.proves_from == 0 || !(1..=PAUSE as u16).contains(&until);
         desk.looks_ahead && !desk.held && self.state.verdict == Verdict::Separated && is_due
     }
 
@@ -184,14 +185,14 @@ impl Turn {
         } = desk;
         let (key, frame) = (self.key, round.frame);
         let Some(mut limit) = reach(bodies, key, pair, frame) else {
-            self.state.proves_from = (frame + BREAK) as u32;
+            self.state.proves_from = (frame + BREAK) as u16;
             return None;
         };
         let needed = ROOM * u64::from(self.state.search) + MORE_ROOM;
         if !deadline.has_room(needed) {
             return None;
         }
-        self.state.proves_from = (frame + PAUSE) as u32;
+        self.state.proves_from = (frame + PAUSE) as u16;
         let answer = loop {
             let question = Question::apart(pair, b_in_a, limit);
             question.begin(workspace, &self.state.memory, round.to_the_end, 0);

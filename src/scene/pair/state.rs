@@ -219,7 +219,7 @@ pub(crate) struct PairState {
     /// The bodies are apart until the ways of both add up to this; 0: that is not known.
     pub apart: f64,
     /// The frame, its low bits, before which no proof is tried that they are apart by some distance; 0: any may.
-    pub proves_from: u32,
+    pub proves_from: u16,
     /// The plane that parted them last; how often in a row none did, and how many turns begin without another.
     pub parting: Parting,
     pub in_vain: u8,
