@@ -1,9 +1,7 @@
 //! What a query may spend, and who tells the time.
 
-use super::system::SYSTEM;
 use crate::model::cost::MAX_STEP_WORK;
 use core::cell::Cell;
-use core::fmt;
 use core::time::Duration;
 
 /// What one call may spend.
@@ -69,14 +67,6 @@ impl Budget {
         }
     }
 
-    /// The same budget by a clock of the caller's, instead of the system's.
-    pub const fn clock(self, clock: &dyn Clock) -> ClockedBudget<'_> {
-        ClockedBudget {
-            budget: self,
-            clock: Some(clock),
-        }
-    }
-
     /// Whether nothing can end the call early.
     pub(crate) fn is_unlimited(self) -> bool {
         self.time.is_none() && self.work.is_none()
@@ -94,40 +84,6 @@ pub trait Clock {
     /// about once a millisecond.
     fn is_cancelled(&self) -> bool {
         false
-    }
-}
-
-/// A budget and the clock that measures its time ([`Budget::clock`]). Calls take one wherever they take a [`Budget`],
-/// which goes by the clock of the system.
-#[derive(Clone, Copy)]
-#[must_use]
-pub struct ClockedBudget<'c> {
-    pub(crate) budget: Budget,
-    /// `None`: the system's.
-    pub(crate) clock: Option<&'c dyn Clock>,
-}
-
-impl<'c> ClockedBudget<'c> {
-    pub(crate) fn parts(self) -> (Budget, &'c dyn Clock) {
-        match self.clock {
-            Some(clock) => (self.budget, clock),
-            None => (self.budget.by_system(), &SYSTEM),
-        }
-    }
-}
-
-impl From<Budget> for ClockedBudget<'static> {
-    fn from(budget: Budget) -> Self {
-        Self {
-            budget,
-            clock: None,
-        }
-    }
-}
-
-impl fmt::Debug for ClockedBudget<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("ClockedBudget").field(&self.budget).finish()
     }
 }
 

@@ -6,19 +6,20 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
+use super::deadline::Deadline;
 use super::interval::{Interval, Tolerance};
 use super::meeting::Meeting;
 use super::memory::PairMemory;
 use super::nearest::Nearness;
 use super::options::{ContactOptions, Mode, OptionError, Options};
 use super::outcome::StopReason;
+use super::question::{Ask, Query, Question};
 use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::triangle_pairs::PATIENCE;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use super::{Ask, Deadline, Query, Question};
 use crate::contact::{Contact, face_normal};
 use crate::math::Pose;
 use crate::math::least::LEAST;

@@ -1,8 +1,8 @@
 //! What things cost on this machine: a few queries, timed.
 
-use super::Query;
 use super::budget::{Budget, Clock};
 use super::options::Mode;
+use super::question::Query;
 use super::workspace::Workspace;
 use crate::math::{Pose, nanoseconds};
 use crate::mesh::shapes;

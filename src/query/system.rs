@@ -6,6 +6,7 @@
 //! time.
 
 use super::budget::{Budget, Clock};
+use core::fmt;
 use core::time::Duration;
 
 #[cfg(all(
@@ -77,3 +78,47 @@ pub(crate) use clock::SYSTEM;
     not(all(target_family = "wasm", target_os = "unknown"))
 ))]
 pub use clock::SystemClock;
+
+impl Budget {
+    /// The same budget by a clock of the caller's, instead of the system's.
+    pub const fn clock(self, clock: &dyn Clock) -> ClockedBudget<'_> {
+        ClockedBudget {
+            budget: self,
+            clock: Some(clock),
+        }
+    }
+}
+
+/// A budget and the clock that measures its time ([`Budget::clock`]). Calls take one wherever they take a [`Budget`],
+/// which goes by the clock of the system.
+#[derive(Clone, Copy)]
+#[must_use]
+pub struct ClockedBudget<'c> {
+    pub(crate) budget: Budget,
+    /// `None`: the system's.
+    pub(crate) clock: Option<&'c dyn Clock>,
+}
+
+impl<'c> ClockedBudget<'c> {
+    pub(crate) fn parts(self) -> (Budget, &'c dyn Clock) {
+        match self.clock {
+            Some(clock) => (self.budget, clock),
+            None => (self.budget.by_system(), &SYSTEM),
+        }
+    }
+}
+
+impl From<Budget> for ClockedBudget<'static> {
+    fn from(budget: Budget) -> Self {
+        Self {
+            budget,
+            clock: None,
+        }
+    }
+}
+
+impl fmt::Debug for ClockedBudget<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("ClockedBudget").field(&self.budget).finish()
+    }
+}
