@@ -22,7 +22,6 @@ use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::{Contact, face_normal};
 use crate::math::Pose;
-use crate::math::least::LEAST;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::tree::Tree;
 use glam::DVec3;
@@ -85,7 +84,7 @@ impl<'t> Query<'t, Contacts> {
     #[must_use]
     pub fn margin(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "margin", distance, f64::INFINITY);
-        self.asked.options.margin = if distance >= LEAST {
+        self.asked.options.margin = if distance > 0.0 {
             distance.min(LARGEST_MARGIN)
         } else {
             0.0

@@ -202,6 +202,9 @@ impl<'t> Query<'t, Intersection> {
             deadline,
         )
         .advance();
+        if stop == StopReason::FlushedToZero {
+            return stop;
+        }
         if let Some(memory) = memory {
             memory.bind(self.a, self.b);
             memory.remember(self.asked.options.mode, stop, workspace, before);

@@ -2,7 +2,6 @@
 
 use super::order::Order;
 use crate::math::Motion;
-use crate::math::least::LEAST;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::names::named;
 use core::fmt;
@@ -108,9 +107,9 @@ impl fmt::Display for OptionError {
 
 impl core::error::Error for OptionError {}
 
-/// By how much a surface is thickened, of what was asked for; not at all by less than [`LEAST`].
+/// By how much a surface is thickened, of what was asked for.
 pub(super) fn thickness(margin: f64) -> f64 {
-    if margin >= LEAST {
+    if margin > 0.0 {
         margin.min(COORDINATE_LIMIT)
     } else {
         0.0

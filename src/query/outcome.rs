@@ -159,6 +159,10 @@ pub enum StopReason {
     PairsFull,
     /// The clock said that the call is cancelled ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
     Cancelled,
+    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small that this
+    /// could make an answer false: below 2^-960, as are products of coordinates and entries of the pose; denormal as f32, in
+    /// a mesh of f32; or the mesh is smaller than 2^-900. Clear the setting and resume.
+    FlushedToZero,
 }
 
 named!(StopReason {
@@ -168,6 +172,7 @@ named!(StopReason {
     WorkLimit => "work-limit",
     PairsFull => "pairs-full",
     Cancelled => "cancelled",
+    FlushedToZero => "flushed-to-zero",
 });
 
 impl StopReason {

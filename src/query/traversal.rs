@@ -19,6 +19,7 @@
 use super::boxes::Keys;
 use super::corners::Corners;
 use super::deadline::Deadline;
+use super::flushing;
 use super::outcome::StopReason;
 use super::queue::{Origin, Pair};
 use super::strategy::Strategy;
@@ -45,6 +46,9 @@ pub(super) struct Traversal<'q, 'c, Q> {
 
 /// What the loop leaves to the question.
 pub(super) trait Visitor {
+    /// Whether what flushing does to the numbers of the trees and the pose is still to be asked.
+    const ASKS_OF_FLUSHING: bool = true;
+
     /// The pair to be opened next.
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 
@@ -90,6 +94,10 @@ where
 
     /// Goes on until the run is over or the deadline stops it.
     pub fn advance(mut self) -> StopReason {
+        if Self::ASKS_OF_FLUSHING && flushing::matters(self.a, self.b, self.b_in_a) {
+            self.workspace.run.stopped = true;
+            return StopReason::FlushedToZero;
+        }
         self.workspace.corners.iter_mut().for_each(Corners::clear);
         self.deadline.begin(self.workspace.run.stats.work);
         let stop = self.workspace.instructions.run(&mut self);

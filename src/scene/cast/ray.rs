@@ -91,7 +91,7 @@ pub struct SceneCast {
     /// infinite if nothing is left to be found.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub free_until: f64,
-    /// Why the call returned.
+    /// Why the call returned. [`StopReason::FlushedToZero`]: for one of the bodies that could falsify the answer.
     pub stop: StopReason,
     /// Work done.
     pub work: u64,
