@@ -98,7 +98,7 @@ where
     ///
     /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end every
     /// [`Budget::poll_interval`] units of work. It does not lock or panic. It does not allocate, but for the first query in
-    /// a workspace for contacts or for all hits of a ray: it makes room for 4,096, unless
+    /// a workspace for contacts or for all hits of a ray, which makes room for 4,096, and the first one of so many rays; unless
     /// [`Workspace::reserve_contacts`] or [`Workspace::reserve_ray_hits`] has made some.
     pub fn run<'c>(
         &self,

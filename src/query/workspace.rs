@@ -284,10 +284,11 @@ impl Workspace {
         self.rays.hits.drain(..)
     }
 
-    /// Makes room for at least so many hits of a ray, 24 bytes each; the first query for all hits does so for 4,096 if there is
-    /// no room at all.
+    /// Makes room for at least so many hits of a ray, 24 bytes each, and for a batch of so many rays, 32 bytes each. The first
+    /// query for all hits makes room for 4,096 if there is none, the first one of more rays for theirs.
     pub fn reserve_ray_hits(&mut self, hits: usize) {
         self.rays.reserve(hits);
+        self.rays.reserve_batch(hits);
     }
 
     /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in nanoseconds, as far as
@@ -394,6 +395,7 @@ impl Clone for Workspace {
         found.extend_from_slice(&self.found);
         let mut rays = self.rays.clone();
         rays.reserve(self.rays.hits.capacity());
+        rays.reserve_batch(self.rays.first_hits.capacity());
         Self {
             front: self.front.clone(),
             waiting: self.waiting.clone(),
