@@ -1,23 +1,26 @@
-//! The least numbers that the library computes with. Smaller ones become zero where they come in, so that no result is
-//! denormal, and answers do not depend on whether the processor flushes denormal numbers (`docs/numerics.md`).
+//! The least magnitudes that the library computes with. Smaller numbers become zero at input. So no
+//! result is denormal, and answers do not depend on whether the processor flushes denormal numbers
+//! to zero (`docs/numerics.md`).
 
 use glam::DVec3;
 
-/// Least magnitude but zero of an `f64` that a user hands in, as a length or an entry of a rotation: 2^-300.
+/// Least nonzero magnitude of an `f64` input, both for lengths and for entries of a rotation:
+/// 2^-300.
 pub(crate) const LEAST: f64 = f64::from_bits((1023 - 300) << 52);
 
-/// A number of either precision, as meshes have them.
+/// A floating-point number of a precision that meshes use.
 pub(crate) trait Number: Copy + PartialOrd + Into<f64> {
     type Bits: Copy + Ord;
     const INFINITY: Self;
     const NEG_INFINITY: Self;
     const NO_BITS: Self::Bits;
 
-    /// Zero of the same sign for numbers that are too small.
+    /// Replaces a number below the least magnitude by zero of its sign.
     fn snapped(self) -> Self;
-    /// Twice the bits of the magnitude: larger for larger ones, largest for what is no number.
+    /// Twice the bits of the magnitude. The order of these bits is the order of the magnitudes, and
+    /// NaN is largest.
     fn magnitude(self) -> Self::Bits;
-    /// And back.
+    /// The inverse of [`magnitude`](Self::magnitude), without the sign.
     fn of_magnitude(bits: Self::Bits) -> Self;
 }
 
@@ -50,7 +53,7 @@ macro_rules! number {
 number!(f32, u32, f32::MIN_POSITIVE);
 number!(f64, u64, LEAST);
 
-/// A vector with components that are zero or no smaller than [`LEAST`].
+/// Replaces components smaller than [`LEAST`] by zeros of their sign.
 #[inline(always)]
 pub(crate) fn snapped(v: DVec3) -> DVec3 {
     DVec3::from_array(v.to_array().map(Number::snapped))

@@ -1,8 +1,8 @@
 //! Rigid poses in f64, used exactly as given.
 //!
-//! A pose `b_in_a` maps coordinates of B to coordinates of A: `a = R b + t`. What counts as an intersection
-//! depends on the last bit of the mapped vertices, so the matrix is never tidied and the order of
-//! every rounding is fixed.
+//! A pose `b_in_a` maps coordinates of B to coordinates of A: `a = R b + t`. Whether two meshes
+//! intersect depends on the last bit of the mapped vertices. So the matrix is never
+//! orthonormalized, and the order of all roundings is fixed.
 
 use core::fmt;
 
@@ -12,10 +12,11 @@ use super::larger;
 use super::least::{Number, snapped};
 use super::tolerance::{COORDINATE_LIMIT, ROTATION_TOLERANCE};
 
-/// A rotation followed by a translation, both f64: `b_in_a` maps coordinates of B to coordinates of A.
+/// A rotation followed by a translation, both f64: `b_in_a` maps coordinates of B to coordinates of
+/// A.
 ///
-/// The rotation matrix is checked (no entry of `|RᵀR − I|` above 1e-3, no mirror) and then used as it is,
-/// never made orthonormal. Entries below 2^-300 (5e-91) become zero.
+/// The rotation matrix is checked (no entry of `|RᵀR − I|` above 1e-3, no mirror) and then used as
+/// given; it is never orthonormalized. Entries below 2^-300 (5e-91) become zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "[f64; 12]", into = "[f64; 12]"))]
@@ -24,7 +25,7 @@ pub struct Pose {
     translation: DVec3,
 }
 
-/// Why numbers are no [`Pose`].
+/// Reasons why a [`Pose`] is refused.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum PoseError {
@@ -35,10 +36,10 @@ pub enum PoseError {
     },
     /// The matrix scales, shears or mirrors.
     NotARotation {
-        /// The largest entry of `|RᵀR − I|`; of a matrix with determinant d <= 0 at least 1 − d.
+        /// The largest entry of `|RᵀR − I|`; for a determinant d <= 0, at least 1 − d.
         deviation: f64,
     },
-    /// The translation is longer than 2^1000 along an axis.
+    /// The translation exceeds 2^1000 along an axis.
     TooFar {
         /// The first such axis: 0, 1, 2 for x, y, z.
         axis: usize,
@@ -75,8 +76,8 @@ impl Pose {
         translation: DVec3::ZERO,
     };
 
-    /// A pose from a rotation matrix, column by column, and a translation: a `DMat3` and a `DVec3` of
-    /// any version of glam, or what else has the same entries.
+    /// A pose from a rotation matrix, column by column, and a translation: a `DMat3` and a `DVec3`
+    /// of any version of glam, or other types with these entries.
     ///
     /// ```
     /// use punctual::{Pose, glam::DMat3};
@@ -116,7 +117,7 @@ impl Pose {
         Ok(pose)
     }
 
-    /// A pose from what is known to be one.
+    /// A pose from entries that are known to be valid.
     pub(crate) const fn unchecked(rotation: DMat3, translation: DVec3) -> Self {
         Self {
             rotation,
@@ -124,7 +125,8 @@ impl Pose {
         }
     }
 
-    /// A pose from a quaternion `x, y, z, w`, normalised in f64 first, and a translation.
+    /// A pose from a quaternion `x, y, z, w` and a translation. The quaternion is normalised in f64
+    /// first.
     ///
     /// # Errors
     /// [`PoseError::BadQuaternion`], then as [`new`](Self::new).
@@ -140,7 +142,8 @@ impl Pose {
         Self::new(DMat3::from_quat(unit), translation)
     }
 
-    /// A pose from the images of the three axes, which are the columns of the matrix, and of the origin.
+    /// A pose from the images of the three axes, which are the columns of the matrix, and the image
+    /// of the origin.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -165,7 +168,8 @@ impl Pose {
         Self::from_axes(column(0), column(1), column(2), column(3))
     }
 
-    /// The 3 x 4 matrix `[R|t]`, row by row; the inverse of [`from_row_major`](Self::from_row_major).
+    /// The 3 x 4 matrix `[R|t]`, row by row: the inverse of
+    /// [`from_row_major`](Self::from_row_major).
     pub fn to_row_major(&self) -> [f64; 12] {
         let [x, y, z, t] = [
             self.rotation.x_axis,
@@ -176,7 +180,7 @@ impl Pose {
         [x.x, y.x, z.x, t.x, x.y, y.y, z.y, t.y, x.z, y.z, z.z, t.z]
     }
 
-    /// A pose from f32 values, which f64 holds exactly; the matrix column by column.
+    /// A pose from f32 values, which f64 represents exactly; the matrix is column by column.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -188,7 +192,8 @@ impl Pose {
         Self::new(rotation, translation.into().map(f64::from))
     }
 
-    /// Rotation and translation rounded to f32; a translation beyond f32 becomes infinite.
+    /// Rotation and translation rounded to f32; a translation outside the range of f32 becomes
+    /// infinite.
     pub fn to_f32(&self) -> (Mat3, Vec3) {
         (self.rotation.as_mat3(), self.translation.as_vec3())
     }
@@ -205,10 +210,10 @@ impl Pose {
         self.translation
     }
 
-    /// `self` after `inner`, rounded: `b_in_a.compose(&c_in_b)` is `c_in_a`.
+    /// `self` applied after `inner`, rounded: `b_in_a.compose(&c_in_b)` is `c_in_a`.
     ///
     /// # Errors
-    /// As [`new`](Self::new): deviations add up, and translations too.
+    /// As [`new`](Self::new): deviations add up, and so do translations.
     pub fn compose(&self, inner: &Self) -> Result<Self, PoseError> {
         let Self {
             rotation,
@@ -217,7 +222,7 @@ impl Pose {
         Self::checked(rotation, translation)
     }
 
-    /// [`compose`](Self::compose) for poses that are known to have a product.
+    /// [`compose`](Self::compose) for poses whose product is known to be a pose.
     pub(crate) fn compose_unchecked(&self, inner: &Self) -> Self {
         let DMat3 {
             x_axis: x,
@@ -233,10 +238,10 @@ impl Pose {
 
     /// The inverse map, rounded: `b_in_a.inverse()` is `a_in_b`.
     ///
-    /// The matrix is truly inverted, not transposed, so an inexact rotation is undone as well.
+    /// The matrix is inverted, not transposed, so that an inexact rotation is undone as well.
     ///
     /// # Errors
-    /// As [`new`](Self::new), if the pose is at the very edge of what is accepted.
+    /// As [`new`](Self::new), if the pose is close to the limits of what is accepted.
     pub fn inverse(&self) -> Result<Self, PoseError> {
         let Self {
             rotation,
@@ -245,7 +250,7 @@ impl Pose {
         Self::checked(rotation, translation)
     }
 
-    /// [`inverse`](Self::inverse) for a pose that is known to have one.
+    /// [`inverse`](Self::inverse) for a pose whose inverse is known to be a pose.
     pub(crate) fn inverse_unchecked(&self) -> Self {
         let DMat3 {
             x_axis: x,
@@ -262,9 +267,11 @@ impl Pose {
         inverse
     }
 
-    /// The image of a point: per axis `((R_i0*x + R_i1*y) + R_i2*z) + t_i`, each operation rounded to nearest.
+    /// The image of a point: per axis `((R_i0*x + R_i1*y) + R_i2*z) + t_i`, each operation rounded
+    /// to nearest.
     ///
-    /// Which meshes intersect is defined on these values, hence the fixed order and no fused multiply-add.
+    /// These values define which meshes intersect. So the order of operations is fixed, and no
+    /// multiply-add is fused.
     #[inline]
     pub fn transform_point(&self, point: impl Into<[f64; 3]>) -> DVec3 {
         self.rotate(DVec3::from_array(point.into())) + self.translation
@@ -301,14 +308,14 @@ impl From<Pose> for [f64; 12] {
     }
 }
 
-/// Without the entries that are too small. It moves no point by more than a rounding.
+/// Replaces entries that are too small by zeros. This moves no point by more than a rounding.
 #[inline]
 fn snapped_rotation(rotation: DMat3) -> DMat3 {
     DMat3::from_cols_array(&rotation.to_cols_array().map(Number::snapped))
 }
 
-/// How far a finite matrix is from a rotation (no unit): the largest entry of `|RᵀR − I|`, and at least
-/// `1 − det R` where the determinant is not positive, since `RᵀR` does not see a mirror.
+/// How far a finite matrix is from a rotation (no unit): the largest entry of `|RᵀR − I|`. If the
+/// determinant is not positive, at least `1 − det R`, because `RᵀR` does not detect a mirror.
 #[inline]
 pub(crate) fn rotation_deviation(rotation: &DMat3) -> f64 {
     let DMat3 {

@@ -1,4 +1,4 @@
-//! The vertices of a mesh: how they are kept, checked and replaced.
+//! Storage, validation and replacement of the vertices of a mesh.
 
 use super::survey::{Survey, survey};
 use super::{Mesh, MeshError};
@@ -29,7 +29,7 @@ impl Vertices {
         }
     }
 
-    /// Makes coordinates zero that are too small.
+    /// Replaces coordinates that are too small by zeros.
     pub fn snap(&mut self) {
         match self {
             Self::F32(v) => snap(v.as_flattened_mut()),
@@ -42,9 +42,9 @@ fn snap<N: Number>(coordinates: &mut [N]) {
     coordinates.iter_mut().for_each(|x| *x = x.snapped());
 }
 
-/// A coordinate as vertices may keep it.
+/// A coordinate type in which vertices can be stored.
 trait Kept: Number {
-    /// Writes all vertices; allocates only if the old ones are of the other kind.
+    /// Writes all vertices; allocates only if the old ones have the other precision.
     fn keep(vertices: &mut Vertices, new: impl Iterator<Item = [Self; 3]>);
 }
 
@@ -67,7 +67,7 @@ kept!(f32, F32);
 kept!(f64, F64);
 
 impl Mesh {
-    /// Replaces all vertices; on an error nothing has changed. Allocates nothing.
+    /// Replaces all vertices. On an error nothing changes. Allocates nothing.
     pub(crate) fn set_vertices<V: Copy + Into<[f32; 3]>>(
         &mut self,
         vertices: &[V],
@@ -81,7 +81,7 @@ impl Mesh {
         }
     }
 
-    /// The same with f64 vertices. Allocates only to go over from f32 to f64.
+    /// Replaces all vertices by f64 vertices. Allocates only to change from f32 to f64 storage.
     pub(crate) fn set_vertices_f64<V: Copy + Into<[f64; 3]>>(
         &mut self,
         vertices: &[V],
@@ -108,7 +108,7 @@ impl Mesh {
             });
         }
         let survey = survey(vertices, of);
-        // A vertex that is not used may hold anything.
+        // Unused vertices may hold any value, so check only those in use.
         if !survey.is_good {
             self.in_use().try_for_each(|i| {
                 check_vertex(i, DVec3::from_array(of(vertices[i]).map(Into::into)))
@@ -122,7 +122,7 @@ impl Mesh {
         Ok(())
     }
 
-    /// Takes note of the smallest box around all vertices in use.
+    /// Computes the box around all vertices in use.
     pub(super) fn measure(&mut self) {
         self.note(&match &self.vertices {
             Vertices::F32(v) => survey(v, |vertex| vertex),
@@ -138,7 +138,7 @@ impl Mesh {
         };
     }
 
-    /// The vertices that triangles use, in their order, most of them several times.
+    /// Indices of the vertices that triangles use, in the order of the triangles, with repetitions.
     fn in_use(&self) -> impl Iterator<Item = usize> + use<'_> {
         self.triangles.as_flattened().iter().map(|&i| i as usize)
     }
@@ -156,12 +156,13 @@ pub(super) fn check_vertex(vertex: usize, position: DVec3) -> Result<(), MeshErr
     Ok(())
 }
 
-/// Whether a coordinate is a normal f32 number or zero. Compared by bits, because the sign of a zero is kept too.
+/// True if a coordinate is zero or a normal f32 number. Compares bits, to keep the sign of a zero
+/// too.
 pub(super) fn is_f32_exact(coordinate: f64) -> bool {
     f64::from((coordinate as f32).snapped()).to_bits() == coordinate.to_bits()
 }
 
-/// Whether triangles use every vertex.
+/// True if triangles use every vertex.
 pub(super) fn all_in_use(vertices: usize, triangles: &[[u32; 3]]) -> bool {
     let mut used = alloc::vec![false; vertices];
     triangles
