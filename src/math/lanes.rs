@@ -51,7 +51,7 @@ macro_rules! per_lane {
 }
 pub(crate) use per_lane;
 
-/// Runs an expression on each register of `lanes: L` in turn. With two registers per eight lanes, a
+/// Runs an expression on each register of `lanes: L` in turn. If eight lanes take two registers, a
 /// kernel has more live values than the machine has registers; one half at a time needs fewer.
 macro_rules! per_part {
     ($lanes:ident: $L:ident, $part:ident => $e:expr) => {{

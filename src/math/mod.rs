@@ -37,7 +37,7 @@ pub(crate) fn nanoseconds(time: core::time::Duration) -> f64 {
     time.as_secs() as f64 * 1e9 + f64::from(time.subsec_nanos())
 }
 
-/// Positions of the set bits, lowest first.
+/// Positions of the set bits of a mask, lowest first.
 #[inline(always)]
 pub(crate) fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
     let mut mask = mask.into();

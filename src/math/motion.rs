@@ -72,7 +72,7 @@ impl Motion {
         )
     }
 
-    /// A body of a scene at rest.
+    /// The motion of a body of a scene that is at rest.
     pub(crate) const fn still(start: Pose) -> Self {
         Self {
             start,

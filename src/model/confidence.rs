@@ -51,7 +51,7 @@ pub struct History {
 
 /// Features of the logit of a hit with a history:
 /// - the logit from the front;
-/// - the last verdict as +1 or -1, which decreases with its age;
+/// - the last verdict as +1 or -1, divided by one plus the undecided frames since;
 /// - that verdict times the logit of its persistence, from the rate of changes;
 /// - the depth of the front, alone and times the verdict. It tells more about a pair in motion than
 ///   about one at some pose.

@@ -31,9 +31,9 @@ pub struct FrontSummary {
     pub depth: f64,
     /// Deepest relative penetration of an open node pair, 0 to 1.
     pub deepest: f64,
-    /// Largest extent of one box beyond both sides of the other on an axis, relative to the sum of
-    /// their extents; -1 to 1, negative if no box extends beyond both sides. Surfaces that cross
-    /// leave such pairs.
+    /// Largest amount by which one box extends beyond both sides of the other on an axis, relative
+    /// to the sum of their extents; -1 to 1, negative if no box extends beyond both sides. Surfaces
+    /// that cross leave such pairs.
     pub crossing: f64,
 }
 

@@ -97,8 +97,8 @@ pub(super) fn neighbors(corners: &[[u32; 3]], nodes: &[Node]) -> Box<[Neighbors]
     rows
 }
 
-/// Makes neighbors of triangles that share an edge across which no neighbor is known. In the
-/// `FIRST` call none is known. Returns the number of edges that lost their slot.
+/// Links triangles that share an edge, where no neighbor is known. In the `FIRST` call none is
+/// known. Returns the number of edges that lost their slot.
 #[inline(always)]
 fn link<const FIRST: bool>(
     corners: &[[u32; 3]],

@@ -24,7 +24,7 @@ pub(super) struct BinaryNode {
     pub count: u32,
     /// Half the surface area of the node's box.
     pub area: f32,
-    /// Distance from this node to its right child; the left child is the next node. 0 for a
+    /// Offset from this node to its right child, in nodes; the left child is the next node. 0 for a
     /// cluster.
     right: u32,
 }

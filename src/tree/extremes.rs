@@ -183,9 +183,9 @@ impl Part {
         })
     }
 
-    /// Keeps the points that are the farthest along one of these directions. Keeps all others too,
-    /// except those that one of the first reaches as far as along all four edges. For a single
-    /// cell, few more than necessary remain.
+    /// Keeps the points that are the farthest along one of these directions. Keeps every other
+    /// point too, unless one of these reaches at least as far along all four edges. For a single
+    /// cell, few more points than necessary remain.
     fn maximal(self, points: &[Point]) -> Vec<Point> {
         let [[a, ab, b], [ac, middle, bd], [c, cd, d]] = self.directions();
         let edges = columns([a, b, c, d]);
@@ -226,8 +226,8 @@ impl Part {
 const FEW: usize = 16;
 const MANY: usize = 1024;
 
-/// Drops the points that one of the first `MANY` kept points reaches as far as along all four
-/// directions.
+/// Drops each point for which one of the first `MANY` kept points reaches at least as far along all
+/// four directions.
 fn thinned(points: Vec<Point>, directions: &[f32x4; 3]) -> Vec<Point> {
     let mut all: Vec<_> = points
         .into_iter()

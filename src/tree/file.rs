@@ -296,10 +296,10 @@ impl Tree {
         }
     }
 
-    /// The tree on which [`to_bytes`](Self::to_bytes) was called. Its queries do the same, to the
-    /// bit.
+    /// Loads the tree on which [`to_bytes`](Self::to_bytes) was called. The queries of both do the
+    /// same, to the bit.
     ///
-    /// Never panics, for all bytes. A tree that it returns gives true answers about the mesh that
+    /// Does not panic on any input. A tree that it returns gives true answers about the mesh that
     /// it contains.
     ///
     /// It takes at most 44 bytes of memory for each of `bytes`, because it accepts no more nodes

@@ -82,7 +82,7 @@ impl Extent {
         if subtree.triangles <= SMALL {
             return Span::of_all(lanes, all, node).extent();
         }
-        // Triangles from the whole subtree come first, so that most of the rest can be skipped.
+        // Begins with triangles from all over the subtree, so that most of the rest can be skipped.
         let step = all.len() / WIDTH;
         let [a, b, c, d] = [&all[0], &all[step], &all[2 * step], &all[3 * step]];
         let [e, f, g, h] = [

@@ -318,7 +318,7 @@ impl Tree {
         self.corners[triangle as usize]
     }
 
-    /// The cluster that contains a triangle (in tree order), after its parent.
+    /// The index of the cluster that contains a triangle (in tree order), after that of its parent.
     pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
         let (mut parent, mut at) = (0, 0);
         while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_cluster) {

@@ -7,14 +7,14 @@
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BuildOptions {
-    /// How much time the build may take.
+    /// Trades time of the build for speed of queries.
     pub effort: Effort,
     /// True if nodes choose the orientation in which their boxes are smallest. Otherwise all boxes
     /// have the mesh's axes.
     pub orientations: bool,
     /// True if the tree keeps the few corners that may be the farthest along any direction. They
-    /// take 10 KB and some bytes per triangle. The build takes a third to the whole of its time
-    /// longer, and for round meshes up to four times as long.
+    /// take 10 KB and some bytes per triangle. The build takes 33 % to 100 % longer; for round
+    /// meshes it takes up to four times as long.
     ///
     /// In a [`crate::Scene`], a plane then separates two bodies that are close or almost touch,
     /// without a search, if they are convex there. A refit ends that. For round meshes of more than
@@ -26,7 +26,8 @@ pub struct BuildOptions {
     pub threads: usize,
 }
 
-/// How much time a build takes to make queries faster; figures in `docs/performance.md`.
+/// Trade-off between the time of the build and the speed of queries; figures in
+/// `docs/performance.md`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Effort {

@@ -15,7 +15,7 @@ use wide::f32x4;
 
 /// Computes everything in `nodes` and `profiles` that depends on the positions of the triangles.
 /// Structure and orientations stay. Threads may process the `parts` in parallel. `O(n)` on average.
-/// Allocates nothing if there are no parts.
+/// It allocates nothing if there are no parts.
 pub(super) fn update(
     nodes: &mut [Node],
     triangles: &[Triangle],

@@ -85,7 +85,7 @@ impl Crossings {
 /// Tests `a[i]` against `b[i]` at least for the lanes `i` in the bit mask `wanted`. Adds the
 /// crossings of hits to `crossings`, if present.
 #[inline(always)]
-// The lint is right for the last part, which could take the option whole. The first part cannot.
+// Only the last part could take the option by value, as the lint suggests.
 #[allow(clippy::needless_option_as_deref)]
 pub(crate) fn test<L: Lanes>(
     lanes: L,
@@ -120,8 +120,8 @@ fn test_part<L: Lanes>(
         rotate(lanes, &placement.rotation, b.edge2),
     );
 
-    // An absolute error of a corner or an edge is converted to the size of which it is one
-    // rounding, and added to the component.
+    // Converts each absolute error of a corner or an edge to the size whose rounding it is, and
+    // adds that to the component.
     let sizes = [
         largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_SLOP),
         largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),

@@ -159,8 +159,8 @@ impl Curve {
         edge: Edge(0),
     };
 
-    /// Sets both triangles. Where the two surfaces meet, no two of their points are farther apart
-    /// along an axis than `size`.
+    /// Sets both triangles. `size` bounds the distance along an axis between any two points of the
+    /// two surfaces where they meet.
     #[inline(always)]
     pub fn place<L: Lanes>(&mut self, corners: [[D4<L>; 3]; 2], size: f64) {
         let size = size + PADDING;

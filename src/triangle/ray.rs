@@ -145,7 +145,7 @@ impl<'q> Aim<'q> {
         if self.ray.is_segment() {
             let left = along / self.unit - above;
             let error = along_error / self.unit + 2.0 * above_error;
-            // The end lies after the plane if the rest has the sign of the direction along the
+            // The end lies after the plane if `left` has the sign of the direction along the
             // normal.
             if sign(left, error).unwrap_or_else(|| -exact.line().above_end()) == -faces {
                 return None;

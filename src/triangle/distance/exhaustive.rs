@@ -229,7 +229,7 @@ impl Best<'_> {
         false
     }
 
-    /// Tests each pair of edges, with both points inside.
+    /// Tests each pair of edges for closest points inside both.
     fn or_edges(&mut self, [a, b]: &[Shape; 2]) -> bool {
         for d in &a.edges {
             for e in &b.edges {

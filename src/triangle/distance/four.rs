@@ -1,8 +1,8 @@
 //! Pairs whose closest features `f32` has found, four at a time in `f64`.
 //!
-//! Only these two features are tested, and both bounds follow from them as for [one
-//! pair](super::pair). If others are closer after all, or numbers are out of range, the bounds are
-//! not tight. Then there is no result, and the caller uses [`closest`](super::closest).
+//! Only these two features are tested, and both bounds follow from them as for
+//! [one pair](super::pair). If others are closer after all, or numbers are out of range, the bounds
+//! are not tight. Then there is no result, and the caller uses [`closest`](super::closest).
 
 use super::pair::{Closest, TIGHT};
 use crate::math::lanes::{Column, D4, Kernel, Lanes, add, cross, dot, per_axis, scaled, sub};
@@ -31,8 +31,8 @@ pub(crate) enum Face {
     Of { side: u8 },
 }
 
-/// Orders of corners. The first three begin with the edges, in the order of [eight
-/// pairs](super::batch). The first and the last two begin with each corner.
+/// Orders of corners. The first three begin with the edges, in the order of
+/// [eight pairs](super::batch). The first and the last two begin with each corner.
 const ORDERS: [[usize; 3]; 4] = [[0, 1, 2], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
 
 /// Four pairs of triangles, indexed by triangle, corner, axis, pair. The corners of a feature come
@@ -226,8 +226,8 @@ impl<L: Lanes> Linked<L> {
         }
     }
 
-    /// Links an edge that begins at the origin and one from `o` to `end`, as for [one
-    /// pair](super::pair).
+    /// Links an edge that begins at the origin and one from `o` to `end`, as for
+    /// [one pair](super::pair).
     #[inline(always)]
     fn edges(lanes: L, d: V4<L>, [o, end]: [V4<L>; 2]) -> Self {
         let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));

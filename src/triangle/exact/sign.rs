@@ -76,7 +76,7 @@ impl Signs {
 
     /// Position of the plane of `t` along `p q`, as a fraction of the length. The points are not
     /// strictly on one side of the plane, and not both in it. The fraction is off by less than
-    /// `tolerance` or by a few roundings, or a fraction of 0 is as good.
+    /// `tolerance` or by a few roundings, or 0 is as good a result.
     pub fn share_to_plane(&self, t: &[DVec3; 3], [p, q]: [DVec3; 2], tolerance: f64) -> f64 {
         let bound = VOLUME_BOUND * self.extent.x * self.extent.y * self.extent.z;
         let points = [t[0], t[1], t[2], p, q].map(|p| p.to_array());

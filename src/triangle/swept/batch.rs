@@ -146,15 +146,15 @@ struct Ends<L: Lanes, const SWINGS: bool> {
     /// Edges of B in the middle of the time.
     middle: [V8<L>; 3],
     bend: V8<L>,
-    /// Deviation of the first corner from the line between both ends, in between, per component of
+    /// Deviation of the first corner from the line between its two end positions, per component of
     /// the direction's change.
     sag: V8<L>,
     /// Error bound of a gap per component of the direction, and per component of the direction's
     /// change.
     error: V8<L>,
     give: V8<L>,
-    /// How far apart the ends of an edge project, by rounding, on the product of this edge and
-    /// another one: both of A, both of B, or one of each.
+    /// Rounding error: the distance between the projections of an edge's two ends on the cross
+    /// product of this edge and another one. Both edges are of A, both of B, or one of each.
     slop: [F8<L>; 3],
 }
 
