@@ -153,7 +153,7 @@ impl Sum {
         let [(upper, top), (lower, bottom)] = [self, other].map(|sum| {
             let size = sum.size();
             let top = (1..sum.limbs).rev().find(|&i| size[i] != 0).unwrap_or(0);
-            // Two limbs hold more digits than `f64`, or all digits there are.
+            // Two limbs hold more digits than `f64`, or all digits of the sum.
             (
                 size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64,
                 top,

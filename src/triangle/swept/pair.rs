@@ -203,7 +203,8 @@ impl Swept {
         let speeds_of_b: [f64; 3] = array::from_fn(|j| speeds[j] + self.b[j].dot(turn));
         let bends: [f64; 3] =
             array::from_fn(|j| bends[j] + self.velocities[j].dot(turn) * (half * half));
-        // While a corner of B is below one of A, and one is above one.
+        // The triangles may meet while a corner of B is below one of A and a corner of B is above
+        // one of A.
         let below = self.while_any(|i, j| {
             (
                 of_a[i] - of_b[j] + error - smaller(bends[j], 0.0),
