@@ -75,7 +75,6 @@ impl Plan {
                 batch: BATCH_BEFORE_HIT,
                 march: Marching::Within(WORK_PER_PAIR),
                 warm_start: WarmStart::Paths,
-                ..Strategy::NONE
             },
             (Self::FindOne, _) => Strategy {
                 queue_threshold: threshold(f32::INFINITY),
