@@ -1,19 +1,22 @@
-//! The contacts that a query has found, in the order of their distances: a list of limited room that never moves them.
+//! The contacts that a query has found, in the order of their distances: a list of limited room
+//! that never moves them.
 
 use super::Contact;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 
-/// Contacts that are sorted in together: enough that moving the others costs little, and few enough for one step.
+/// Contacts that are sorted in together: enough that moving the others costs little, and few enough
+/// for one step.
 const BLOCK: usize = 16;
 
 /// Contacts, nearest first once they are [sorted](Self::sort).
 ///
-/// Under a budget of time they are sorted block by block as they come, so that no call ends with much to sort. Otherwise all
-/// are sorted at the end, which takes less.
+/// Under a budget of time they are sorted block by block as they come, so that no call ends with
+/// much to sort. Otherwise all are sorted at the end, which takes less.
 #[derive(Debug, Default)]
 pub(crate) struct ContactList {
-    /// In the order in which they were found. Those of a list that was drained stay until the next is added.
+    /// In the order in which they were found. Those of a list that was drained stay until the next
+    /// is added.
     contacts: Vec<Contact>,
     /// Their places: those that are sorted, nearest first, then the latest.
     order: Vec<Place>,
@@ -31,7 +34,8 @@ pub(crate) struct ContactList {
 /// Where a contact stands, in the order of distances and then of triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
-    /// The bits of the distance, which is not negative, and both triangles: compared without a look at the contact.
+    /// The bits of the distance, which is not negative, and both triangles: compared without a look
+    /// at the contact.
     distance: u64,
     triangles: u64,
     contact: u32,
@@ -118,7 +122,8 @@ impl ContactList {
         }
     }
 
-    /// Sorts the latest in. A few are inserted, the farthest first: a search for each, and each of the others moves once.
+    /// Sorts the latest in. A few are inserted, the farthest first: a search for each, and each of
+    /// the others moves once.
     pub fn sort(&mut self) {
         let mut end = core::mem::replace(&mut self.sorted, self.order.len());
         let latest = &mut self.order[end..];
@@ -135,8 +140,8 @@ impl ContactList {
         }
     }
 
-    /// Sorts all: each into its part of the margin, of which there are as many as contacts, then those of each part. Expected
-    /// linear time where distances are spread over the margin.
+    /// Sorts all: each into its part of the margin, of which there are as many as contacts, then
+    /// those of each part. Expected linear time where distances are spread over the margin.
     fn sort_all(&mut self) {
         let Self {
             contacts,

@@ -1,7 +1,7 @@
 //! Contacts: where two surfaces meet or come close, and which way they face each other there.
 //!
-//! A [`Contact`] is what is known of one pair of triangles, [`list`] keeps those that a query has found, nearest first, and
-//! [`patch`] tells which of them hang together.
+//! A [`Contact`] is what is known of one pair of triangles, [`list`] keeps those that a query has
+//! found, nearest first, and [`patch`] tells which of them hang together.
 
 mod list;
 mod patch;
@@ -13,29 +13,32 @@ pub(crate) use list::ContactList;
 pub(crate) use patch::PatchMemory;
 pub use patch::{Patch, Patches};
 
-/// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, rounded, in the length unit
-/// of the meshes.
+/// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame,
+/// rounded, in the length unit of the meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Contact {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
-    /// Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
+    /// Their closest points, of A and of B. Of triangles that meet both are the middle of the
+    /// segment.
     pub points: [DVec3; 2],
     /// Unit vector from B to A: moved along it, A parts from B.
     ///
-    /// Of triangles that are apart it is the direction of least distance, if `f64` can tell that. Of triangles that meet it
-    /// is the direction of `n - m`, where `m` is the unit normal of A's triangle and `n` that of B's, each by the
-    /// right-hand rule, so that it points out of meshes whose normals do. Where these are equal, it is `n`; a triangle
-    /// without area has no normal, and if that is so of both, the direction is the x axis.
+    /// Of triangles that are apart it is the direction of least distance, if `f64` can tell that.
+    /// Of triangles that meet it is the direction of `n - m`, where `m` is the unit normal of A's
+    /// triangle and `n` that of B's, each by the right-hand rule, so that it points out of meshes
+    /// whose normals do. Where these are equal, it is `n`; a triangle without area has no normal,
+    /// and if that is so of both, the direction is the x axis.
     pub normal: DVec3,
-    /// How far apart they are, as proven: the true distance is not more, and less by no more than 4e-14 times the
-    /// diagonal of
-    /// the box around both triangles, whatever their shape. 0 only if they meet.
+    /// How far apart they are, as proven: the true distance is not more, and less by no more than
+    /// 4e-14 times the diagonal of the box around both triangles, whatever their shape. 0 only if
+    /// they meet.
     pub distance: f64,
-    /// Where triangles that meet do so: [`triangle_segment`](crate::triangle_segment), directed along the cross product of
-    /// the normals of A's triangle and of B's, so that those of closed surfaces follow one another. `None` if they are apart.
+    /// Where triangles that meet do so: [`triangle_segment`](crate::triangle_segment), directed
+    /// along the cross product of the normals of A's triangle and of B's, so that those of closed
+    /// surfaces follow one another. `None` if they are apart.
     pub segment: Option<[DVec3; 2]>,
 }
 
@@ -100,7 +103,8 @@ impl Contact {
     }
 }
 
-/// The direction in which a face with the normal `a` parts from one with the normal `b` that it meets.
+/// The direction in which a face with the normal `a` parts from one with the normal `b` that it
+/// meets.
 fn parting(a: Option<DVec3>, b: Option<DVec3>) -> DVec3 {
     let difference = b.unwrap_or(DVec3::ZERO) - a.unwrap_or(DVec3::ZERO);
     unit(difference).or(b).unwrap_or(DVec3::X)

@@ -1,10 +1,12 @@
-//! Translations of B at which two known triangles meet: a pool of convex bodies that a push has to leave.
+//! Translations of B at which two known triangles meet: a pool of convex bodies that a push has to
+//! leave.
 //!
-//! A triangle `t` of A meets a triangle `u` of B moved by `v` if and only if `v` is in `{p - q: p in t, q in u}`, which is a
-//! polytope with at most 22 faces: parallel to `t`, to `u`, or to an edge of each. So for every direction there is a length
-//! below which the surfaces meet, at the price of some dot products. Triangle pairs that kept a push from parting the surfaces
-//! are kept here, so that no query asks again what they tell. They only ever spare queries: what rounding makes of a
-//! degenerate pair may cost a shorter push, never a proof.
+//! A triangle `t` of A meets a triangle `u` of B moved by `v` if and only if `v` is in `{p - q: p
+//! in t, q in u}`, which is a polytope with at most 22 faces: parallel to `t`, to `u`, or to an
+//! edge of each. So for every direction there is a length below which the surfaces meet, at the
+//! price of some dot products. Triangle pairs that kept a push from parting the surfaces are kept
+//! here, so that no query asks again what they tell. They only ever spare queries: what rounding
+//! makes of a degenerate pair may cost a shorter push, never a proof.
 
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -19,7 +21,8 @@ const WORK_PER_ASKED: u64 = 120;
 /// The translations at which one pair of triangles meets.
 #[derive(Clone, Copy, Debug)]
 struct Blocked {
-    /// Normals of pairs of parallel faces, of any length, 0 where there are none; and where these faces are along them.
+    /// Normals of pairs of parallel faces, of any length, 0 where there are none; and where these
+    /// faces are along them.
     slabs: [(DVec3, f64, f64); 11],
 }
 
@@ -98,8 +101,8 @@ impl Pool {
         self.pairs.len() as u64 * WORK_PER_ASKED
     }
 
-    /// A length, no less than `from`, below which a push meets some of the pairs, up to rounding; done as soon as it is
-    /// `enough`. And the work that it took.
+    /// A length, no less than `from`, below which a push meets some of the pairs, up to rounding;
+    /// done as soon as it is `enough`. And the work that it took.
     pub fn free_from(&mut self, direction: DVec3, from: f64, enough: f64) -> (f64, u64) {
         let mut length = from;
         for i in 0..self.pairs.len() {

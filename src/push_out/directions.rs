@@ -1,4 +1,5 @@
-//! Directions in which a push is likely to part two surfaces: some from where they meet, then some all around.
+//! Directions in which a push is likely to part two surfaces: some from where they meet, then some
+//! all around.
 
 use super::blocked::unit;
 use crate::triangle::triangle_segment;
@@ -8,8 +9,8 @@ use glam::{DMat3, DVec3};
 /// Work of adding a segment.
 pub(super) const WORK_PER_SEGMENT: u64 = 600;
 
-/// What the segments in which triangles meet say together. Lengths are in units of `size`, points from `origin`, so that
-/// products of them keep within `f64`.
+/// What the segments in which triangles meet say together. Lengths are in units of `size`, points
+/// from `origin`, so that products of them keep within `f64`.
 #[derive(Debug)]
 pub(super) struct Segments {
     origin: DVec3,
@@ -17,7 +18,8 @@ pub(super) struct Segments {
     /// Sums over the segments, by length: of the normals of A less those of B, and of those of B.
     difference: DVec3,
     of_b: DVec3,
-    /// Twice the area that the curves surround, as a vector. Curves that are closed need no linking for it.
+    /// Twice the area that the curves surround, as a vector. Curves that are closed need no linking
+    /// for it.
     area: DVec3,
     /// Sum of `u u^T` over the directions, by length.
     spread: DMat3,
@@ -91,8 +93,8 @@ fn normal(t: &[DVec3; 3]) -> DVec3 {
     unit(unit(t[1] - t[0]).cross(unit(t[2] - t[0])))
 }
 
-/// Along which a symmetric matrix without negative eigenvalues is least: by powers of its adjugate, of which that
-/// eigenvalue is the largest.
+/// Along which a symmetric matrix without negative eigenvalues is least: by powers of its adjugate,
+/// of which that eigenvalue is the largest.
 fn least_axis(m: DMat3) -> DVec3 {
     let DMat3 {
         x_axis: x,
@@ -115,7 +117,8 @@ fn least_axis(m: DMat3) -> DVec3 {
     longest.map_or(DVec3::ZERO, unit)
 }
 
-/// 42 all around: the corners of a regular icosahedron and the middles of its edges, 31 to 36 degrees apart.
+/// 42 all around: the corners of a regular icosahedron and the middles of its edges, 31 to 36
+/// degrees apart.
 pub(super) fn all_around() -> [DVec3; 42] {
     const PHI: f64 = 1.618_033_988_749_895;
     const SEEDS: [[f64; 3]; 7] = [

@@ -1,7 +1,8 @@
 //! Push-out: the shortest translation found that parts two surfaces, and proof that it does.
 //!
-//! It is a caller of [`Query`](crate::Query): contacts give the [`directions`], the [`search`] finds how far, and each
-//! length is checked by an exact query. [`blocked`] remembers what those that met have shown.
+//! It is a caller of [`Query`](crate::Query): contacts give the [`directions`], the [`search`]
+//! finds how far, and each length is checked by an exact query. [`blocked`] remembers what those
+//! that met have shown.
 
 mod blocked;
 mod directions;
@@ -14,11 +15,13 @@ use core::time::Duration;
 use glam::DVec3;
 use search::Search;
 
-/// The question which way, and how far, B has to be moved until the surfaces no longer meet. Cheap to make; one for each pose.
+/// The question which way, and how far, B has to be moved until the surfaces no longer meet. Cheap
+/// to make; one for each pose.
 ///
-/// **Guarantee.** Whenever it stops, a push that it returns has been checked: an exact query, run to its end at the very pose
-/// that the push leads to, found that no triangle of A shares a point with one of B. More budget of work never gives a longer
-/// push. There may be a shorter one (`docs/guide/push_out.md`).
+/// **Guarantee.** Whenever it stops, a push that it returns has been checked: an exact query, run
+/// to its end at the very pose that the push leads to, found that no triangle of A shares a point
+/// with one of B. More budget of work never gives a longer push. There may be a shorter one
+/// (`docs/guide/push_out.md`).
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -49,7 +52,8 @@ pub struct Push {
     pub direction: DVec3,
     /// How far, in the length unit of the meshes; 0 if the surfaces do not meet anyway.
     pub distance: f64,
-    /// The pose after the push, at which the surfaces are apart: `direction * distance` is added to the translation.
+    /// The pose after the push, at which the surfaces are apart: `direction * distance` is added to
+    /// the translation.
     pub b_in_a: Pose,
 }
 
@@ -83,16 +87,16 @@ impl<'t> PushOutQuery<'t> {
         }
     }
 
-    /// Stop after this many exact queries. By default the search ends by itself, after about 40 at a shallow
-    /// contact and 110 at a deep one (means over many meshes).
+    /// Stop after this many exact queries. By default the search ends by itself, after about 40 at
+    /// a shallow contact and 110 at a deep one (means over many meshes).
     #[must_use]
     pub fn query_limit(mut self, queries: u32) -> Self {
         self.query_limit = queries;
         self
     }
 
-    /// Runs within a budget. It does not allocate, lock or panic. Afterwards the workspace holds nothing that could be
-    /// resumed.
+    /// Runs within a budget. It does not allocate, lock or panic. Afterwards the workspace holds
+    /// nothing that could be resumed.
     pub fn run<'c>(
         &self,
         workspace: &mut Workspace,

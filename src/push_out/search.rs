@@ -1,9 +1,11 @@
-//! The search for a short push: one direction after the other, and along each the least length that is apart.
+//! The search for a short push: one direction after the other, and along each the least length that
+//! is apart.
 //!
-//! A direction is taken up only if a push along it is apart that is shorter than the best so far; then its length is bisected.
-//! The pool of [`blocked`](super::blocked) translations spares queries whose answer is known. In the end the best direction
-//! is turned this way and that. Where the search stops depends on the budget, what it does before does not: so more of a
-//! budget of work never gives a longer push.
+//! A direction is taken up only if a push along it is apart that is shorter than the best so far;
+//! then its length is bisected. The pool of [`blocked`](super::blocked) translations spares queries
+//! whose answer is known. In the end the best direction is turned this way and that. Where the
+//! search stops depends on the budget, what it does before does not: so more of a budget of work
+//! never gives a longer push.
 
 use super::blocked::{Pool, ROOM, WORK_PER_ADDED, unit};
 use super::directions::{Segments, WORK_PER_SEGMENT, all_around};
@@ -14,7 +16,8 @@ use crate::tree::Tree;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-/// Contacts that are looked for; how many of them have their segments computed, and how many begin the pool.
+/// Contacts that are looked for; how many of them have their segments computed, and how many begin
+/// the pool.
 const CONTACTS: usize = 1024;
 const SEGMENTS: usize = 128;
 const BLOCKED: usize = ROOM / 2;
@@ -26,7 +29,8 @@ const FIRST: f64 = 3.0;
 const GROWTH: f64 = 1.6;
 const GROWTH_OF_GROWTH: f64 = 1.25;
 
-/// A push in another direction has to be shorter by this factor, and one beside the best direction by the next.
+/// A push in another direction has to be shorter by this factor, and one beside the best direction
+/// by the next.
 const SHORTER: f64 = 0.97;
 const SHORTER_BESIDE: f64 = 0.98;
 
@@ -175,8 +179,8 @@ impl<'q, 'c> Search<'q, 'c> {
         Ok(Some(segments))
     }
 
-    /// Finds the least push in a direction if it is less than this share of the best, or any if there is none. `guess` is
-    /// about how long it may be.
+    /// Finds the least push in a direction if it is less than this share of the best, or any if
+    /// there is none. `guess` is about how long it may be.
     fn explore(&mut self, direction: DVec3, guess: f64, share: f64) -> Step<()> {
         let Some(Push { distance, .. }) = self.best else {
             return self.explore_first(direction, guess);
@@ -209,7 +213,8 @@ impl<'q, 'c> Search<'q, 'c> {
         self.shorten(direction, [low, length], TOLERANCE)
     }
 
-    /// Bisects the length of a push between one that meets and one that is apart, and goes back where a gap is too narrow.
+    /// Bisects the length of a push between one that meets and one that is apart, and goes back
+    /// where a gap is too narrow.
     fn shorten(
         &mut self,
         direction: DVec3,
@@ -278,7 +283,8 @@ impl<'q, 'c> Search<'q, 'c> {
         Pose::new(pose.rotation(), pose.translation() + direction * distance).ok()
     }
 
-    /// Whether the surfaces are proven to be apart after a push; false if it leads too far for a pose.
+    /// Whether the surfaces are proven to be apart after a push; false if it leads too far for a
+    /// pose.
     fn parts(&mut self, direction: DVec3, distance: f64) -> Step<bool> {
         let Some(pose) = self.pushed(direction, distance) else {
             return Ok(false);

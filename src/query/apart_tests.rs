@@ -1,4 +1,5 @@
-//! What is found without a query proves no more than is true: the [`root_test`], and planes ([`Parting`]).
+//! What is found without a query proves no more than is true: the [`root_test`], and planes
+//! ([`Parting`]).
 
 use super::parting::Parting;
 use super::{Budget, ManualClock, Query, Verdict, Workspace, root_test};
@@ -30,8 +31,8 @@ fn rotation(random: &mut Random) -> DMat3 {
     DMat3::from_quat(DQuat::from_axis_angle(axis, random.between(-3.0, 3.0)))
 }
 
-/// What is proven, which is no more than the distance that two triangles have, and nothing where some meet; with both kinds of
-/// instructions, from both sides.
+/// What is proven, which is no more than the distance that two triangles have, and nothing where
+/// some meet; with both kinds of instructions, from both sides.
 fn proven(bound: Bound, a: &Tree, b: &Tree, pose: &Pose) -> f64 {
     let (clock, mut workspace) = (ManualClock::new(), Workspace::new());
     let met = Query::intersection(a, b, *pose)
@@ -116,7 +117,8 @@ fn touching_surfaces_are_not_apart() {
             DMat3::from_rotation_y(core::f64::consts::FRAC_PI_4),
             rotation(random),
         ] {
-            // Face to face, edge to face, and corner to face: the corner that is the farthest back, in the middle of a face.
+            // Face to face, edge to face, and corner to face: the corner that is the farthest back,
+            // in the middle of a face.
             let corner = -turn.transpose().x_axis.signum();
             let pose = Pose::new(turn, DVec3::new(1.0 + gap, 0.0, 0.0) - turn * corner).unwrap();
             for bound in BOUNDS {
@@ -218,7 +220,8 @@ fn a_plane_parts_what_is_convex_and_all_but_touches() {
     }
 }
 
-/// A ball that a ring goes around is apart from it, but no plane tells; nor does one of a mesh whose corners have moved.
+/// A ball that a ring goes around is apart from it, but no plane tells; nor does one of a mesh
+/// whose corners have moved.
 #[test]
 fn where_no_plane_parts_two_surfaces_none_is_found() {
     let (mut ball, ring) = (

@@ -1,8 +1,9 @@
 //! The box tests: eight boxes at a time, on the six face axes.
 //!
-//! A box with centre `c` and half extents `h` lies, seen from the orientation of a node of the other side ([`View`]), within
-//! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
-//! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
+//! A box with centre `c` and half extents `h` lies, seen from the orientation of a node of the
+//! other side ([`View`]), within `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven
+//! in `docs/numerics.md`. So no overlap is ever lost, and a box kept in vain only costs time. The
+//! other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
 
 mod planes;
 mod reach;
@@ -92,7 +93,8 @@ impl<L: Lanes> Slabs<L> {
         )
     }
 
-    /// How deep each lane overlaps the given box, the least over the axes; negative where they are apart.
+    /// How deep each lane overlaps the given box, the least over the axes; negative where they are
+    /// apart.
     #[inline(always)]
     pub(super) fn depth(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> F8<L> {
         let [x, y, z] = per_axis!(k => {
@@ -152,7 +154,8 @@ pub(super) fn splat<L: Lanes>(lanes: L, v: f32x4) -> V8<L> {
     per_axis!(k => F8::splat(lanes, v.as_array()[k]))
 }
 
-/// Two nodes, the first of which is opened, each with its view from the other and the length of its unit in A's.
+/// Two nodes, the first of which is opened, each with its view from the other and the length of its
+/// unit in A's.
 #[derive(Clone, Copy)]
 pub(super) struct Facing<'n> {
     pub nodes: [&'n Node; 2],
@@ -177,8 +180,9 @@ impl Facing<'_> {
 /// What the box tests say of each pair of children that is of interest.
 pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 
-/// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i + j` of an answer stands for
-/// child `i` of the opened node and child `j` of the other, and so does entry `[i][j]` of the keys.
+/// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i +
+/// j` of an answer stands for child `i` of the opened node and child `j` of the other, and so does
+/// entry `[i][j]` of the keys.
 pub(super) trait BoxTest {
     /// Whether overlap alone is asked: then edge axes part, and keys are depths.
     const IS_OVERLAP: bool;
@@ -195,8 +199,8 @@ pub(super) trait BoxTest {
         Views::between(a, b, relation)
     }
 
-    /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test along its parent's axes;
-    /// this one is along its own.
+    /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test
+    /// along its parent's axes; this one is along its own.
     fn own<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool;
 
     /// Whether it is so by the margins of `f32` alone.
@@ -354,7 +358,8 @@ impl BoxTest for Overlap {
         !depth.mask() & opened.valid()
     }
 
-    /// On the three axes of the boxes and on the triangles' normals; keys for a single triangle only.
+    /// On the three axes of the boxes and on the triangles' normals; keys for a single triangle
+    /// only.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,

@@ -21,8 +21,8 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// As much as it takes. Since nothing can cut the query short, the default order goes plainly depth-first, which costs
-    /// least; every order finds the same in the end.
+    /// As much as it takes. Since nothing can cut the query short, the default order goes plainly
+    /// depth-first, which costs least; every order finds the same in the end.
     pub const fn unlimited() -> Self {
         Self {
             time: None,
@@ -34,9 +34,8 @@ impl Budget {
     /// Stop within this time from the start of the call.
     ///
     /// Calls that are handed no clock go by the system's. Where it has none, without `std` and on
-    /// `wasm32-unknown-unknown`, they
-    /// take the time as over at once ([`StopReason::Deadline`](crate::StopReason::Deadline)) and do nothing: hand them
-    /// a
+    /// `wasm32-unknown-unknown`, they take the time as over at once
+    /// ([`StopReason::Deadline`](crate::StopReason::Deadline)) and do nothing: hand them a
     /// [`Clock`], or give them a budget of work.
     pub const fn time(limit: Duration) -> Self {
         Self {
@@ -46,12 +45,14 @@ impl Budget {
     }
 
     /// Stop after this much work: BV tests, plus [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
-    /// [`WORK_PER_EDGE_TEST`](crate::WORK_PER_EDGE_TEST), [`WORK_PER_TRIANGLE_TEST`](crate::WORK_PER_TRIANGLE_TEST) and
-    /// [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST).
-    /// Where it stops depends on the input alone: the same bits on every machine, in every run.
+    /// [`WORK_PER_EDGE_TEST`](crate::WORK_PER_EDGE_TEST),
+    /// [`WORK_PER_TRIANGLE_TEST`](crate::WORK_PER_TRIANGLE_TEST) and
+    /// [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST). Where it stops depends on the input
+    /// alone: the same bits on every machine, in every run.
     ///
-    /// The step at hand is finished, so up to [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units more are spent (by a query of
-    /// distance, contacts or motion, [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)); a budget of 0 does nothing.
+    /// The step at hand is finished, so up to [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units more
+    /// are spent (by a query of distance, contacts or motion,
+    /// [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)); a budget of 0 does nothing.
     pub const fn work(limit: u64) -> Self {
         Self {
             work: Some(limit),
@@ -59,9 +60,9 @@ impl Budget {
         }
     }
 
-    /// With another least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget of time can end. A frame of a scene goes by the
-    /// default.
+    /// With another least work between looks at the clock, which come closer together towards the
+    /// deadline; default [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget of
+    /// time can end. A frame of a scene goes by the default.
     pub const fn poll_interval(self, work: u64) -> Self {
         Self {
             poll_interval: work,
@@ -88,17 +89,16 @@ pub trait Clock {
     /// Time since some fixed moment; never less than the call before.
     fn now(&self) -> Duration;
 
-    /// True if calls by this clock have to end now, whatever their budget: a user has cancelled them. They end as at a
-    /// deadline, with [`StopReason::Cancelled`](crate::StopReason::Cancelled).
-    /// Asked
-    /// about once a millisecond.
+    /// True if calls by this clock have to end now, whatever their budget: a user has cancelled
+    /// them. They end as at a deadline, with
+    /// [`StopReason::Cancelled`](crate::StopReason::Cancelled). Asked about once a millisecond.
     fn is_cancelled(&self) -> bool {
         false
     }
 }
 
-/// A budget and the clock that measures its time ([`Budget::clock`]). Calls take one wherever they take a [`Budget`],
-/// which goes by the clock of the system.
+/// A budget and the clock that measures its time ([`Budget::clock`]). Calls take one wherever they
+/// take a [`Budget`], which goes by the clock of the system.
 #[derive(Clone, Copy)]
 #[must_use]
 pub struct ClockedBudget<'c> {

@@ -10,9 +10,10 @@ use crate::math::{Aabb, Pose};
 use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
 
-/// Bounds on what the last run of a query left open: triangle pairs that intersect, or of a distance query, those that are
-/// closer than its upper bound by more than the tolerance, or of a motion, those that may meet first. Looks at the workspace
-/// when asked, in time linear in the open pairs.
+/// Bounds on what the last run of a query left open: triangle pairs that intersect, or of a
+/// distance query, those that are closer than its upper bound by more than the tolerance, or of a
+/// motion, those that may meet first. Looks at the workspace when asked, in time linear in the open
+/// pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct Certificate<'w> {
     pub(super) a: &'w Tree,
@@ -39,15 +40,16 @@ impl<'w> Certificate<'w> {
         }
     }
 
-    /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
-    /// pieces, each of those it has not come to counts as one, unless the meshes are too far apart in it.
+    /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning
+    /// motion, which a query cuts into pieces, each of those it has not come to counts as one,
+    /// unless the meshes are too far apart in it.
     #[must_use]
     pub fn open_pairs(&self) -> usize {
         self.open().count()
     }
 
-    /// No more triangle pairs than this intersect (or are closer): those found, and for each open pair the product of its
-    /// triangles. It never grows while a query goes on.
+    /// No more triangle pairs than this intersect (or are closer): those found, and for each open
+    /// pair the product of its triangles. It never grows while a query goes on.
     #[must_use]
     pub fn upper_bound(&self) -> u64 {
         let count = |tree: &Tree, node: u32, alive: u8| {
@@ -74,7 +76,8 @@ impl<'w> Certificate<'w> {
             doubtful,
             ..
         } = self.workspace;
-        // Pairs found along curves that the boxes have not come to are in the product of an open pair too.
+        // Pairs found along curves that the boxes have not come to are in the product of an open
+        // pair too.
         let waits = waiting
             .as_slice()
             .iter()
@@ -88,15 +91,15 @@ impl<'w> Certificate<'w> {
             .min(all)
     }
 
-    /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. An
-    /// open pair of nodes whose boxes are apart has none.
+    /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its
+    /// points in one of them. An open pair of nodes whose boxes are apart has none.
     ///
-    /// Of a distance query, two points of the surfaces that are closer than the upper bound, by more than the tolerance, have
-    /// their middle in one of them; boxes reach as far as that bound beyond the surfaces, and without one there are no finite
-    /// boxes.
+    /// Of a distance query, two points of the surfaces that are closer than the upper bound, by
+    /// more than the tolerance, have their middle in one of them; boxes reach as far as that bound
+    /// beyond the surfaces, and without one there are no finite boxes.
     ///
-    /// Of a motion, where the surfaces meet before the contact that was found, if any, they do in one of them: all points of A
-    /// there that B touches, or comes as close to as the margins are.
+    /// Of a motion, where the surfaces meet before the contact that was found, if any, they do in
+    /// one of them: all points of A there that B touches, or comes as close to as the margins are.
     pub fn boxes(&self) -> impl Iterator<Item = Aabb> + 'w {
         let certificate = *self;
         self.open().filter_map(move |open| match certificate.place {
@@ -108,7 +111,8 @@ impl<'w> Certificate<'w> {
     /// Where points of an open pair may be that are within `reach` of one another.
     fn box_of(&self, open: Open, b_in_a: &Pose, reach: f64) -> Option<Aabb> {
         let Self { a, b, .. } = *self;
-        // The rounding of B's placed vertices, and twice as much for the boxes computed here (`docs/numerics.md`).
+        // The rounding of B's placed vertices, and twice as much for the boxes computed here
+        // (`docs/numerics.md`).
         let rounding =
             3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
         let margin = rounding + 0.5 * reach;
@@ -255,7 +259,8 @@ impl Block {
         }
     }
 
-    /// A box around all that two blocks have in common, by the axes of A and of both; `None` if that is nothing.
+    /// A box around all that two blocks have in common, by the axes of A and of both; `None` if
+    /// that is nothing.
     fn overlap(&self, other: &Self, margin: f64) -> Option<Aabb> {
         let [a, b] = [self, other].map(|block| block.bounds(DVec3::ZERO, block.half));
         let [c, d] = [self.part(other, margin)?, other.part(self, margin)?];

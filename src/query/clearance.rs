@@ -13,8 +13,9 @@ pub(super) struct Clearance {
     distance: f64,
 }
 
-/// What rounding adds to the way of a point, relative to the magnitudes of its coordinates and of both translations: a point
-/// takes less than 8 roundings to each of its places, and the bound on the way between them less than 16.
+/// What rounding adds to the way of a point, relative to the magnitudes of its coordinates and of
+/// both translations: a point takes less than 8 roundings to each of its places, and the bound on
+/// the way between them less than 16.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl Clearance {
@@ -33,8 +34,8 @@ impl Clearance {
         }
     }
 
-    /// How far apart the same surfaces are at least at another pose: less by the longest way of a point of B. Not more than 0:
-    /// nothing is known.
+    /// How far apart the same surfaces are at least at another pose: less by the longest way of a
+    /// point of B. Not more than 0: nothing is known.
     pub fn at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
         let are_same = self.trees == [a.identity(), b.identity()];
         if are_same {
@@ -45,9 +46,9 @@ impl Clearance {
     }
 }
 
-/// A bound on the way of a mesh's points from one pose to another. With `D` the difference of the rotations and `d` that of the
-/// translations a point `c + h` goes by `D c + d + D h`, where `c` is the middle of the mesh's box and `h` within its half
-/// extents.
+/// A bound on the way of a mesh's points from one pose to another. With `D` the difference of the
+/// rotations and `d` that of the translations a point `c + h` goes by `D c + d + D h`, where `c` is
+/// the middle of the mesh's box and `h` within its half extents.
 pub(crate) fn displacement(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
     let bounds = mesh.mesh().aabb();
     let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);

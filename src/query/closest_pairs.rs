@@ -1,9 +1,10 @@
 //! Triangle pairs of a search for what is closest, or for all that is within a margin.
 //!
-//! They go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a time in `f64`, for those
-//! that may be closer than the closest so far, by the features that `f32` has found closest. Those that may only raise the
-//! lower bound are put off to the end. Within a margin there is no closest: each pair counts, and those that are apart are
-//! looked at in `f64` four at a time.
+//! They go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a
+//! time in `f64`, for those that may be closer than the closest so far, by the features that `f32`
+//! has found closest. Those that may only raise the lower bound are put off to the end. Within a
+//! margin there is no closest: each pair counts, and those that are apart are looked at in `f64`
+//! four at a time.
 
 use super::nearest::Nearness;
 use super::outcome::Stats;
@@ -71,7 +72,8 @@ impl Traversal<'_, '_, Nearness> {
         }
     }
 
-    /// Pairs that may be within the margin wait for their closest points, those that may meet for an exact test.
+    /// Pairs that may be within the margin wait for their closest points, those that may meet for
+    /// an exact test.
     #[inline(never)]
     fn link(
         &mut self,
@@ -138,7 +140,8 @@ impl Traversal<'_, '_, Nearness> {
         self.deadline.allow_for_long_step();
     }
 
-    /// What may be closest is looked at next, the most likely first; what may only bound the distance is put off.
+    /// What may be closest is looked at next, the most likely first; what may only bound the
+    /// distance is put off.
     #[inline(never)]
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], found: &Distances) {
         let search = &mut self.workspace.search;

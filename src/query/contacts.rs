@@ -1,8 +1,9 @@
 //! Where two meshes meet or come close: all pairs of triangles within a margin, the nearest first.
 //!
-//! It is the question of the distance with a cut that stays where it is ([`nearest`]): nothing is said of pairs beyond the
-//! margin, and every pair within is written to the list of the workspace. With margin 0 it is that of the intersection
-//! ([`meeting`](super::meeting)), whose boxes and triangle tests cost less.
+//! It is the question of the distance with a cut that stays where it is ([`nearest`]): nothing is
+//! said of pairs beyond the margin, and every pair within is written to the list of the workspace.
+//! With margin 0 it is that of the intersection ([`meeting`](super::meeting)), whose boxes and
+//! triangle tests cost less.
 
 use super::budget::Budget;
 use super::certificate::Place;
@@ -26,17 +27,19 @@ use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// The question where two surfaces meet, or come within a margin of each other ([`Query::contacts`]).
+/// The question where two surfaces meet, or come within a margin of each other
+/// ([`Query::contacts`]).
 ///
-/// The answer is a set of [`Contact`](crate::Contact)s: all pairs of triangles that are no farther apart than the margin. They
-/// stay in the workspace, nearest first ([`Workspace::contacts`]).
+/// The answer is a set of [`Contact`](crate::Contact)s: all pairs of triangles that are no farther
+/// apart than the margin. They stay in the workspace, nearest first ([`Workspace::contacts`]).
 ///
-/// **Guarantee.** No pair within the margin is missing from the set of a finished query. With margin 0 the set has exactly the
-/// pairs that meet; otherwise also those that `f64` cannot tell from such: they are farther apart than the margin by no more
-/// than 4e-14 times the diagonal of the box around both triangles, whatever their shape. The set of a stopped query is
-/// a part of that, and every contact that
-/// it lacks is at least [`ContactBounds::low`] away and has its middle in one of the boxes of [`Query::certificate`].
-/// Overlapping boxes are opened first and then the closest, so that what was found is mostly the nearest part.
+/// **Guarantee.** No pair within the margin is missing from the set of a finished query. With
+/// margin 0 the set has exactly the pairs that meet; otherwise also those that `f64` cannot tell
+/// from such: they are farther apart than the margin by no more than 4e-14 times the diagonal of
+/// the box around both triangles, whatever their shape. The set of a stopped query is a part of
+/// that, and every contact that it lacks is at least [`ContactBounds::low`] away and has its middle
+/// in one of the boxes of [`Query::certificate`]. Overlapping boxes are opened first and then the
+/// closest, so that what was found is mostly the nearest part.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -68,8 +71,8 @@ const DEFAULT_ROOM: usize = 4096;
 const LARGEST_MARGIN: f64 = 1024.0 * COORDINATE_LIMIT;
 
 impl<'t> Query<'t, Contacts> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The margin is 0: only triangles
-    /// that meet are in contact.
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The
+    /// margin is 0: only triangles that meet are in contact.
     #[must_use]
     pub fn contacts(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let options = ContactOptions {
@@ -79,8 +82,8 @@ impl<'t> Query<'t, Contacts> {
         Self::of([a, b], Contacts { b_in_a, options })
     }
 
-    /// Pairs of triangles this close are contacts, in the length unit of the meshes. Less than 0 (and NaN) counts as 0; with
-    /// infinity all pairs are.
+    /// Pairs of triangles this close are contacts, in the length unit of the meshes. Less than 0
+    /// (and NaN) counts as 0; with infinity all pairs are.
     #[must_use]
     pub fn margin(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "margin", distance, f64::INFINITY);
@@ -92,17 +95,20 @@ impl<'t> Query<'t, Contacts> {
         self
     }
 
-    /// Stop with [`StopReason::PairsFull`] when this many contacts are in the workspace; by default, when it is full.
+    /// Stop with [`StopReason::PairsFull`] when this many contacts are in the workspace; by
+    /// default, when it is full.
     #[must_use]
     pub fn contact_limit(mut self, contacts: usize) -> Self {
         self.asked.options.limit = contacts.max(1);
         self
     }
 
-    /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame: which way the two faces of a
-    /// [`Contact`](crate::Contact) look. `None` for a triangle without an area that `f64` can tell.
+    /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame:
+    /// which way the two faces of a [`Contact`](crate::Contact) look. `None` for a triangle without
+    /// an area that `f64` can tell.
     ///
-    /// The query need not have been run. Contacts don't hold these normals, so that they stay small.
+    /// The query need not have been run. Contacts don't hold these normals, so that they stay
+    /// small.
     ///
     /// ```
     /// use punctual::glam::{DMat3, DVec3, Vec3};
@@ -237,14 +243,15 @@ impl Ask for Query<'_, Contacts> {
     }
 }
 
-/// The answer of a contact query. Plain data; the contacts stay in the workspace ([`Workspace::contacts`]).
+/// The answer of a contact query. Plain data; the contacts stay in the workspace
+/// ([`Workspace::contacts`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
 pub struct ContactBounds {
-    /// Proven: every contact that was not found is at least this far apart, in the length unit of the meshes. Infinite if the
-    /// query is finished: none is missing.
+    /// Proven: every contact that was not found is at least this far apart, in the length unit of
+    /// the meshes. Infinite if the query is finished: none is missing.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
 }

@@ -1,5 +1,5 @@
-//! Triangles as the tests in `f64` need them, kept for the next one: where surfaces coincide, the pairs of two clusters are
-//! tested one after the other.
+//! Triangles as the tests in `f64` need them, kept for the next one: where surfaces coincide, the
+//! pairs of two clusters are tested one after the other.
 
 use crate::tree::{Tree, WIDTH};
 use crate::triangle::again::Columns;

@@ -1,11 +1,14 @@
-//! When a call has to stop: after so much time, after so much work, or both. Queries and scenes share this one notion.
+//! When a call has to stop: after so much time, after so much work, or both. Queries and scenes
+//! share this one notion.
 //!
-//! Looking at the clock costs as much as a hundred units of work. So from the time that is left follows how much work
-//! cannot pass the deadline, and the clock is asked again only when that is done. A unit is assumed to take no more than
-//! [`SLOWEST_UNIT`], or [`SLOWEST_TO_MEAN`] times the mean so far if that is more, as on a slow or a busy machine; the first
-//! ones [`FIRST_TO_SLOWEST`] times that, since what they need may have to be fetched from far.
+//! Looking at the clock costs as much as a hundred units of work. So from the time that is left
+//! follows how much work cannot pass the deadline, and the clock is asked again only when that is
+//! done. A unit is assumed to take no more than [`SLOWEST_UNIT`], or [`SLOWEST_TO_MEAN`] times the
+//! mean so far if that is more, as on a slow or a busy machine; the first ones [`FIRST_TO_SLOWEST`]
+//! times that, since what they need may have to be fetched from far.
 //!
-//! Whatever the budget, the clock is asked after [`BETWEEN_LOOKS`] whether the caller cancels the call.
+//! Whatever the budget, the clock is asked after [`BETWEEN_LOOKS`] whether the caller cancels the
+//! call.
 
 use super::budget::{Clock, ClockedBudget};
 use super::outcome::StopReason;
@@ -21,26 +24,30 @@ const BETWEEN_LOOKS: u64 = 1 << 20;
 
 /// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
 ///
-/// The clock is not a type parameter: the loop would be compiled once for each type, to save a call that costs far less than
-/// the look at the clock itself.
+/// The clock is not a type parameter: the loop would be compiled once for each type, to save a call
+/// that costs far less than the look at the clock itself.
 pub struct Deadline<'c> {
     clock: &'c dyn Clock,
     started: Option<Duration>,
     end: Option<Duration>,
-    /// Work that may still be done, and how much of it queries leave for their last step and for what comes after them.
+    /// Work that may still be done, and how much of it queries leave for their last step and for
+    /// what comes after them.
     left: u64,
     reserve: u64,
     after: u64,
-    /// Work that cannot pass the end, at the slowest pace that is assumed, and that may be done before the next look.
+    /// Work that cannot pass the end, at the slowest pace that is assumed, and that may be done
+    /// before the next look.
     safe: u64,
     /// That pace: nanoseconds for a unit, or this many times the mean so far.
     slowest: [f64; 2],
-    /// Of the work that cannot pass the end, one part in so many is done before the next look at the clock.
+    /// Of the work that cannot pass the end, one part in so many is done before the next look at
+    /// the clock.
     stretch: u64,
     /// The first look and the work since.
     first_look: Option<Duration>,
     done: u64,
-    /// Work of the query at hand when `left` and `safe` were last brought up to date, and when the stop rule looks again.
+    /// Work of the query at hand when `left` and `safe` were last brought up to date, and when the
+    /// stop rule looks again.
     at: u64,
     next_look: u64,
     poll_interval: u64,
@@ -49,8 +56,8 @@ pub struct Deadline<'c> {
 }
 
 impl<'c> Deadline<'c> {
-    /// The end of a budget that begins now. Unless it is so short that it might be over before the first step, its start is the
-    /// first look.
+    /// The end of a budget that begins now. Unless it is so short that it might be over before the
+    /// first step, its start is the first look.
     #[inline(always)]
     pub fn of(budget: ClockedBudget<'c>) -> Self {
         let (budget, clock) = budget.parts();
@@ -78,7 +85,8 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
+    /// The end at a moment of the clock, if any, and after so much work, the last step of a query
+    /// included.
     pub fn at(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         Self {
             clock,
@@ -99,8 +107,9 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// The end of a part of a call, which may be passed a little: a look at the clock may cost as much as what it watches over.
-    /// Units of a part are of many kinds, some several times slower than its mean: so half of what is left is done between looks.
+    /// The end of a part of a call, which may be passed a little: a look at the clock may cost as
+    /// much as what it watches over. Units of a part are of many kinds, some several times slower
+    /// than its mean: so half of what is left is done between looks.
     pub fn of_a_part(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         Self {
             slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART],
@@ -125,7 +134,8 @@ impl<'c> Deadline<'c> {
         self.next_look = work.saturating_add(self.safe.min(self.left.saturating_sub(self.reserve)));
     }
 
-    /// Whether the query has to stop, having done `work`: the only place where a budget ends a query.
+    /// Whether the query has to stop, having done `work`: the only place where a budget ends a
+    /// query.
     #[inline(always)]
     pub fn stop(&mut self, work: u64) -> Option<StopReason> {
         if work < self.next_look {
@@ -201,7 +211,8 @@ impl<'c> Deadline<'c> {
         self.left.min(safe)
     }
 
-    /// Allows for a step that may take some dozen times as long as its work tells: near the end, the clock is asked after it.
+    /// Allows for a step that may take some dozen times as long as its work tells: near the end,
+    /// the clock is asked after it.
     pub fn allow_for_long_step(&mut self) {
         if self.is_timed() {
             self.safe = self.safe.saturating_sub(LONGEST_STEP);
@@ -224,7 +235,8 @@ impl<'c> Deadline<'c> {
             .map(|started| self.clock.now().saturating_sub(started))
     }
 
-    /// Work that is done before the next look at the clock. How fast units are is not known before the first of them.
+    /// Work that is done before the next look at the clock. How fast units are is not known before
+    /// the first of them.
     fn until_next_look(&self, safe: u64) -> u64 {
         safe / if self.done == 0 {
             FIRST_TO_SLOWEST
@@ -233,8 +245,8 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up, or the call
-    /// cancelled.
+    /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is
+    /// up, or the call cancelled.
     fn safe_work(&mut self) -> Option<u64> {
         self.is_cancelled = self.clock.is_cancelled();
         if self.is_cancelled {

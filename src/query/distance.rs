@@ -20,17 +20,17 @@ use glam::DVec3;
 
 /// The question how far apart two surfaces are at a pose ([`Query::distance`]): 0 if they meet.
 ///
-/// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer to B's than `low`, and two
-/// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
-/// with them as close as the tolerance asks and `f64` can tell: 4e-14 times the diagonal of the box around both meshes,
-/// whatever the shape of their triangles. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
+/// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer
+/// to B's than `low`, and two named points of two named triangles are `high` apart. Both bounds
+/// only ever improve, and a query that is finished ends with them as close as the tolerance asks
+/// and `f64` can tell: 4e-14 times the diagonal of the box around both meshes, whatever the shape
+/// of their triangles. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
 /// meet says so, whatever the tolerance, unless [`Query::leave_contact_open`] was asked for.
 ///
-/// Triangle pairs that are all but equally far apart are all looked at, unless boxes, or a plane between the surfaces,
-/// tell
-/// that none is closer. Of nested or parallel sheets within a bend of another mesh these may be as many as the product
-/// of their
-/// triangles. A tolerance above the differences spares them.
+/// Triangle pairs that are all but equally far apart are all looked at, unless boxes, or a plane
+/// between the surfaces, tell that none is closer. Of nested or parallel sheets within a bend of
+/// another mesh these may be as many as the product of their triangles. A tolerance above the
+/// differences spares them.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -54,19 +54,19 @@ impl Question for Distance {
 
 impl Remembers for Distance {}
 
-/// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies that are farther apart than
-/// so many times this size, where boxes in `f32` tell no more.
+/// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies
+/// that are farther apart than so many times this size, where boxes in `f32` tell no more.
 const DEFAULT_TOLERANCE: f64 = 1e-6;
 const FAR: f64 = 64.0;
 const FAR_TOLERANCE: f64 = 1e-5;
 
 impl<'t> Query<'t, Distance> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
-    /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent; 0 for a point), the
-    /// relative one 0. Where the middles of the meshes are more than 64 such units apart, it is 1e-5 if no tolerance at all
-    /// is asked for. Beside a mesh that is much larger, a small one is told as exactly as itself by a tolerance of its
-    /// own
-    /// size, which takes up to a tenth more work (`docs/performance.md`).
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The
+    /// absolute tolerance is a millionth of the larger mesh's unit ([`Tree::unit_length`], about
+    /// half of its longest extent; 0 for a point), the relative one 0. Where the middles of the
+    /// meshes are more than 64 such units apart, it is 1e-5 if no tolerance at all is asked for.
+    /// Beside a mesh that is much larger, a small one is told as exactly as itself by a tolerance
+    /// of its own size, which takes up to a tenth more work (`docs/performance.md`).
     #[must_use]
     pub fn distance(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
@@ -90,11 +90,11 @@ impl<'t> Query<'t, Distance> {
         )
     }
 
-    /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
-    /// can tell, no farther apart than 4e-14 times the diagonal of the box around both meshes. Surfaces with large
-    /// parallel parts have many pairs of triangles that are all but equally far apart; a
-    /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance, unless
-    /// [`Query::leave_contact_open`] is asked for too.
+    /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and
+    /// NaN): as close as `f64` can tell, no farther apart than 4e-14 times the diagonal of the box
+    /// around both meshes. Surfaces with large parallel parts have many pairs of triangles that are
+    /// all but equally far apart; a tolerance spares the comparison. Whether surfaces meet is
+    /// decided with any tolerance, unless [`Query::leave_contact_open`] is asked for too.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
         OptionError::note(&mut self.fault, "absolute_tolerance", length, f64::MAX);
@@ -110,17 +110,19 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// Whether a query is done as soon as `high` is no more than the absolute tolerance, even if it is open then whether the
-    /// surfaces meet (`low` is 0). Off by default. To decide that about surfaces that all but touch in many places may take
-    /// thousands of times as long as to tell that they are within the tolerance. [`Query::closer_than`] is not affected.
+    /// Whether a query is done as soon as `high` is no more than the absolute tolerance, even if it
+    /// is open then whether the surfaces meet (`low` is 0). Off by default. To decide that about
+    /// surfaces that all but touch in many places may take thousands of times as long as to tell
+    /// that they are within the tolerance. [`Query::closer_than`] is not affected.
     #[must_use]
     pub fn leave_contact_open(mut self, leave: bool) -> Self {
         self.asked.options.leaves_contact_open = leave;
         self
     }
 
-    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the length unit of the meshes:
-    /// a point becomes a ball, a segment a capsule. The distance is that of the thickened surfaces.
+    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the
+    /// length unit of the meshes: a point becomes a ball, a segment a capsule. The distance is that
+    /// of the thickened surfaces.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
         OptionError::note_margins(&mut self.fault, margins);
@@ -128,10 +130,9 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as one of the bounds tells.
-    /// [`Bounds::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked. What is
-    /// negative,
-    /// and NaN, counts as 0.
+    /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as
+    /// one of the bounds tells. [`Bounds::closer`] is the answer. Takes a fraction of the time of
+    /// the distance. Infinite: not asked. What is negative, and NaN, counts as 0.
     #[must_use]
     pub fn closer_than(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "closer_than", distance, f64::INFINITY);
@@ -139,14 +140,16 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// Beyond this, distances are not told apart. A stopped run goes on with the ceiling that it began with.
+    /// Beyond this, distances are not told apart. A stopped run goes on with the ceiling that it
+    /// began with.
     #[must_use]
     pub(crate) fn below(mut self, ceiling: f64) -> Self {
         self.asked.ceiling = ceiling;
         self
     }
 
-    /// For comparison: all node pairs on one stack, the closest of siblings on top, so that `low` is 0 almost to the end.
+    /// For comparison: all node pairs on one stack, the closest of siblings on top, so that `low`
+    /// is 0 almost to the end.
     #[cfg(feature = "internals")]
     #[doc(hidden)]
     #[must_use]
@@ -184,14 +187,14 @@ impl<'t> Query<'t, Distance> {
             && !self.asked.options.leaves_contact_open
     }
 
-    /// Proven by the run in the workspace: the closest triangles found are no farther apart, margins not subtracted. 0
-    /// only if
-    /// they intersect.
+    /// Proven by the run in the workspace: the closest triangles found are no farther apart,
+    /// margins not subtracted. 0 only if they intersect.
     pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.search.interval.high()
     }
 
-    /// Up to which distance the run in the workspace tells more than that it is more; 0 with a limit.
+    /// Up to which distance the run in the workspace tells more than that it is more; 0 with a
+    /// limit.
     pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
         if self.asked.options.limit < f64::INFINITY {
             0.0
@@ -322,8 +325,8 @@ impl Ask for Query<'_, Distance> {
     }
 }
 
-/// A bound less the margins, and no less than 0. `rounding`, relative to the sum of both, makes up for their own rounding. An
-/// infinite bound stays as it is.
+/// A bound less the margins, and no less than 0. `rounding`, relative to the sum of both, makes up
+/// for their own rounding. An infinite bound stays as it is.
 fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
     let is_less = margin > 0.0 && bound < f64::INFINITY;
     if is_less {
@@ -340,10 +343,10 @@ fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
 pub struct Nearest {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
-    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, both
-    /// are one
-    /// point, whatever the margins: the middle of the segment in which the triangles do
-    /// ([`triangle_segment`](crate::triangle_segment)), within 1e-12 times the largest coordinate of both.
+    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the
+    /// triangles meet, both are one point, whatever the margins: the middle of the segment in which
+    /// the triangles do ([`triangle_segment`](crate::triangle_segment)), within 1e-12 times the
+    /// largest coordinate of both.
     pub points: [DVec3; 2],
 }
 
@@ -356,14 +359,14 @@ pub struct Bounds {
     /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
-    /// Proven: the distance of [`Bounds::nearest`], and 0 only if the surfaces meet. Infinite if nothing was found yet.
+    /// Proven: the distance of [`Bounds::nearest`], and 0 only if the surfaces meet. Infinite if
+    /// nothing was found yet.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub high: f64,
     /// The closest triangles found.
     pub nearest: Option<Nearest>,
-    /// Whether the surfaces are as close as [`Query::closer_than`] asks; `None` if that is undecided, or not asked.
-    /// Undecided stays what `f64` cannot tell: distances that equal the limit up to 4e-14 times the diagonal of the box
-    /// around
-    /// both meshes.
+    /// Whether the surfaces are as close as [`Query::closer_than`] asks; `None` if that is
+    /// undecided, or not asked. Undecided stays what `f64` cannot tell: distances that equal the
+    /// limit up to 4e-14 times the diagonal of the box around both meshes.
     pub closer: Option<bool>,
 }

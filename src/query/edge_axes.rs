@@ -1,7 +1,9 @@
-//! The nine edge axes of two boxes, the products of their edges: they part slim boxes that overlap on all six face axes.
+//! The nine edge axes of two boxes, the products of their edges: they part slim boxes that overlap
+//! on all six face axes.
 //!
-//! The product of an axis of A and one of B, as seen from A, has the entries of the latter, so it has no rounding of its own and
-//! need not be a unit vector. The proof of the margins is in `docs/numerics.md`, "Edge axes".
+//! The product of an axis of A and one of B, as seen from A, has the entries of the latter, so it
+//! has no rounding of its own and need not be a unit vector. The proof of the margins is in
+//! `docs/numerics.md`, "Edge axes".
 
 use super::views::{Relation, View, yzx, zxy};
 use crate::math::lanes::{Column, F8, Lanes, per_axis};
@@ -11,7 +13,8 @@ use wide::f32x4;
 /// Pairs of boxes are slim if the product of their slimnesses is less.
 const SLIM: f32 = 0.2;
 
-/// Whether the nine axes are likely enough to part the boxes of two nodes that overlap on the other six.
+/// Whether the nine axes are likely enough to part the boxes of two nodes that overlap on the other
+/// six.
 #[inline(always)]
 pub(super) fn are_slim(a: &Node, b: &Node) -> bool {
     a.slimness * b.slimness < SLIM
@@ -29,7 +32,8 @@ pub(super) fn part(a: &Node, b: &Node, of_b: &View, relation: &Relation) -> bool
     )
 }
 
-/// The same for boxes by centre and half extents. `skew` bounds how far the columns of the view are from being orthonormal.
+/// The same for boxes by centre and half extents. `skew` bounds how far the columns of the view are
+/// from being orthonormal.
 #[inline(always)]
 fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
     let distance = across(of_b, of_b.point(b.0) - a.0);
@@ -38,8 +42,9 @@ fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
     (x | y | z).any()
 }
 
-/// Whether an edge axis parts, on the same side at two places, the own box of a node of A from a box of B, and by more than
-/// `margin`; `apart` is from the middle of the former to that of the latter. The length of an axis is 1 at most.
+/// Whether an edge axis parts, on the same side at two places, the own box of a node of A from a
+/// box of B, and by more than `margin`; `apart` is from the middle of the former to that of the
+/// latter. The length of an axis is 1 at most.
 #[inline(always)]
 pub(super) fn part_at_both<L: Lanes>(
     lanes: L,
@@ -73,8 +78,9 @@ fn turned<L: Lanes>(v: F8<L>) -> [F8<L>; 2] {
     [v.turned(), v.turned().turned()]
 }
 
-/// When the own box of a node of A and a box of B may overlap on the edge axes, if the latter moves with this velocity (as A's
-/// node sees it) and may be off by `margin`, that of the overlap test included.
+/// When the own box of a node of A and a box of B may overlap on the edge axes, if the latter moves
+/// with this velocity (as A's node sees it) and may be off by `margin`, that of the overlap test
+/// included.
 #[inline(always)]
 pub(super) fn window(
     a: &Node,
@@ -103,7 +109,8 @@ pub(super) fn window(
     [u.max(v).max(w), x.min(y).min(z)]
 }
 
-/// A vector along the axes: lane `k` of entry `j` is for the product of axis `k` of A and axis `j` of B.
+/// A vector along the axes: lane `k` of entry `j` is for the product of axis `k` of A and axis `j`
+/// of B.
 #[inline(always)]
 fn across(of_b: &View, v: f32x4) -> [f32x4; 3] {
     let (v1, v2) = (yzx(v), zxy(v));
@@ -166,7 +173,8 @@ mod tests {
     }
 
     impl Touching {
-        /// The common point lies on an edge of each, and the plane through both edges has A on one side and B on the other.
+        /// The common point lies on an edge of each, and the plane through both edges has A on one
+        /// side and B on the other.
         fn new(random: &mut Random, trees: [&Tree; 2], gap: f64) -> Self {
             let scale = trees[1].unit_length() / trees[0].unit_length();
             let deviation = [0.0, 1e-6, 3e-4][random.bits() as usize % 3];

@@ -1,7 +1,9 @@
-//! What a query will cost, before it, and what an unfinished one leaves open, after it: quantiles, a probability, a recall.
+//! What a query will cost, before it, and what an unfinished one leaves open, after it: quantiles,
+//! a probability, a recall.
 //!
-//! Apart from the choice of the strategy under a budget of time ([`Query::fits`]), nothing here runs inside a query: the
-//! caller asks when it wants to know, at a price of one to three microseconds.
+//! Apart from the choice of the strategy under a budget of time ([`Query::fits`]), nothing here
+//! runs inside a query: the caller asks when it wants to know, at a price of one to three
+//! microseconds.
 
 use super::distance::Distance;
 use super::intersection::Intersection;
@@ -43,8 +45,9 @@ impl Prediction {
         }
     }
 
-    /// Time by these costs, in their unit: [`crate::Workspace::cost_model`], [`CostModel::measure`], or the default ones
-    /// for nanoseconds of a machine like the one that the model was fitted on.
+    /// Time by these costs, in their unit: [`crate::Workspace::cost_model`],
+    /// [`CostModel::measure`], or the default ones for nanoseconds of a machine like the one that
+    /// the model was fitted on.
     #[must_use]
     pub fn time(&self, cost_model: &CostModel) -> Quantiles {
         self.bv_tests.map(|n| {
@@ -73,12 +76,12 @@ fn counts(bv_tests: f64) -> Counts {
 pub struct Estimate {
     /// What the query has still to do.
     pub remaining: Prediction,
-    /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart, by the query or by
-    /// the look
-    /// at its front that the estimate takes. A [`crate::Calibration`] corrects it for one pair of parts.
+    /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart,
+    /// by the query or by the look at its front that the estimate takes. A [`crate::Calibration`]
+    /// corrects it for one pair of parts.
     pub probability: f64,
-    /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0 if none is found yet. For
-    /// [`Mode::Any`], which asks for one, 1 as soon as it is decided.
+    /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0
+    /// if none is found yet. For [`Mode::Any`], which asks for one, 1 as soon as it is decided.
     pub recall: f64,
 }
 
@@ -86,13 +89,14 @@ pub struct Estimate {
 const EFFORT_BEFORE: usize = 48;
 const EFFORT_AFTER: usize = 120;
 
-/// Most pairs of a front that are looked at, and how many at once; the others count as the mean of these.
+/// Most pairs of a front that are looked at, and how many at once; the others count as the mean of
+/// these.
 const SAMPLE: usize = 256;
 const SAMPLE_STEP: usize = 8;
 
 impl Query<'_, Intersection> {
-    /// What this query will take, if nothing stops it, given what is remembered of the pair. Takes about 1 microsecond, no
-    /// allocation; the same bits on every machine.
+    /// What this query will take, if nothing stops it, given what is remembered of the pair. Takes
+    /// about 1 microsecond, no allocation; the same bits on every machine.
     ///
     /// ```
     /// use punctual::{Pose, Query, Tree, shapes};
@@ -107,10 +111,11 @@ impl Query<'_, Intersection> {
         Prediction::of(left)
     }
 
-    /// What the last run of this query in `workspace` leaves open, given what is remembered of the pair. Takes about 3
-    /// microseconds, no allocation; the same bits on every machine.
+    /// What the last run of this query in `workspace` leaves open, given what is remembered of the
+    /// pair. Takes about 3 microseconds, no allocation; the same bits on every machine.
     ///
-    /// A part of that is spent on opening the costliest pairs of the front on trial, which tells more than their boxes.
+    /// A part of that is spent on opening the costliest pairs of the front on trial, which tells
+    /// more than their boxes.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
@@ -122,7 +127,8 @@ impl Query<'_, Intersection> {
         self.estimate_while(workspace, memory, &|| true)
     }
 
-    /// [`Query::estimate`] that looks at fewer pairs of the front, at least eight, and opens fewer, if there is no time for all.
+    /// [`Query::estimate`] that looks at fewer pairs of the front, at least eight, and opens fewer,
+    /// if there is no time for all.
     pub(crate) fn estimate_while(
         &self,
         workspace: &Workspace,
@@ -155,7 +161,8 @@ impl Query<'_, Intersection> {
         })
     }
 
-    /// The front that the last run of this query left in `workspace`, in numbers: what [`Query::estimate`] goes by.
+    /// The front that the last run of this query left in `workspace`, in numbers: what
+    /// [`Query::estimate`] goes by.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
@@ -243,8 +250,9 @@ impl Query<'_, Intersection> {
         Some(memory?.last_bv_tests_of(self.asked.options.mode)? as f64)
     }
 
-    /// Whether the time lasts to the end, as far as can be told without a look at the boxes: by the 90 % quantile for the
-    /// costliest placement of the two trees, or for the next frame after the last one.
+    /// Whether the time lasts to the end, as far as can be told without a look at the boxes: by the
+    /// 90 % quantile for the costliest placement of the two trees, or for the next frame after the
+    /// last one.
     pub(super) fn fits(
         &self,
         limit: Duration,
@@ -272,23 +280,27 @@ impl Query<'_, Intersection> {
 pub struct DistanceEstimate {
     /// Units of work that the query has still to do.
     pub remaining: Quantiles,
-    /// The distance, in the length unit of the meshes: within what is proven, and infinite above where nothing was found yet.
+    /// The distance, in the length unit of the meshes: within what is proven, and infinite above
+    /// where nothing was found yet.
     pub distance: Quantiles,
 }
 
 impl Query<'_, Distance> {
-    /// Units of work that this query will take if nothing stops it, given what is remembered of the pair. In time, a unit takes
-    /// [`CostModel::bv_test`]. Constant time, no allocation; the same bits on every machine.
+    /// Units of work that this query will take if nothing stops it, given what is remembered of the
+    /// pair. In time, a unit takes [`CostModel::bv_test`]. Constant time, no allocation; the same
+    /// bits on every machine.
     ///
-    /// Not much can be told beforehand: half of the queries are within a factor of 2.1 of the median, nine of ten within 5.6;
-    /// with a memory of frames close together, 1.2 and 4.9 (`docs/model.md`).
+    /// Not much can be told beforehand: half of the queries are within a factor of 2.1 of the
+    /// median, nine of ten within 5.6; with a memory of frames close together, 1.2 and 4.9
+    /// (`docs/model.md`).
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Quantiles {
         self.work_left(&self.closing(0, [0.0, f64::INFINITY]), memory)
     }
 
-    /// What the last run of this query in `workspace` leaves open, given what is remembered of the pair: as rough as
-    /// [`Query::predict`]. Constant time, no allocation; the same bits on every machine.
+    /// What the last run of this query in `workspace` leaves open, given what is remembered of the
+    /// pair: as rough as [`Query::predict`]. Constant time, no allocation; the same bits on every
+    /// machine.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.

@@ -1,8 +1,10 @@
-//! What a node pair is replaced by: the pairs of its children that are of interest, that may meet or come close.
+//! What a node pair is replaced by: the pairs of its children that are of interest, that may meet
+//! or come close.
 //!
-//! The boxes of the two nodes are compared first, in the orientations of both, and slim ones on their edge axes. Then the
-//! larger node is opened, or both if their sizes are alike. Triangles of a cluster that meets a smaller inner node stay
-//! together: eight of them go down the tree as one pair with a bit for each that is still of interest.
+//! The boxes of the two nodes are compared first, in the orientations of both, and slim ones on
+//! their edge axes. Then the larger node is opened, or both if their sizes are alike. Triangles of
+//! a cluster that meets a smaller inner node stay together: eight of them go down the tree as one
+//! pair with a bit for each that is still of interest.
 
 use super::boxes::{BoxTest, Facing, Keys, Triangles};
 use super::edge_axes;
@@ -25,10 +27,12 @@ pub(super) trait Sink {
     /// The table into which box tests write the keys of pairs of children.
     fn keys(&mut self) -> &mut Keys;
 
-    /// Node pairs, a bit for each; `child` makes the pair of a bit, and the key of bit `i` is entry `i` of the table.
+    /// Node pairs, a bit for each; `child` makes the pair of a bit, and the key of bit `i` is entry
+    /// `i` of the table.
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair);
 
-    /// The triangles of a cluster that are still of interest, rows of the table, and a child of the other side, a column.
+    /// The triangles of a cluster that are still of interest, rows of the table, and a child of the
+    /// other side, a column.
     fn cluster(&mut self, pair: Pair, column: usize);
 
     /// The triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, in tree order.
@@ -48,7 +52,8 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     boxes: &mut T,
     sink: &mut impl Sink,
 ) {
-    // The pair with a child in the place of the node of A, or of B; all of the child's own children are of interest.
+    // The pair with a child in the place of the node of A, or of B; all of the child's own children
+    // are of interest.
     let with_child = move |is_a: bool, child: u32, alive: [u8; 2]| {
         if is_a {
             Pair {
@@ -189,8 +194,8 @@ fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
     deepest
 }
 
-/// Hands on the triangles of a cluster, the `alive` rows of `hits`, that are of interest with each child of the other side,
-/// a column. What is handed on last is visited next.
+/// Hands on the triangles of a cluster, the `alive` rows of `hits`, that are of interest with each
+/// child of the other side, a column. What is handed on last is visited next.
 #[inline(always)]
 fn clusters<T: BoxTest>(
     hits: u64,
@@ -251,8 +256,8 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     }
 }
 
-/// The triangles of a cluster; the last one again where there are fewer than eight. Without a loop, whose end cannot be
-/// foreseen.
+/// The triangles of a cluster; the last one again where there are fewer than eight. Without a loop,
+/// whose end cannot be foreseen.
 #[inline(always)]
 pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
     let triangles = &tree.triangles()[cluster.triangle_range()];

@@ -1,6 +1,7 @@
 //! Follows curves of contact from one triangle pair to the next ([`march`](super::march)).
 //!
-//! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the other end goes on.
+//! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the
+//! other end goes on.
 
 use super::known::Added;
 use super::march::{March, Place, first, place};
@@ -58,7 +59,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Begins at edges of the latest hit behind which the pair is not known: as many as ends are free.
+    /// Begins at edges of the latest hit behind which the pair is not known: as many as ends are
+    /// free.
     #[inline(always)]
     fn begin_march<L: Lanes>(&mut self, lanes: L) {
         let Some((pair, mut crossings)) = self.workspace.march.hits.pop() else {
@@ -105,7 +107,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         end.curve.place(corners, 1.01 * (of_a + of_b));
     }
 
-    /// Takes out of the edges that cross, of a pair, the first behind which the pair is not known; those before it too.
+    /// Takes out of the edges that cross, of a pair, the first behind which the pair is not known;
+    /// those before it too.
     #[inline(always)]
     fn next_edge(&mut self, pair: [u32; 2], crossings: &mut u32) -> Option<(usize, usize)> {
         let trees = [self.a, self.b];
@@ -182,7 +185,8 @@ impl Workspace {
     }
 }
 
-/// A vertex in A's frame: what [`Pose::transform_point`] gives, to the bit but for the sign of a zero.
+/// A vertex in A's frame: what [`Pose::transform_point`] gives, to the bit but for the sign of a
+/// zero.
 #[inline(always)]
 fn vertex<L: Lanes>(lanes: L, vertices: &Vertices, index: u32, place: &[[f64; 4]; 4]) -> D4<L> {
     let [x, y, z] = match vertices {

@@ -1,9 +1,10 @@
 //! How far apart boxes are at least: lower bounds of distances, eight at a time.
 //!
-//! Two boxes that are `x, y, z` apart along the axes of one of them are at least `sqrt(x^2 + y^2 + z^2)` apart, where
-//! negative gaps count as 0; the axes of the other give a second bound. A third is how far they are apart in the direction in
-//! which the closest triangles found so far lie from one another. All is in A's units, with the views and margins of the
-//! overlap test; the proof is in `docs/numerics.md`, "Distances of boxes".
+//! Two boxes that are `x, y, z` apart along the axes of one of them are at least `sqrt(x^2 + y^2 +
+//! z^2)` apart, where negative gaps count as 0; the axes of the other give a second bound. A third
+//! is how far they are apart in the direction in which the closest triangles found so far lie from
+//! one another. All is in A's units, with the views and margins of the overlap test; the proof is
+//! in `docs/numerics.md`, "Distances of boxes".
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends, splat};
 use super::close_boxes;
@@ -15,17 +16,21 @@ use crate::triangle::batch::Rows;
 use glam::DVec3;
 use wide::f32x4;
 
-/// Whether boxes are closer than `cut`. Keys are squared lower bounds of distances, or minus the depth of the overlap.
+/// Whether boxes are closer than `cut`. Keys are squared lower bounds of distances, or minus the
+/// depth of the overlap.
 pub(super) struct Gaps {
     /// Squared distance from which on pairs are of no interest.
     pub cut: f32,
-    /// The gap, with its margin, from which on a pair that is of interest is so by its margin alone.
+    /// The gap, with its margin, from which on a pair that is of interest is so by its margin
+    /// alone.
     pub doubt: f32,
-    /// The square of a gap is multiplied with this, which covers its rounding and axes that are not quite orthonormal.
+    /// The square of a gap is multiplied with this, which covers its rounding and axes that are not
+    /// quite orthonormal.
     pub shrink: f32,
     /// Factor of half extents: 1 for bounds, less for guesses.
     pub swell: f32,
-    /// The key of the pair at hand; its children's are no less. Negative infinity where boxes overlap.
+    /// The key of the pair at hand; its children's are no less. Negative infinity where boxes
+    /// overlap.
     pub least: f32,
     pub direction: Direction,
     /// In the orientations of the nodes at hand.
@@ -109,7 +114,8 @@ impl Gaps {
             + dot(splat(lanes, self.in_a.abs()), boxes.half))
     }
 
-    /// Where along the direction boxes of B begin: centres as seen from A, half extents by their own axes.
+    /// Where along the direction boxes of B begin: centres as seen from A, half extents by their
+    /// own axes.
     #[inline(always)]
     fn starts_of_b<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, seen: &Boxes<L>) -> F8<L> {
         let half = dot(splat(lanes, self.in_b.abs()), boxes.half);

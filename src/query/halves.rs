@@ -1,12 +1,10 @@
 //! Whether a plane parts two surfaces as far as the closest triangles found are apart.
 //!
-//! Where many triangles are all but equally far away, as those of nested or parallel sheets, boxes cannot tell them
-//! apart, and a
-//! search looks at all pairs of them: quadratic. If the surfaces lie on two sides of a slab across the line between the
-//! closest
-//! points, one look at all vertices ends the search. It is taken when the search has done so much that the look adds
-//! next to
-//! nothing, and again when it has done twice as much.
+//! Where many triangles are all but equally far away, as those of nested or parallel sheets, boxes
+//! cannot tell them apart, and a search looks at all pairs of them: quadratic. If the surfaces lie
+//! on two sides of a slab across the line between the closest points, one look at all vertices ends
+//! the search. It is taken when the search has done so much that the look adds next to nothing, and
+//! again when it has done twice as much.
 
 use super::interval::Interval;
 use crate::math::Pose;
@@ -33,9 +31,8 @@ const WORK_BEFORE: u64 = 16;
 const STEP: usize = 1024;
 const PER_WORK: u64 = 8;
 
-/// Rounding of a place along the direction, over the largest coordinates of both meshes and of the translation: of the
-/// placed
-/// vertices, and of the sums here.
+/// Rounding of a place along the direction, over the largest coordinates of both meshes and of the
+/// translation: of the placed vertices, and of the sums here.
 const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
 
 impl Halves {
@@ -58,9 +55,8 @@ impl Halves {
         work >= self.due
     }
 
-    /// Looks at some vertices, after so much work. Returns what that took, and at the end of the look how far the
-    /// surfaces are
-    /// apart at least.
+    /// Looks at some vertices, after so much work. Returns what that took, and at the end of the
+    /// look how far the surfaces are apart at least.
     pub fn look(
         &mut self,
         a: &Tree,

@@ -20,12 +20,15 @@ use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
 use crate::tree::{Tree, WIDTH};
 
-/// The question whether, or where, two surfaces meet at a pose ([`Query::intersection`], [`Query::all_pairs`]).
+/// The question whether, or where, two surfaces meet at a pose ([`Query::intersection`],
+/// [`Query::all_pairs`]).
 ///
-/// **Guarantee.** At every moment each intersecting pair of triangles has been reported, or is kept in the workspace as a
-/// triangle pair still to be tested, or lies under a node pair still to be opened. So `Separated` is said only when nothing
-/// is left, a stopped query can name what it may have missed ([`Query::certificate`]), and it can go on later as if it had
-/// never stopped ([`Query::resume`]). A full queue costs order, a full pair buffer is a stop reason; neither costs an answer.
+/// **Guarantee.** At every moment each intersecting pair of triangles has been reported, or is kept
+/// in the workspace as a triangle pair still to be tested, or lies under a node pair still to be
+/// opened. So `Separated` is said only when nothing is left, a stopped query can name what it may
+/// have missed ([`Query::certificate`]), and it can go on later as if it had never stopped
+/// ([`Query::resume`]). A full queue costs order, a full pair buffer is a stop reason; neither
+/// costs an answer.
 ///
 /// ```
 /// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
@@ -54,8 +57,8 @@ impl Question for Intersection {
 impl Remembers for Intersection {}
 
 impl<'t> Query<'t, Intersection> {
-    /// Asks whether the surfaces of `a` and `b` meet, where `b_in_a` brings B's coordinates into A's. It stops at the first
-    /// pair of triangles that intersect.
+    /// Asks whether the surfaces of `a` and `b` meet, where `b_in_a` brings B's coordinates into
+    /// A's. It stops at the first pair of triangles that intersect.
     #[must_use]
     pub fn intersection(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         Self::of(
@@ -68,7 +71,8 @@ impl<'t> Query<'t, Intersection> {
         )
     }
 
-    /// Asks for all pairs of triangles that intersect; they stay in the workspace ([`Workspace::pairs`]).
+    /// Asks for all pairs of triangles that intersect; they stay in the workspace
+    /// ([`Workspace::pairs`]).
     #[must_use]
     pub fn all_pairs(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         Self::intersection(a, b, b_in_a).mode(Mode::All)
@@ -81,35 +85,37 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// Stop with [`StopReason::PairsFull`] when this many pairs are in the workspace; by default, when it is full.
+    /// Stop with [`StopReason::PairsFull`] when this many pairs are in the workspace; by default,
+    /// when it is full.
     #[must_use]
     pub fn pair_limit(mut self, pairs: usize) -> Self {
         self.asked.options.pair_limit = pairs.max(1);
         self
     }
 
-    /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
-    /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
-    /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR), as with NaN.
+    /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts
+    /// the probability of [`Query::estimate`]. By default that of the poses for which the model was
+    /// fitted, [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR), as with NaN.
     #[must_use]
     pub fn prior(mut self, share: f64) -> Self {
         self.asked.prior = if share.is_nan() { DEFAULT_PRIOR } else { share };
         self
     }
 
-    /// For experiments: the order of visits; penetration by default, which finds most before a budget ends
-    /// (`docs/benchmarks.md`).
+    /// For experiments: the order of visits; penetration by default, which finds most before a
+    /// budget ends (`docs/benchmarks.md`).
     #[must_use]
     pub fn order(mut self, order: Order) -> Self {
         self.asked.options.order = order;
         self
     }
 
-    /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
-    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 48 in the default order and 128 in
-    /// others, and infinity for [`Mode::Any`] in the default order: a stack with the deepest of siblings on top finds the
-    /// first hit sooner than the queue (`docs/benchmarks.md`). In the default order it matters only where a budget may cut
-    /// the run.
+    /// For experiments: node pairs of which fewer BV tests than this are expected are finished
+    /// depth-first at once instead of being queued. 0 (and NaN) queues every node pair, infinity
+    /// none. By default 48 in the default order and 128 in others, and infinity for [`Mode::Any`]
+    /// in the default order: a stack with the deepest of siblings on top finds the first hit sooner
+    /// than the queue (`docs/benchmarks.md`). In the default order it matters only where a budget
+    /// may cut the run.
     #[must_use]
     pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
         // The larger of NaN and 0 is 0.
@@ -117,8 +123,8 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// The strategy of a run in a larger task, which goes to its end (`complete`) or may be cut: with full batches, with which
-    /// small budgets of scenes find more.
+    /// The strategy of a run in a larger task, which goes to its end (`complete`) or may be cut:
+    /// with full batches, with which small budgets of scenes find more.
     pub(crate) fn strategy(&self, complete: bool) -> Strategy {
         let options = &self.asked.options;
         Strategy {
@@ -127,8 +133,8 @@ impl<'t> Query<'t, Intersection> {
         }
     }
 
-    /// Prepares the workspace for a run from the roots, where so many of the latest witnesses were tested already and do not
-    /// meet.
+    /// Prepares the workspace for a run from the roots, where so many of the latest witnesses were
+    /// tested already and do not meet.
     #[inline(always)]
     pub(crate) fn begin_as(
         &self,
@@ -165,10 +171,12 @@ impl<'t> Query<'t, Intersection> {
         } else if strategy.queues() {
             workspace.front.queue(Pair::new(0, 0), 0.0, 0, true);
         } else {
-            // Made where it is stored: copied in one piece, it would have to wait until the pieces are in the cache.
+            // Made where it is stored: copied in one piece, it would have to wait until the pieces
+            // are in the cache.
             workspace.front.push(Pair::new(0, 0));
         }
-        // Where triangles met last, others near them are likely to meet now: they are visited first.
+        // Where triangles met last, others near them are likely to meet now: they are visited
+        // first.
         if let (WarmStart::Witnesses, Some(&[x, y])) = (strategy.warm_start, witnesses.first()) {
             let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
             workspace.front.push(Pair::new(x[0], y[0]));

@@ -25,7 +25,8 @@ pub(super) struct Interval {
     high: f64,
     /// Pairs at least this far apart do not matter any more.
     cut: f64,
-    /// The least lower bound of all pairs that are done with: looked at in `f64`, or too far apart to matter.
+    /// The least lower bound of all pairs that are done with: looked at in `f64`, or too far apart
+    /// to matter.
     done: f64,
     /// The closest pair found (tree order).
     nearest: Option<([u32; 2], Closest)>,
@@ -52,14 +53,16 @@ impl Interval {
         interval
     }
 
-    /// Does not tell distances of the thickened surfaces apart that are greater than this. Whether they meet is still asked.
+    /// Does not tell distances of the thickened surfaces apart that are greater than this. Whether
+    /// they meet is still asked.
     pub fn below(mut self, ceiling: f64) -> Self {
         self.ceiling = ceiling;
         self.cut = self.cut_now();
         self
     }
 
-    /// Leaves open whether surfaces meet that are no farther apart than the absolute tolerance, if the distance is asked for.
+    /// Leaves open whether surfaces meet that are no farther apart than the absolute tolerance, if
+    /// the distance is asked for.
     pub fn leaving_contact_open(self) -> Self {
         let Self {
             tolerance: Tolerance { absolute, .. },
@@ -90,7 +93,8 @@ impl Interval {
         )
     }
 
-    /// Takes note of a lower bound that is known of all pairs; returns whether that decides all that is asked.
+    /// Takes note of a lower bound that is known of all pairs; returns whether that decides all
+    /// that is asked.
     pub fn know(&mut self, low: f64) -> bool {
         self.low = self.low.max(low);
         let is_enough = low >= self.cut;
@@ -148,7 +152,8 @@ impl Interval {
         })
     }
 
-    /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.
+    /// Its square, not less, in units of this length. Never so small that a pair that may meet
+    /// would not matter.
     pub fn square_cut(&self, unit: f64) -> f32 {
         let cut = self.cut / unit;
         ((cut * cut * (1.0 + f64::from(f32::EPSILON))) as f32).max(1e-36)
@@ -159,15 +164,15 @@ impl Interval {
         self.high <= self.margin
     }
 
-    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit, or than
-    /// is told apart.
+    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are
+    /// closer than the limit, or than is told apart.
     pub fn is_decided(&self) -> bool {
         self.high <= self.margin + self.enough
             || self.has_limit() && self.high <= self.limit + self.margin
     }
 
-    /// Whether a pair that is at least this far apart matters. One that may meet always does: whether surfaces meet is no
-    /// question of tolerance.
+    /// Whether a pair that is at least this far apart matters. One that may meet always does:
+    /// whether surfaces meet is no question of tolerance.
     pub fn matters(&self, low: f64) -> bool {
         low < self.cut || low == 0.0
     }
@@ -196,8 +201,8 @@ impl Interval {
 
     /// Takes note that no pair that is left is closer than this.
     ///
-    /// Bounds of pairs only grow when they are replaced by their children or done with, so at the end of a query this is no
-    /// less than what was known on the way.
+    /// Bounds of pairs only grow when they are replaced by their children or done with, so at the
+    /// end of a query this is no less than what was known on the way.
     pub fn raise(&mut self, left: f64) {
         self.low = self.low.max(left.min(self.done));
     }

@@ -1,8 +1,9 @@
-//! The triangle pairs that are known to meet, so that none is told twice: a mask of 64 bits for each pair of clusters in which
-//! there are any.
+//! The triangle pairs that are known to meet, so that none is told twice: a mask of 64 bits for
+//! each pair of clusters in which there are any.
 //!
-//! A hash table with linear probing, of fixed capacity; expected constant time. Pairs are only added. The slots are small, for
-//! they are asked at random, and most of them are free; what they stand for is dense.
+//! A hash table with linear probing, of fixed capacity; expected constant time. Pairs are only
+//! added. The slots are small, for they are asked at random, and most of them are free; what they
+//! stand for is dense.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -13,7 +14,8 @@ const SLOTS: usize = 2 * ROOM;
 
 const FREE: u16 = u16::MAX;
 
-/// A pair of clusters, and which of their triangle pairs are known: bit `8 i + j` for triangle `i` of A's and `j` of B's.
+/// A pair of clusters, and which of their triangle pairs are known: bit `8 i + j` for triangle `i`
+/// of A's and `j` of B's.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     first: [u32; 2],

@@ -1,5 +1,5 @@
-//! Triangle pairs: eight at a time through the fast filter, those in doubt through the same in `f64` if they are many, and one
-//! at a time through the exact test.
+//! Triangle pairs: eight at a time through the fast filter, those in doubt through the same in
+//! `f64` if they are many, and one at a time through the exact test.
 
 use super::meeting::Meeting;
 use super::options::Mode;
@@ -21,9 +21,9 @@ use arrayvec::ArrayVec;
 impl Traversal<'_, '_, Meeting<'_>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
     ///
-    /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never meet. So if the first hit
-    /// is all that counts, a batch with doubts but without a hit sends the traversal to another part of the stack; the pairs
-    /// that wait are tested later.
+    /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never
+    /// meet. So if the first hit is all that counts, a batch with doubts but without a hit sends
+    /// the traversal to another part of the stack; the pairs that wait are tested later.
     #[inline(always)]
     pub(super) fn test_triangles<L: Lanes>(&mut self, lanes: L) {
         if !self.workspace.doubtful.is_empty() {
@@ -58,7 +58,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         pays || !doubtful.is_empty() || march.is_due() && !self.workspace.is_done()
     }
 
-    /// Whether hits are contacts; then they too go through the exact test, which says how the triangles lie.
+    /// Whether hits are contacts; then they too go through the exact test, which says how the
+    /// triangles lie.
     #[inline(always)]
     fn looks_for_contacts(&self) -> bool {
         self.workspace.contacts.margin().is_some()
@@ -109,7 +110,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Tests pairs in doubt: those not seen in `f64` all at once, if they are enough, or else one of them exactly.
+    /// Tests pairs in doubt: those not seen in `f64` all at once, if they are enough, or else one
+    /// of them exactly.
     #[cold]
     #[inline(never)]
     fn test_doubtful<L: Lanes>(&mut self, lanes: L) {
@@ -186,7 +188,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Reports a pair that meets, unless it is known; where curves are followed, those of the edges that certainly cross.
+    /// Reports a pair that meets, unless it is known; where curves are followed, those of the edges
+    /// that certainly cross.
     #[inline(always)]
     fn report(&mut self, pair: [u32; 2], crossings: impl FnOnce() -> u32) {
         let workspace = &mut *self.workspace;

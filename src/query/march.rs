@@ -1,11 +1,13 @@
 //! Marching: from a triangle pair that meets to the next one along the curve, without a test.
 //!
-//! Where an edge of one triangle crosses the other one, the neighbor behind that edge meets it too. So each hit of the triangle
-//! tests has ends from which the curve is followed ([`Curve`]), pair by pair, until it comes to one that is known or
-//! to the border of a surface, or it is not certain how it goes on. What is found so is reported at once, and not tested when
-//! the traversal comes to it ([`known`](super::known)); but the traversal goes everywhere all the same, and so the answer
-//! does not depend on where the marches led. A step costs more than the test that it saves, and the sooner it leads to a pair the
-//! more it is worth, so a run marches only in its first part ([`Marching`](super::strategy::Marching)).
+//! Where an edge of one triangle crosses the other one, the neighbor behind that edge meets it too.
+//! So each hit of the triangle tests has ends from which the curve is followed ([`Curve`]), pair by
+//! pair, until it comes to one that is known or to the border of a surface, or it is not certain
+//! how it goes on. What is found so is reported at once, and not tested when the traversal comes to
+//! it ([`known`](super::known)); but the traversal goes everywhere all the same, and so the answer
+//! does not depend on where the marches led. A step costs more than the test that it saves, and the
+//! sooner it leads to a pair the more it is worth, so a run marches only in its first part
+//! ([`Marching`](super::strategy::Marching)).
 //!
 //! Here is what waits to be followed; the steps are in [`follow`](super::follow).
 
@@ -22,13 +24,14 @@ const HITS: usize = 64;
 #[derive(Clone, Debug)]
 pub(super) struct March {
     pub known: Known,
-    /// Pairs that were found along curves, and those among them to which the traversal has come since.
+    /// Pairs that were found along curves, and those among them to which the traversal has come
+    /// since.
     pub followed: u64,
     pub passed: u64,
     /// Work of following curves.
     pub work: u64,
-    /// Pairs (tree order) that were found by tests, and which edges certainly cross the other triangle: a bit each for 01, 12
-    /// and 20 of A, then those of B.
+    /// Pairs (tree order) that were found by tests, and which edges certainly cross the other
+    /// triangle: a bit each for 01, 12 and 20 of A, then those of B.
     pub hits: ArrayVec<([u32; 2], u32), HITS>,
     pub ends: [End; 2],
     /// How the vertices of both sides are placed in A: three columns, and where the origin goes.
@@ -54,7 +57,8 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Goes to the neighbor behind the edge opposite to a corner and returns the vertex that it has in that corner's place.
+    /// Goes to the neighbor behind the edge opposite to a corner and returns the vertex that it has
+    /// in that corner's place.
     #[inline(always)]
     pub fn cross(&mut self, tree: &Tree, corner: usize) -> Option<u32> {
         let apex = self.vertices.get_mut(corner)?;
@@ -121,7 +125,8 @@ impl March {
         !self.known.is_empty() && self.known.has(first(trees, pair), pair)
     }
 
-    /// Takes out of these pairs of two clusters the known ones, to which the traversal has come now.
+    /// Takes out of these pairs of two clusters the known ones, to which the traversal has come
+    /// now.
     #[inline(always)]
     pub fn pass(&mut self, hits: u64, first: [u32; 2]) -> u64 {
         let known = hits & self.known.of(first);

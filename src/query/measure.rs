@@ -21,8 +21,9 @@ const REPETITIONS: usize = 12;
 const PULL: f64 = 2.0;
 
 impl CostModel {
-    /// Measures the costs on this machine with the system clock, in nanoseconds: queries of two built-in shapes, in cache.
-    /// Takes a few milliseconds. The default model, if the system has no clock ([`Budget::time`]).
+    /// Measures the costs on this machine with the system clock, in nanoseconds: queries of two
+    /// built-in shapes, in cache. Takes a few milliseconds. The default model, if the system has no
+    /// clock ([`Budget::time`]).
     pub fn measure() -> Self {
         Self::measure_with(&crate::query::SYSTEM)
     }
@@ -61,14 +62,14 @@ impl CostModel {
         Self::fitted(&features, &times)
     }
 
-    /// About what a [`Tree::refit`] of this tree takes, within a factor of two or three: `N_u C_u`, `N_u` the boxes of all its
-    /// nodes and triangles. In `O(1)`.
+    /// About what a [`Tree::refit`] of this tree takes, within a factor of two or three: `N_u C_u`,
+    /// `N_u` the boxes of all its nodes and triangles. In `O(1)`.
     pub fn refit_time(&self, tree: &Tree) -> f64 {
         (tree.nodes().len() + tree.triangles().len()) as f64 * self.box_update
     }
 
-    /// The costs that explain the times best, relative to each time; in doubt, those of the default model, all larger or
-    /// smaller by one factor.
+    /// The costs that explain the times best, relative to each time; in doubt, those of the default
+    /// model, all larger or smaller by one factor.
     fn fitted(features: &[[f64; 4]], times: &[f64]) -> Self {
         let default = Self::default();
         let known = [

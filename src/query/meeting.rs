@@ -1,8 +1,8 @@
-//! Do two surfaces meet, and where? What a traversal that asks this does with node pairs; [`leaf`](super::leaf) has its
-//! triangle tests.
+//! Do two surfaces meet, and where? What a traversal that asks this does with node pairs;
+//! [`leaf`](super::leaf) has its triangle tests.
 //!
-//! Boxes that overlap are of interest, deepest first. Triangle pairs that were found along a curve ([`march`](super::march))
-//! before the front comes to them are not tested again.
+//! Boxes that overlap are of interest, deepest first. Triangle pairs that were found along a curve
+//! ([`march`](super::march)) before the front comes to them are not tested again.
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
@@ -117,7 +117,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// Pushes pairs with the deepest on top, below it the second.
     #[inline(never)]
     fn push_ranked(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        // The depth, and in the place of its last bits which pair it is. Chosen, not branched: which is deeper cannot be guessed.
+        // The depth, and in the place of its last bits which pair it is. Chosen, not branched:
+        // which is deeper cannot be guessed.
         let (mut first, mut second) = (0, 0);
         for bit in bits(hits) {
             let key = self.keys.as_flattened()[bit % 64].to_bits() & !63 | bit as u32;
@@ -155,7 +156,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         })
     }
 
-    /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
+    /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost
+    /// is below the threshold.
     fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (
             &self.a.nodes()[pair.nodes[0] as usize],
@@ -197,8 +199,8 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
         &mut self.keys
     }
 
-    /// Pairs go where their parent came from: on the stack, into the queue, or on the paths to witnesses, and what is beside
-    /// these into the queue.
+    /// Pairs go where their parent came from: on the stack, into the queue, or on the paths to
+    /// witnesses, and what is beside these into the queue.
     #[inline(always)]
     fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
         if self.origin != Origin::Stack {
@@ -231,7 +233,8 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
             deepest = if is_deeper { depth } else { deepest };
             (first, at) = if is_deeper { (bit, place) } else { (first, at) };
         }
-        // It changes places with the last one. Both are made anew: to load what has just been stored takes longer.
+        // It changes places with the last one. Both are made anew: to load what has just been
+        // stored takes longer.
         front.put(at, child(bit));
         front.put(place, child(first));
     }

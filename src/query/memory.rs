@@ -37,13 +37,15 @@ pub(super) struct Before {
 
 /// Memory of one pair of trees between frames, owned by the caller and passed in.
 ///
-/// [`Mode::Any`] first tests the last eight witnesses, and then looks near the latest. [`Mode::All`], if a budget may stop it
-/// and in the default order, first goes down to where up to sixteen triangle pairs met in the frame before, spread over all
-/// of them, and then to what lies beside these paths, the nearest first.
+/// [`Mode::Any`] first tests the last eight witnesses, and then looks near the latest.
+/// [`Mode::All`], if a budget may stop it and in the default order, first goes down to where up to
+/// sixteen triangle pairs met in the frame before, spread over all of them, and then to what lies
+/// beside these paths, the nearest first.
 ///
-/// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
-/// Used with another pair of trees it forgets everything; refitted trees count as the same. A deserialized memory (feature
-/// `serde`) binds to the first pair of trees it is used with. Using it with another pair is safe, but does not help.
+/// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never
+/// in a decided verdict. Used with another pair of trees it forgets everything; refitted trees
+/// count as the same. A deserialized memory (feature `serde`) binds to the first pair of trees it
+/// is used with. Using it with another pair is safe, but does not help.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
@@ -51,12 +53,13 @@ pub struct PairMemory {
     /// Identities of trees mean nothing in another run of the program.
     #[cfg_attr(feature = "serde", serde(skip))]
     trees: Option<[usize; 2]>,
-    /// Triangle pairs in tree order that met: of [`Mode::Any`] the latest first, of [`Mode::All`] some from all over the last
-    /// frame that found any.
+    /// Triangle pairs in tree order that met: of [`Mode::Any`] the latest first, of [`Mode::All`]
+    /// some from all over the last frame that found any.
     witnesses: ArrayVec<[u32; 2], PATHS>,
     /// The triangle pair (tree order) that was closest.
     nearest: Option<[u32; 2]>,
-    /// What distance queries have proven, as of one pose. `None` in scenes, which have many memories and no use for it.
+    /// What distance queries have proven, as of one pose. `None` in scenes, which have many
+    /// memories and no use for it.
     #[cfg_attr(feature = "serde", serde(skip))]
     clearance: Option<Box<Clearance>>,
     last_verdict: Option<bool>,
@@ -128,7 +131,8 @@ impl PairMemory {
             .map(|(_, bv_tests)| bv_tests)
     }
 
-    /// Work of the last finished query of the distance or of a motion of this pair; `None` if it was not of that kind.
+    /// Work of the last finished query of the distance or of a motion of this pair; `None` if it
+    /// was not of that kind.
     pub(super) fn last_work_of(&self, sought: Sought, a: &Tree, b: &Tree) -> Option<u64> {
         let of_pair = self.last_work.filter(|_| self.is_of(a, b));
         of_pair
@@ -141,8 +145,8 @@ impl PairMemory {
         self.frames_undecided
     }
 
-    /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about the last 20, at first
-    /// 1 in 8.
+    /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about
+    /// the last 20, at first 1 in 8.
     pub fn change_rate(&self) -> f64 {
         self.change_rate.unwrap_or(0.125)
     }
@@ -171,7 +175,8 @@ impl PairMemory {
         self.witnesses.get(number).copied()
     }
 
-    /// Takes note that a triangle pair (tree order) that was tested by itself meets: it is the latest witness.
+    /// Takes note that a triangle pair (tree order) that was tested by itself meets: it is the
+    /// latest witness.
     pub(crate) fn found(&mut self, pair: [u32; 2]) {
         self.witnesses.retain(|witness| *witness != pair);
         self.witnesses.truncate(WITNESSES - 1);
@@ -207,12 +212,14 @@ impl PairMemory {
         if self.is_of(a, b) { self.nearest } else { None }
     }
 
-    /// Proven: how far apart the surfaces are at least at this pose, in the length unit of the meshes, as far as distance
-    /// queries with this memory have shown it of these trees ([`Query::with_memory`], finished or stopped): what
-    /// they proved, less the longest way of a point of B since then. 0 if nothing is known. Costs some 50 operations.
+    /// Proven: how far apart the surfaces are at least at this pose, in the length unit of the
+    /// meshes, as far as distance queries with this memory have shown it of these trees
+    /// ([`Query::with_memory`], finished or stopped): what they proved, less the longest way of a
+    /// point of B since then. 0 if nothing is known. Costs some 50 operations.
     ///
-    /// While it is more than 0, [`Query`](crate::Query) with this memory answers `Separated` at once, and
-    /// [`Query::impact`](crate::Query::impact) begins with the time until B can have gone so far.
+    /// While it is more than 0, [`Query`](crate::Query) with this memory answers `Separated` at
+    /// once, and [`Query::impact`](crate::Query::impact) begins with the time until B can have gone
+    /// so far.
     ///
     /// [`Query::with_memory`]: crate::Query::with_memory
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
@@ -221,7 +228,8 @@ impl PairMemory {
             .map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
     }
 
-    /// After a call of a distance query at a pose; `work` is that of the whole query, if predictions can go by it.
+    /// After a call of a distance query at a pose; `work` is that of the whole query, if
+    /// predictions can go by it.
     pub(super) fn remember_distance(
         &mut self,
         [a, b]: [&Tree; 2],
@@ -259,7 +267,8 @@ impl PairMemory {
         self.last_work = searched.map(|work| (sought, work)).or(self.last_work);
     }
 
-    /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.
+    /// After a call that ended for this reason. One that resumed a stopped run belongs to the same
+    /// frame.
     pub(super) fn remember(
         &mut self,
         mode: Mode,

@@ -95,14 +95,15 @@ use workspace::Key;
 
 /// A question about two trees. Cheap to make; one for each pose.
 ///
-/// Its constructors say what is asked: [`Query::intersection`], [`Query::all_pairs`], [`Query::distance`],
-/// [`Query::contacts`], [`Query::impact`], [`Query::ray`]. [`Query::run`] answers it within a budget, and [`Query::resume`]
-/// goes on where the budget ended.
+/// Its constructors say what is asked: [`Query::intersection`], [`Query::all_pairs`],
+/// [`Query::distance`], [`Query::contacts`], [`Query::impact`], [`Query::ray`]. [`Query::run`]
+/// answers it within a budget, and [`Query::resume`] goes on where the budget ended.
 ///
-/// **Guarantee.** At every moment each pair of triangles that matters has been taken into account, or is kept in the
-/// workspace, or lies under a node pair still to be opened. So a finished answer has missed nothing, a stopped query can
-/// name what it may have missed ([`Query::certificate`]), and it can go on later as if it had never stopped. A full queue
-/// costs order, a full buffer is a stop reason; neither costs an answer.
+/// **Guarantee.** At every moment each pair of triangles that matters has been taken into account,
+/// or is kept in the workspace, or lies under a node pair still to be opened. So a finished answer
+/// has missed nothing, a stopped query can name what it may have missed ([`Query::certificate`]),
+/// and it can go on later as if it had never stopped. A full queue costs order, a full buffer is a
+/// stop reason; neither costs an answer.
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'t, Q> {
     a: &'t Tree,
@@ -120,7 +121,8 @@ pub trait Question {
 /// Questions for which a [`PairMemory`] has something of the frame before.
 pub trait Remembers: Question {}
 
-/// How a run of a question begins, goes on and is answered. [`Query`] has the rest, which is the same for all questions.
+/// How a run of a question begins, goes on and is answered. [`Query`] has the rest, which is the
+/// same for all questions.
 pub trait Ask {
     type Value;
 
@@ -160,11 +162,12 @@ impl<'t, Q> Query<'t, Q> {
         }
     }
 
-    /// The query itself, if all that it was given are numbers that it can use. Without this, it goes by the nearest that it
-    /// can.
+    /// The query itself, if all that it was given are numbers that it can use. Without this, it
+    /// goes by the nearest that it can.
     ///
     /// # Errors
-    /// If a tolerance, a margin or a limit is negative, too large or no number. The error names the first of them.
+    /// If a tolerance, a margin or a limit is negative, too large or no number. The error names the
+    /// first of them.
     pub fn checked(self) -> Result<Self, OptionError> {
         match self.fault {
             Some(fault) => Err(fault),
@@ -179,10 +182,11 @@ where
 {
     /// Runs within a budget. What it finds stays in the workspace.
     ///
-    /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end every
-    /// [`Budget::poll_interval`] units of work. It does not lock or panic. It does not allocate, but for the first query in
-    /// a workspace for contacts or for all hits of a ray: it makes room for 4,096, unless
-    /// [`Workspace::reserve_contacts`] or [`Workspace::reserve_ray_hits`] has made some.
+    /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end
+    /// every [`Budget::poll_interval`] units of work. It does not lock or panic. It does not
+    /// allocate, but for the first query in a workspace for contacts or for all hits of a ray: it
+    /// makes room for 4,096, unless [`Workspace::reserve_contacts`] or
+    /// [`Workspace::reserve_ray_hits`] has made some.
     pub fn run<'c>(
         &self,
         workspace: &mut Workspace,
@@ -193,10 +197,12 @@ where
 
     /// Goes on with the stopped run that the workspace holds, with a fresh budget.
     ///
-    /// However it is cut into pieces by budgets of work, the answer at the end is that of one uninterrupted run.
+    /// However it is cut into pieces by budgets of work, the answer at the end is that of one
+    /// uninterrupted run.
     ///
     /// # Errors
-    /// If the last run in this workspace was not of this query (the same trees, pose and options), or is complete.
+    /// If the last run in this workspace was not of this query (the same trees, pose and options),
+    /// or is complete.
     pub fn resume<'c>(
         &self,
         workspace: &mut Workspace,
@@ -205,10 +211,12 @@ where
         self.resume_from(workspace, None, budget.into())
     }
 
-    /// The query with what is remembered of the pair, if anything, from the frame before, and will be for the next.
+    /// The query with what is remembered of the pair, if anything, from the frame before, and will
+    /// be for the next.
     ///
-    /// As long as B stays within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known
-    /// without a search; and triangles that met, or were closest, are looked at first.
+    /// As long as B stays within what the memory knows of its distance ([`PairMemory::clearance`]),
+    /// the answer is known without a search; and triangles that met, or were closest, are looked at
+    /// first.
     ///
     /// ```
     /// use punctual::{Budget, PairMemory, Pose, Query, Tree, Workspace, shapes};
@@ -234,9 +242,9 @@ where
 
     /// What the last run of this query in `workspace` may have missed, and where.
     ///
-    /// Of a distance query that is what is closer than its upper bound by more than the tolerance, of a contact query the
-    /// middle of the closest points of each contact, and of a motion where the surfaces may still meet before the contact
-    /// that was found, if any.
+    /// Of a distance query that is what is closer than its upper bound by more than the tolerance,
+    /// of a contact query the middle of the closest points of each contact, and of a motion where
+    /// the surfaces may still meet before the contact that was found, if any.
     ///
     /// # Errors
     /// If the last run in this workspace was not of this query (the same trees, pose and options).
@@ -331,7 +339,8 @@ where
     /// [`Query::resume`] by the memory.
     ///
     /// # Errors
-    /// If the last run in this workspace was not of this query (the same trees, pose and options), or is complete.
+    /// If the last run in this workspace was not of this query (the same trees, pose and options),
+    /// or is complete.
     pub fn resume<'c>(
         self,
         workspace: &mut Workspace,

@@ -1,13 +1,16 @@
-//! How far apart are two surfaces? What a traversal that asks this does with node pairs and triangle pairs.
+//! How far apart are two surfaces? What a traversal that asks this does with node pairs and
+//! triangle pairs.
 //!
-//! Pairs whose boxes overlap are finished depth-first, the deepest first: as long as there are any, nothing is proven. Pairs
-//! that are apart wait in the queue by their lower bounds, and are dropped when they can't matter any more. To begin with,
-//! a *dive* opens nothing but the child that seems to be closest, down to two triangles, so that there is an upper bound to
-//! compare with; it leaves no trace. Of many triangle pairs of two clusters the closest are tested, and the cluster pair is
+//! Pairs whose boxes overlap are finished depth-first, the deepest first: as long as there are any,
+//! nothing is proven. Pairs that are apart wait in the queue by their lower bounds, and are dropped
+//! when they can't matter any more. To begin with, a *dive* opens nothing but the child that seems
+//! to be closest, down to two triangles, so that there is an upper bound to compare with; it leaves
+//! no trace. Of many triangle pairs of two clusters the closest are tested, and the cluster pair is
 //! put back with the others.
 //!
-//! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that closes in: each pair within
-//! the limit goes to a list. What is done with triangle pairs stands in [`super::closest_pairs`].
+//! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that
+//! closes in: each pair within the limit goes to a list. What is done with triangle pairs stands in
+//! [`super::closest_pairs`].
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
@@ -28,7 +31,8 @@ const MANY: u32 = 16;
 
 /// How far apart two surfaces are.
 pub(super) struct Nearness {
-    /// Squared distance, in A's units, from which on nothing matters: not less than that of the interval.
+    /// Squared distance, in A's units, from which on nothing matters: not less than that of the
+    /// interval.
     pub(super) cut: f32,
     /// [`Gaps::doubt`].
     doubt: f32,
@@ -228,16 +232,18 @@ impl Sink for Traversal<'_, '_, Nearness> {
 }
 
 impl Traversal<'_, '_, Nearness> {
-    /// Whether of many triangle pairs the closest are looked at first: where one distance is asked for, by the queue.
+    /// Whether of many triangle pairs the closest are looked at first: where one distance is asked
+    /// for, by the queue.
     #[inline(always)]
     fn puts_back(&self) -> bool {
         let is_alone = self.workspace.contacts.margin().is_none();
         is_alone && self.origin != Origin::Path && !self.strategy.deepest_first
     }
 
-    /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they are eight pairs, and puts the
-    /// cluster pair back with the other rows: most of these don't matter any more when it is their turn. Rows with boxes that
-    /// overlap stay, since nothing is proven of them.
+    /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they
+    /// are eight pairs, and puts the cluster pair back with the other rows: most of these don't
+    /// matter any more when it is their turn. Rows with boxes that overlap stay, since nothing is
+    /// proven of them.
     #[inline(never)]
     fn put_back(&mut self, hits: u64) -> u64 {
         let row_of = |row: usize| hits & 0xff << (WIDTH * row);

@@ -1,4 +1,5 @@
-//! The node pairs that a complete run opens, for those who study the order of visits: whatever the order, they are the same.
+//! The node pairs that a complete run opens, for those who study the order of visits: whatever the
+//! order, they are the same.
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
@@ -13,7 +14,8 @@ use alloc::vec::Vec;
 /// A node pair that is opened.
 #[derive(Clone, Debug, Default)]
 pub struct OpenedPair {
-    /// Index of the pair that it is a child of; the first pair, that of the roots, is its own parent.
+    /// Index of the pair that it is a child of; the first pair, that of the roots, is its own
+    /// parent.
     pub parent: usize,
     /// BV tests made.
     pub bv_tests: u32,
@@ -23,7 +25,8 @@ pub struct OpenedPair {
     pub triangle_pairs: Vec<[u32; 2]>,
 }
 
-/// Every node pair opened by a run that finds all intersections, parents before their children; none if a mesh is empty.
+/// Every node pair opened by a run that finds all intersections, parents before their children;
+/// none if a mesh is empty.
 pub fn opened_pairs(a: &Tree, b: &Tree, b_in_a: &Pose) -> Vec<OpenedPair> {
     let (relation, opened) = (Relation::new(a, b, b_in_a), Vec::new());
     let mut recorder = Recorder {

@@ -9,14 +9,15 @@ use crate::tree::{Node, xyz};
 use core::fmt;
 use core::str::FromStr;
 
-/// Which node pair of the front is visited next. All orders give the same finished answer; they differ in what is known
-/// when a budget ends.
+/// Which node pair of the front is visited next. All orders give the same finished answer; they
+/// differ in what is known when a budget ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Order {
-    /// Deepest penetration of the boxes first, the least over the six face axes, relative to the sizes of the nodes. The
-    /// default: it costs next to nothing, and finds intersections earliest in time (`docs/benchmarks.md`).
+    /// Deepest penetration of the boxes first, the least over the six face axes, relative to the
+    /// sizes of the nodes. The default: it costs next to nothing, and finds intersections earliest
+    /// in time (`docs/benchmarks.md`).
     #[default]
     Penetration,
     /// Lowest product of the two alphas first, as the paper proposes.
@@ -89,7 +90,8 @@ impl FromStr for Order {
     }
 }
 
-/// The volume in which the boxes of two nodes overlap over that of the smaller one, on the axes of A's node; within 0..=1.
+/// The volume in which the boxes of two nodes overlap over that of the smaller one, on the axes of
+/// A's node; within 0..=1.
 pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
     let view = Views::between(a, b, relation).of_b;
     let (center, half) = (
@@ -105,12 +107,13 @@ pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
     shares.iter().product()
 }
 
-/// Boxes overlap by at most about a sixth of the sum of their sizes, so relative depth times this is within 0..=1.
+/// Boxes overlap by at most about a sixth of the sum of their sizes, so relative depth times this
+/// is within 0..=1.
 const DEPTHS: f32 = 6.0;
 
 impl Order {
-    /// The bucket of a pair, and whether it goes first or last there; `depth` is how deep its boxes overlap over the sum of
-    /// their sizes, `alpha` the product of the two alphas.
+    /// The bucket of a pair, and whether it goes first or last there; `depth` is how deep its boxes
+    /// overlap over the sum of their sizes, `alpha` the product of the two alphas.
     pub(super) fn bucket(
         self,
         overlap_volume: impl FnOnce() -> f32,

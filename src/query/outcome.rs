@@ -7,7 +7,8 @@ use core::str::FromStr;
 use core::sync::atomic::{Ordering, compiler_fence};
 use core::time::Duration;
 
-/// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
+/// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the
+/// last.
 pub const LEVELS: usize = 32;
 
 /// Whether the surfaces meet. Never a bare `bool`: a budget can end before the answer is known.
@@ -20,25 +21,26 @@ pub enum Verdict {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
     },
-    /// Proven: these triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
-    /// [`crate::Scene`] of which one has a [margin](crate::Body::margin). Whether some triangles share a point is not
-    /// said.
+    /// Proven: these triangles are no farther apart than the margins of both bodies together. Said
+    /// only of bodies of a [`crate::Scene`] of which one has a [margin](crate::Body::margin).
+    /// Whether some triangles share a point is not said.
     Within {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
-        /// Their distance in A's frame, in the length unit of the meshes, margins not subtracted: proven, the true one
-        /// is not
-        /// more. Above 0, and at most the sum of the margins.
+        /// Their distance in A's frame, in the length unit of the meshes, margins not subtracted:
+        /// proven, the true one is not more. Above 0, and at most the sum of the margins.
         distance: f64,
     },
-    /// Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
+    /// Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes
+    /// within them.
     Separated,
     /// The budget ended first. [`crate::Query::certificate`] tells what is left open.
     Undecided,
 }
 
 impl Verdict {
-    /// A verdict on triangles that are no farther apart than the margins: they intersect if their distance is 0.
+    /// A verdict on triangles that are no farther apart than the margins: they intersect if their
+    /// distance is 0.
     pub(crate) fn of_witness(witness: [u32; 2], distance: f64) -> Self {
         if distance == 0.0 {
             Self::Intersecting { witness }
@@ -47,7 +49,8 @@ impl Verdict {
         }
     }
 
-    /// What it is called in files, without its witness: `intersecting`, `within`, `separated` or `undecided`.
+    /// What it is called in files, without its witness: `intersecting`, `within`, `separated` or
+    /// `undecided`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Intersecting { .. } => "intersecting",
@@ -57,7 +60,8 @@ impl Verdict {
         }
     }
 
-    /// Whether it is proven that the surfaces meet, thickened by their margins: they intersect, or are within.
+    /// Whether it is proven that the surfaces meet, thickened by their margins: they intersect, or
+    /// are within.
     pub const fn meets(self) -> bool {
         matches!(self, Self::Intersecting { .. } | Self::Within { .. })
     }
@@ -157,7 +161,8 @@ pub enum StopReason {
     WorkLimit,
     /// The pair buffer was full. Drain it and resume.
     PairsFull,
-    /// The clock said that the call is cancelled ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
+    /// The clock said that the call is cancelled
+    /// ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
     Cancelled,
 }
 
@@ -182,7 +187,8 @@ impl StopReason {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Stats {
-    /// Intersecting pairs, contacts or hits found, drained ones included; of a query for the nearest, those compared.
+    /// Intersecting pairs, contacts or hits found, drained ones included; of a query for the
+    /// nearest, those compared.
     pub found: u64,
     /// Box overlap tests, the paper's `N_v`.
     pub bv_tests: u64,
@@ -192,12 +198,13 @@ pub struct Stats {
     pub exact_tests: u64,
     /// Units of work, see [`crate::Budget::work`].
     pub work: u64,
-    /// BV tests by level: nodes opened on the way, on both sides together. The last entry has all deeper levels.
+    /// BV tests by level: nodes opened on the way, on both sides together. The last entry has all
+    /// deeper levels.
     pub bv_tests_per_level: [u64; LEVELS],
     /// Most node pairs that waited in the queue at once.
     pub queue_peak: u32,
-    /// Time of all calls together; measured only under a time budget, since a look at the clock costs as much as a small
-    /// query.
+    /// Time of all calls together; measured only under a time budget, since a look at the clock
+    /// costs as much as a small query.
     pub elapsed: Option<Duration>,
 }
 
@@ -237,8 +244,8 @@ impl Stats {
         (a + b) + (c + d)
     }
 
-    /// The counts that time depends on; node pairs that were opened stand for box updates, and so does all other work, as of
-    /// tests on edge axes and of steps along curves.
+    /// The counts that time depends on; node pairs that were opened stand for box updates, and so
+    /// does all other work, as of tests on edge axes and of steps along curves.
     pub fn counts(&self) -> Counts {
         let others = self.bv_tests
             + self.primitive_tests * WORK_PER_TRIANGLE_TEST

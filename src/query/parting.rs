@@ -1,10 +1,12 @@
-//! A plane between two surfaces: how far apart they are at least, by how far each reaches along one direction.
+//! A plane between two surfaces: how far apart they are at least, by how far each reaches along one
+//! direction.
 //!
-//! However many boxes overlap where two bodies touch or all but touch, if both are convex there, as most parts of robots and
-//! most things that lie on one another are, a plane parts them. To try one takes the corner of each that is the farthest along a
-//! direction ([`Extremes`](crate::tree::Extremes)); where these overlap, they say which way to turn the next (GJK). The
-//! direction is kept for the next frame, in which it mostly parts them again. The proof is in `docs/numerics.md`, "A plane
-//! between two surfaces".
+//! However many boxes overlap where two bodies touch or all but touch, if both are convex there, as
+//! most parts of robots and most things that lie on one another are, a plane parts them. To try one
+//! takes the corner of each that is the farthest along a direction
+//! ([`Extremes`](crate::tree::Extremes)); where these overlap, they say which way to turn the next
+//! (GJK). The direction is kept for the next frame, in which it mostly parts them again. The proof
+//! is in `docs/numerics.md`, "A plane between two surfaces".
 
 use super::views::Relation;
 use super::workspace::Workspace;
@@ -16,14 +18,15 @@ use arrayvec::ArrayVec;
 use glam::{DVec3, Vec3};
 use wide::f32x4;
 
-/// The direction across the last plane, from A to B, in A's frame and of length 1; 0 if there was none.
+/// The direction across the last plane, from A to B, in A's frame and of length 1; 0 if there was
+/// none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Parting([f32; 3]);
 
 impl Parting {
-    /// A lower bound of the distance of two meshes that keep their extremes, in their unit of length; and how many planes were
-    /// tried, beginning with the last one. If none of so many parts them, it is 0. `O(1)` in the mean: a few dozen corners a
-    /// plane.
+    /// A lower bound of the distance of two meshes that keep their extremes, in their unit of
+    /// length; and how many planes were tried, beginning with the last one. If none of so many
+    /// parts them, it is 0. `O(1)` in the mean: a few dozen corners a plane.
     pub fn distance(
         &mut self,
         trees: [&Tree; 2],
@@ -103,13 +106,15 @@ impl Kernel for Search<'_> {
     }
 }
 
-/// Ways from corners of A to corners of B, of which the nearest to the origin of all that lie between them is sought (Gilbert,
-/// Johnson, Keerthi, "A fast procedure for computing the distance between complex objects in three-dimensional space", 1988).
+/// Ways from corners of A to corners of B, of which the nearest to the origin of all that lie
+/// between them is sought (Gilbert, Johnson, Keerthi, "A fast procedure for computing the distance
+/// between complex objects in three-dimensional space", 1988).
 #[derive(Default)]
 struct Simplex(ArrayVec<Vec3, 4>);
 
 impl Simplex {
-    /// Adds one, and leaves only those that the nearest is between. `None` if that is the origin, or it was known.
+    /// Adds one, and leaves only those that the nearest is between. `None` if that is the origin,
+    /// or it was known.
     #[inline(always)]
     fn add(&mut self, new: Vec3) -> Option<Vec3> {
         if self.0.contains(&new) || self.holds_the_origin(new) {

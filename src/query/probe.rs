@@ -1,8 +1,8 @@
 //! A probe: a front in numbers, after its costliest pairs have been opened on trial.
 //!
-//! What a pair will cost is hard to tell from outside, and easy to tell from a level below. So the costliest pairs are
-//! replaced by the pairs of their children that may meet, a few times; the rest is summed up. Nothing is kept, the query
-//! does not notice.
+//! What a pair will cost is hard to tell from outside, and easy to tell from a level below. So the
+//! costliest pairs are replaced by the pairs of their children that may meet, a few times; the rest
+//! is summed up. Nothing is kept, the query does not notice.
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
@@ -104,7 +104,8 @@ impl<'q> Probe<'q> {
         summary.crossing = summary.crossing.max(open.crossing.into());
     }
 
-    /// Opens the costliest pairs, as long as the effort and the time last, and sums up what is left.
+    /// Opens the costliest pairs, as long as the effort and the time last, and sums up what is
+    /// left.
     pub fn finish(mut self, instructions: Instructions, effort: usize) -> FrontSummary {
         self.effort = effort;
         instructions.run(&mut self);
@@ -172,9 +173,9 @@ impl Sink for Probe<'_> {
     }
 }
 
-/// Relative penetration, the least `(s - |d|) / s` over the six face axes of two boxes, and crossing, the largest
-/// `(e - f - |d|) / s` of one that reaches `e` against one that reaches `f`, whose own axis it is. `s = e + f`, `d` is the
-/// offset of the centres.
+/// Relative penetration, the least `(s - |d|) / s` over the six face axes of two boxes, and
+/// crossing, the largest `(e - f - |d|) / s` of one that reaches `e` against one that reaches `f`,
+/// whose own axis it is. `s = e + f`, `d` is the offset of the centres.
 #[inline(always)]
 fn overlap(a: &Node, b: &Node, relation: &Relation) -> (f32, f32) {
     let views = Views::between(a, b, relation);

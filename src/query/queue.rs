@@ -1,15 +1,18 @@
-//! The front: a bounded priority queue of node pairs, before that a stack of pairs that are finished depth-first, and before
-//! both the few pairs on the paths to where triangles met in the frame before.
+//! The front: a bounded priority queue of node pairs, before that a stack of pairs that are
+//! finished depth-first, and before both the few pairs on the paths to where triangles met in the
+//! frame before.
 //!
-//! The queue is a set of linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
-//! time, and a total order (bucket, then last in first out, or first in first out) that depends on nothing but the input.
+//! The queue is a set of linked lists in one arena of fixed capacity, with a mask of those that are
+//! not empty: constant time, and a total order (bucket, then last in first out, or first in first
+//! out) that depends on nothing but the input.
 
 use crate::math::bits;
 use crate::tree::MAX_HEIGHT;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
-/// Two nodes, and which children of each are still of interest, a bit each. All children of inner nodes are.
+/// Two nodes, and which children of each are still of interest, a bit each. All children of inner
+/// nodes are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pair {
     pub nodes: [u32; 2],
@@ -54,13 +57,15 @@ struct Entry {
 pub(super) struct Front {
     /// The last is opened first. Each with the mask of the witnesses below it.
     paths: ArrayVec<(Pair, u16), PATHS>,
-    /// Witness mask of the path popped last. Kept here because carrying it in [`Origin`] slowed every pop.
+    /// Witness mask of the path popped last. Kept here because carrying it in [`Origin`] slowed
+    /// every pop.
     path_witnesses: u16,
     /// Key of the queued pair popped last.
     popped_key: f32,
     stack: Box<[Pair; STACK]>,
     height: usize,
-    /// Entries below this height were set aside while paths were followed; they are popped after the last path.
+    /// Entries below this height were set aside while paths were followed; they are popped after
+    /// the last path.
     base: usize,
     arena: Box<[Entry]>,
     /// First and last entry of each bucket; of an empty one the first is none.
@@ -108,7 +113,8 @@ impl Front {
         (self.height, self.base) = (0, 0);
     }
 
-    /// Puts a pair on the paths to the witnesses below it, if there are any, and room for what will come of it.
+    /// Puts a pair on the paths to the witnesses below it, if there are any, and room for what will
+    /// come of it.
     pub fn follow(&mut self, pair: Pair, witnesses: u16) -> bool {
         witnesses != 0
             && self.height <= BESIDE_PATHS
@@ -169,7 +175,8 @@ impl Front {
         self.popped_key
     }
 
-    /// Queues a pair in `bucket`, as its first or last; a pair that finds no room is finished depth-first.
+    /// Queues a pair in `bucket`, as its first or last; a pair that finds no room is finished
+    /// depth-first.
     pub fn queue(&mut self, pair: Pair, key: f32, bucket: usize, first: bool) {
         let slot = if self.free != NONE {
             let next = self.arena[self.free as usize].next;
@@ -217,7 +224,8 @@ impl Front {
             return None;
         }
         self.height -= 1;
-        // Piece by piece, as it was pushed: a load of what two stores wrote waits until both are in the cache.
+        // Piece by piece, as it was pushed: a load of what two stores wrote waits until both are in
+        // the cache.
         let Pair {
             nodes: [a, b],
             alive: [of_a, of_b],
@@ -228,7 +236,8 @@ impl Front {
         })
     }
 
-    /// Puts the next pair on the stack where that has none above its base; tells where it comes from.
+    /// Puts the next pair on the stack where that has none above its base; tells where it comes
+    /// from.
     #[cold]
     #[inline(never)]
     fn refill(&mut self) -> Option<Origin> {
@@ -262,8 +271,8 @@ impl Front {
         Some(pair)
     }
 
-    /// Puts all queued pairs below the stack, if there is room, in the order in which they would be popped: for a run that
-    /// queues no more, and pops from the stack in less time.
+    /// Puts all queued pairs below the stack, if there is room, in the order in which they would be
+    /// popped: for a run that queues no more, and pops from the stack in less time.
     pub fn queue_to_stack(&mut self) {
         let (queued, height) = (self.queued as usize, self.height);
         if !self.paths.is_empty() || self.base > 0 || height + queued > BESIDE_PATHS {
@@ -292,7 +301,8 @@ impl Front {
         }
     }
 
-    /// The first bucket that is not empty, 0 if pairs are left outside the queue, `None` if no pair is left.
+    /// The first bucket that is not empty, 0 if pairs are left outside the queue, `None` if no pair
+    /// is left.
     pub fn least_bucket(&self) -> Option<usize> {
         if self.paths.is_empty() && self.height == 0 {
             self.first_bucket()
@@ -359,8 +369,8 @@ fn in_queue<'f>(
         .map(|entry| entry.pair)
 }
 
-/// Room for 63 siblings on each level of both trees, the children of the pair that found the queue full, and what was left
-/// beside the paths.
+/// Room for 63 siblings on each level of both trees, the children of the pair that found the queue
+/// full, and what was left beside the paths.
 const STACK: usize = 1 << 14;
 
 // The triangles are one level more.

@@ -3,8 +3,8 @@
 /// Fewer pairs in doubt are tested one by one.
 const ENOUGH: usize = 4;
 
-/// Whether to test pairs in doubt in `f64` before the exact test. Where surfaces lie in one plane none is decided by it: after
-/// some such steps it rests for a while.
+/// Whether to test pairs in doubt in `f64` before the exact test. Where surfaces lie in one plane
+/// none is decided by it: after some such steps it rests for a while.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Refinement {
     /// Pairs decided less pairs left in doubt.

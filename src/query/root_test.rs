@@ -1,8 +1,8 @@
 //! The root test of two surfaces: how far apart they are at least, by the boxes below their roots.
 //!
-//! Most pairs of a scene are apart, and half of these already by these boxes. To begin a query, which asks nothing else
-//! first, takes longer than to compare them. The bound is that of [`gaps`](super::gaps) along the best single axis.
-//! `O(1)`: 64 box tests.
+//! Most pairs of a scene are apart, and half of these already by these boxes. To begin a query,
+//! which asks nothing else first, takes longer than to compare them. The bound is that of
+//! [`gaps`](super::gaps) along the best single axis. `O(1)`: 64 box tests.
 
 use super::boxes::Boxes;
 use super::views::{Relation, Views};
@@ -11,7 +11,8 @@ use crate::math::lanes::{Column, F8, Kernel, Lanes};
 use crate::math::{Pose, bits};
 use crate::tree::{Node, Tree};
 
-/// A lower bound of the distance of two meshes, in their unit of length; 0 if these boxes do not part them.
+/// A lower bound of the distance of two meshes, in their unit of length; 0 if these boxes do not
+/// part them.
 pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64 {
     let (Some(x), Some(y)) = (a.nodes().first(), b.nodes().first()) else {
         return 0.0;

@@ -65,7 +65,8 @@ pub(super) struct Search {
     /// Pairs within the margin of a contact query, until there are enough.
     pub linked: ArrayVec<Bounded, { TOGETHER + WIDTH }>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
-    /// The least key of pairs that were dropped when their turn came. Its root is taken once, at the end of a call.
+    /// The least key of pairs that were dropped when their turn came. Its root is taken once, at
+    /// the end of a call.
     pub dropped: f32,
     pub halves: Halves,
     /// The bits of a key that make the first bucket.
@@ -139,8 +140,8 @@ impl Search {
         }
     }
 
-    /// Up to eight waiting pairs with keys below `cut`, these keys, and how many they are; the first pair fills the places
-    /// left. The keys of the others go to `dropped`.
+    /// Up to eight waiting pairs with keys below `cut`, these keys, and how many they are; the
+    /// first pair fills the places left. The keys of the others go to `dropped`.
     #[inline(always)]
     pub fn pop_batch(
         &mut self,
@@ -193,8 +194,8 @@ impl Search {
         waiting.chain(bounded.map(|left| left.pair))
     }
 
-    /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
-    /// there is one, `at_hand`.
+    /// Tells the interval what is proven of all pairs that are left, with A's unit of this length;
+    /// of the pair at hand, if there is one, `at_hand`.
     pub fn bound(&mut self, front: &Front, at_hand: f32, unit: f64) {
         let nodes = match front.least_bucket() {
             _ if self.is_diving => 0.0,
@@ -210,17 +211,16 @@ impl Search {
             .chain(&*self.put_off)
             .chain(&self.linked)
             .map(|left| left.low);
-        // Of pairs that are left there is more to come. Those that were dropped stay what they are, no closer than the
-        // cut: so
-        // their root is not rounded to `f32`.
+        // Of pairs that are left there is more to come. Those that were dropped stay what they are,
+        // no closer than the cut: so their root is not rounded to `f32`.
         let dropped = libm::sqrt(f64::from(self.dropped)) * (1.0 - f64::EPSILON);
         self.interval.raise(
             f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)).min(dropped) * unit,
         );
     }
 
-    /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent. The last but few hold
-    /// what is as far as the first upper bound.
+    /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent.
+    /// The last but few hold what is as far as the first upper bound.
     pub fn bucket(&mut self, key: f32, cut: f32) -> usize {
         let bits = key.to_bits() >> BUCKET_BITS;
         let first = *self
@@ -265,8 +265,8 @@ mod tests {
     use crate::triangle::distance::Closest;
     use glam::DVec3;
 
-    /// With no tolerance a search ends when all that is left was dropped: then both bounds are one, as none is below
-    /// the cut.
+    /// With no tolerance a search ends when all that is left was dropped: then both bounds are one,
+    /// as none is below the cut.
     #[test]
     fn what_was_dropped_at_the_cut_is_no_closer_than_that() {
         let mut random = Random::new(1);

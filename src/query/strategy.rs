@@ -1,4 +1,5 @@
-//! How a run goes about its visits: decided once, when it begins, from what is asked and what it may spend.
+//! How a run goes about its visits: decided once, when it begins, from what is asked and what it
+//! may spend.
 
 use super::budget::Budget;
 use super::options::{Mode, Options};
@@ -7,25 +8,26 @@ use super::triangle_pairs::PATIENCE;
 use crate::tree::WIDTH;
 use core::time::Duration;
 
-/// What a run is after. All plans give the same finished answer; they differ in speed and in what a stopped run has found.
+/// What a run is after. All plans give the same finished answer; they differ in speed and in what a
+/// stopped run has found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Plan {
     /// Nothing is expected to stop it: the whole answer for the least time, depth-first.
     FinishSoon,
-    /// All pairs are asked for, and a budget may cut it: many of them early. It queues node pairs until the first hit and
-    /// follows curves of contact from there.
+    /// All pairs are asked for, and a budget may cut it: many of them early. It queues node pairs
+    /// until the first hit and follows curves of contact from there.
     FindMuch,
     /// One hit is asked for, and a budget may cut it: the first hit early.
     FindOne,
 }
 
-/// Least expected BV tests of a node pair that is queued: until the first hit of [`Plan::FindMuch`], and in orders other than
-/// the default.
+/// Least expected BV tests of a node pair that is queued: until the first hit of
+/// [`Plan::FindMuch`], and in orders other than the default.
 const QUEUE_THRESHOLD: f32 = 48.0;
 const ORDER_THRESHOLD: f32 = 128.0;
 
-/// Work of the traversal for each node pair on the front up to which curves are followed. A pair takes some 800 units, so this
-/// is about a fourth of all.
+/// Work of the traversal for each node pair on the front up to which curves are followed. A pair
+/// takes some 800 units, so this is about a fourth of all.
 const WORK_PER_PAIR: u64 = 200;
 
 /// Triangle pairs that wait before they are tested, where the first hit should come soon.
@@ -44,7 +46,8 @@ impl Plan {
 
     /// For a budget. `fits` tells whether a time is expected to last to the end.
     ///
-    /// Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
+    /// Budgets of work promise the same bits however the work is cut into pieces, so their size
+    /// decides nothing.
     #[inline(always)]
     pub fn within(budget: Budget, mode: Mode, fits: impl FnOnce(Duration) -> bool) -> Self {
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
@@ -63,7 +66,8 @@ impl Plan {
                 batch: PATIENCE,
                 ..Strategy::NONE
             },
-            // The stack with the deepest of siblings on top finds the first hit sooner than the queue.
+            // The stack with the deepest of siblings on top finds the first hit sooner than the
+            // queue.
             (Self::FinishSoon, Mode::Any) => Strategy {
                 deepest_first: true,
                 warm_start: WarmStart::Witnesses,
@@ -111,8 +115,8 @@ impl Plan {
 /// The choices of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Strategy {
-    /// Least expected BV tests of a node pair that is queued; cheaper ones are finished depth-first at once. Infinite: no
-    /// queue.
+    /// Least expected BV tests of a node pair that is queued; cheaper ones are finished depth-first
+    /// at once. Infinite: no queue.
     pub queue_threshold: f32,
     /// Whether the deepest of siblings goes on top of the stack.
     pub deepest_first: bool,
@@ -160,8 +164,8 @@ impl Strategy {
         warm_start: WarmStart::None,
     };
 
-    /// For what comes after the first hit of a run that marches: where to look first matters less from then on, since the
-    /// curve that was found is followed, and to choose costs time.
+    /// For what comes after the first hit of a run that marches: where to look first matters less
+    /// from then on, since the curve that was found is followed, and to choose costs time.
     pub fn after_first_hit(self) -> Self {
         Self {
             queue_threshold: f32::INFINITY,
@@ -171,8 +175,9 @@ impl Strategy {
         }
     }
 
-    /// Whether the first hit should come so soon that the second of siblings has its place too, and deep triangle pairs are
-    /// tested first: work that is spared before a hit, at a little more time for each pair.
+    /// Whether the first hit should come so soon that the second of siblings has its place too, and
+    /// deep triangle pairs are tested first: work that is spared before a hit, at a little more
+    /// time for each pair.
     #[inline(always)]
     pub fn ranks(&self) -> bool {
         self.deepest_first && self.batch < WIDTH

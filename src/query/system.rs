@@ -1,9 +1,8 @@
 //! The clock of calls that are handed none.
 //!
-//! Where the system has no clock such calls have no time either: a budget of time is over at once, since nothing can
-//! tell how
-//! much of it is left. That is so without `std`, and on `wasm32-unknown-unknown`, whose `std` panics when asked for the
-//! time.
+//! Where the system has no clock such calls have no time either: a budget of time is over at once,
+//! since nothing can tell how much of it is left. That is so without `std`, and on
+//! `wasm32-unknown-unknown`, whose `std` panics when asked for the time.
 
 use super::budget::{Budget, Clock};
 use core::time::Duration;
@@ -17,9 +16,8 @@ mod clock {
     use std::sync::OnceLock;
     use std::time::Instant;
 
-    /// The monotonic clock of the operating system, about 25 ns a look. All of a program tell the time since the first
-    /// look.
-    /// There is none without `std`, nor on `wasm32-unknown-unknown`.
+    /// The monotonic clock of the operating system, about 25 ns a look. All of a program tell the
+    /// time since the first look. There is none without `std`, nor on `wasm32-unknown-unknown`.
     #[derive(Clone, Copy, Debug, Default)]
     #[non_exhaustive]
     pub struct SystemClock;

@@ -1,14 +1,16 @@
 //! The one loop over node pairs, its stop rule, and what it guarantees.
 //!
-//! Every query runs through [`Traversal::advance`], whatever it asks ([`Visitor`]): do the surfaces meet, or where
-//! ([`meeting`]), how far apart are they, or where are they close ([`nearest`]), when do they meet on the way
-//! ([`motion`]), or what does a ray hit ([`ray`]); with and without a budget, in every order. Each turn does one
-//! step of bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before each step the
-//! deadline may end the call. Whatever is not done by then is still in the buffers:
+//! Every query runs through [`Traversal::advance`], whatever it asks ([`Visitor`]): do the surfaces
+//! meet, or where ([`meeting`]), how far apart are they, or where are they close ([`nearest`]),
+//! when do they meet on the way ([`motion`]), or what does a ray hit ([`ray`]); with and without a
+//! budget, in every order. Each turn does one step of bounded work: it tests triangle pairs, or
+//! opens a node pair of the front ([`expand`]). Before each step the deadline may end the call.
+//! Whatever is not done by then is still in the buffers:
 //!
-//! **Guarantee.** At every moment each pair of triangles that matters to the question has been taken into account, or waits,
-//! or is in doubt, or lies under a pair of the front. So an empty rest proves that nothing was missed, and a stopped run can
-//! say what may be missing and go on later as if it had never stopped.
+//! **Guarantee.** At every moment each pair of triangles that matters to the question has been
+//! taken into account, or waits, or is in doubt, or lies under a pair of the front. So an empty
+//! rest proves that nothing was missed, and a stopped run can say what may be missing and go on
+//! later as if it had never stopped.
 //!
 //! [`expand`]: super::expand
 //! [`meeting`]: super::meeting
@@ -48,7 +50,8 @@ pub(super) trait Visitor {
     /// The pair to be opened next.
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 
-    /// Replaces the pair by those pairs of its children that matter; drops it if it does not matter any more.
+    /// Replaces the pair by those pairs of its children that matter; drops it if it does not matter
+    /// any more.
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair);
 
     /// Whether triangle pairs wait for a test: enough for a batch, or `any` at all.

@@ -1,4 +1,5 @@
-//! The distances that are proven for the triangles of two trees, against exact ones of their meshes.
+//! The distances that are proven for the triangles of two trees, against exact ones of their
+//! meshes.
 
 use core::array::from_fn;
 use core::cmp::Ordering;
@@ -68,7 +69,8 @@ impl Soup {
     }
 }
 
-/// A rotation that is off by up to `drift` an entry, about the centre of `b`, which comes near that of `a`.
+/// A rotation that is off by up to `drift` an entry, about the centre of `b`, which comes near that
+/// of `a`.
 fn pose(a: &Soup, b: &Soup, drift: f64, random: &mut Random) -> Pose {
     let [x, y, z, w] = from_fn(|_| random.between(-1.0, 1.0));
     let mut rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w + 1e-3).normalize());
@@ -136,7 +138,8 @@ fn no_distance_is_below_its_bound() {
     assert!(proven > 3000, "{proven}");
 }
 
-/// Of meshes in a corner of the room nearly all of the distance is proven, down to 1e-4 of the size of the triangles.
+/// Of meshes in a corner of the room nearly all of the distance is proven, down to 1e-4 of the size
+/// of the triangles.
 #[test]
 fn bounds_are_tight_where_numbers_are_good() {
     let mut random = Random::new(2);

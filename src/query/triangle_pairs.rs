@@ -79,7 +79,8 @@ impl TrianglePairs {
         }
     }
 
-    /// Takes up to eight pairs, no more than `limit`, from the top, and fills the rest up with one of them.
+    /// Takes up to eight pairs, no more than `limit`, from the top, and fills the rest up with one
+    /// of them.
     #[inline(always)]
     pub fn pop_batch(&mut self, limit: usize) -> ([[u32; 2]; 8], usize) {
         let count = self.len.min(limit).min(8);
@@ -96,7 +97,8 @@ impl TrianglePairs {
     }
 }
 
-/// The triangles of one side of eight pairs, written out: a closure would not be compiled for the kernel's instruction set.
+/// The triangles of one side of eight pairs, written out: a closure would not be compiled for the
+/// kernel's instruction set.
 #[inline(always)]
 pub(super) fn rows(
     tree: &Tree,

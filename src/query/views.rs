@@ -15,7 +15,8 @@ use wide::f32x4;
 pub(super) trait Entries:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// Entry `k` in the place of all. By reference: what is passed as a value goes through integer registers.
+    /// Entry `k` in the place of all. By reference: what is passed as a value goes through integer
+    /// registers.
     fn spread(&self, k: usize) -> Self;
     fn abs(self) -> Self;
     fn transposed(columns: [Self; 3]) -> [Self; 3];
@@ -77,8 +78,8 @@ impl Place {
         margin: [f32x4::splat(1e6); 2],
     };
 
-    /// By where the middle of B's box lies from that of A's, in A's units, and how much that may be off; if B's matrix is no
-    /// rotation by `deviation`.
+    /// By where the middle of B's box lies from that of A's, in A's units, and how much that may be
+    /// off; if B's matrix is no rotation by `deviation`.
     fn new(
         scale: f64,
         pose: &Pose,
@@ -128,7 +129,8 @@ impl Place {
     }
 }
 
-/// Where B lies in A at two times: each number four times for the first and four times for the second.
+/// Where B lies in A at two times: each number four times for the first and four times for the
+/// second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Places {
     /// Column by column.
@@ -138,7 +140,8 @@ pub(super) struct Places {
     pub margin: [f32; 2],
 }
 
-/// B's place in A, in the unit coordinates of both, with bounds on all rounding. Boxes of both are compared in A's units.
+/// B's place in A, in the unit coordinates of both, with bounds on all rounding. Boxes of both are
+/// compared in A's units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relation {
     pub place: Place,
@@ -152,19 +155,21 @@ pub(super) struct Relation {
     deviation: f64,
     /// What the square of a gap is multiplied with: [`super::gaps::Gaps::shrink`].
     pub shrink: f32,
-    /// Boxes in doubt are at least this far apart as `f32` tells; what is less is often what rounding makes of 0.
+    /// Boxes in doubt are at least this far apart as `f32` tells; what is less is often what
+    /// rounding makes of 0.
     pub least_gap: f32x4,
     pub triangles: Placement,
 }
 
-/// Ratios of the units of two meshes beyond which every box counts as overlapping: products of three lengths must stay
-/// within the range of `f32`.
+/// Ratios of the units of two meshes beyond which every box counts as overlapping: products of
+/// three lengths must stay within the range of `f32`.
 const LARGEST_SCALE: i32 = 30;
 
 /// The least gap of boxes in doubt over their margin.
 const LEAST_GAP: f32 = 1.0 / 64.0;
 
-/// The middle of B's box from that of A's, in A's units, of which there are `per_unit` a length; and how much it may be off.
+/// The middle of B's box from that of A's, in A's units, of which there are `per_unit` a length;
+/// and how much it may be off.
 fn offset([a, b]: [&Unit; 2], b_in_a: &Pose, scale: f64, per_unit: f64) -> (DVec3, f64) {
     let translation = (b_in_a.transform_point(b.origin) - a.origin) * per_unit;
     (
@@ -271,8 +276,9 @@ impl Relation {
     };
 }
 
-/// Bound on the rounding of a vertex of B as it is placed (`v' = R v + t` in `f64`) and of what is computed from it relative
-/// to A, in the length unit of the meshes. A pose that cancels leaves small coordinates with the rounding of large ones.
+/// Bound on the rounding of a vertex of B as it is placed (`v' = R v + t` in `f64`) and of what is
+/// computed from it relative to A, in the length unit of the meshes. A pose that cancels leaves
+/// small coordinates with the rounding of large ones.
 pub(super) fn rounding(a: &Unit, b: &Unit, b_in_a: &Pose) -> f64 {
     let reach = |v: DVec3| largest(v.abs());
     let magnitude =
@@ -284,8 +290,8 @@ fn rounded(x: f64) -> f32x4 {
     f32x4::splat(x as f32)
 }
 
-/// What is of one side, seen from the orientation of a node of the other: a box with centre `c` and half extents `h`, A's units,
-/// lies within `columns c + origin ± (|columns| h + margin)`.
+/// What is of one side, seen from the orientation of a node of the other: a box with centre `c` and
+/// half extents `h`, A's units, lies within `columns c + origin ± (|columns| h + margin)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<V = f32x4> {
     pub columns: Columns<V>,
@@ -294,7 +300,8 @@ pub(super) struct View<V = f32x4> {
 }
 
 impl<L: Lanes> View<F8<L>> {
-    /// What is of B, seen from A at two places at once, a half each: few more operations than at one.
+    /// What is of B, seen from A at two places at once, a half each: few more operations than at
+    /// one.
     #[inline(always)]
     pub fn at_both(lanes: L, a: &Node, b: &Node, places: &Places) -> Self {
         let rows = per_axis!(i => F8::twice(lanes, a.rows[i]));
@@ -399,7 +406,8 @@ impl<V: Entries> View<V> {
 }
 
 impl View {
-    /// How far apart a box, seen from another, is from it on each axis; both by centre and half extents, without the margin.
+    /// How far apart a box, seen from another, is from it on each axis; both by centre and half
+    /// extents, without the margin.
     #[inline(always)]
     pub fn gaps(&self, seen: (f32x4, f32x4), other: (f32x4, f32x4)) -> f32x4 {
         (self.point(seen.0) - other.0).abs() - (self.size(seen.1) + other.1)
@@ -502,7 +510,8 @@ impl Views {
         }
     }
 
-    /// A direction in A's unit coordinates, seen from the orientation of `a` and from that of the other node.
+    /// A direction in A's unit coordinates, seen from the orientation of `a` and from that of the
+    /// other node.
     #[inline(always)]
     pub fn direction(&self, a: &Node, direction: f32x4) -> (f32x4, f32x4) {
         let in_a = times(&a.rows, direction);

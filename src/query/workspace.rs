@@ -25,10 +25,12 @@ use arrayvec::ArrayVec;
 use core::fmt;
 use core::time::Duration;
 
-/// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a ray, allocates more.
+/// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a
+/// ray, allocates more.
 ///
-/// It holds the pairs that the last query found, and what that query left open for [`crate::Query::resume`]. A fresh
-/// workspace and a used one give the same answers. A clone has the same contents and the same capacity.
+/// It holds the pairs that the last query found, and what that query left open for
+/// [`crate::Query::resume`]. A fresh workspace and a used one give the same answers. A clone has
+/// the same contents and the same capacity.
 ///
 /// It also learns what queries cost on this machine ([`Workspace::cost_model`]).
 #[derive(Debug)]
@@ -70,7 +72,8 @@ pub(super) struct Run {
     pub strategy: Strategy,
     /// Whether it was stopped by a budget or a full buffer, and so can be resumed.
     pub stopped: bool,
-    /// Without the sum of the BV tests and the peak of the queue, which [`Workspace::outcome`] adds.
+    /// Without the sum of the BV tests and the peak of the queue, which [`Workspace::outcome`]
+    /// adds.
     pub stats: Stats,
     /// First pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
@@ -130,7 +133,8 @@ const NO_RUN: Run = Run {
     random: Random::new(0),
 };
 
-/// Some of the pairs that were found, in tree order: every `2^skips`-th, at least half as many as there is room for.
+/// Some of the pairs that were found, in tree order: every `2^skips`-th, at least half as many as
+/// there is room for.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sample {
     pairs: ArrayVec<[u32; 2], PATHS>,
@@ -206,9 +210,9 @@ impl Workspace {
         Self::with_capacity(4096, 65536)
     }
 
-    /// Room for `queue` node pairs (a full queue goes depth-first and loses nothing) and `found` intersecting pairs (a
-    /// full buffer stops the query with [`crate::StopReason::PairsFull`], to be drained and resumed).
-    /// `20 queue + 8 found` bytes and about 330 kB.
+    /// Room for `queue` node pairs (a full queue goes depth-first and loses nothing) and `found`
+    /// intersecting pairs (a full buffer stops the query with [`crate::StopReason::PairsFull`], to
+    /// be drained and resumed). `20 queue + 8 found` bytes and about 330 kB.
     #[must_use]
     pub fn with_capacity(queue: usize, found: usize) -> Self {
         Self {
@@ -233,71 +237,77 @@ impl Workspace {
         }
     }
 
-    /// For experiments: uses the portable kernels, whatever the machine offers; slower, the same bits.
+    /// For experiments: uses the portable kernels, whatever the machine offers; slower, the same
+    /// bits.
     pub fn use_portable_kernels(&mut self) {
         self.instructions = Instructions::PORTABLE;
     }
 
-    /// The intersecting pairs that the last query found: triangle of A, triangle of B, ids of the input meshes, in order
-    /// of discovery; without those drained.
+    /// The intersecting pairs that the last query found: triangle of A, triangle of B, ids of the
+    /// input meshes, in order of discovery; without those drained.
     pub fn pairs(&self) -> &[[u32; 2]] {
         &self.found
     }
 
-    /// Takes the found pairs out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
+    /// Takes the found pairs out, so that a query that stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_pairs(&mut self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.found.drain(..)
     }
 
-    /// The contacts that the last query found, if it was one of contacts: the nearest first, at equal distance by
-    /// the ids of their triangles; without those drained.
+    /// The contacts that the last query found, if it was one of contacts: the nearest first, at
+    /// equal distance by the ids of their triangles; without those drained.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
         self.contacts.iter()
     }
 
-    /// Takes the contacts out, nearest first, so that a query that stopped with [`crate::StopReason::PairsFull`] can be
-    /// resumed.
+    /// Takes the contacts out, nearest first, so that a query that stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_contacts(&mut self) -> impl ExactSizeIterator<Item = Contact> {
         self.contacts.drain()
     }
 
-    /// Makes room for at least so many contacts, 170 bytes each; the first contact query does so for 4,096 if there is no room
-    /// at all. A query that stopped with [`crate::StopReason::PairsFull`] can be resumed then too.
+    /// Makes room for at least so many contacts, 170 bytes each; the first contact query does so
+    /// for 4,096 if there is no room at all. A query that stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed then too.
     pub fn reserve_contacts(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);
     }
 
-    /// The hits that the last query found, if it was one for all hits of a ray: in order of discovery, which is nearly
-    /// that of `t`; without those drained.
+    /// The hits that the last query found, if it was one for all hits of a ray: in order of
+    /// discovery, which is nearly that of `t`; without those drained.
     pub fn ray_hits(&self) -> &[RayHit] {
         &self.rays.hits
     }
 
-    /// The hits that the last query found, if it was one of many rays ([`Query::rays`](super::Query::rays)): one for each ray,
-    /// in their order. Those of rays that are not done are `None`.
+    /// The hits that the last query found, if it was one of many rays
+    /// ([`Query::rays`](super::Query::rays)): one for each ray, in their order. Those of rays that
+    /// are not done are `None`.
     pub fn first_hits(&self) -> &[Option<RayHit>] {
         &self.rays.first_hits
     }
 
-    /// Takes the hits of a ray out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
+    /// Takes the hits of a ray out, so that a query that stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_ray_hits(&mut self) -> impl ExactSizeIterator<Item = RayHit> + '_ {
         self.rays.hits.drain(..)
     }
 
-    /// Makes room for at least so many hits of a ray, 24 bytes each; the first query for all hits does so for 4,096 if there is
-    /// no room at all.
+    /// Makes room for at least so many hits of a ray, 24 bytes each; the first query for all hits
+    /// does so for 4,096 if there is no room at all.
     pub fn reserve_ray_hits(&mut self, hits: usize) {
         self.rays.reserve(hits);
     }
 
-    /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in nanoseconds, as far as
-    /// budgets of time have taught. It chooses how a query with such a budget goes about its visits.
+    /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in
+    /// nanoseconds, as far as budgets of time have taught. It chooses how a query with such a
+    /// budget goes about its visits.
     pub fn cost_model(&self) -> CostModel {
         self.cost_model
     }
 
-    /// Begins with these costs, those of [`CostModel::measure`] for example. They change with each query that has a budget
-    /// of time.
+    /// Begins with these costs, those of [`CostModel::measure`] for example. They change with each
+    /// query that has a budget of time.
     pub fn set_cost_model(&mut self, cost_model: CostModel) {
         self.cost_model = cost_model;
     }
@@ -419,7 +429,8 @@ impl Default for Workspace {
     }
 }
 
-/// The workspace holds no stopped run of this query: another was run in it since, or none, or this one is complete.
+/// The workspace holds no stopped run of this query: another was run in it since, or none, or this
+/// one is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ResumeError;
 

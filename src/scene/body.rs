@@ -24,8 +24,8 @@ use core::mem;
 pub enum BodyKind {
     /// Meets moving and fixed bodies.
     Moving,
-    /// Part of the surroundings: two fixed bodies are not compared, unless their [distance](crate::Scene::measure) is asked
-    /// for. It may be given new poses all the same.
+    /// Part of the surroundings: two fixed bodies are not compared, unless their
+    /// [distance](crate::Scene::measure) is asked for. It may be given new poses all the same.
     Fixed,
 }
 
@@ -41,11 +41,12 @@ pub struct Body {
     pub kind: BodyKind,
     /// Whom it may meet; by default, everybody.
     pub filter: Filter,
-    /// How much its pairs matter when the budget does not reach all; default 0. A pair counts as the more important of its
-    /// two bodies, and goes before all pairs that are less important.
+    /// How much its pairs matter when the budget does not reach all; default 0. A pair counts as
+    /// the more important of its two bodies, and goes before all pairs that are less important.
     pub importance: f32,
-    /// How far its surface is thickened, in the length unit of the scene; default 0. A point becomes a ball, a segment a
-    /// capsule. Bodies that meet by their margins alone are [within](crate::Verdict::Within) them. Rays do not see it.
+    /// How far its surface is thickened, in the length unit of the scene; default 0. A point
+    /// becomes a ball, a segment a capsule. Bodies that meet by their margins alone are
+    /// [within](crate::Verdict::Within) them. Rays do not see it.
     pub margin: f64,
 }
 
@@ -104,7 +105,8 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// The pose of another body in the frame of this one. There always is one: [`super::checks::pose`].
+    /// The pose of another body in the frame of this one. There always is one:
+    /// [`super::checks::pose`].
     pub fn relative(&self, other: &Self) -> Pose {
         self.inverse.compose_unchecked(&other.body.pose)
     }
@@ -128,8 +130,8 @@ pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
     a.body.margin + b.body.margin
 }
 
-/// The ids of a triangle of each of two bodies (tree order). `None` if there are no such triangles: a body may have another tree
-/// than before.
+/// The ids of a triangle of each of two bodies (tree order). `None` if there are no such triangles:
+/// a body may have another tree than before.
 #[inline]
 pub(super) fn triangle_ids([a, b]: [&Placed; 2], [x, y]: [u32; 2]) -> Option<[u32; 2]> {
     Some([
@@ -146,7 +148,8 @@ pub(super) struct Bodies {
     pub facts: Vec<Facts>,
     pub spots: Vec<Spot>,
     free: Vec<u32>,
-    /// Slots with a pending change, each once, and how many of them have a box that is out of date ([`Facts::is_changed`]).
+    /// Slots with a pending change, each once, and how many of them have a box that is out of date
+    /// ([`Facts::is_changed`]).
     pending: Waiting,
     pub changed: usize,
     /// Slots whose swept box is replaced by that of the body in the next frame.
@@ -167,8 +170,8 @@ pub(super) struct Bodies {
     has_filtered: bool,
 }
 
-/// A body that something will be new about: how far it went in the frame in which it was last moved, and whether this is its first
-/// change in the frame at hand.
+/// A body that something will be new about: how far it went in the frame in which it was last
+/// moved, and whether this is its first change in the frame at hand.
 struct Changing<'b> {
     placed: &'b mut Placed,
     spot: &'b mut Spot,
@@ -507,8 +510,9 @@ impl Bodies {
         self.bounds(a).intersects(self.bounds(b))
     }
 
-    /// If the boxes of two bodies that were placed overlap, how large the box that they have in common is: its volume, relative
-    /// to that of a box with the shorter of their edges along each axis; 0 to 1.
+    /// If the boxes of two bodies that were placed overlap, how large the box that they have in
+    /// common is: its volume, relative to that of a box with the shorter of their edges along each
+    /// axis; 0 to 1.
     #[inline]
     pub fn common_part(&self, [a, b]: [u32; 2]) -> Option<f64> {
         let [x, y] = [self.bounds(a), self.bounds(b)];
@@ -538,7 +542,8 @@ impl Bodies {
     }
 }
 
-/// Leaves a change of a body to the next frame: it waits once, and counts as changed if its box is out of date.
+/// Leaves a change of a body to the next frame: it waits once, and counts as changed if its box is
+/// out of date.
 fn wait(facts: &mut Facts, index: u32, change: Change, pending: &mut Waiting, changed: &mut usize) {
     if facts.pending.is_none() {
         pending.push(index, facts.importance);

@@ -14,7 +14,8 @@ use crate::query::{Mode, Verdict};
 pub struct PairCertificate {
     /// No more triangle pairs than this intersect.
     pub upper_bound: u64,
-    /// Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
+    /// Each intersection that was not found lies in a box no longer than this, in the length unit
+    /// of the scene.
     pub largest_extent: f64,
 }
 
@@ -30,9 +31,9 @@ impl Scene {
         Ok(moving && may_meet && (known || self.report.pair(a, b).is_some()))
     }
 
-    /// What is not known about two bodies where they are now: what the last frame left open, or everything if they may not
-    /// meet, if one of them was changed since, or if there was no frame yet. Takes time linear in what is open, so it is not
-    /// part of the report.
+    /// What is not known about two bodies where they are now: what the last frame left open, or
+    /// everything if they may not meet, if one of them was changed since, or if there was no frame
+    /// yet. Takes time linear in what is open, so it is not part of the report.
     ///
     /// # Errors
     /// If one of them is not in the scene, or both are the same.

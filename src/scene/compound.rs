@@ -42,12 +42,14 @@ impl Compounds {
 }
 
 impl Scene {
-    /// Puts bodies into the scene as the parts of one compound, which is at `pose`: a body of several meshes, that move as
-    /// one. The pose of each part, as given, is its place in the frame of the compound.
+    /// Puts bodies into the scene as the parts of one compound, which is at `pose`: a body of
+    /// several meshes, that move as one. The pose of each part, as given, is its place in the frame
+    /// of the compound.
     ///
-    /// Parts are bodies like others, with trees, kinds, filters, importances and margins of their own, and reports name them.
-    /// Those of one compound never meet. Where a part is, is the product of both poses, rounded ([`Pose::compose`]). One that
-    /// is moved by itself goes back into its place with the next pose or motion of the compound.
+    /// Parts are bodies like others, with trees, kinds, filters, importances and margins of their
+    /// own, and reports name them. Those of one compound never meet. Where a part is, is the
+    /// product of both poses, rounded ([`Pose::compose`]). One that is moved by itself goes back
+    /// into its place with the next pose or motion of the compound.
     ///
     /// ```
     /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
@@ -69,7 +71,8 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If a part is refused where it would be, as of [`Scene::insert`]. The scene is then as it was.
+    /// If a part is refused where it would be, as of [`Scene::insert`]. The scene is then as it
+    /// was.
     pub fn insert_compound(
         &mut self,
         pose: Pose,
@@ -103,7 +106,8 @@ impl Scene {
         Ok(id)
     }
 
-    /// The parts of a compound, in the order in which they were given, without those that were removed.
+    /// The parts of a compound, in the order in which they were given, without those that were
+    /// removed.
     ///
     /// # Errors
     /// If the compound is not in the scene.
@@ -125,7 +129,8 @@ impl Scene {
     /// Moves all parts of a compound, which rest there: [`Scene::set_pose`].
     ///
     /// # Errors
-    /// If the compound is not in the scene, or a part cannot be where it would be; all then stay where they were.
+    /// If the compound is not in the scene, or a part cannot be where it would be; all then stay
+    /// where they were.
     pub fn set_compound_pose(&mut self, id: CompoundId, pose: Pose) -> Result<(), SceneError> {
         let at = |part: &Part| pose.compose_unchecked(&part.place);
         for part in self.compounds.get(id)? {
@@ -134,12 +139,12 @@ impl Scene {
         self.for_parts(id, |scene, part| scene.set_pose(part.body, at(&part)))
     }
 
-    /// Gives a compound a motion, turns included: each of its parts goes with it, about the same axis
-    /// ([`Motion::of_part`], [`Scene::set_motion`]).
+    /// Gives a compound a motion, turns included: each of its parts goes with it, about the same
+    /// axis ([`Motion::of_part`], [`Scene::set_motion`]).
     ///
     /// # Errors
-    /// If the compound is not in the scene, or a part cannot be where it would be at the beginning or the end; all then stay
-    /// where they were.
+    /// If the compound is not in the scene, or a part cannot be where it would be at the beginning
+    /// or the end; all then stay where they were.
     pub fn set_compound_motion(
         &mut self,
         id: CompoundId,

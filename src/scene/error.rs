@@ -32,8 +32,8 @@ pub enum SceneError {
         /// The largest entry of `|RᵀR − I|`.
         deviation: f64,
     },
-    /// The translation of the pose is longer than 2^990 along an axis, or so far is a part from the axis that its compound
-    /// turns about.
+    /// The translation of the pose is longer than 2^990 along an axis, or so far is a part from the
+    /// axis that its compound turns about.
     TooFar {
         /// The body; for an insertion, the id that it would have had.
         body: BodyId,
@@ -57,12 +57,14 @@ pub enum SceneError {
         /// The question.
         question: PairQuestion,
     },
-    /// Something is asked of a body and itself: their distance, their contacts, what is not known of them.
+    /// Something is asked of a body and itself: their distance, their contacts, what is not known
+    /// of them.
     OneBody {
         /// The body.
         body: BodyId,
     },
-    /// The ray has no image in the coordinates of a body's mesh: it is too long, or too short for so far a body.
+    /// The ray has no image in the coordinates of a body's mesh: it is too long, or too short for
+    /// so far a body.
     NoRay {
         /// The body.
         body: BodyId,

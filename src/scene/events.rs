@@ -1,7 +1,7 @@
 //! Which contacts begin, persist and end.
 //!
-//! The contacts of the last frame and the pairs of this one, both ascending, are merged. What a frame leaves undecided stays
-//! what it was proven to be last.
+//! The contacts of the last frame and the pairs of this one, both ascending, are merged. What a
+//! frame leaves undecided stays what it was proven to be last.
 
 use super::Scene;
 use super::body::Bodies;
@@ -23,9 +23,11 @@ pub(super) struct Events {
 }
 
 impl Scene {
-    /// From the next frame on [`Report::contacts`] tells which pairs of bodies begin to touch, go on, and part.
+    /// From the next frame on [`Report::contacts`] tells which pairs of bodies begin to touch, go
+    /// on, and part.
     ///
-    /// Adds to a frame time linear in the pairs listed and the contacts, within its budget of time, and no work. Off by default.
+    /// Adds to a frame time linear in the pairs listed and the contacts, within its budget of time,
+    /// and no work. Off by default.
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -130,7 +132,8 @@ fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact
     }
 }
 
-/// What becomes of a contact whose pair is not in the report; `all_listed`: as all others are that are known.
+/// What becomes of a contact whose pair is not in the report; `all_listed`: as all others are that
+/// are known.
 fn unlisted_phase(
     contact: &BodyContact,
     bodies: &Bodies,

@@ -16,7 +16,8 @@ pub(super) enum Change {
     Body,
 }
 
-/// What is asked of a body for each of its pairs: few bytes, so that those of a large scene stay in the caches.
+/// What is asked of a body for each of its pairs: few bytes, so that those of a large scene stay in
+/// the caches.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(32))]
 pub(super) struct Facts {
@@ -32,7 +33,8 @@ pub(super) struct Facts {
     pub filter: Filter,
     /// Whether one of its distances is asked for.
     pub is_measured: bool,
-    /// Whether more may be asked of its pairs than whether they meet: it has a margin or a motion, or is measured.
+    /// Whether more may be asked of its pairs than whether they meet: it has a margin or a motion,
+    /// or is measured.
     pub is_special: bool,
     /// Whether it is a part of a compound.
     pub is_part: bool,

@@ -1,6 +1,7 @@
 //! Groups of bodies, and who may meet whom.
 
-/// Which bodies may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a bit set.
+/// Which bodies may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask` both have a
+/// bit set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]

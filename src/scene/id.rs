@@ -5,10 +5,9 @@ use core::fmt;
 use core::hash::{Hash, Hasher};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Tells the scenes of a process apart, so that none takes the ids of another one for its own. It is no part of what an
-/// id
-/// says: ids compare, hash, print and are stored without it, so that what scenes report that were told the same is the
-/// same.
+/// Tells the scenes of a process apart, so that none takes the ids of another one for its own. It
+/// is no part of what an id says: ids compare, hash, print and are stored without it, so that what
+/// scenes report that were told the same is the same.
 #[derive(Clone, Copy, Default)]
 pub(super) struct SceneNumber(u32);
 
@@ -20,7 +19,8 @@ impl SceneNumber {
         Self(LAST.fetch_add(1, Ordering::Relaxed).wrapping_add(1).max(1))
     }
 
-    /// Whether an id of this number may be of the scene of the other one; so may an id that was made of bits or read.
+    /// Whether an id of this number may be of the scene of the other one; so may an id that was
+    /// made of bits or read.
     #[inline]
     pub fn may_be(self, other: Self) -> bool {
         self.0 == other.0 || self.0 == 0 || other.0 == 0
@@ -57,12 +57,11 @@ impl Hash for SceneNumber {
     fn hash<H: Hasher>(&self, _: &mut H) {}
 }
 
-/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again, and no other
-/// scene takes
-/// it for one of its own.
+/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid
+/// again, and no other scene takes it for one of its own.
 ///
-/// Ids compare by index and generation: those of two scenes to which the same was done are equal, and a
-/// [report](crate::Report::pair) of one may be asked with those of the other.
+/// Ids compare by index and generation: those of two scenes to which the same was done are equal,
+/// and a [report](crate::Report::pair) of one may be asked with those of the other.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyId {
@@ -73,7 +72,8 @@ pub struct BodyId {
 }
 
 impl BodyId {
-    /// A small number that no other body now in the scene has; those of removed bodies are given out again.
+    /// A small number that no other body now in the scene has; those of removed bodies are given
+    /// out again.
     pub fn index(self) -> usize {
         self.index as usize
     }
@@ -83,9 +83,9 @@ impl BodyId {
         u64::from(self.generation) << 32 | u64::from(self.index)
     }
 
-    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are ids of its
-    /// bodies. Which
-    /// scene the id was of is not in the number: every scene takes it for its own, as it does an id that was read.
+    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them
+    /// are ids of its bodies. Which scene the id was of is not in the number: every scene takes it
+    /// for its own, as it does an id that was read.
     pub fn from_bits(bits: u64) -> Self {
         Self {
             index: bits as u32,
@@ -94,9 +94,8 @@ impl BodyId {
         }
     }
 
-    /// The number of its scene in this process, from 1; 0 if the id was made of bits or read. For other languages: it
-    /// is no part
-    /// of what the id says.
+    /// The number of its scene in this process, from 1; 0 if the id was made of bits or read. For
+    /// other languages: it is no part of what the id says.
     pub fn scene(self) -> u32 {
         self.scene.0
     }
@@ -156,10 +155,9 @@ macro_rules! numbered {
                 self.number
             }
 
-            /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are its ids.
-            /// Which
-            /// scene the id was of is not in the number: every scene takes it for its own, as it does an id that was
-            /// read.
+            /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which
+            /// of them are its ids. Which scene the id was of is not in the number: every scene
+            /// takes it for its own, as it does an id that was read.
             pub fn from_bits(bits: u64) -> Self {
                 Self::new(bits, SceneNumber::default())
             }
@@ -197,17 +195,16 @@ macro_rules! numbered {
 }
 
 numbered!(
-    /// Names a compound of one scene ([`crate::Scene::insert_compound`]); that of a removed one is never valid again,
-    /// and no
-    /// other scene takes it for one of its own. Ids compare by their numbers.
+    /// Names a compound of one scene ([`crate::Scene::insert_compound`]); that of a removed one is
+    /// never valid again, and no other scene takes it for one of its own. Ids compare by their
+    /// numbers.
     CompoundId,
     "compound"
 );
 
 numbered!(
-    /// Names two groups of bodies whose distance is asked for ([`crate::Scene::measure_groups`]), until that ends; no
-    /// other
-    /// scene takes it for one of its own. Ids compare by their numbers.
+    /// Names two groups of bodies whose distance is asked for ([`crate::Scene::measure_groups`]),
+    /// until that ends; no other scene takes it for one of its own. Ids compare by their numbers.
     MeasureId,
     "measure"
 );

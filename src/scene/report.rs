@@ -17,29 +17,28 @@ pub struct PairReport {
     pub a: BodyId,
     /// The other one.
     pub b: BodyId,
-    /// Whether their surfaces meet, thickened by their [margins](crate::Body::margin), in this frame.
+    /// Whether their surfaces meet, thickened by their [margins](crate::Body::margin), in this
+    /// frame.
     pub verdict: Verdict,
-    /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`], and of bodies with margins, whose
-    /// witness
-    /// counts.
+    /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`], and of bodies with
+    /// margins, whose witness counts.
     pub found: u64,
-    /// Whether nothing is left to find: decided, in [`crate::Mode::Any`], and its distance or motion known, if that is asked
-    /// for; in [`crate::Mode::All`], all have been found. Undecided all the same if rounding hides whether bodies with margins
-    /// meet, or bodies in motion at its start.
+    /// Whether nothing is left to find: decided, in [`crate::Mode::Any`], and its distance or
+    /// motion known, if that is asked for; in [`crate::Mode::All`], all have been found. Undecided
+    /// all the same if rounding hides whether bodies with margins meet, or bodies in motion at its
+    /// start.
     pub complete: bool,
-    /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open, 0.5 if the pair is
-    /// complete all the same. Otherwise by
-    /// [`crate::Query::estimate`] for a pair whose query was stopped, corrected by [`crate::Scene::calibration`], and by what is
-    /// remembered and what the boxes have in common for one that had no turn, or in frames of less than 1 ms.
+    /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open, 0.5 if
+    /// the pair is complete all the same. Otherwise by [`crate::Query::estimate`] for a pair whose
+    /// query was stopped, corrected by [`crate::Scene::calibration`], and by what is remembered and
+    /// what the boxes have in common for one that had no turn, or in frames of less than 1 ms.
     pub probability: f64,
-    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, 0 if nothing was found,
-    /// and
-    /// between them otherwise: by [`crate::Query::estimate`] for a query that was stopped, or else the share of its
-    /// expected
-    /// work that is done.
+    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, 0 if
+    /// nothing was found, and between them otherwise: by [`crate::Query::estimate`] for a query
+    /// that was stopped, or else the share of its expected work that is done.
     pub recall: f64,
-    /// Frames since it was decided: 0 if it was in this one. A pair that never was counts from the frame before its boxes
-    /// met.
+    /// Frames since it was decided: 0 if it was in this one. A pair that never was counts from the
+    /// frame before its boxes met.
     pub age: u64,
 }
 
@@ -55,41 +54,46 @@ pub struct PairDistance {
     /// Proven: no point of one surface was closer to the other; 0 if nothing is known.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
-    /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
+    /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is
+    /// known.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub high: f64,
     /// The closest triangles that were found: ids of the meshes of `a` and of `b`.
     pub triangles: Option<[u32; 2]>,
-    /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
-    /// nothing is known.
+    /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As
+    /// many as there were if nothing is known.
     pub age: u64,
 }
 
-/// What is known of the least distance between two groups of bodies: [`crate::Scene::measure_groups`]. It holds for the bodies
-/// where they are in this frame, whatever the budget reached.
+/// What is known of the least distance between two groups of bodies:
+/// [`crate::Scene::measure_groups`]. It holds for the bodies where they are in this frame, whatever
+/// the budget reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct GroupDistance {
     /// Of which groups.
     pub id: MeasureId,
-    /// Proven: no point of one group is closer to the other; 0 if nothing is known, or if not all of their pairs were looked at
-    /// ([`Report::unlisted`]), and infinite if no two of their bodies may meet.
+    /// Proven: no point of one group is closer to the other; 0 if nothing is known, or if not all
+    /// of their pairs were looked at ([`Report::unlisted`]), and infinite if no two of their bodies
+    /// may meet.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
-    /// Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
+    /// Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if
+    /// nothing is known.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub high: f64,
     /// The bodies that prove `high`, the lower index first. `None`: it is that of boxes.
     pub bodies: Option<[BodyId; 2]>,
     /// Their closest triangles that were found, no more than `high` apart: ids of their meshes.
     pub triangles: Option<[u32; 2]>,
-    /// How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is within the tolerance.
+    /// How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is
+    /// within the tolerance.
     pub open: usize,
 }
 
-/// Until when two bodies are apart, of which one or both move: [`crate::Scene::set_motion`]. Times from 0, this frame, to 1,
-/// the end of their motions.
+/// Until when two bodies are apart, of which one or both move: [`crate::Scene::set_motion`]. Times
+/// from 0, this frame, to 1, the end of their motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -98,8 +102,8 @@ pub struct PairPassage {
     pub a: BodyId,
     /// The other one.
     pub b: BodyId,
-    /// Proven: they meet at no time before; 1 without `touching_at`: they are free to the end. 0 if the budget did not reach
-    /// the pair.
+    /// Proven: they meet at no time before; 1 without `touching_at`: they are free to the end. 0 if
+    /// the budget did not reach the pair.
     pub free_until: f64,
     /// Proven: they meet at this time. `None`: no contact was found (yet).
     pub touching_at: Option<f64>,
@@ -117,19 +121,20 @@ pub enum ContactPhase {
     Persists,
     /// They touched when it was last decided, and this frame has not decided it.
     Undecided,
-    /// They are proven to be apart, or one was removed, or they may not meet any more ([`crate::Filter`]), or both are
-    /// [fixed](crate::BodyKind::Fixed) and their distance is asked for no more.
+    /// They are proven to be apart, or one was removed, or they may not meet any more
+    /// ([`crate::Filter`]), or both are [fixed](crate::BodyKind::Fixed) and their distance is asked
+    /// for no more.
     Ended,
 }
 
 named!(ContactPhase { Began => "began", Persists => "persists", Undecided => "undecided", Ended => "ended" });
 
 /// A contact of two bodies: [`crate::Scene::track_contacts`]. They touch as long as their [verdict
-/// meets](Verdict::meets),
-/// margins included.
+/// meets](Verdict::meets), margins included.
 ///
-/// It begins and ends in frames that prove it: of a pair that is undecided nothing is told but what was proven last. So between
-/// two frames that decided it, bodies may have parted and met again unseen, and a contact shorter than that is not told.
+/// It begins and ends in frames that prove it: of a pair that is undecided nothing is told but what
+/// was proven last. So between two frames that decided it, bodies may have parted and met again
+/// unseen, and a contact shorter than that is not told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -146,54 +151,60 @@ pub struct BodyContact {
 
 /// What [`crate::Scene::detect`] found in a frame.
 ///
-/// If it [is whole](Report::is_whole), bodies that are not in [`Report::pairs`] together, and may meet, do not: their boxes are
-/// apart. Otherwise the budget ended in the broad phase, or there is no room for all pairs; then this is so for two bodies whose
-/// partners are [known](crate::Scene::partners_known) if [`Report::unlisted`] is 0.
+/// If it [is whole](Report::is_whole), bodies that are not in [`Report::pairs`] together, and may
+/// meet, do not: their boxes are apart. Otherwise the budget ended in the broad phase, or there is
+/// no room for all pairs; then this is so for two bodies whose partners are
+/// [known](crate::Scene::partners_known) if [`Report::unlisted`] is 0.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Report {
     /// Frames so far, this one included.
     pub frame: u64,
-    /// All pairs of bodies that may meet and whose boxes overlap, or whose [distance](crate::Scene::measure) is asked for, or
-    /// that may be the closest of two [groups](crate::Scene::measure_groups); ascending by index, as far as they are known and
+    /// All pairs of bodies that may meet and whose boxes overlap, or whose
+    /// [distance](crate::Scene::measure) is asked for, or that may be the closest of two
+    /// [groups](crate::Scene::measure_groups); ascending by index, as far as they are known and
     /// listed.
     pub pairs: Vec<PairReport>,
-    /// The distances that are [asked for](crate::Scene::measure), ascending by index, whether their pairs had a turn or not.
+    /// The distances that are [asked for](crate::Scene::measure), ascending by index, whether their
+    /// pairs had a turn or not.
     pub distances: Vec<PairDistance>,
     /// The distances of groups that are [asked for](crate::Scene::measure_groups).
     pub group_distances: Vec<GroupDistance>,
-    /// The pairs of `pairs` of which one or both bodies have a [motion](crate::Scene::set_motion), and whose distance is not
-    /// asked for. Bodies that are not in `pairs` together, and may meet, do not meet on their way if the report
-    /// [is whole](Report::is_whole).
+    /// The pairs of `pairs` of which one or both bodies have a [motion](crate::Scene::set_motion),
+    /// and whose distance is not asked for. Bodies that are not in `pairs` together, and may meet,
+    /// do not meet on their way if the report [is whole](Report::is_whole).
     pub passages: Vec<PairPassage>,
-    /// The contacts of bodies, ascending by index; of one index, that of a removed body first. Empty unless
-    /// [asked for](crate::Scene::track_contacts). Contacts of a removed body end in the next frame, under its own id.
+    /// The contacts of bodies, ascending by index; of one index, that of a removed body first.
+    /// Empty unless [asked for](crate::Scene::track_contacts). Contacts of a removed body end in
+    /// the next frame, under its own id.
     pub contacts: Vec<BodyContact>,
     /// How many of `pairs` are decided in this frame.
     pub decided: usize,
     /// How many of `pairs` are proven to intersect: [`Verdict::Intersecting`].
     pub intersecting: usize,
-    /// How many of `pairs` are proven to come within their margins: [`Verdict::Within`]. They are not among the
-    /// intersecting
-    /// ones.
+    /// How many of `pairs` are proven to come within their margins: [`Verdict::Within`]. They are
+    /// not among the intersecting ones.
     #[cfg_attr(feature = "serde", serde(default))]
     pub within: usize,
     /// How many of `pairs` are complete.
     pub complete: usize,
     /// The largest age of a pair in `pairs`.
     pub worst_age: u64,
-    /// Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
+    /// Bodies that changed or were removed and whose boxes are not up to date: the next frames
+    /// place them.
     pub unplaced: usize,
-    /// Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
+    /// Bodies that not all partners are known of: they moved on or were removed, and the search for
+    /// pairs is not at its end.
     pub unpaired: usize,
-    /// Known pairs that were not looked at: they are not in `pairs`, and count as undecided. Their bodies are near each other;
-    /// their boxes may overlap.
+    /// Known pairs that were not looked at: they are not in `pairs`, and count as undecided. Their
+    /// bodies are near each other; their boxes may overlap.
     pub unlisted: usize,
-    /// Whether pairs were left out because there are [as many as there may be](crate::Scene::set_max_pairs). Their bodies are
-    /// among the unpaired ones.
+    /// Whether pairs were left out because there are [as many as there may
+    /// be](crate::Scene::set_max_pairs). Their bodies are among the unpaired ones.
     pub is_full: bool,
-    /// Work done: that of the queries ([`crate::Budget::work`]) and 250 for each that was begun. Not the broad phase.
+    /// Work done: that of the queries ([`crate::Budget::work`]) and 250 for each that was begun.
+    /// Not the broad phase.
     pub work: u64,
     /// Work of the broad phase: placing bodies, finding pairs and listing them.
     pub broad_phase_work: u64,
@@ -213,7 +224,8 @@ impl Report {
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }
 
-    /// Adds a pair that is not complete when the frame begins, and was decided so many frames before.
+    /// Adds a pair that is not complete when the frame begins, and was decided so many frames
+    /// before.
     #[inline(always)]
     pub(super) fn push_open(&mut self, [a, b]: [BodyId; 2], probability: f32, age: u64) {
         let (verdict, probability) = (Verdict::Undecided, f64::from(probability));
@@ -330,15 +342,14 @@ impl Report {
         self.pairs.len() - self.decided + self.unlisted
     }
 
-    /// Whether the broad phase came to its end, so that all pairs of bodies that may meet and whose boxes overlap are in
-    /// `pairs`.
+    /// Whether the broad phase came to its end, so that all pairs of bodies that may meet and whose
+    /// boxes overlap are in `pairs`.
     pub fn is_whole(&self) -> bool {
         (self.unplaced, self.unpaired, self.unlisted) == (0, 0, 0)
     }
 
-    /// What it says about two bodies; `None` if they are not in [`Report::pairs`] together. A report is data: ids of
-    /// another
-    /// scene to which the same was done name the same here.
+    /// What it says about two bodies; `None` if they are not in [`Report::pairs`] together. A
+    /// report is data: ids of another scene to which the same was done name the same here.
     pub fn pair(&self, x: BodyId, y: BodyId) -> Option<&PairReport> {
         let (a, b) = if x.index() < y.index() {
             (x, y)
@@ -355,7 +366,8 @@ impl Report {
             .filter(|pair| pair.a == a && pair.b == b)
     }
 
-    /// The pairs that are proven to meet, thickened by their margins: those that intersect, and those that come within.
+    /// The pairs that are proven to meet, thickened by their margins: those that intersect, and
+    /// those that come within.
     pub fn meeting_pairs(&self) -> impl Iterator<Item = &PairReport> {
         self.pairs.iter().filter(|pair| pair.verdict.meets())
     }

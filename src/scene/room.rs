@@ -3,7 +3,8 @@
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
-/// How many pairs buffers are made for. Those of a scene grow together, and seldom, so that they are done with it soon.
+/// How many pairs buffers are made for. Those of a scene grow together, and seldom, so that they
+/// are done with it soon.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Room {
     pub pairs: usize,
@@ -12,7 +13,8 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// Twice what is in use, if that is more than there is room for, or nearly so while the scene is `young`.
+    /// Twice what is in use, if that is more than there is room for, or nearly so while the scene
+    /// is `young`.
     pub fn grow(&mut self, used: usize, young: bool) {
         if used > self.pairs || young && used > self.asked.max(self.pairs / 4 * 3) {
             self.pairs = 2 * used + 64;

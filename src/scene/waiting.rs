@@ -6,7 +6,8 @@ use alloc::collections::VecDeque;
 /// One in so many is taken from those that are not important, so that none waits for ever.
 const TURNS: u32 = 4;
 
-/// Two queues, first in, first out: bodies of an importance above 0, which go first, and the others.
+/// Two queues, first in, first out: bodies of an importance above 0, which go first, and the
+/// others.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Waiting {
     important: VecDeque<u32>,

@@ -1,9 +1,9 @@
-//! Ids of patches: a patch keeps the id of the one of the frame before with which it has most triangles in common.
+//! Ids of patches: a patch keeps the id of the one of the frame before with which it has most
+//! triangles in common.
 //!
-//! Each triangle links each patch before that has it with each one now. Of a triangle that many patches have, such as a
-//! floor
-//! under many feet, only contacts with the same triangle of the other side link. So there are at most a few links a
-//! contact.
+//! Each triangle links each patch before that has it with each one now. Of a triangle that many
+//! patches have, such as a floor under many feet, only contacts with the same triangle of the other
+//! side link. So there are at most a few links a contact.
 
 use super::Patch;
 use crate::contact::Contact;
@@ -72,7 +72,8 @@ struct Link {
     contacts: u32,
 }
 
-/// A triangle links all patches that have it, if it makes no more links than so many for each of these patches.
+/// A triangle links all patches that have it, if it makes no more links than so many for each of
+/// these patches.
 const LINKS_PER_PATCH: usize = 4;
 
 /// The id of a patch that has none yet, or has given it away.
@@ -104,7 +105,8 @@ impl Identities {
             );
         }
         if patches.iter().any(|patch| patch.id == NO_ID) {
-            // Those left have only triangles of many patches in common, and no contacts: these take turns.
+            // Those left have only triangles of many patches in common, and no contacts: these take
+            // turns.
             for [before, now] in common(known, now) {
                 let mut left = before.iter().map(|part| part.patch as usize);
                 for part in now.iter() {

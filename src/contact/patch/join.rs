@@ -1,4 +1,5 @@
-//! Which contacts hang together: union-find over corners that contacts have in common on both sides.
+//! Which contacts hang together: union-find over corners that contacts have in common on both
+//! sides.
 
 use crate::contact::Contact;
 use crate::mesh::Mesh;

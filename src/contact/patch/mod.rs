@@ -1,8 +1,10 @@
-//! Patches: contacts that hang together, each with a few points that stand for it and an id that lasts from frame to frame.
+//! Patches: contacts that hang together, each with a few points that stand for it and an id that
+//! lasts from frame to frame.
 //!
-//! Two contacts are neighbors if their triangles of A have a corner in common (or are the same) and their triangles of B too; a
-//! patch is what neighbors connect ([`join`]). So the feet of a table are a patch each, though they stand on one large
-//! triangle. Expected time `O(n log n)` in the number of contacts, whatever the number of points.
+//! Two contacts are neighbors if their triangles of A have a corner in common (or are the same) and
+//! their triangles of B too; a patch is what neighbors connect ([`join`]). So the feet of a table
+//! are a patch each, though they stand on one large triangle. Expected time `O(n log n)` in the
+//! number of contacts, whatever the number of points.
 
 mod identity;
 mod join;
@@ -20,28 +22,30 @@ use join::Joined;
 use reduce::Reduction;
 use smallvec::SmallVec;
 
-/// Contacts that hang together: [`Patches`]. Lengths are in the unit of the meshes, all else in A's frame.
+/// Contacts that hang together: [`Patches`]. Lengths are in the unit of the meshes, all else in A's
+/// frame.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Patch {
-    /// Stays the same from frame to frame while the patch has a triangle in common with the one that had it before.
+    /// Stays the same from frame to frame while the patch has a triangle in common with the one
+    /// that had it before.
     pub id: u64,
     /// How far apart its nearest triangles are.
     pub distance: f64,
     /// The box of the points of all its contacts, and of the ends of segments.
     pub bounds: Aabb,
-    /// Mean of the middles of its contacts. If triangles meet, each counts by the length of its segment, and those apart do not
-    /// count; all count alike if the sum of these lengths is 0.
+    /// Mean of the middles of its contacts. If triangles meet, each counts by the length of its
+    /// segment, and those apart do not count; all count alike if the sum of these lengths is 0.
     pub centroid: DVec3,
-    /// Direction of the mean, weighted in the same way, of the normals from B to A: a unit vector. If they cancel out it is the
-    /// normal of the nearest contact.
+    /// Direction of the mean, weighted in the same way, of the normals from B to A: a unit vector.
+    /// If they cancel out it is the normal of the nearest contact.
     pub normal: DVec3,
-    /// Length of all segments in which triangles meet: of the curve in which the surfaces cross, except where they have
-    /// areas in common.
+    /// Length of all segments in which triangles meet: of the curve in which the surfaces cross,
+    /// except where they have areas in common.
     pub length: f64,
-    /// Whether that curve closes up: the segments, each with its direction, sum up to nothing. Of surfaces whose
-    /// triangles are not oriented alike it may be false although the curve does.
+    /// Whether that curve closes up: the segments, each with its direction, sum up to nothing. Of
+    /// surfaces whose triangles are not oriented alike it may be false although the curve does.
     pub is_closed: bool,
     /// Which of [`Patches::contacts_of`] stand for all.
     points: SmallVec<[u32; 4]>,
@@ -106,7 +110,8 @@ impl Patches {
         self
     }
 
-    /// Forgets what was known of the frame before: no patch of the next update has an id that there was before.
+    /// Forgets what was known of the frame before: no patch of the next update has an id that there
+    /// was before.
     pub fn forget(&mut self) {
         self.identities.before.forget();
     }
@@ -125,14 +130,14 @@ impl Patches {
         core::mem::swap(&mut self.identities.before, memory);
     }
 
-    /// Makes the patches of these contacts, nearest first, of the meshes of `a` and `b`. Contacts of a stopped query will do.
+    /// Makes the patches of these contacts, nearest first, of the meshes of `a` and `b`. Contacts
+    /// of a stopped query will do.
     ///
-    /// A patch gets the id of the patch of the last update with which it has most triangles in common, if it has any and
-    /// that id has not gone to one that has more; otherwise a new one. Of a triangle that many patches have (a floor
-    /// under many
-    /// feet), only contacts with the same triangle count for that; which of such patches gets which id is arbitrary if
-    /// they
-    /// have nothing else in common.
+    /// A patch gets the id of the patch of the last update with which it has most triangles in
+    /// common, if it has any and that id has not gone to one that has more; otherwise a new one. Of
+    /// a triangle that many patches have (a floor under many feet), only contacts with the same
+    /// triangle count for that; which of such patches gets which id is arbitrary if they have
+    /// nothing else in common.
     pub fn update<'c>(
         &mut self,
         a: &Tree,
@@ -171,11 +176,9 @@ impl Patches {
         self.contacts.get(patch.range()).unwrap_or_default()
     }
 
-    /// The contacts that stand for one of these patches, seen along the normal: the nearest, the one farthest from
-    /// that, and then
-    /// always the one that spans the largest triangle with an edge of the convex polygon of all before; fewer where
-    /// nothing
-    /// more is added.
+    /// The contacts that stand for one of these patches, seen along the normal: the nearest, the
+    /// one farthest from that, and then always the one that spans the largest triangle with an edge
+    /// of the convex polygon of all before; fewer where nothing more is added.
     pub fn points_of<'p>(
         &'p self,
         patch: &'p Patch,
@@ -255,5 +258,6 @@ impl Patch {
 /// A mean of unit vectors no longer than this has no direction.
 const CANCELED: f64 = 1e-9;
 
-/// A curve is closed if its ends are no farther apart than this part of its length, which is for the rounding of segments.
+/// A curve is closed if its ends are no farther apart than this part of its length, which is for
+/// the rounding of segments.
 const CLOSED: f64 = 1e-9;

@@ -10,10 +10,11 @@ use smallvec::{SmallVec, smallvec};
 /// The buffers that it takes to choose points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reduction {
-    /// The middles of all contacts, seen along the normal, from the first one, in a unit of which no square is too
-    /// large or small.
+    /// The middles of all contacts, seen along the normal, from the first one, in a unit of which
+    /// no square is too large or small.
     places: Vec<DVec2>,
-    /// The polygon of the chosen, counterclockwise: for each of them the one before and the one after.
+    /// The polygon of the chosen, counterclockwise: for each of them the one before and the one
+    /// after.
     ring: Vec<[u32; 2]>,
     /// Edges of the polygon that a contact is outside of, and some that were edges before.
     edges: BinaryHeap<Edge>,
@@ -59,7 +60,8 @@ impl Eq for Edge {}
 /// What adds less than this, relative to the extent or its square, is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// So many edges look at all contacts, the others at the convex hull: a few looks take less than to find it.
+/// So many edges look at all contacts, the others at the convex hull: a few looks take less than to
+/// find it.
 const LOOKS: usize = 4;
 
 impl Reduction {
@@ -71,10 +73,10 @@ impl Reduction {
 
     /// Which of these contacts, nearest first, stand for all: at most `limit`, at least one.
     ///
-    /// Seen along the normal: the first, the one farthest from it, and then always the one with the largest triangle on
-    /// an edge of
-    /// the convex polygon of those before. Of equal ones the first is taken, and none that adds less than a rounding.
-    /// `O(n)` for up to four points, `O(n log n)` for any number.
+    /// Seen along the normal: the first, the one farthest from it, and then always the one with the
+    /// largest triangle on an edge of the convex polygon of those before. Of equal ones the first
+    /// is taken, and none that adds less than a rounding. `O(n)` for up to four points, `O(n log
+    /// n)` for any number.
     pub fn points(
         &mut self,
         contacts: &[Contact],
@@ -156,9 +158,8 @@ impl Reduction {
         }
     }
 
-    /// Puts a chosen contact into the polygon, in place of an edge and of the corners next to it that it covers.
-    /// Returns its
-    /// neighbors there.
+    /// Puts a chosen contact into the polygon, in place of an edge and of the corners next to it
+    /// that it covers. Returns its neighbors there.
     fn insert(&mut self, new: u32, [mut from, mut to]: [u32; 2], chosen: &[u32]) -> [u32; 2] {
         let place = |i: u32| self.places[chosen[i as usize] as usize];
         let is_outside =

@@ -1,4 +1,5 @@
-//! Triangles of a cluster as they are seen from a node of the other side: by their boxes there, and by their planes.
+//! Triangles of a cluster as they are seen from a node of the other side: by their boxes there, and
+//! by their planes.
 
 use super::{Boxes, Slabs, Stored, Triangles};
 use crate::math::lanes::{Column, F8, Lanes, cross, dot, per_axis};
@@ -69,7 +70,8 @@ impl Planes {
         slack.put(&mut self.slack);
     }
 
-    /// Makes the boxes those around these and others, `bulge` wider, and the planes of both thicker by as much on each side.
+    /// Makes the boxes those around these and others, `bulge` wider, and the planes of both thicker
+    /// by as much on each side.
     #[inline(always)]
     pub fn enclose<L: Lanes>(&mut self, lanes: L, other: &mut Self, bulge: f32) {
         let bulge = F8::splat(lanes, bulge);
@@ -135,8 +137,9 @@ impl Plane {
         }
     }
 
-    /// How deep its box overlaps boxes, and how far they reach across its plane, times the length of `n`; negative where they
-    /// are apart. The latter is `|n| . h - |n . (c - p)|`, with all errors of `n` (relative to the edges) and of `p` added.
+    /// How deep its box overlaps boxes, and how far they reach across its plane, times the length
+    /// of `n`; negative where they are apart. The latter is `|n| . h - |n . (c - p)|`, with all
+    /// errors of `n` (relative to the edges) and of `p` added.
     #[inline(always)]
     pub fn depths<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, slabs: &Slabs<L>) -> [F8<L>; 2] {
         let [distance, reach] = self.across(lanes, boxes);
@@ -146,8 +149,8 @@ impl Plane {
         ]
     }
 
-    /// How far from the plane the middles of boxes are, negative on the other side, and how far the boxes reach; times the
-    /// length of `n`.
+    /// How far from the plane the middles of boxes are, negative on the other side, and how far the
+    /// boxes reach; times the length of `n`.
     #[inline(always)]
     pub fn across<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> [F8<L>; 2] {
         let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, self.corner[k]));

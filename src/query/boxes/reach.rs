@@ -5,8 +5,9 @@ use crate::math::lanes::{Column, F8, Lanes, V8, per_axis};
 use crate::tree::Node;
 use wide::f32x4;
 
-/// Eight boxes by how far they reach along three axes, and how far against them. Boxes overlap by the least sum of what they
-/// reach towards each other: sums, unlike differences, can be left in the register of either.
+/// Eight boxes by how far they reach along three axes, and how far against them. Boxes overlap by
+/// the least sum of what they reach towards each other: sums, unlike differences, can be left in
+/// the register of either.
 pub(super) struct Reach<L: Lanes> {
     along: V8<L>,
     against: V8<L>,
@@ -19,8 +20,9 @@ impl<L: Lanes> Reach<L> {
     /// Nothing stored yet: of boxes along their own axes, and as the other side sees them.
     pub const NONE: [Reaches; 2] = [[[[0.0; 8]; 3]; 2]; 2];
 
-    /// Stores the children of a node along its own axes and as the other side sees them, and tells which are apart there from
-    /// the given box. `REREAD` is for a scale of 1: to read them anew for each axis takes less than to keep them.
+    /// Stores the children of a node along its own axes and as the other side sees them, and tells
+    /// which are apart there from the given box. `REREAD` is for a scale of 1: to read them anew
+    /// for each axis takes less than to keep them.
     #[inline(always)]
     pub fn children<const REREAD: bool>(
         lanes: L,
@@ -59,7 +61,8 @@ impl<L: Lanes> Reach<L> {
         }
     }
 
-    /// How deep each lane overlaps box `i` of those that were stored; negative where they are apart.
+    /// How deep each lane overlaps box `i` of those that were stored; negative where they are
+    /// apart.
     #[inline(always)]
     pub fn overlap_at(&self, lanes: L, [along, against]: &Reaches, i: usize) -> F8<L> {
         let [x, y, z] = per_axis!(k => {

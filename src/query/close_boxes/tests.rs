@@ -14,7 +14,8 @@ fn rotation(random: &mut Random) -> DMat3 {
     DMat3::from_quat(DQuat::from_axis_angle(axis, random.between(-3.0, 3.0)))
 }
 
-/// Triangles with a corner in common, all on the side of it to which `normal` points, and nearly flat.
+/// Triangles with a corner in common, all on the side of it to which `normal` points, and nearly
+/// flat.
 fn fan(random: &mut Random, corner: DVec3, normal: DVec3) -> Tree {
     let height = libm::pow(10.0, random.between(-9.0, -6.0));
     let size = libm::pow(10.0, random.between(-1.5, 0.0));

@@ -1,4 +1,5 @@
-//! What a stopped query of a motion has not come to: where B's parts are during the times in which they may meet A first.
+//! What a stopped query of a motion has not come to: where B's parts are during the times in which
+//! they may meet A first.
 
 use super::course::Course;
 use super::state::MotionState;
@@ -7,7 +8,8 @@ use crate::query::options::MotionOptions;
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// The rest of a motion: from the time until which it is free to that of the contact that was found.
+/// The rest of a motion: from the time until which it is free to that of the contact that was
+/// found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ahead<'m> {
     course: Course<'m>,
@@ -45,8 +47,8 @@ impl<'m> Ahead<'m> {
             })
     }
 
-    /// A box around a part of B on its way through a piece (the one at hand if none is given), margins included; `at` gives the
-    /// box of the part where B lies at a pose.
+    /// A box around a part of B on its way through a piece (the one at hand if none is given),
+    /// margins included; `at` gives the box of the part where B lies at a pose.
     pub fn swept(&self, piece: Option<u32>, at: impl FnOnce(&Pose) -> Aabb) -> Aabb {
         let piece = self.course.piece(piece.unwrap_or(self.piece));
         let bounds = at(&self.course.pose(piece.middle));

@@ -1,14 +1,16 @@
 //! How B moves seen from A, cut into pieces of time in which it all but goes straight.
 //!
-//! In a piece B is taken to keep the orientation of the middle of the piece, and each part of it to go along a straight line
-//! with the velocity that its own middle has then. What that leaves out is bounded: `docs/numerics.md`, "Motion".
+//! In a piece B is taken to keep the orientation of the middle of the piece, and each part of it to
+//! go along a straight line with the velocity that its own middle has then. What that leaves out is
+//! bounded: `docs/numerics.md`, "Motion".
 
 use crate::math::{Motion, Pose, smaller};
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// How points of B go at a moment, in A's frame: one at `y` has the velocity `shift + turn x y` and the acceleration
-/// `pull + change x y + turn x (turn x y)`. Of two bodies that turn the axis of `turn` goes with A, so it changes.
+/// How points of B go at a moment, in A's frame: one at `y` has the velocity `shift + turn x y` and
+/// the acceleration `pull + change x y + turn x (turn x y)`. Of two bodies that turn the axis of
+/// `turn` goes with A, so it changes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Twist {
     pub shift: DVec3,
@@ -27,7 +29,8 @@ impl Twist {
     }
 }
 
-/// The motion of B in A from time 0 to 1, with bounds for all points of B. Lengths in the unit of the meshes.
+/// The motion of B in A from time 0 to 1, with bounds for all points of B. Lengths in the unit of
+/// the meshes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course<'m> {
     of_a: Option<&'m Motion>,
@@ -41,9 +44,9 @@ pub(super) struct Course<'m> {
     pub acceleration: f64,
     /// By how much their acceleration changes in a unit of time, at most.
     pub jerk: f64,
-    /// By how much a point may be off where the motion brings it: by rounding, per axis; and, for each unit of time from the
-    /// moment of the twist, because A's matrix is no rotation. The former is infinite where squares of lengths overflow: nothing
-    /// is claimed then.
+    /// By how much a point may be off where the motion brings it: by rounding, per axis; and, for
+    /// each unit of time from the moment of the twist, because A's matrix is no rotation. The
+    /// former is infinite where squares of lengths overflow: nothing is claimed then.
     pub rounding: f64,
     pub drift: f64,
     /// The radii of both meshes about the middles of their boxes, the latter of B as it lies in A.
@@ -51,20 +54,21 @@ pub(super) struct Course<'m> {
     pub pieces: u32,
 }
 
-/// How far a piece goes over the sizes of both meshes together, and what it turns (radians): if the whole motion goes so far
-/// as they are large, and if it turns no more and goes no farther than a frame does, since whatever is near is opened in each
-/// piece again. Longer turns are cut finer, as what a piece bends grows with its square.
+/// How far a piece goes over the sizes of both meshes together, and what it turns (radians): if the
+/// whole motion goes so far as they are large, and if it turns no more and goes no farther than a
+/// frame does, since whatever is near is opened in each piece again. Longer turns are cut finer, as
+/// what a piece bends grows with its square.
 const WAY: f64 = 16.0;
 const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;
 const MOST_PIECES: f64 = 4_096.0;
 
-/// By how much accelerations change in a piece, times the square of its length, over the same, at most: bodies may turn fast
-/// together, and slowly against one another.
+/// By how much accelerations change in a piece, times the square of its length, over the same, at
+/// most: bodies may turn fast together, and slowly against one another.
 const BEND: f64 = 5e-3;
 
-/// How far B goes over the sizes of both meshes together, at most, where it is on the spot; and how much of that is its turn, at
-/// least, if it goes farther in the whole motion.
+/// How far B goes over the sizes of both meshes together, at most, where it is on the spot; and how
+/// much of that is its turn, at least, if it goes farther in the whole motion.
 const SPOT: f64 = 0.1;
 const TURNING: f64 = 0.25;
 
@@ -263,8 +267,8 @@ impl<'m> Course<'m> {
         }
     }
 
-    /// By how much a point of B may leave the straight line that it is on at the moment of the twist, `half` of a unit of time
-    /// before and after it, rounding aside.
+    /// By how much a point of B may leave the straight line that it is on at the moment of the
+    /// twist, `half` of a unit of time before and after it, rounding aside.
     pub fn bend(&self, half: f64) -> f64 {
         half * self.drift + 0.5 * self.acceleration * half * half
     }
@@ -282,7 +286,8 @@ impl<'m> Course<'m> {
         half * self.drift + self.jerk * half * half * half / 6.0
     }
 
-    /// The velocity of the axis that all points of B go around; `None`: there is no such axis, since both bodies move.
+    /// The velocity of the axis that all points of B go around; `None`: there is no such axis,
+    /// since both bodies move.
     pub fn of_axis(&self) -> Option<DVec3> {
         if self.of_a.is_none() {
             Some(self.of_b.velocity())
@@ -315,7 +320,8 @@ pub(super) struct Piece {
     pub middle: f64,
     /// Whether B goes little, beside the size of the meshes, and much of that by turning.
     pub is_on_the_spot: bool,
-    /// When it is looked at: at its begin if on the spot, else in its middle. Where B lies in A then.
+    /// When it is looked at: at its begin if on the spot, else in its middle. Where B lies in A
+    /// then.
     pub at: f64,
     pub pose: Pose,
 }
@@ -350,7 +356,8 @@ mod tests {
     use crate::math::random::Random;
     use crate::shapes;
 
-    /// By differences over a short time, which tell velocities and accelerations to 1e-5 of what they are.
+    /// By differences over a short time, which tell velocities and accelerations to 1e-5 of what
+    /// they are.
     #[test]
     fn no_vertex_is_faster_or_turns_away_more() {
         let mut random = Random::new(6);

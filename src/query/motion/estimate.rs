@@ -9,18 +9,18 @@ use crate::query::workspace::{ResumeError, Workspace};
 use glam::DVec3;
 
 impl Query<'_, Impact> {
-    /// Units of work that this query will take if nothing stops it, given what is remembered of the pair. Constant time, no
-    /// allocation; the same bits on every machine.
+    /// Units of work that this query will take if nothing stops it, given what is remembered of the
+    /// pair. Constant time, no allocation; the same bits on every machine.
     ///
-    /// Not much can be told beforehand: half of the queries are within a factor of 1.9 of the median, nine of ten within 8
-    /// (`docs/model.md`).
+    /// Not much can be told beforehand: half of the queries are within a factor of 1.9 of the
+    /// median, nine of ten within 8 (`docs/model.md`).
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Quantiles {
         self.work_left(&self.passing(0, 0.0, None), memory)
     }
 
-    /// Units of work that the last run of this query in `workspace` has still to do, given what is remembered of the pair.
-    /// Constant time, no allocation; the same bits on every machine.
+    /// Units of work that the last run of this query in `workspace` has still to do, given what is
+    /// remembered of the pair. Constant time, no allocation; the same bits on every machine.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this motion and these options.

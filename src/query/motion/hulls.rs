@@ -1,10 +1,12 @@
-//! Whether boxes meet in a short span of time: by where they are when it begins and when it ends, eight at a time.
+//! Whether boxes meet in a short span of time: by where they are when it begins and when it ends,
+//! eight at a time.
 //!
-//! Seen from a node that an axis goes along with, each corner of a box of the other node goes straight from where it is at the
-//! begin to where it is at the end, but for what its way bends. So the box stays in the hull of both, and two boxes that meet
-//! overlap when one is replaced by its hull; not before the gap between own boxes at the begin can have closed. This is tighter
-//! than [`Windows`](super::windows::Windows) where B turns, but sees nothing of what comes and goes within the span. The proof is
-//! in `docs/numerics.md`, "Motion".
+//! Seen from a node that an axis goes along with, each corner of a box of the other node goes
+//! straight from where it is at the begin to where it is at the end, but for what its way bends. So
+//! the box stays in the hull of both, and two boxes that meet overlap when one is replaced by its
+//! hull; not before the gap between own boxes at the begin can have closed. This is tighter than
+//! [`Windows`](super::windows::Windows) where B turns, but sees nothing of what comes and goes
+//! within the span. The proof is in `docs/numerics.md`, "Motion".
 
 use super::course::{Course, Piece};
 use super::windows::{BEGIN, SLOP, sum};
@@ -27,7 +29,8 @@ pub(super) struct Span {
     length: f32,
     /// By how many radians B turns, at most.
     turn: f32,
-    /// What places may be off whatever way they have gone: by the margin, by rounding, and by what the axis goes across itself.
+    /// What places may be off whatever way they have gone: by the margin, by rounding, and by what
+    /// the axis goes across itself.
     bulge: f32,
 }
 
@@ -35,7 +38,8 @@ pub(super) struct Span {
 const LARGEST_TURN: f64 = 0.25;
 
 impl Span {
-    /// From the begin of a piece to `until`; `None` if both bodies turn, or where `f32` does not reach.
+    /// From the begin of a piece to `until`; `None` if both bodies turn, or where `f32` does not
+    /// reach.
     pub fn new(
         course: &Course,
         [a, b]: [&Tree; 2],
@@ -136,7 +140,8 @@ impl Passing<'_> {
         }
     }
 
-    /// The ends of boxes along axis `k` at the begin, or at the end along the axis of entry `4 + k`.
+    /// The ends of boxes along axis `k` at the begin, or at the end along the axis of entry `4 +
+    /// k`.
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, k: usize) -> [F8<L>; 2] {
         let row = per_axis!(j => F8::splat(lanes, self.view.columns[j][k]));
@@ -269,7 +274,8 @@ impl BoxTest for Hulls<'_> {
         !in_opened.min(hulls.depth(lanes, low, high)).mask() & opened.valid()
     }
 
-    /// By the triangles' boxes along the axes of the other node, and by their planes; no later than the pair at hand.
+    /// By the triangles' boxes along the axes of the other node, and by their planes; no later than
+    /// the pair at hand.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,
@@ -323,8 +329,8 @@ impl BoxTest for Hulls<'_> {
     }
 }
 
-/// How the own box of a node goes, as the other node sees it: from one middle to the other, and the half extents of both
-/// together, at the begin and at the end.
+/// How the own box of a node goes, as the other node sees it: from one middle to the other, and the
+/// half extents of both together, at the begin and at the end.
 struct Way<L: Lanes> {
     places: F8<L>,
     halves: F8<L>,
@@ -385,7 +391,8 @@ impl<L: Lanes> Way<L> {
     }
 }
 
-/// The entries of a vector, each eight times: spread from memory, since out of a register that takes as long as a product.
+/// The entries of a vector, each eight times: spread from memory, since out of a register that
+/// takes as long as a product.
 #[inline(always)]
 fn each<L: Lanes>(lanes: L, v: &f32x4) -> V8<L> {
     per_axis!(k => F8::splat(lanes, v.as_array()[k]))
@@ -396,7 +403,8 @@ fn sizes<L: Lanes>(columns: &V8<L>) -> V8<L> {
     per_axis!(k => columns[k].abs())
 }
 
-/// The length of the longer of two ways, or up to a tenth more: for `x >= y >= z`, `|v| <= x + (y + z) (sqrt2 - 1)`.
+/// The length of the longer of two ways, or up to a tenth more: for `x >= y >= z`, `|v| <= x + (y +
+/// z) (sqrt2 - 1)`.
 #[inline(always)]
 fn longer(u: f32x4, v: f32x4) -> f32 {
     let ([a, b, c, _], [d, e, f, _]) = (u.abs().to_array(), v.abs().to_array());

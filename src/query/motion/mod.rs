@@ -1,8 +1,9 @@
-//! Until when a motion is free: two trees, how one moves, and a budget in, a proven [`TimeOfImpact`] out.
+//! Until when a motion is free: two trees, how one moves, and a budget in, a proven
+//! [`TimeOfImpact`] out.
 //!
-//! [`course`] cuts the motion into pieces that all but go straight. Of each piece the traversal asks the question of [`sweep`],
-//! with the box test of [`windows`]. What is proven so far is the [`state`]; [`ahead`] bounds what is left of it, and
-//! [`estimate`] tells what that may cost.
+//! [`course`] cuts the motion into pieces that all but go straight. Of each piece the traversal
+//! asks the question of [`sweep`], with the box test of [`windows`]. What is proven so far is the
+//! [`state`]; [`ahead`] bounds what is left of it, and [`estimate`] tells what that may cost.
 
 pub(super) mod ahead;
 mod course;
@@ -31,21 +32,21 @@ use core::cell::OnceCell;
 use course::Course;
 use sweep::{Sweep, span};
 
-/// The question until when a motion is free, and when the surfaces meet: continuous collision detection ([`Query::impact`]).
+/// The question until when a motion is free, and when the surfaces meet: continuous collision
+/// detection ([`Query::impact`]).
 ///
-/// **Guarantee.** Whenever it stops, the surfaces meet at no time before `lower`, and at `upper` they do: two named
-/// triangles intersect exactly at the pose of that time ([`Query::pose`]). `lower` only ever grows, and
-/// `upper` only ever falls. A query that is finished has found a contact no later than the tolerance after `lower`,
-/// or none, and then the motion is free to its end, time 1.
+/// **Guarantee.** Whenever it stops, the surfaces meet at no time before `lower`, and at `upper`
+/// they do: two named triangles intersect exactly at the pose of that time ([`Query::pose`]).
+/// `lower` only ever grows, and `upper` only ever falls. A query that is finished has found a
+/// contact no later than the tolerance after `lower`, or none, and then the motion is free to its
+/// end, time 1.
 ///
-/// There is one exception: grazes. Surfaces may come within a few tolerances of each other, or of the rounding of their
-/// coordinates, or may meet so briefly, or in so small a place, that no pose in `f64` shows it, as a point that goes
-/// through a
-/// triangle. Then `lower` stays at that time, and the search goes on for a contact that it can prove:
-/// `upper` may be
-/// later by more than the tolerance, or `None` although `lower` is less than 1. Both still hold. So it is with all
-/// surfaces
-/// where squares of lengths overflow, from 1e154 on.
+/// There is one exception: grazes. Surfaces may come within a few tolerances of each other, or of
+/// the rounding of their coordinates, or may meet so briefly, or in so small a place, that no pose
+/// in `f64` shows it, as a point that goes through a triangle. Then `lower` stays at that time, and
+/// the search goes on for a contact that it can prove: `upper` may be later by more than the
+/// tolerance, or `None` although `lower` is less than 1. Both still hold. So it is with all
+/// surfaces where squares of lengths overflow, from 1e154 on.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -75,13 +76,11 @@ const DEFAULT_TOLERANCE: f64 = 2e-6;
 const LEAST_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 
 impl<'t> Query<'t, Impact> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a
-    /// length: two
-    /// millionths of the smaller mesh's unit ([`Tree::unit_length`], about half of its longest extent), but no less
-    /// than the
-    /// rounding of coordinates. A point is as large as its margin; beside one without a margin it is a millionth of the
-    /// other
-    /// mesh's unit.
+    /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1.
+    /// The tolerance is a length: two millionths of the smaller mesh's unit ([`Tree::unit_length`],
+    /// about half of its longest extent), but no less than the rounding of coordinates. A point is
+    /// as large as its margin; beside one without a margin it is a millionth of the other mesh's
+    /// unit.
     #[must_use]
     #[inline]
     pub fn impact(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
@@ -105,8 +104,8 @@ impl<'t> Query<'t, Impact> {
         query
     }
 
-    /// Done when no point of B goes farther than this, seen from A, between the two times. NaN counts as 0: as close as `f64`
-    /// can tell.
+    /// Done when no point of B goes farther than this, seen from A, between the two times. NaN
+    /// counts as 0: as close as `f64` can tell.
     #[must_use]
     #[inline]
     pub fn tolerance(mut self, length: f64) -> Self {
@@ -115,7 +114,8 @@ impl<'t> Query<'t, Impact> {
         self
     }
 
-    /// Done also when the two times differ by no more than this. What is negative, and NaN, counts as 0.
+    /// Done also when the two times differ by no more than this. What is negative, and NaN, counts
+    /// as 0.
     #[must_use]
     #[inline]
     pub fn time_tolerance(mut self, time: f64) -> Self {
@@ -124,8 +124,8 @@ impl<'t> Query<'t, Impact> {
         self
     }
 
-    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the length unit of the meshes:
-    /// a point becomes a ball, a segment a capsule.
+    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the
+    /// length unit of the meshes: a point becomes a ball, a segment a capsule.
     #[must_use]
     #[inline]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
@@ -152,8 +152,8 @@ impl<'t> Query<'t, Impact> {
         }
     }
 
-    /// Proven by the run in the workspace: the triangles that meet first are no farther apart then. 0 only if they
-    /// intersect.
+    /// Proven by the run in the workspace: the triangles that meet first are no farther apart then.
+    /// 0 only if they intersect.
     pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace
             .motion
@@ -170,8 +170,9 @@ impl<'t> Query<'t, Impact> {
         )
     }
 
-    /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
-    /// not matter then, so that neighbors which meet at the same time are not looked at one by one.
+    /// Half of it: a contact is looked for so much after the time at which it may be. Others that
+    /// may be as much earlier do not matter then, so that neighbors which meet at the same time are
+    /// not looked at one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
         let length = self
             .asked
@@ -357,9 +358,11 @@ impl Workspace {
 #[must_use]
 #[non_exhaustive]
 pub struct TimeOfImpact {
-    /// Proven: the surfaces meet at no time before. 1 without [`TimeOfImpact::upper`]: the motion is free to its end.
+    /// Proven: the surfaces meet at no time before. 1 without [`TimeOfImpact::upper`]: the motion
+    /// is free to its end.
     pub lower: f64,
-    /// Proven: the surfaces meet at this time; 0 if they do at the start. `None`: no contact was found (yet).
+    /// Proven: the surfaces meet at this time; 0 if they do at the start. `None`: no contact was
+    /// found (yet).
     pub upper: Option<f64>,
     /// The triangles that meet then: triangle of A, triangle of B, ids of the input meshes.
     pub triangles: Option<[u32; 2]>,

@@ -1,4 +1,5 @@
-//! The state of a motion query: how far the motion is proven to be free, and the earliest contact found.
+//! The state of a motion query: how far the motion is proven to be free, and the earliest contact
+//! found.
 
 use super::course::Piece;
 use crate::query::options::MotionOptions;
@@ -17,7 +18,8 @@ pub(crate) struct Followed {
     pub span: f64,
     pub longest: f64,
     pub phase: Phase,
-    /// Steps since the last time at which it could not be told whether it meets, and how many such times there were.
+    /// Steps since the last time at which it could not be told whether it meets, and how many such
+    /// times there were.
     pub steps: u32,
     pub doubts: i32,
 }
@@ -43,14 +45,16 @@ impl Followed {
 pub(crate) enum Phase {
     /// When it may meet, by the normals and edges of its triangles.
     Window,
-    /// The same by the direction in which the triangles are closest: where they are coplanar or degenerate, or turn.
+    /// The same by the direction in which the triangles are closest: where they are coplanar or
+    /// degenerate, or turn.
     Direction,
     /// Whether it meets at one of the [`MOMENTS`], by number.
     Contact(usize),
 }
 
-/// At which parts of the time in which a contact is looked for: the first if that is the start of the motion, the second, and
-/// where neither shows a contact nor any direction that there is none, the others, before this time is given up.
+/// At which parts of the time in which a contact is looked for: the first if that is the start of
+/// the motion, the second, and where neither shows a contact nor any direction that there is none,
+/// the others, before this time is given up.
 pub(super) const MOMENTS: [f64; 4] = [0.0, 1.0, 1.0 / 2.0, 1.0 / 16.0];
 
 /// A proven contact: the surfaces meet at this time, where these triangles (tree order) do.
@@ -72,8 +76,8 @@ pub(crate) struct MotionState {
     /// Half of how much later than `free_until` a contact may be.
     tolerance: f64,
     free_until: f64,
-    /// The earliest time at which triangles may meet that are done with: they meet then, or later than matters, or `f64` cannot
-    /// tell.
+    /// The earliest time at which triangles may meet that are done with: they meet then, or later
+    /// than matters, or `f64` cannot tell.
     done: f64,
     contact: Option<Contact>,
     pub followed: Option<Followed>,
@@ -131,7 +135,8 @@ impl MotionState {
         })
     }
 
-    /// Whether a pair matters that does not meet before `from`. Whether surfaces meet at the start is no question of tolerance.
+    /// Whether a pair matters that does not meet before `from`. Whether surfaces meet at the start
+    /// is no question of tolerance.
     pub fn matters(&self, from: f64) -> bool {
         from < self.cut() || from <= 0.0
     }
@@ -158,7 +163,8 @@ impl MotionState {
         self.free_until = self.free_until.max(self.done.min(1.0));
     }
 
-    /// Takes note of what is proven when so much of a piece is left; of the node pair at hand, if there is one, `at_hand`.
+    /// Takes note of what is proven when so much of a piece is left; of the node pair at hand, if
+    /// there is one, `at_hand`.
     pub(super) fn bound(&mut self, front: &Front, search: &Search, piece: &Piece, at_hand: f32) {
         let nodes = match front.least_bucket() {
             None => f32::INFINITY,

@@ -1,10 +1,13 @@
-//! When do two surfaces meet on the way? What a traversal that asks this does with node pairs and triangle pairs.
+//! When do two surfaces meet on the way? What a traversal that asks this does with node pairs and
+//! triangle pairs.
 //!
-//! It asks for one piece of the motion. Boxes are compared by windows of time ([`Windows`]), or where B turns on the spot by the
-//! hulls of their ways ([`Hulls`]). Pairs whose boxes overlap when it begins are finished depth-first; others wait in the
-//! queue by the time when they may meet, and are dropped when there is an earlier contact. Triangles are compared eight at a
-//! time in `f32`; those that may meet earlier than all before are *followed* in `f64`, one at a time and a step of bounded work
-//! after the other: over ever shorter spans of time, until an exact test proves a contact.
+//! It asks for one piece of the motion. Boxes are compared by windows of time ([`Windows`]), or
+//! where B turns on the spot by the hulls of their ways ([`Hulls`]). Pairs whose boxes overlap when
+//! it begins are finished depth-first; others wait in the queue by the time when they may meet, and
+//! are dropped when there is an earlier contact. Triangles are compared eight at a time in `f32`;
+//! those that may meet earlier than all before are *followed* in `f64`, one at a time and a step of
+//! bounded work after the other: over ever shorter spans of time, until an exact test proves a
+//! contact.
 
 use super::course::{Course, Piece};
 use super::hulls::{Hulls, Span};
@@ -236,8 +239,9 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
 }
 
 impl Traversal<'_, '_, Sweep<'_>> {
-    /// When up to eight waiting pairs may meet; or when the one does that may first of those that were so compared, which is
-    /// followed then: if B turns by a closer look at each eighth of the piece.
+    /// When up to eight waiting pairs may meet; or when the one does that may first of those that
+    /// were so compared, which is followed then: if B turns by a closer look at each eighth of the
+    /// piece.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
@@ -290,8 +294,9 @@ impl Traversal<'_, '_, Sweep<'_>> {
         }
     }
 
-    /// What was not kept of something that was known to be no earlier than this is no earlier than the cut either, if that is for a
-    /// contact and not for the piece's end. Never less than a call that was stopped in between has told.
+    /// What was not kept of something that was known to be no earlier than this is no earlier than
+    /// the cut either, if that is for a contact and not for the piece's end. Never less than a call
+    /// that was stopped in between has told.
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
         if self.workspace.motion.contact().is_some() {
@@ -336,7 +341,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
         };
     }
 
-    /// When a pair may meet in the span at hand, by its edges or the direction in which it is closest; the next step.
+    /// When a pair may meet in the span at hand, by its edges or the direction in which it is
+    /// closest; the next step.
     fn narrow(&mut self, mut followed: Followed) -> Option<Followed> {
         let Followed {
             pair,
@@ -362,7 +368,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let span = span.min(until - from);
         let (half, middle) = (span / 2.0, from + span / 2.0);
         let (b, twist) = (at(middle), course.twist(middle));
-        // How well times are known: by how corners leave their lines, and by how the triangle turns.
+        // How well times are known: by how corners leave their lines, and by how the triangle
+        // turns.
         let enough = (tolerance * course.speed / 16.0).max(course.rounding);
         let velocities = b.map(|corner| twist.at(corner));
         let tilt = course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length());
@@ -480,7 +487,8 @@ fn larger_known(bound: f32, known: f32) -> f32 {
     if bound > known { bound } else { known }
 }
 
-/// So many steps are done with a pair before it is given up where it cannot be told whether it meets.
+/// So many steps are done with a pair before it is given up where it cannot be told whether it
+/// meets.
 const PATIENCE: u32 = 400;
 
 /// Where the motion brings a triangle of B.
@@ -489,7 +497,8 @@ fn placed(course: &Course, corners: &[DVec3; 3], time: f64) -> [DVec3; 3] {
     corners.map(|corner| pose.transform_point(corner))
 }
 
-/// If two triangles meet, thickened by a margin together: how far apart they are at most, and 0 only if they intersect.
+/// If two triangles meet, thickened by a margin together: how far apart they are at most, and 0
+/// only if they intersect.
 fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> Option<f64> {
     if triangles_intersect(a, b) {
         return Some(0.0);

@@ -1,9 +1,10 @@
 //! When boxes meet on the way: lower bounds of times, eight at a time.
 //!
-//! A box of B that goes along a straight line overlaps one of A, on an axis, from one time to another; on six axes, from the
-//! latest such beginning to the earliest end. Triangles against boxes are compared along their normals too. All is in A's
-//! units, with the views and margins of the overlap test, and with the length of the piece of motion as unit of time, from -1/2
-//! to 1/2; the proof is in `docs/numerics.md`, "Motion".
+//! A box of B that goes along a straight line overlaps one of A, on an axis, from one time to
+//! another; on six axes, from the latest such beginning to the earliest end. Triangles against
+//! boxes are compared along their normals too. All is in A's units, with the views and margins of
+//! the overlap test, and with the length of the piece of motion as unit of time, from -1/2 to 1/2;
+//! the proof is in `docs/numerics.md`, "Motion".
 
 use super::course::{Course, Piece};
 use crate::math::bits;
@@ -28,7 +29,8 @@ pub(super) const SLOP: f32 = 8.0 * ROUNDING;
 /// Half a unit of time, and 1 percent for matrices that are not quite rotations.
 const HALF_A_PIECE: f32 = 0.505;
 
-/// Slower projections count as this fast; what that makes of them is covered by what is added for underflow.
+/// Slower projections count as this fast; what that makes of them is covered by what is added for
+/// underflow.
 const LEAST_SPEED: f32 = 1e-37;
 
 /// A piece of motion as `f32` sees it, in A's unit coordinates.
@@ -79,8 +81,8 @@ pub(super) struct Windows<'g> {
     in_b: Drift,
 }
 
-/// How B passes, along the axes of a node. Places over the velocity are times: with the ends of boxes so scaled, two boxes meet
-/// from the difference of two ends to that of the two others.
+/// How B passes, along the axes of a node. Places over the velocity are times: with the ends of
+/// boxes so scaled, two boxes meet from the difference of two ends to that of the two others.
 #[derive(Clone, Copy)]
 struct Drift {
     /// Minus one over the velocity, and one over the speed.
@@ -306,7 +308,8 @@ impl<'g> Windows<'g> {
         Drift::new(way.velocity, margin)
     }
 
-    /// By how much points within half extents leave the lines that they would be on with the velocity of their middle.
+    /// By how much points within half extents leave the lines that they would be on with the
+    /// velocity of their middle.
     #[inline(always)]
     fn off(&self, turn: f32x4, wobble: f32, half: f32x4) -> f32x4 {
         let turn = turn.abs() + f32x4::splat(wobble);
@@ -335,8 +338,8 @@ impl<'g> Windows<'g> {
         keys.less(F8::splat(lanes, self.cut)).mask()
     }
 
-    /// What B does in the orientation of the opened node, and in that of the other; the sign that makes it so for the latter's
-    /// boxes against the former's.
+    /// What B does in the orientation of the opened node, and in that of the other; the sign that
+    /// makes it so for the latter's boxes against the former's.
     #[inline(always)]
     fn drifts(&self, is_a: bool) -> (&Drift, &Drift, f32) {
         if is_a {
@@ -368,7 +371,8 @@ impl BoxTest for Windows<'_> {
         if leave < enter.max(BEGIN) || enter >= self.cut {
             return false;
         }
-        // Directions are off by the skew of their sum, which may be seen up to the root of 3 shorter.
+        // Directions are off by the skew of their sum, which may be seen up to the root of 3
+        // shorter.
         self.in_b = self.drift(
             &way.seen(&views.of_a),
             b_half,

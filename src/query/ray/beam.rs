@@ -1,8 +1,8 @@
 //! A ray in the unit coordinates of a tree, and which boxes it enters.
 //!
-//! Local parameters count from where the ray comes near the mesh, in the length of a direction whose largest component is
-//! within 1 and 2. So all numbers are near 1, wherever the ray begins. A bound on all rounding is in the margin of the boxes:
-//! `docs/numerics.md`, "Rays".
+//! Local parameters count from where the ray comes near the mesh, in the length of a direction
+//! whose largest component is within 1 and 2. So all numbers are near 1, wherever the ray begins. A
+//! bound on all rounding is in the margin of the boxes: `docs/numerics.md`, "Rays".
 
 use crate::math::Ray;
 use crate::math::lanes::{Column, F8, Lanes, per_axis};
@@ -51,7 +51,8 @@ impl Beam {
         beam
     }
 
-    /// Makes it the beam of another ray. In place, since to return one of two cases takes thirty instructions more.
+    /// Makes it the beam of another ray. In place, since to return one of two cases takes thirty
+    /// instructions more.
     #[inline(always)]
     pub fn follow(&mut self, unit: &Unit, ray: &Ray) {
         let aim = Aim::new(ray);
@@ -72,7 +73,8 @@ impl Beam {
         };
         let (mut entry, mut last) = (0.0, end);
         if reach > NEAR {
-            // Where a component is 0 and the origin in a plane of the cube, these are no numbers, and change nothing.
+            // Where a component is 0 and the origin in a plane of the cube, these are no numbers,
+            // and change nothing.
             let side = DVec3::splat(1.0 + CUBE_MARGIN + 2.0 * slop);
             let inverse = 1.0 / direction;
             let (one, other) = ((-side - origin) * inverse, (side - origin) * inverse);
@@ -154,8 +156,8 @@ impl Beam {
         ]
     }
 
-    /// Where it enters the boxes of a node's children, no earlier than the node, and which of them it enters before `to`, a bit
-    /// for each.
+    /// Where it enters the boxes of a node's children, no earlier than the node, and which of them
+    /// it enters before `to`, a bit for each.
     #[inline(always)]
     pub fn enter<L: Lanes>(&self, lanes: L, node: &Node, entry: f32) -> ([f32; WIDTH], u32) {
         let [origin, inverse] = self.seen(node);
@@ -178,15 +180,16 @@ impl Beam {
     }
 }
 
-/// The largest size of a component. Compares bits, which are in the order of positive numbers: for other comparisons the
-/// compiler makes branches that are hard to predict.
+/// The largest size of a component. Compares bits, which are in the order of positive numbers: for
+/// other comparisons the compiler makes branches that are hard to predict.
 #[inline(always)]
 fn largest_size(v: DVec3) -> f64 {
     let [x, y, z] = v.abs().to_array().map(f64::to_bits);
     f64::from_bits(x.max(y).max(z))
 }
 
-/// The lesser of two parameters if it is greater than `first`, else that: the last of several entries.
+/// The lesser of two parameters if it is greater than `first`, else that: the last of several
+/// entries.
 #[inline(always)]
 fn later(first: f64, one: f64, other: f64) -> f64 {
     let enter = if one < other { one } else { other };

@@ -1,9 +1,10 @@
 //! What does a ray hit? What a traversal that asks this does with nodes and triangles.
 //!
-//! There is no second tree. A pair stands for a node and, in place of the other node, where the ray enters its box, as the bits
-//! of a positive `f32`, which are in the order of the numbers. Nodes are finished depth-first, of siblings the one that is
-//! entered first; what is entered after the nearest hit is dropped. Triangles of a cluster go through a test in `f32` at once;
-//! those that it cannot exclude are tested one at a time in `f64`, exactly where that is in doubt.
+//! There is no second tree. A pair stands for a node and, in place of the other node, where the ray
+//! enters its box, as the bits of a positive `f32`, which are in the order of the numbers. Nodes
+//! are finished depth-first, of siblings the one that is entered first; what is entered after the
+//! nearest hit is dropped. Triangles of a cluster go through a test in `f32` at once; those that it
+//! cannot exclude are tested one at a time in `f64`, exactly where that is in doubt.
 //!
 //! The rays of a batch are cast one after the other in the same run.
 
@@ -113,8 +114,8 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
 }
 
 impl Traversal<'_, '_, Cast<'_>> {
-    /// Replaces a node by its children that the ray enters, or the triangles that it may meet; returns the child that it enters
-    /// first, the others are on the stack.
+    /// Replaces a node by its children that the ray enters, or the triangles that it may meet;
+    /// returns the child that it enters first, the others are on the stack.
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
         let (index, entry) = (pair.nodes[0], entry(&pair));
@@ -155,7 +156,8 @@ impl Traversal<'_, '_, Cast<'_>> {
         None
     }
 
-    /// Puts children on the stack, the last to be entered first, and returns the one that is entered first.
+    /// Puts children on the stack, the last to be entered first, and returns the one that is
+    /// entered first.
     #[inline(always)]
     fn push(&mut self, first_child: u32, mut children: u32, enter: &[f32; WIDTH]) -> Pair {
         let count = children.count_ones() as usize;
@@ -166,7 +168,8 @@ impl Traversal<'_, '_, Cast<'_>> {
             u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
         };
         let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
-        // Nobody asks for this copy of the kind: it is read so that the node is near when the pair is popped.
+        // Nobody asks for this copy of the kind: it is read so that the node is near when the pair
+        // is popped.
         let nodes = self.a.nodes();
         let waiting = |pair: Pair| Pair {
             alive: [nodes[pair.nodes[0] as usize].is_cluster.into(), 0],
@@ -247,7 +250,8 @@ impl Traversal<'_, '_, Cast<'_>> {
         let Cast { rays, hits, .. } = &mut self.question;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
         let state = &mut self.workspace.rays;
-        // Piece by piece, as it was found: a load of what several stores wrote waits until all are in the cache.
+        // Piece by piece, as it was found: a load of what several stores wrote waits until all are
+        // in the cache.
         let answer = hits.next()?;
         *answer = None;
         if let Some(RayHit { triangle, t, side }) = state.hit {
@@ -303,7 +307,8 @@ mod tests {
             .map(|x| i8::from(x > 0.0) - i8::from(x < 0.0))
     }
 
-    /// Segments past points of edges, from near and far, off by all that lies between certain and in doubt.
+    /// Segments past points of edges, from near and far, off by all that lies between certain and
+    /// in doubt.
     #[test]
     fn sides_that_are_certain_are_the_exact_ones() {
         let mut random = Random::new(7);

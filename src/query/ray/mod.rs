@@ -1,7 +1,7 @@
 //! What rays hit: a tree, a ray and a budget in, [`RayBounds`] out; and the same for many rays.
 //!
-//! [`cast`] is the question that the traversal asks, [`beam`] a ray among the boxes of a tree, [`state`] what
-//! is kept between calls.
+//! [`cast`] is the question that the traversal asks, [`beam`] a ray among the boxes of a tree,
+//! [`state`] what is kept between calls.
 
 mod beam;
 mod cast;
@@ -25,12 +25,14 @@ pub use state::{RayHit, RayMode};
 
 /// The question what a ray or a segment hits ([`Query::ray`]).
 ///
-/// **Guarantee.** A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed
-/// triangles, edges and corners included, so no ray passes between triangles that share an edge. A degenerate triangle is
-/// the hull of its points, and one in whose plane the ray lies is hit where it begins to be. Whenever the query stops, every
-/// hit that it has not found lies at [`RayBounds::free_until`] or after it. The nearest hit is the one with the least `t` as it
-/// is told ([`RayHit::t`]), of equal ones the one with the least id. Two hits that are closer together than the error of `t`
-/// may so change places; the answer does not depend on budgets, machines or the shape of the tree.
+/// **Guarantee.** A triangle is hit if it shares a point with the ray, exactly for the coordinates
+/// as they are given: closed triangles, edges and corners included, so no ray passes between
+/// triangles that share an edge. A degenerate triangle is the hull of its points, and one in whose
+/// plane the ray lies is hit where it begins to be. Whenever the query stops, every hit that it has
+/// not found lies at [`RayBounds::free_until`] or after it. The nearest hit is the one with the
+/// least `t` as it is told ([`RayHit::t`]), of equal ones the one with the least id. Two hits that
+/// are closer together than the error of `t` may so change places; the answer does not depend on
+/// budgets, machines or the shape of the tree.
 ///
 /// ```
 /// use punctual::{Budget, Query, Ray, Side, Tree, Workspace, shapes};
@@ -119,8 +121,9 @@ impl Ask for Query<'_, RayCast> {
     }
 }
 
-/// The question what many rays through one tree hit ([`Query::rays`]), answered one after the other within one budget; for each
-/// its nearest hit, or any. Takes less time for each ray than [`Query::ray`].
+/// The question what many rays through one tree hit ([`Query::rays`]), answered one after the other
+/// within one budget; for each its nearest hit, or any. Takes less time for each ray than
+/// [`Query::ray`].
 ///
 /// ```
 /// use punctual::{Budget, Query, Ray, Tree, Workspace, shapes};
@@ -143,8 +146,8 @@ impl Question for Rays<'_> {
 }
 
 impl<'t, 'r> Query<'t, Rays<'r>> {
-    /// Asks for the nearest hit of each ray, all in the frame of the tree's mesh. The first query for so many rays in a
-    /// workspace allocates room for their hits, 32 bytes each.
+    /// Asks for the nearest hit of each ray, all in the frame of the tree's mesh. The first query
+    /// for so many rays in a workspace allocates room for their hits, 32 bytes each.
     #[must_use]
     pub fn rays(tree: &'t Tree, rays: &'r [Ray]) -> Self {
         let mode = RayMode::Nearest;
@@ -224,7 +227,8 @@ fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
         && rays.get(state.done) == state.ray.as_ref()
 }
 
-/// Goes on with the run of these rays in the workspace, whose hits go to `hits`, until it is over or the deadline stops it.
+/// Goes on with the run of these rays in the workspace, whose hits go to `hits`, until it is over
+/// or the deadline stops it.
 fn advance(
     tree: &Tree,
     workspace: &mut Workspace,
@@ -282,8 +286,9 @@ fn open_from(tree: &Tree, workspace: &Workspace, ray: &Ray) -> f64 {
 pub struct RayBounds {
     /// The nearest hit of those found; in [`RayMode::Any`] the one found.
     pub hit: Option<RayHit>,
-    /// Proven: every hit that was not found is at this parameter or after it. In [`RayMode::Nearest`] never after the hit that
-    /// was found, in [`RayMode::Any`] with a hit the least parameter that was asked for. Infinite if there is none.
+    /// Proven: every hit that was not found is at this parameter or after it. In
+    /// [`RayMode::Nearest`] never after the hit that was found, in [`RayMode::Any`] with a hit the
+    /// least parameter that was asked for. Infinite if there is none.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub free_until: f64,
 }

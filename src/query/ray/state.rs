@@ -21,7 +21,8 @@ pub enum RayMode {
 }
 
 impl RayMode {
-    /// A parameter of the ray before which there is no hit that was not found; `open`: the same of what is not looked at yet.
+    /// A parameter of the ray before which there is no hit that was not found; `open`: the same of
+    /// what is not looked at yet.
     pub(crate) fn free_until(self, ray: &Ray, hit: Option<RayHit>, open: f64) -> f64 {
         match (self, hit) {
             (Self::All, _) | (_, None) => open,
@@ -41,9 +42,10 @@ named!(RayMode { Nearest => "nearest", Any => "any", All => "all" });
 pub struct RayHit {
     /// Id of the input mesh.
     pub triangle: u32,
-    /// The least parameter of a common point, which is `origin + t direction` ([`Ray::at`]). It is off by no more than 1e-11
-    /// times the largest coordinate of the triangle seen from the origin, over the largest component of the direction; never
-    /// negative, of a segment at most 1, and infinite beyond the range of `f64`.
+    /// The least parameter of a common point, which is `origin + t direction` ([`Ray::at`]). It is
+    /// off by no more than 1e-11 times the largest coordinate of the triangle seen from the origin,
+    /// over the largest component of the direction; never negative, of a segment at most 1, and
+    /// infinite beyond the range of `f64`.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub t: f64,
     /// The side that the ray comes from.
@@ -70,7 +72,8 @@ pub(crate) struct Suspect {
 #[derive(Clone, Debug)]
 pub(crate) struct RayState {
     pub mode: RayMode,
-    /// The ray at hand where a run was stopped, and how many of the batch are done, or come after it.
+    /// The ray at hand where a run was stopped, and how many of the batch are done, or come after
+    /// it.
     pub ray: Option<Ray>,
     pub done: usize,
     pub after: usize,

@@ -6,22 +6,26 @@ use crate::scene::error::SceneError;
 use crate::scene::id::{BodyId, bodies_of};
 use glam::DVec3;
 
-/// A place where two bodies touch, in the coordinates of the scene, rounded: one of the few that stand for a patch of
-/// contacts ([`crate::Patches`]).
+/// A place where two bodies touch, in the coordinates of the scene, rounded: one of the few that
+/// stand for a patch of contacts ([`crate::Patches`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ContactPoint {
-    /// The patch it belongs to. Stays the same from frame to frame while the patch has a triangle in common with what it was
-    /// when it was found last; no other patch of the pair gets it as long as the boxes of the bodies overlap.
+    /// The patch it belongs to. Stays the same from frame to frame while the patch has a triangle
+    /// in common with what it was when it was found last; no other patch of the pair gets it as
+    /// long as the boxes of the bodies overlap.
     pub patch: u64,
     /// Triangle of the body of the lower index, and of the other one: ids of their meshes.
     pub triangles: [u32; 2],
-    /// The closest points of these triangles. Of triangles that meet both are the middle of the segment in which they do.
+    /// The closest points of these triangles. Of triangles that meet both are the middle of the
+    /// segment in which they do.
     pub points: [DVec3; 2],
-    /// Unit vector: moved along it, the body of the lower index parts from the other. [`crate::Contact::normal`].
+    /// Unit vector: moved along it, the body of the lower index parts from the other.
+    /// [`crate::Contact::normal`].
     pub normal: DVec3,
-    /// How far apart the triangles are, without margins; 0 only if they meet. [`crate::Contact::distance`].
+    /// How far apart the triangles are, without margins; 0 only if they meet.
+    /// [`crate::Contact::distance`].
     pub distance: f64,
 }
 
@@ -29,13 +33,14 @@ pub struct ContactPoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ContactPoints<'s> {
-    /// The points of the nearest patch first, its nearest point first; then those of the next. At most four a patch, and 16.
+    /// The points of the nearest patch first, its nearest point first; then those of the next. At
+    /// most four a patch, and 16.
     pub points: &'s [ContactPoint],
-    /// Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if
-    /// there is none, and 0 if nothing is known.
+    /// Every contact within the margins that no point stands for is at least so far away, up to
+    /// some roundings; infinite if there is none, and 0 if nothing is known.
     pub low: f64,
-    /// Frames since this was found. 0: it holds for the bodies where they were in the last frame. As many as there were if
-    /// nothing is known.
+    /// Frames since this was found. 0: it holds for the bodies where they were in the last frame.
+    /// As many as there were if nothing is known.
     pub age: u64,
 }
 
@@ -48,12 +53,14 @@ impl ContactPoints<'_> {
 }
 
 impl Scene {
-    /// Finds where bodies touch from the next frame on, of all pairs that meet: [`Scene::contact_points`].
+    /// Finds where bodies touch from the next frame on, of all pairs that meet:
+    /// [`Scene::contact_points`].
     ///
-    /// It is a question of its own, asked of a pair once it is known to meet, and it shares the budget of the frame with all
-    /// others ([`Scene::detect`]). Its contacts are all pairs of triangles within the margins of both bodies, or that meet if
-    /// these are 0 ([`crate::Query::contacts`]), up to 256 of a pair; they hang together in patches, of which the nearest are
-    /// told.
+    /// It is a question of its own, asked of a pair once it is known to meet, and it shares the
+    /// budget of the frame with all others ([`Scene::detect`]). Its contacts are all pairs of
+    /// triangles within the margins of both bodies, or that meet if these are 0
+    /// ([`crate::Query::contacts`]), up to 256 of a pair; they hang together in patches, of which
+    /// the nearest are told.
     ///
     /// Takes about 12 kB more for each pair that meets, and 5 MB.
     ///
@@ -110,9 +117,10 @@ impl Scene {
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for
     /// ([`Scene::find_contacts`]); no points if they were found apart.
     ///
-    /// A question that was cut short tells the nearest part of what it has found, and goes on in the next frame if the bodies
-    /// rest. What was found stays, with its age, until there is something newer. A search for the pair, and otherwise free:
-    /// nothing is copied within the time of a frame.
+    /// A question that was cut short tells the nearest part of what it has found, and goes on in
+    /// the next frame if the bodies rest. What was found stays, with its age, until there is
+    /// something newer. A search for the pair, and otherwise free: nothing is copied within the
+    /// time of a frame.
     ///
     /// # Errors
     /// If one of the bodies is not in the scene, or both are the same.

@@ -24,8 +24,8 @@ pub(crate) struct DistanceRequest {
 }
 
 impl DistanceRequest {
-    /// Whether the pair is known to be no closer than the groups are, as far as the tolerance tells, or else how far apart it
-    /// is.
+    /// Whether the pair is known to be no closer than the groups are, as far as the tolerance
+    /// tells, or else how far apart it is.
     pub fn is_settled(&self, near: &Near) -> bool {
         let Bounds {
             low, high, below, ..

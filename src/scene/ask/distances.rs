@@ -13,14 +13,12 @@ use crate::scene::room::reserve;
 use alloc::vec::Vec;
 
 impl Scene {
-    /// Thickens a body by a margin, a length: [`Body::margin`](crate::Body::margin). Pairs of it meet when they come
-    /// within the
-    /// sum of their margins. Then the witness is the closest pair of triangles that was found, and the verdict is
-    /// [`Verdict::Within`](crate::Verdict::Within) with its distance, or
-    /// [`Verdict::Intersecting`](crate::Verdict::Intersecting) if these intersect. The search ends with the first pair
-    /// within
-    /// the margins: that some others intersect is found only by chance. One contact is counted in [`crate::Mode::All`]
-    /// too.
+    /// Thickens a body by a margin, a length: [`Body::margin`](crate::Body::margin). Pairs of it
+    /// meet when they come within the sum of their margins. Then the witness is the closest pair of
+    /// triangles that was found, and the verdict is [`Verdict::Within`](crate::Verdict::Within)
+    /// with its distance, or [`Verdict::Intersecting`](crate::Verdict::Intersecting) if these
+    /// intersect. The search ends with the first pair within the margins: that some others
+    /// intersect is found only by chance. One contact is counted in [`crate::Mode::All`] too.
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -46,19 +44,19 @@ impl Scene {
         self.change(id, |placed| placed.body.margin = margin)
     }
 
-    /// Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters
-    /// and are not parts of one compound: [`crate::Report::distances`]. `tolerance`: a length, as of
-    /// [`crate::Query::absolute_tolerance`]. Their margins count.
+    /// Asks for the distance of two bodies in every frame from now on, wherever they are, if they
+    /// may meet by their filters and are not parts of one compound: [`crate::Report::distances`].
+    /// `tolerance`: a length, as of [`crate::Query::absolute_tolerance`]. Their margins count.
     ///
-    /// A pair is asked either how far apart it is or until when it is free: while its distance is asked for, by itself
-    /// or for
-    /// groups, it has no [passage](crate::Report::passages), though a body [moves](Scene::set_motion), and `low` and
-    /// `high` are
-    /// those at the beginning of the motion. Who needs both asks a [`crate::Query<Impact>`] besides.
+    /// A pair is asked either how far apart it is or until when it is free: while its distance is
+    /// asked for, by itself or for groups, it has no [passage](crate::Report::passages), though a
+    /// body [moves](Scene::set_motion), and `low` and `high` are those at the beginning of the
+    /// motion. Who needs both asks a [`crate::Query<Impact>`] besides.
     ///
-    /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by importance and in its turn; a
-    /// run that is cut short goes on in the next frame while both bodies rest. The bounds that the last run proved stay, with
-    /// their age. Whether the bodies meet is known as soon as one of the bounds tells. What is known of other pairs of the two
+    /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by
+    /// importance and in its turn; a run that is cut short goes on in the next frame while both
+    /// bodies rest. The bounds that the last run proved stay, with their age. Whether the bodies
+    /// meet is known as soon as one of the bounds tells. What is known of other pairs of the two
     /// bodies is found anew once.
     ///
     /// ```
@@ -115,20 +113,22 @@ impl Scene {
             .try_for_each(|id| bodies.stop_measuring(id.index, frame))
     }
 
-    /// Asks for the least distance between two groups of bodies in every frame from now on: a robot and what stands around it,
-    /// say. Both may have bodies in common, or be one, as the links of a robot for the distance within it: a body has
-    /// no distance
-    /// from itself, and links that are joined are kept apart by their filters, or are parts of one compound.
-    /// [`crate::Report::group_distances`] has bounds that hold in each frame, whatever the budget reached. `tolerance`:
-    /// a
-    /// length; no pair is asked about that is farther apart than the closest less this. The margins of bodies count; pairs that
-    /// may not meet by their filters do not.
+    /// Asks for the least distance between two groups of bodies in every frame from now on: a robot
+    /// and what stands around it, say. Both may have bodies in common, or be one, as the links of a
+    /// robot for the distance within it: a body has no distance from itself, and links that are
+    /// joined are kept apart by their filters, or are parts of one compound.
+    /// [`crate::Report::group_distances`] has bounds that hold in each frame, whatever the budget
+    /// reached. `tolerance`: a length; no pair is asked about that is farther apart than the
+    /// closest less this. The margins of bodies count; pairs that may not meet by their filters do
+    /// not.
     ///
-    /// This takes fewer queries than all pairs: what is left of the last upper bound, after both bodies have gone on, is an upper
-    /// bound at once, and pairs whose boxes, or whose own lower bounds less the way of their bodies, are farther apart need
-    /// none. The others are in [`crate::Report::pairs`], are asked for their distance like those of [`Scene::measure`] within
-    /// the one budget, and are not asked about motions. A frame takes time linear in the number of pairs, 40 bytes each; what is
-    /// known of the pairs of these bodies is found anew once.
+    /// This takes fewer queries than all pairs: what is left of the last upper bound, after both
+    /// bodies have gone on, is an upper bound at once, and pairs whose boxes, or whose own lower
+    /// bounds less the way of their bodies, are farther apart need none. The others are in
+    /// [`crate::Report::pairs`], are asked for their distance like those of [`Scene::measure`]
+    /// within the one budget, and are not asked about motions. A frame takes time linear in the
+    /// number of pairs, 40 bytes each; what is known of the pairs of these bodies is found anew
+    /// once.
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -148,7 +148,8 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If a body is not in the scene, both groups are one and the same body, or the tolerance is not from 0 to 2^1000.
+    /// If a body is not in the scene, both groups are one and the same body, or the tolerance is
+    /// not from 0 to 2^1000.
     pub fn measure_groups(
         &mut self,
         x: &[BodyId],
@@ -185,7 +186,8 @@ impl Scene {
         Ok(id)
     }
 
-    /// Asks for the distance of two groups no more. Of the pairs of their bodies what is known is found anew once.
+    /// Asks for the distance of two groups no more. Of the pairs of their bodies what is known is
+    /// found anew once.
     ///
     /// # Errors
     /// If it is not asked for, or was by another scene.
@@ -201,21 +203,23 @@ impl Scene {
 }
 
 impl Bodies {
-    /// Takes note of whether distances of a body are asked for. What was found of it is the answer to another question.
+    /// Takes note of whether distances of a body are asked for. What was found of it is the answer
+    /// to another question.
     fn renew(&mut self, body: u32, is_measured: bool, frame: u64) -> Result<(), SceneError> {
         self.facts[body as usize].is_measured = is_measured;
         self.change(self.id(body), frame, |_| ())
     }
 
-    /// Takes note that a distance of a body is asked for no more. A pair of it stays known only if the broad phase finds it.
+    /// Takes note that a distance of a body is asked for no more. A pair of it stays known only if
+    /// the broad phase finds it.
     fn stop_measuring(&mut self, body: u32, frame: u64) -> Result<(), SceneError> {
         self.renew(body, self.distance_requests.has_body(body), frame)?;
         self.set_pending(body, Change::Place);
         Ok(())
     }
 
-    /// Finds out what of the last frame's upper bounds is left for the groups; where nothing is, boxes tell, as far as there is
-    /// room to look at them.
+    /// Finds out what of the last frame's upper bounds is left for the groups; where nothing is,
+    /// boxes tell, as far as there is room to look at them.
     pub fn begin_groups(&mut self, frame: u64, deadline: &mut Deadline) {
         for number in 0..self.distance_requests.groups.len() {
             let closest = self.distance_requests.groups[number].closest;

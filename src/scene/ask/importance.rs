@@ -15,7 +15,8 @@ pub(crate) struct Weights {
 }
 
 impl Bodies {
-    /// What the question that comes next adds to the importance of a pair; it is looked for only if it matters.
+    /// What the question that comes next adds to the importance of a pair; it is looked for only if
+    /// it matters.
     #[inline]
     pub fn weight(&self, key: PairKey, kind: TurnKind) -> f32 {
         if self.weights.any {
@@ -37,18 +38,18 @@ impl Bodies {
 }
 
 impl Scene {
-    /// Says how much a question matters, beside the bodies that it is asked of; 0 by default. A question of a pair counts as
-    /// much as the [importance](crate::Body::importance) of the more important body and this together, and goes before all
-    /// questions of any pair that count less ([`Scene::detect`]).
+    /// Says how much a question matters, beside the bodies that it is asked of; 0 by default. A
+    /// question of a pair counts as much as the [importance](crate::Body::importance) of the more
+    /// important body and this together, and goes before all questions of any pair that count less
+    /// ([`Scene::detect`]).
     ///
-    /// That holds to the end of the budget. [`PairQuestion::Contacts`] above the others are asked first of all pairs
-    /// that met
-    /// last, even a little above: if finding where these touch takes all that the budget has beside the quarter that
-    /// goes round
-    /// in turn, the other pairs are decided by that quarter alone, within the frames that [`Scene::detect`] states, and
-    /// [`crate::Report::undecided`] counts those that wait. One contact question takes as long as some ten others.
-    /// Whether
-    /// bodies meet is asked first, and where they touch of what is left, with the default of 0.
+    /// That holds to the end of the budget. [`PairQuestion::Contacts`] above the others are asked
+    /// first of all pairs that met last, even a little above: if finding where these touch takes
+    /// all that the budget has beside the quarter that goes round in turn, the other pairs are
+    /// decided by that quarter alone, within the frames that [`Scene::detect`] states, and
+    /// [`crate::Report::undecided`] counts those that wait. One contact question takes as long as
+    /// some ten others. Whether bodies meet is asked first, and where they touch of what is left,
+    /// with the default of 0.
     ///
     /// ```
     /// use punctual::{PairQuestion, Scene};

@@ -1,5 +1,6 @@
-//! The questions that are asked of pairs: how far apart they are ([`distances`]), until when they are free ([`motions`]), where
-//! they touch ([`contacts`]); and how much each matters ([`importance`]).
+//! The questions that are asked of pairs: how far apart they are ([`distances`]), until when they
+//! are free ([`motions`]), where they touch ([`contacts`]); and how much each matters
+//! ([`importance`]).
 
 pub(crate) mod contact_requests;
 pub(crate) mod contacts;

@@ -9,15 +9,16 @@ use crate::scene::room::reserve;
 use alloc::boxed::Box;
 
 impl Scene {
-    /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1; in the coordinates of the
-    /// scene. [`Report::passages`](crate::Report::passages) tells until when each of its pairs is free.
+    /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1;
+    /// in the coordinates of the scene. [`Report::passages`](crate::Report::passages) tells until
+    /// when each of its pairs is free.
     ///
-    /// The boxes of its way are compared, true bounds of arcs. A pair of which one body has a motion is asked until when it is
-    /// free, margins included ([`crate::Query::impact`]), and its verdict is that of time 0. Of equally important pairs those that
-    /// met in their last motion go first, the soonest of them before all. The motion stays until [`Scene::set_pose`], or another
-    /// one. A pair whose distance is [asked for](Scene::measure), by itself or for groups, is not asked about motions
-    /// and has no
-    /// passage.
+    /// The boxes of its way are compared, true bounds of arcs. A pair of which one body has a
+    /// motion is asked until when it is free, margins included ([`crate::Query::impact`]), and its
+    /// verdict is that of time 0. Of equally important pairs those that met in their last motion go
+    /// first, the soonest of them before all. The motion stays until [`Scene::set_pose`], or
+    /// another one. A pair whose distance is [asked for](Scene::measure), by itself or for groups,
+    /// is not asked about motions and has no passage.
     ///
     /// ```
     /// use punctual::{Body, Budget, Motion, Pose, Scene, Tree, shapes};
@@ -36,7 +37,8 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If the body is not in the scene, or cannot be where the motion begins or ends; it then stays where it was.
+    /// If the body is not in the scene, or cannot be where the motion begins or ends; it then stays
+    /// where it was.
     pub fn set_motion(&mut self, id: BodyId, motion: Motion) -> Result<(), SceneError> {
         self.bodies.get(id)?;
         checks::motion(id, &motion)?;

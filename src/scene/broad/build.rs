@@ -1,7 +1,8 @@
 //! How the tree of fat AABBs is built: in steps, so that a frame may end between any two of them.
 //!
-//! Top down, each range of bodies split by their middles along an axis, near its half: a small range exactly, a large one at
-//! the median of a sample, again where that was far off. Then bottom up for the boxes. Balanced, so paths are short.
+//! Top down, each range of bodies split by their middles along an axis, near its half: a small
+//! range exactly, a large one at the median of a sample, again where that was far off. Then bottom
+//! up for the boxes. Balanced, so paths are short.
 
 use super::node::{NONE, Node, Proxy};
 use crate::math::Aabb;
@@ -45,7 +46,8 @@ struct Partition {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Build {
     order: Vec<u32>,
-    /// Bodies that have been collected, of those that there were at the beginning, and nodes whose boxes fit.
+    /// Bodies that have been collected, of those that there were at the beginning, and nodes whose
+    /// boxes fit.
     collected: usize,
     bodies: usize,
     ranges: Vec<Range>,
@@ -71,8 +73,8 @@ impl Build {
         self.ranges.clear();
     }
 
-    /// Builds as far as the deadline allows; whether it is done. The root is node 0, if there is one. Bodies that have `news` are
-    /// newcomers of this `generation`.
+    /// Builds as far as the deadline allows; whether it is done. The root is node 0, if there is
+    /// one. Bodies that have `news` are newcomers of this `generation`.
     pub fn advance(
         &mut self,
         nodes: &mut Vec<Node>,
@@ -193,8 +195,8 @@ impl Build {
         (partition.pivot, partition.split, partition.at) = (keys[keys.len() / 2], begin, begin);
     }
 
-    /// Compares the next bodies with the pivot; after the last of them the range is split, or a part of it is partitioned anew.
-    /// How many bodies there were.
+    /// Compares the next bodies with the pivot; after the last of them the range is split, or a
+    /// part of it is partitioned anew. How many bodies there were.
     fn partition(&mut self, mut partition: Partition, proxies: &[Proxy]) -> usize {
         let Partition {
             range,
@@ -233,7 +235,8 @@ impl Build {
         count
     }
 
-    /// Leaves the halves of a range to the next steps, the first one first: its root is the next node.
+    /// Leaves the halves of a range to the next steps, the first one first: its root is the next
+    /// node.
     fn descend(&mut self, range: Range, middle: usize, parent: u32) {
         self.ranges.push(Range {
             begin: middle,
@@ -249,7 +252,8 @@ impl Build {
         });
     }
 
-    /// Makes the boxes of the last nodes fit that do not yet: children come after their parents. How many nodes.
+    /// Makes the boxes of the last nodes fit that do not yet: children come after their parents.
+    /// How many nodes.
     fn fit(&mut self, nodes: &mut [Node]) -> usize {
         let begin = self.open.saturating_sub(STEP);
         for at in (begin..self.open).rev() {

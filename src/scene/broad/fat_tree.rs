@@ -1,4 +1,5 @@
-//! The tree of fat AABBs, and the search of it against itself; in steps, so that a frame may end between any two of them.
+//! The tree of fat AABBs, and the search of it against itself; in steps, so that a frame may end
+//! between any two of them.
 
 use super::build::Build;
 use super::node::{NONE, Node, Proxy};
@@ -38,16 +39,19 @@ pub(crate) enum Searched {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FatTree {
     nodes: Vec<Node>,
-    /// The root of the tree, then a one-leaf tree for each body inserted or teleported since the last rebuild.
+    /// The root of the tree, then a one-leaf tree for each body inserted or teleported since the
+    /// last rebuild.
     roots: Vec<u32>,
     /// Generations of newcomers since it was built, and their moves.
     generation: u16,
     moves: usize,
     build: Build,
-    /// Whether so many bodies are new that all nodes are refitted, not paths; and how many nodes still are to be.
+    /// Whether so many bodies are new that all nodes are refitted, not paths; and how many nodes
+    /// still are to be.
     sweeps: bool,
     unswept: usize,
-    /// Nodes whose children are to be refitted, parents first, and to be looked at for that; then pairs of nodes to be searched.
+    /// Nodes whose children are to be refitted, parents first, and to be looked at for that; then
+    /// pairs of nodes to be searched.
     inner: Vec<u32>,
     stack: Vec<[u32; 2]>,
     /// The next two roots to be searched against one another, as places among them.
@@ -57,9 +61,10 @@ pub(crate) struct FatTree {
 impl FatTree {
     /// Makes room for bodies of indices below `bodies`.
     ///
-    /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`FatTree::begin_update`] allows, less than
-    /// `bodies + 64`, and those of bodies that came in this generation. A step of the search adds no more than three pairs of
-    /// nodes for each that it opens, one level deeper; the tree is balanced, and has fewer levels than this allows for.
+    /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than
+    /// [`FatTree::begin_update`] allows, less than `bodies + 64`, and those of bodies that came in
+    /// this generation. A step of the search adds no more than three pairs of nodes for each that
+    /// it opens, one level deeper; the tree is balanced, and has fewer levels than this allows for.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.roots, 2 * bodies + 64);
         reserve(&mut self.nodes, 4 * bodies + 64);
@@ -79,7 +84,8 @@ impl FatTree {
         self.bounds(proxy).intersects(&proxy.fat)
     }
 
-    /// Puts a body's fat AABB into its leaf if it [is near](FatTree::is_near), or else into a one-leaf tree.
+    /// Puts a body's fat AABB into its leaf if it [is near](FatTree::is_near), or else into a
+    /// one-leaf tree.
     pub fn renew(&mut self, body: u32, proxy: &mut Proxy, is_near: bool) {
         self.moves += 1;
         if (proxy.leaf as usize) < self.nodes.len() {
@@ -101,7 +107,8 @@ impl FatTree {
         }
     }
 
-    /// Sets a leaf, and says along the path to it that there is a new one, unless all nodes will be looked at.
+    /// Sets a leaf, and says along the path to it that there is a new one, unless all nodes will be
+    /// looked at.
     fn set_leaf(&mut self, leaf: u32, bounds: Aabb, moving: bool) {
         let node = &mut self.nodes[leaf as usize];
         (node.bounds, node.moving) = (bounds, moving);
@@ -145,8 +152,8 @@ impl FatTree {
         }
     }
 
-    /// Begins to bring the tree up to date, its newcomers being renewed, of bodies of indices below `bodies`: whether it is to be
-    /// built anew.
+    /// Begins to bring the tree up to date, its newcomers being renewed, of bodies of indices below
+    /// `bodies`: whether it is to be built anew.
     pub fn begin_update(&mut self, bodies: usize) -> bool {
         let leaves = self.nodes.len() / 2;
         let outgrown = self.roots.len().pow(2) > leaves + 64
@@ -188,7 +195,8 @@ impl FatTree {
             if !deadline.has_room(WORK) {
                 return false;
             }
-            // Children come after their parents, and one after the other they come fast from memory.
+            // Children come after their parents, and one after the other they come fast from
+            // memory.
             let first = self.unswept.saturating_sub(SWEEP);
             (first..self.unswept)
                 .rev()
@@ -221,7 +229,8 @@ impl FatTree {
         self.stack.clear();
     }
 
-    /// Adds pairs that may meet of fat AABBs that overlap and have a new one among them, until there are `most`.
+    /// Adds pairs that may meet of fat AABBs that overlap and have a new one among them, until
+    /// there are `most`.
     pub fn search(
         &mut self,
         bodies: &Bodies,

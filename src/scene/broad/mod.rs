@@ -1,18 +1,21 @@
 //! The broad phase: which bodies may meet at all.
 //!
-//! Each body has its box and a fat AABB around it; while the box stays inside that, nothing else is done. Bodies that have left
-//! theirs wait, and go through the tree of fat AABBs ([`fat_tree`]) as a *generation* of newcomers: their leaves are renewed, the
-//! tree is refitted along their paths, or all of it, or built anew, and one descent of the tree against itself finds the pairs
-//! of overlapping fat AABBs that have a new one among them. All subtrees without one are passed by, and so are those of fixed
-//! bodies among themselves. The pairs found are sorted and merged into those known ([`super::schedule::pairs`]), which stay until
-//! one of their bodies leaves its fat AABB again.
+//! Each body has its box and a fat AABB around it; while the box stays inside that, nothing else is
+//! done. Bodies that have left theirs wait, and go through the tree of fat AABBs ([`fat_tree`]) as
+//! a *generation* of newcomers: their leaves are renewed, the tree is refitted along their paths,
+//! or all of it, or built anew, and one descent of the tree against itself finds the pairs of
+//! overlapping fat AABBs that have a new one among them. All subtrees without one are passed by,
+//! and so are those of fixed bodies among themselves. The pairs found are sorted and merged into
+//! those known ([`super::schedule::pairs`]), which stay until one of their bodies leaves its fat
+//! AABB again.
 //!
-//! Every step ends when its share of the frame does, and goes on in the next frame. A body whose generation is not at its end is
-//! *open*: not all of its partners may be known. Where many pairs are found, they are merged in portions, so that the first of
-//! them are known long before the last.
+//! Every step ends when its share of the frame does, and goes on in the next frame. A body whose
+//! generation is not at its end is *open*: not all of its partners may be known. Where many pairs
+//! are found, they are merged in portions, so that the first of them are known long before the
+//! last.
 //!
-//! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its fat AABB, and as much, spread over
-//! the frames, for building the tree anew when its bodies have moved about.
+//! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its fat AABB, and
+//! as much, spread over the frames, for building the tree anew when its bodies have moved about.
 
 pub(crate) mod bounds;
 mod build;
@@ -36,11 +39,13 @@ use glam::DVec3;
 use node::{NONE, Proxy};
 use sort::Sort;
 
-/// How far the fat AABB of a moving body reaches beyond its box, on each side, relative to the longest edge.
+/// How far the fat AABB of a moving body reaches beyond its box, on each side, relative to the
+/// longest edge.
 const SLACK: f64 = 0.05;
 
-/// Newcomers of a generation where time or work is limited: at least `GENERATION`; one for each `GENERATION_PART` known pairs
-/// (to find the pairs of one takes about as long as to merge that many); and as many as there is room for.
+/// Newcomers of a generation where time or work is limited: at least `GENERATION`; one for each
+/// `GENERATION_PART` known pairs (to find the pairs of one takes about as long as to merge that
+/// many); and as many as there is room for.
 const GENERATION: usize = 64;
 const GENERATION_PART: usize = 64;
 const WORK_PER_NEWCOMER: u64 = 1_000;
@@ -77,7 +82,8 @@ enum Stage {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Broad {
     proxies: Vec<Proxy>,
-    /// What is new about each body in this generation: a byte, since it is asked of both bodies of all known pairs.
+    /// What is new about each body in this generation: a byte, since it is asked of both bodies of
+    /// all known pairs.
     news: Vec<Change>,
     waiting: Waiting,
     newcomers: Vec<u32>,
@@ -86,10 +92,12 @@ pub(crate) struct Broad {
     /// A portion of pairs, ascending.
     pub found: Vec<PairKey>,
     sort: Sort,
-    /// Whether pairs of this generation were left out, and the bodies of such generations that are still open.
+    /// Whether pairs of this generation were left out, and the bodies of such generations that are
+    /// still open.
     crops: bool,
     cropped: Vec<u32>,
-    /// Whether the pairs that the newcomers had before are gone: the first portion of this generation was merged.
+    /// Whether the pairs that the newcomers had before are gone: the first portion of this
+    /// generation was merged.
     pub purged: bool,
     /// Bodies that not all partners are known of.
     pub open: usize,
@@ -116,8 +124,8 @@ impl Broad {
             .any(|body| bodies.facts(body).is_another() || self.is_another(body))
     }
 
-    /// Whether a pair is compared without its distance being asked for, by what was placed last: one of its bodies
-    /// moves.
+    /// Whether a pair is compared without its distance being asked for, by what was placed last:
+    /// one of its bodies moves.
     #[inline(always)]
     pub fn compares(&self, [a, b]: [u32; 2]) -> bool {
         self.proxies[a as usize].moving | self.proxies[b as usize].moving
@@ -148,7 +156,8 @@ impl Broad {
             && bodies.may_meet([a, b])
     }
 
-    /// The tree, if its boxes hold those of all bodies but the [unsettled](Broad::is_unsettled) ones; not while it is built.
+    /// The tree, if its boxes hold those of all bodies but the [unsettled](Broad::is_unsettled)
+    /// ones; not while it is built.
     pub fn tree(&self) -> Option<&FatTree> {
         (self.stage != Stage::Build).then_some(&self.tree)
     }
@@ -235,9 +244,9 @@ impl Broad {
         }
     }
 
-    /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: a portion of them is in
-    /// [`Broad::found`] then. `None`: none is left, or the deadline came first. `known`: pairs known, and the most that there
-    /// may be.
+    /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: a
+    /// portion of them is in [`Broad::found`] then. `None`: none is left, or the deadline came
+    /// first. `known`: pairs known, and the most that there may be.
     pub fn find(
         &mut self,
         bodies: &Bodies,

@@ -29,7 +29,8 @@ impl Sort {
         reserve(&mut self.merged, keys);
     }
 
-    /// Sorts keys as far as the deadline allows; whether they are sorted. They must not change until then.
+    /// Sorts keys as far as the deadline allows; whether they are sorted. They must not change
+    /// until then.
     pub fn advance(&mut self, keys: &mut Vec<PairKey>, deadline: &mut Deadline) -> bool {
         let at_once = keys.len() as u64 * WORK_AT_ONCE;
         if self.runs == 0 && deadline.has_room(at_once) {

@@ -4,18 +4,20 @@ use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Aabb, Ray, largest};
 use glam::DVec3;
 
-/// How far a box is widened, relative to the largest coordinate of the ray's origin or of the box: the ray is asked about in
-/// the coordinates of a body, there and back. Each is a map with an inverse matrix whose entries are off by less than 16
-/// roundings, of points and directions up to where the ray passes the box; what comes from the translation of the body is in
-/// the margin of its box ([`crate::scene::broad::bounds`]).
+/// How far a box is widened, relative to the largest coordinate of the ray's origin or of the box:
+/// the ray is asked about in the coordinates of a body, there and back. Each is a map with an
+/// inverse matrix whose entries are off by less than 16 roundings, of points and directions up to
+/// where the ray passes the box; what comes from the translation of the body is in the margin of
+/// its box ([`crate::scene::broad::bounds`]).
 const MARGIN: f64 = 128.0 * f64::EPSILON;
 
-/// How far a parameter that is told may be off, in units of the size of coordinates over the largest component of the
-/// direction: 1e-11 ([`crate::RayHit::t`]), of coordinates that are up to sqrt 3 larger, and a component that is up to sqrt 3
-/// smaller, in the frame of the body.
+/// How far a parameter that is told may be off, in units of the size of coordinates over the
+/// largest component of the direction: 1e-11 ([`crate::RayHit::t`]), of coordinates that are up to
+/// sqrt 3 larger, and a component that is up to sqrt 3 smaller, in the frame of the body.
 const SLACK: f64 = 4e-11;
 
-/// A direction no longer than this is lost in roundings that are not relative: all boxes are entered at once.
+/// A direction no longer than this is lost in roundings that are not relative: all boxes are
+/// entered at once.
 const SHORTEST: f64 = 1e-290;
 
 /// A ray of the scene.

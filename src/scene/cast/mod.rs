@@ -1,4 +1,5 @@
-//! How a ray is cast: through the tree of fat AABBs, then through those of the bodies, whatever is entered first.
+//! How a ray is cast: through the tree of fat AABBs, then through those of the bodies, whatever is
+//! entered first.
 
 mod line;
 pub(crate) mod ray;
@@ -20,16 +21,18 @@ use ray::{BodyHit, SceneCast, SceneRay};
 impl Scene {
     /// Which body a ray or a segment hits, within a budget of its own.
     ///
-    /// It sees every body at the pose that was set last, whether there was a frame since or not. Bodies whose boxes the last
-    /// frame left behind, or that were changed since, are looked at one by one, 120 units of work each: cast rays after
-    /// [`Scene::detect`] rather than before it. The others are found through the tree of the broad phase, nearest boxes first,
-    /// in a time that grows with the logarithm of their number.
+    /// It sees every body at the pose that was set last, whether there was a frame since or not.
+    /// Bodies whose boxes the last frame left behind, or that were changed since, are looked at one
+    /// by one, 120 units of work each: cast rays after [`Scene::detect`] rather than before it. The
+    /// others are found through the tree of the broad phase, nearest boxes first, in a time that
+    /// grows with the logarithm of their number.
     ///
-    /// **Guarantee.** A body is hit where its own [`Query::ray`] says so, asked about the ray [as it
-    /// is](crate::Ray::transformed) in the coordinates of its mesh, by the inverse of its pose: no ray passes between
-    /// triangles of a body that share an edge. Of several nearest hits with the same `t`, the one of the least body, then
-    /// of the least triangle. A cast that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same
-    /// bits under the same budget of work, which is never passed. It allocates only in a scene with more bodies, or for
+    /// **Guarantee.** A body is hit where its own [`Query::ray`] says so, asked about the ray [as
+    /// it is](crate::Ray::transformed) in the coordinates of its mesh, by the inverse of its pose:
+    /// no ray passes between triangles of a body that share an edge. Of several nearest hits with
+    /// the same `t`, the one of the least body, then of the least triangle. A cast that is cut
+    /// short has true hits, and [`SceneCast::free_until`] is proven. The same bits under the same
+    /// budget of work, which is never passed. It allocates only in a scene with more bodies, or for
     /// more hits, than any before.
     ///
     /// # Errors
@@ -72,7 +75,8 @@ impl Scene {
         cast
     }
 
-    /// The hits of the last cast with [`RayMode::All`]: of one body after the other, in order of discovery.
+    /// The hits of the last cast with [`RayMode::All`]: of one body after the other, in order of
+    /// discovery.
     pub fn ray_hits(&self) -> &[BodyHit] {
         &self.rays.hits
     }
@@ -190,8 +194,8 @@ impl Casting<'_> {
         }
     }
 
-    /// Follows the ray until nothing nearer is left, or the deadline comes. No hit of what has been looked at, and was not
-    /// found, lies before what `known` says.
+    /// Follows the ray until nothing nearer is left, or the deadline comes. No hit of what has been
+    /// looked at, and was not found, lies before what `known` says.
     fn search(
         &mut self,
         line: &Line,

@@ -82,13 +82,14 @@ impl BodyHit {
 #[must_use]
 #[non_exhaustive]
 pub struct SceneCast {
-    /// The nearest hit found, or in [`RayMode::Any`] the one that was found: of all there are, if `stop` is
-    /// [`StopReason::Finished`].
+    /// The nearest hit found, or in [`RayMode::Any`] the one that was found: of all there are, if
+    /// `stop` is [`StopReason::Finished`].
     pub hit: Option<BodyHit>,
-    /// How many triangles were found to be hit. In [`RayMode::All`], those of [`crate::Scene::ray_hits`].
+    /// How many triangles were found to be hit. In [`RayMode::All`], those of
+    /// [`crate::Scene::ray_hits`].
     pub found: u64,
-    /// Proven: no hit that was not found lies before this parameter of the ray. Of a nearest hit that is known, its own;
-    /// infinite if nothing is left to be found.
+    /// Proven: no hit that was not found lies before this parameter of the ray. Of a nearest hit
+    /// that is known, its own; infinite if nothing is left to be found.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub free_until: f64,
     /// Why the call returned.

@@ -1,8 +1,10 @@
-//! Pairs that were proven to be farther apart than their bodies have moved since: they are decided without a query.
+//! Pairs that were proven to be farther apart than their bodies have moved since: they are decided
+//! without a query.
 //!
-//! Bodies at rest on one another jitter, and most pairs of overlapping boxes are apart. If both bodies move slowly, the query is
-//! not whether they meet, but whether they are closer than a number of steps of this size. That takes a few times the work, and
-//! then none for as many frames. Why it holds: `docs/numerics.md`.
+//! Bodies at rest on one another jitter, and most pairs of overlapping boxes are apart. If both
+//! bodies move slowly, the query is not whether they meet, but whether they are closer than a
+//! number of steps of this size. That takes a few times the work, and then none for as many frames.
+//! Why it holds: `docs/numerics.md`.
 
 use super::batch::{Desk, Ended, RoundKind};
 use super::question::Question;
@@ -23,27 +25,31 @@ use crate::scene::spot::Spot;
 /// Lengths in the scene and in the frame of a body differ by less than this part of them.
 pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
 
-/// A proof has to last for this many steps at least, or for so many where bodies are found to be closer than was asked; at most so
-/// many are asked for.
+/// A proof has to last for this many steps at least, or for so many where bodies are found to be
+/// closer than was asked; at most so many are asked for.
 const LEAST_STEPS: f64 = 8.0;
 const LEAST_OF_NEAR: f64 = 3.0;
 const MOST_STEPS: f64 = 64.0;
 
-/// Nor is more asked for than this part of the smaller body: what is farther apart is found to be so at little cost.
+/// Nor is more asked for than this part of the smaller body: what is farther apart is found to be
+/// so at little cost.
 const LARGEST_PART: f64 = 1.0 / 64.0;
 
-/// Frames without another attempt: after a proof that failed, and where bodies were too fast for one.
+/// Frames without another attempt: after a proof that failed, and where bodies were too fast for
+/// one.
 const PAUSE: u64 = 32;
 const BREAK: u64 = 8;
 
 /// Planes that are tried in a turn, at most.
 const PLANES: u32 = 16;
 
-/// Turns without planes, after none has parted the bodies. Each time that happens again they are doubled, so often at most.
+/// Turns without planes, after none has parted the bodies. Each time that happens again they are
+/// doubled, so often at most.
 const WITHOUT_PLANES: u8 = 4;
 const MOST_IN_VAIN: u8 = 4;
 
-/// The root test is no use to most pairs whose last search took more work than this, and a plane little to others.
+/// The root test is no use to most pairs whose last search took more work than this, and a plane
+/// little to others.
 const LONG_SEARCH: u32 = 400;
 
 /// There has to be room for this many times the work of the last search, and so much more.
@@ -51,8 +57,8 @@ const ROOM: u64 = 4;
 const MORE_ROOM: u64 = 4096;
 
 impl Bodies {
-    /// How far both of a pair have gone, together, at most; infinite if one was changed otherwise since frame `since`, now being
-    /// `frame`.
+    /// How far both of a pair have gone, together, at most; infinite if one was changed otherwise
+    /// since frame `since`, now being `frame`.
     #[inline]
     pub fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
         let [x, y] = self.spots_of(key);
@@ -84,8 +90,8 @@ impl Turn {
             && self.has_room(WORK_PER_ROOT_TEST, desk)
     }
 
-    /// Whether a plane may part the bodies, and is likely to. Before the broad phase, where time is short, this is so only where
-    /// one did the last time.
+    /// Whether a plane may part the bodies, and is likely to. Before the broad phase, where time is
+    /// short, this is so only where one did the last time.
     #[inline]
     pub fn may_part(&mut self, desk: &mut Desk) -> bool {
         let did = self.state.in_vain == 0 && self.state.parting != Parting::default();
@@ -99,14 +105,15 @@ impl Turn {
         is_likely && !waits
     }
 
-    /// Whether there is room for work beside that of a query, and nothing else is asked than whether the bodies meet.
+    /// Whether there is room for work beside that of a query, and nothing else is asked than
+    /// whether the bodies meet.
     #[inline(always)]
     fn has_room(&self, work: u64, desk: &mut Desk) -> bool {
         !desk.held && !desk.bodies.is_special(self.key) && desk.deadline.has_room(work + LEAST_WORK)
     }
 
-    /// Whether the root test tells that the bodies are apart. If so, takes note of it, and of how far; not if they are slow, and a
-    /// proof that lasts longer is to be tried.
+    /// Whether the root test tells that the bodies are apart. If so, takes note of it, and of how
+    /// far; not if they are slow, and a proof that lasts longer is to be tried.
     #[inline(never)]
     pub fn root_test_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
         desk.deadline.spend(WORK_PER_ROOT_TEST);
@@ -160,7 +167,8 @@ impl Turn {
         self.state.decide(Verdict::Separated, 0, frame);
     }
 
-    /// Whether to try a proof that they are apart by some distance; not if there is a stopped run to resume.
+    /// Whether to try a proof that they are apart by some distance; not if there is a stopped run
+    /// to resume.
     #[inline]
     pub fn may_prove_apart(&self, desk: &Desk) -> bool {
         let until = self.state.proves_from.wrapping_sub(desk.round.frame as u16);
@@ -168,7 +176,8 @@ impl Turn {
         desk.looks_ahead && !desk.held && self.state.verdict == Verdict::Separated && is_due
     }
 
-    /// Proves of slow bodies how far apart they are. `None`: whether they meet is still to be asked.
+    /// Proves of slow bodies how far apart they are. `None`: whether they meet is still to be
+    /// asked.
     #[inline(never)]
     pub fn prove_apart(
         &mut self,
@@ -242,7 +251,8 @@ fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
     step(a) + step(b)
 }
 
-/// The distance to be proven; `None` if the bodies rest or are too fast, or if more is asked than whether they meet.
+/// The distance to be proven; `None` if the bodies rest or are too fast, or if more is asked than
+/// whether they meet.
 fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
     let step = step(bodies, key, frame);
     if step == 0.0 {
@@ -257,7 +267,8 @@ fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Optio
     (is_slow && !bodies.distance_requests.has(key) && !bodies.is_moving(key)).then_some(limit)
 }
 
-/// How far bodies that were proven to be `low` apart, margins not counted, can move before they may meet.
+/// How far bodies that were proven to be `low` apart, margins not counted, can move before they may
+/// meet.
 pub(crate) fn room(pair: [&Placed; 2], low: f64) -> f64 {
     let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
     low - STRETCH * (low + margins(pair)) - of_a - of_b

@@ -1,7 +1,7 @@
 //! A batch: pairs that are run one after the other, each to its end, within one deadline.
 //!
-//! Batches are what threads share out among themselves. What comes of a batch depends on nothing outside it, so under a budget
-//! of work it does not matter which thread runs it, or when.
+//! Batches are what threads share out among themselves. What comes of a batch depends on nothing
+//! outside it, so under a budget of work it does not matter which thread runs it, or when.
 
 use super::question::Question;
 use super::retest::{Retest, Test, WITNESSES};
@@ -20,7 +20,8 @@ use arrayvec::ArrayVec;
 use core::mem;
 use core::time::Duration;
 
-/// Room for queued node pairs in the workspaces of a scene, and for found pairs, which are only counted.
+/// Room for queued node pairs in the workspaces of a scene, and for found pairs, which are only
+/// counted.
 const QUEUE: usize = 1024;
 const FOUND: usize = 1024;
 
@@ -170,7 +171,8 @@ impl Batch {
             }
             let turn = &mut self.turns[at];
             let key = turn.key;
-            // A pair that is not expected to end has room in the next round, and those after it do not go first.
+            // A pair that is not expected to end has room in the next round, and those after it do
+            // not go first.
             if !deadline.has_room(LEAST_WORK)
                 || at > 0 && u64::from(turn.median) > deadline.work_left()
             {

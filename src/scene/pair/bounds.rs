@@ -9,8 +9,8 @@ pub(crate) struct Bounds {
     pub triangles: Option<[u32; 2]>,
     /// Whether these are times of a motion, not lengths.
     pub are_times: bool,
-    /// Of a distance: how far both bodies had gone then, together, and up to where a run that came to its end would have told
-    /// more than that it is more; 0 if none did.
+    /// Of a distance: how far both bodies had gone then, together, and up to where a run that came
+    /// to its end would have told more than that it is more; 0 if none did.
     pub gone: f64,
     pub below: f64,
 }

@@ -9,7 +9,8 @@ use crate::query::{Mode, StopReason, Verdict};
 use crate::scene::body::Placed;
 
 impl Turn {
-    /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was found.
+    /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was
+    /// found.
     #[inline(never)]
     pub fn find_contacts(
         &mut self,

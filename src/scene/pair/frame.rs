@@ -8,8 +8,8 @@ use crate::scene::schedule::crew::Crew;
 use alloc::sync::Arc;
 use core::time::Duration;
 
-/// The least time of a frame that affords estimates of its stopped queries, the part of it that is kept for them, and the most
-/// of that for each thread.
+/// The least time of a frame that affords estimates of its stopped queries, the part of it that is
+/// kept for them, and the most of that for each thread.
 const ESTIMATES: Duration = Duration::from_millis(1);
 const ESTIMATES_PART: u32 = 32;
 const ESTIMATES_MOST: Duration = Duration::from_micros(50);
@@ -21,17 +21,18 @@ pub(crate) const GUARANTEED: u64 = 8;
 pub(crate) struct Frame<'f> {
     pub number: u64,
     pub mode: Mode,
-    /// The frame in which this mode was first asked for; what older ones found is of another question.
+    /// The frame in which this mode was first asked for; what older ones found is of another
+    /// question.
     pub asked_since: u64,
     /// The last frame that found all, and the last of those after it in which nothing had changed.
     pub rest: [u64; 2],
-    /// Whether the report of the last frame was not whole, and whether the box of a body was out of date when this one began.
+    /// Whether the report of the last frame was not whole, and whether the box of a body was out of
+    /// date when this one began.
     pub cut: bool,
     pub moved: bool,
     pub budget: Budget,
-    /// For a budget of time, when it began and how long it is: two zeros otherwise, since the compiler computes with
-    /// them before it
-    /// is known whether they are asked for.
+    /// For a budget of time, when it began and how long it is: two zeros otherwise, since the
+    /// compiler computes with them before it is known whether they are asked for.
     pub times: [Duration; 2],
     pub clock: &'f dyn Clock,
     pub bodies: &'f Arc<Bodies>,
@@ -70,7 +71,8 @@ impl Frame<'_> {
             .then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
     }
 
-    /// Whether the contacts of bodies that were last new in `changed` are known as well as this frame can tell.
+    /// Whether the contacts of bodies that were last new in `changed` are known as well as this
+    /// frame can tell.
     pub fn knows_contacts(&self, state: &PairState, changed: u64) -> bool {
         let left_out = state.touch.as_ref().map_or(0, |touch| touch.left_out);
         let work = self.budget.work.unwrap_or(u64::MAX);
@@ -81,7 +83,8 @@ impl Frame<'_> {
         state.knows_contacts(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
     }
 
-    /// The last frame in which a pair was decided; those of a rest count, though nothing was looked at.
+    /// The last frame in which a pair was decided; those of a rest count, though nothing was looked
+    /// at.
     pub fn decided(&self, state: &PairState) -> u64 {
         let [found_all, last] = self.rest;
         if state.decided == found_all {

@@ -1,5 +1,5 @@
-//! Distances that are known without a query: from the boxes of bodies, and from what was proven before they went on.
-//! Why they hold: `docs/numerics.md`.
+//! Distances that are known without a query: from the boxes of bodies, and from what was proven
+//! before they went on. Why they hold: `docs/numerics.md`.
 
 use super::apart::{STRETCH, room};
 use super::bounds::{Bounds, Near};

@@ -44,9 +44,8 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// They meet now if the upper bound is 0, and do not if the lower one is more. `distance`: that of the witness,
-    /// without
-    /// margins.
+    /// They meet now if the upper bound is 0, and do not if the lower one is more. `distance`: that
+    /// of the witness, without margins.
     fn bounded(stop: StopReason, bounds: Bounds, distance: f64) -> Self {
         let verdict = match bounds.triangles {
             Some(witness) if bounds.high == 0.0 => Verdict::of_witness(witness, distance),
@@ -64,7 +63,8 @@ impl Answer {
 }
 
 impl<'t> Question<'t> {
-    /// That of a pair of bodies, of which the second one is at a pose in the frame of the first; `mode` is that of the scene.
+    /// That of a pair of bodies, of which the second one is at a pose in the frame of the first;
+    /// `mode` is that of the scene.
     #[inline(always)]
     pub fn new(
         bodies: &Bodies,
@@ -146,8 +146,9 @@ impl<'t> Question<'t> {
         }
     }
 
-    /// Goes on with the stopped run of it that the workspace holds, if it does, or begins one. What the run has spent, by the
-    /// workspace: what the pair knows of it may be newer, if its boxes were apart meanwhile.
+    /// Goes on with the stopped run of it that the workspace holds, if it does, or begins one. What
+    /// the run has spent, by the workspace: what the pair knows of it may be newer, if its boxes
+    /// were apart meanwhile.
     #[inline(always)]
     pub fn resume_or_begin(
         &self,
@@ -164,8 +165,8 @@ impl<'t> Question<'t> {
         None
     }
 
-    /// Prepares a workspace for a run, which is expected to get to its end or not. So many of the latest witnesses are known not
-    /// to meet.
+    /// Prepares a workspace for a run, which is expected to get to its end or not. So many of the
+    /// latest witnesses are known not to meet.
     #[inline]
     pub fn begin(
         &self,

@@ -1,4 +1,5 @@
-//! Whether the triangles that met last still do, or those next to them: the cheapest question, asked of eight pairs at once.
+//! Whether the triangles that met last still do, or those next to them: the cheapest question,
+//! asked of eight pairs at once.
 
 use super::state::PairState;
 use crate::math::lanes::Instructions;
@@ -32,7 +33,8 @@ pub(crate) struct Test {
     pub witness: [u32; 2],
     /// Its state; the test of its latest witness does without.
     pub state: Option<Box<PairState>>,
-    /// Whether to test what lies next to its latest witness too, if these triangles do not meet; and what came of it.
+    /// Whether to test what lies next to its latest witness too, if these triangles do not meet;
+    /// and what came of it.
     pub asks_beside: bool,
     pub beside: Option<bool>,
     pub outcome: Outcome,
@@ -112,7 +114,8 @@ impl<'b> Retest<'b> {
         }
     }
 
-    /// Tests witnesses of pairs, and what lies next to them where that is asked, as far as the deadline allows.
+    /// Tests witnesses of pairs, and what lies next to them where that is asked, as far as the
+    /// deadline allows.
     pub fn run(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
         self.witnesses(tests, deadline);
         for test in tests
@@ -168,8 +171,8 @@ impl<'b> Retest<'b> {
         Some(())
     }
 
-    /// Of what lies next to the latest witness of a pair, a triangle of it with one behind an edge of the other, two that
-    /// meet. Their ids; and the memory knows them from now on.
+    /// Of what lies next to the latest witness of a pair, a triangle of it with one behind an edge
+    /// of the other, two that meet. Their ids; and the memory knows them from now on.
     fn meets_beside(&mut self, test: &mut Test) -> Option<[u32; 2]> {
         let [a, b] = self.bodies.pair(test.key)?;
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);

@@ -47,8 +47,8 @@ pub(crate) struct Standing {
     pub recall: f64,
 }
 
-/// The turn of a pair in a batch. All that is needed to deal and to collect it is here: its state is out of cache by then, or in
-/// that of another core.
+/// The turn of a pair in a batch. All that is needed to deal and to collect it is here: its state
+/// is out of cache by then, or in that of another core.
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
     pub state: Box<PairState>,
@@ -78,8 +78,8 @@ pub(crate) fn last_frame(bits: u32, frame: u64) -> u64 {
     frame - u64::from((frame as u32).wrapping_sub(bits) & FRAME)
 }
 
-/// What is known of a pair before and after its turn, for the list of pairs: what it was when it was last decided, its proof, and the
-/// last frame that ran it to its end, its bits in [`FRAME`].
+/// What is known of a pair before and after its turn, for the list of pairs: what it was when it
+/// was last decided, its proof, and the last frame that ran it to its end, its bits in [`FRAME`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Marks {
     /// Two triangles met (tree order), which may have been lost since.
@@ -88,7 +88,8 @@ pub(crate) enum Marks {
         lost: bool,
         completed: u32,
     },
-    /// The bodies are apart until the ways of both add up to this length; 0 proves nothing. Maybe no frame ran it to its end.
+    /// The bodies are apart until the ways of both add up to this length; 0 proves nothing. Maybe
+    /// no frame ran it to its end.
     Apart {
         until: f64,
         is_completed: bool,
@@ -99,7 +100,8 @@ pub(crate) enum Marks {
 const _: () = assert!(size_of::<Marks>() == 16);
 
 impl Marks {
-    /// Tells the state of the pair what the list has found out since its last turn, now being `frame`.
+    /// Tells the state of the pair what the list has found out since its last turn, now being
+    /// `frame`.
     #[inline]
     pub fn tell(&self, key: PairKey, state: &mut PairState, bodies: &Bodies, frame: u64) {
         match *self {
@@ -209,18 +211,22 @@ pub(crate) struct PairState {
     pub refuted: u32,
     /// Which part of the tests of its last witnesses found that they still met, a mean that fades.
     pub steadiness: f32,
-    /// How much more often than elsewhere in the scene what lies next to a lost witness met, a mean that fades.
+    /// How much more often than elsewhere in the scene what lies next to a lost witness met, a mean
+    /// that fades.
     pub nearby: f32,
-    /// Work of the last run that no remembered witness cut short; a lower bound while that run is unfinished.
+    /// Work of the last run that no remembered witness cut short; a lower bound while that run is
+    /// unfinished.
     pub search: u32,
     /// What the run that is not at its end has spent.
     pub pending: Spent,
     pub said: Said,
     /// The bodies are apart until the ways of both add up to this; 0: that is not known.
     pub apart: f64,
-    /// The frame, its low bits, before which no proof is tried that they are apart by some distance; 0: any may.
+    /// The frame, its low bits, before which no proof is tried that they are apart by some
+    /// distance; 0: any may.
     pub proves_from: u16,
-    /// The plane that parted them last; how often in a row none did, and how many turns begin without another.
+    /// The plane that parted them last; how often in a row none did, and how many turns begin
+    /// without another.
     pub parting: Parting,
     pub in_vain: u8,
     pub without_planes: u8,
@@ -229,7 +235,8 @@ pub(crate) struct PairState {
 }
 
 impl PairState {
-    /// Of a pair of which nothing is known; `before`: the frame before that since which its boxes overlap.
+    /// Of a pair of which nothing is known; `before`: the frame before that since which its boxes
+    /// overlap.
     pub fn new(before: u64) -> Self {
         Self {
             memory: PairMemory::without_clearance(),
@@ -252,7 +259,8 @@ impl PairState {
         }
     }
 
-    /// Whether, in `frame`, its last witnesses did not meet when they were last tested, and no others are known.
+    /// Whether, in `frame`, its last witnesses did not meet when they were last tested, and no
+    /// others are known.
     #[inline]
     pub fn is_lost(&self, frame: u64) -> bool {
         u64::from((frame as u32).wrapping_sub(self.refuted)) < frame - self.decided
@@ -282,7 +290,8 @@ impl PairState {
         }
     }
 
-    /// Takes note of bodies that are apart until the ways of both add up to `until`; not at all, if that is negative.
+    /// Takes note of bodies that are apart until the ways of both add up to `until`; not at all, if
+    /// that is negative.
     pub fn note_apart(&mut self, until: f64) {
         (self.apart, self.proves_from) = (until.max(0.0), 0);
     }
@@ -292,7 +301,8 @@ impl PairState {
         (self.completed, self.decided) = (self.completed.max(frame), self.decided.max(frame));
     }
 
-    /// Takes note of triangles that went on meeting until `frame`, as tests found in the frames since it was decided.
+    /// Takes note of triangles that went on meeting until `frame`, as tests found in the frames
+    /// since it was decided.
     #[cold]
     pub fn went_on_meeting(&mut self, witness: Option<[u32; 2]>, frame: u64) {
         for _ in self.decided.max(frame.saturating_sub(MOST_TESTS)) + 1..frame {
@@ -354,7 +364,8 @@ impl PairState {
         matches!(&self.said, Said::Estimates(told) if !told.is_empty())
     }
 
-    /// Forgets the probabilities of bodies that have moved since, and a search for contacts that was cut short.
+    /// Forgets the probabilities of bodies that have moved since, and a search for contacts that
+    /// was cut short.
     #[inline]
     pub fn forget_told(&mut self) {
         if let Said::Estimates(told) = &mut self.said {
@@ -431,7 +442,8 @@ impl PairState {
         (self.decided, self.verdict, self.found) = (frame, verdict, found);
     }
 
-    /// Takes note of the answer of a call in `frame`, and of what the run has spent; whether it is over.
+    /// Takes note of the answer of a call in `frame`, and of what the run has spent; whether it is
+    /// over.
     pub fn note(&mut self, answer: &Answer, spent: Spent, frame: u64) -> bool {
         let is_final = answer.stop.is_final();
         if is_final {

@@ -72,8 +72,8 @@ impl Touch {
         (self.low, self.since) = (f64::INFINITY, frame);
     }
 
-    /// Takes note of the nearest contacts of two bodies, as many as there is room to patch; those that were not found are at
-    /// least `low` away. How many were patched.
+    /// Takes note of the nearest contacts of two bodies, as many as there is room to patch; those
+    /// that were not found are at least `low` away. How many were patched.
     pub fn update(
         &mut self,
         [a, b]: [&Placed; 2],
@@ -114,12 +114,12 @@ pub(crate) struct Touches {
     #[allow(clippy::vec_box, reason = "they move in and out by their pointers")]
     free: Vec<Box<Touch>>,
     lent: usize,
-    /// Contacts of so many pairs there is room for; and room that was made so far, which is what it costs.
+    /// Contacts of so many pairs there is room for; and room that was made so far, which is what it
+    /// costs.
     room: Room,
     made: usize,
-    /// Ids of patches of pairs that get room begin here, above all of those that gave theirs back before this frame,
-    /// whichever
-    /// room they had: it depends on the threads which pair gets which.
+    /// Ids of patches of pairs that get room begin here, above all of those that gave theirs back
+    /// before this frame, whichever room they had: it depends on the threads which pair gets which.
     next_id: u64,
     highest_id: u64,
 }

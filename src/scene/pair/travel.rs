@@ -1,4 +1,5 @@
-//! How far bodies have gone, so that pairs that were proven to be apart are known to be still: [`super::apart`].
+//! How far bodies have gone, so that pairs that were proven to be apart are known to be still:
+//! [`super::apart`].
 
 use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Pose, largest};
@@ -7,7 +8,8 @@ use crate::scene::spot::Spot;
 use crate::tree::Tree;
 
 impl Spot {
-    /// Takes note of a change other than by a move, in a frame: nothing is known of where the points of the body were.
+    /// Takes note of a change other than by a move, in a frame: nothing is known of where the
+    /// points of the body were.
     pub fn remake(&mut self, frame: u64) {
         (self.gone, self.remade) = (0.0, frame as u32);
     }
@@ -26,8 +28,8 @@ impl Spot {
     }
 }
 
-/// What rounding may add to places relative to another body, in the magnitudes of coordinates and translations:
-/// `docs/numerics.md`.
+/// What rounding may add to places relative to another body, in the magnitudes of coordinates and
+/// translations: `docs/numerics.md`.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
 /// What rounding may add to the places of a mesh at a pose, relative to another body.

@@ -13,12 +13,12 @@ pub(crate) trait Crew {
     /// Says that batches will come soon, so that nobody sleeps when they do.
     fn call(&self);
 
-    /// Gives those of the batches that are not empty to whoever is free, the first of them being number `first`; they are back
-    /// after [`Crew::finish`].
+    /// Gives those of the batches that are not empty to whoever is free, the first of them being
+    /// number `first`; they are back after [`Crew::finish`].
     fn begin(&self, first: usize, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>);
 
-    /// Runs all batches that were begun and that nobody has taken, and waits for the others. Each goes through `back` when it has
-    /// ended. `scratch` is a workspace of the calling thread.
+    /// Runs all batches that were begun and that nobody has taken, and waits for the others. Each
+    /// goes through `back` when it has ended. `scratch` is a workspace of the calling thread.
     fn finish(
         &self,
         batches: &mut [Batch],

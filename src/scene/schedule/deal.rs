@@ -24,8 +24,8 @@ pub(crate) fn room(batch: usize, pairs: usize) -> usize {
 /// Under a budget of work, a batch has at least this much: about 20 us.
 const BATCH_WORK: u64 = 1 << 16;
 
-/// Otherwise, on several threads, there is one for each so much work, to hand it to a thread takes a tenth of that; and so many
-/// at least.
+/// Otherwise, on several threads, there is one for each so much work, to hand it to a thread takes
+/// a tenth of that; and so many at least.
 const PART_WORK: u64 = 1 << 12;
 const LEAST_PARTS: u64 = 8;
 
@@ -42,13 +42,14 @@ pub(crate) struct Deal<'s> {
     pub order: &'s mut Vec<(u64, u32)>,
     /// The job whose turn it is.
     pub first_turn: usize,
-    /// Work that a query could do in the time that each job takes besides; 0 without a budget of time.
+    /// Work that a query could do in the time that each job takes besides; 0 without a budget of
+    /// time.
     pub overhead: u64,
 }
 
 impl Deal<'_> {
-    /// Median and 90 % quantile of the cost of all open jobs: the sum of the medians, and to it the deviations of the
-    /// quantiles from them added as those of independent variables.
+    /// Median and 90 % quantile of the cost of all open jobs: the sum of the medians, and to it the
+    /// deviations of the quantiles from them added as those of independent variables.
     pub fn expected(&self) -> [u64; 2] {
         let (mut sum, mut squares) = (0, 0.0);
         for job in self.jobs.iter().filter(|job| job.open) {
@@ -78,11 +79,12 @@ impl Deal<'_> {
         }
     }
 
-    /// Fills the batch of the round robin, then deals the rest by importance and hit probability per cost. `timed`: the
-    /// threads that share a budget of time.
+    /// Fills the batch of the round robin, then deals the rest by importance and hit probability
+    /// per cost. `timed`: the threads that share a budget of time.
     pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
         let turns = reserve.max(left / ROUND_ROBIN);
-        // Some take far more than their medians. Those that are not reached would wait, however important.
+        // Some take far more than their medians. Those that are not reached would wait, however
+        // important.
         self.turns(turns / 2, |_| 0);
         (self.batches[0].budget, self.batches[0].looks_ahead) = (turns, false);
 
@@ -137,8 +139,8 @@ impl Deal<'_> {
         self.order.sort_unstable();
     }
 
-    /// Deals open jobs in the order of their turns until `work` is expected to be spent. `batch` says where to, by the work
-    /// before.
+    /// Deals open jobs in the order of their turns until `work` is expected to be spent. `batch`
+    /// says where to, by the work before.
     fn turns(&mut self, work: u64, batch: impl Fn(u64) -> usize) {
         let mut before = 0;
         for at in self.in_turn() {
@@ -156,8 +158,8 @@ impl Deal<'_> {
         (self.first_turn..self.jobs.len()).chain(0..self.first_turn)
     }
 
-    /// Puts a job into the batch that holds its stopped run, or else into the one given; if that is full, it waits for the next
-    /// round. The work that is expected, overhead included.
+    /// Puts a job into the batch that holds its stopped run, or else into the one given; if that is
+    /// full, it waits for the next round. The work that is expected, overhead included.
     fn deal(&mut self, index: usize, batch: usize) -> u64 {
         let job = &mut self.jobs[index];
         let batch = &mut self.batches[job.home.take().map_or(batch, usize::from)];

@@ -15,7 +15,8 @@ pub(crate) struct Forecast {
     pub high: u32,
     /// Probability that it intersects.
     pub probability: f32,
-    /// Intersections that are expected to be known, in this frame and in those after it, for a unit of work; at most 1.
+    /// Intersections that are expected to be known, in this frame and in those after it, for a unit
+    /// of work; at most 1.
     pub gain: f32,
 }
 
@@ -28,8 +29,8 @@ impl Forecast {
         gain: 0.0,
     };
 
-    /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame; and from the part that the boxes
-    /// have [in common](crate::scene::body::Bodies::common_part).
+    /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame;
+    /// and from the part that the boxes have [in common](crate::scene::body::Bodies::common_part).
     #[inline]
     pub fn new(state: &PairState, sizes: [f32; 2], part: f32, frame: &Frame) -> Self {
         let age = (frame.number - frame.decided(state)) as f32;
@@ -61,7 +62,8 @@ impl Forecast {
         }
     }
 
-    /// Of the contacts of a pair that is known to meet: from the last run, or else from what a search takes.
+    /// Of the contacts of a pair that is known to meet: from the last run, or else from what a
+    /// search takes.
     pub fn of_contacts(state: &PairState, sizes: [f32; 2]) -> Self {
         let (cost, pending) = state
             .touch
@@ -85,30 +87,33 @@ impl Forecast {
 /// However steady a pair was, its witness is expected to be lost in one frame of 50.
 const SHORTEST_LOSS: f32 = 0.02;
 
-/// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two scenes).
+/// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two
+/// scenes).
 const PARTED: f32 = 0.01;
 
 // These chances were fitted on three scenes: `docs/scene.md`.
 
-/// However long ago a pair met, unless its witnesses were lost, the least chance that it does; and if they were, the chance where
-/// boxes have next to nothing in common, and all.
+/// However long ago a pair met, unless its witnesses were lost, the least chance that it does; and
+/// if they were, the chance where boxes have next to nothing in common, and all.
 const LEAST_OF_MET: f32 = 0.93;
 const LEAST_OF_LOST: f32 = 0.55;
 const MOST_OF_LOST: f32 = 0.98;
 
-/// The part in common at which the chances of a pair that was lost or apart are half way to their largest.
+/// The part in common at which the chances of a pair that was lost or apart are half way to their
+/// largest.
 const HALF_PART: f32 = 0.1;
 
 /// That of a pair that was never decided is one half where this is the square of that part.
 const NEVER_DECIDED: f32 = 0.1;
 
-/// That of a pair that was apart, for each frame since, each unit of work that it took to find it apart and so many more, and that
-/// part; and the most that it is.
+/// That of a pair that was apart, for each frame since, each unit of work that it took to find it
+/// apart and so many more, and that part; and the most that it is.
 const NEW_CONTACT: f32 = 2.5e-5;
 const MORE_WORK: f32 = 1000.0;
 const MOST_OF_APART: f32 = 0.5;
 
-/// Work of finding the contacts of a pair for the first time, times the fourth roots of the triangle counts.
+/// Work of finding the contacts of a pair for the first time, times the fourth roots of the
+/// triangle counts.
 const CONTACTS: u64 = 2000;
 
 /// Work of a query that no remembered witness spares, median and 90 % quantile.
@@ -117,7 +122,8 @@ fn expected_cost(state: &PairState, sizes: [f32; 2]) -> (u64, u64) {
     let (search, spread) = if state.search > 0 {
         (u64::from(state.search), u64::from(state.search / 2))
     } else {
-        // Near contact, work grows about like the fourth root of the product of the triangle counts.
+        // Near contact, work grows about like the fourth root of the product of the triangle
+        // counts.
         let guess = (40.0 * sizes[0] * sizes[1]) as u64;
         (guess, 4 * guess)
     };

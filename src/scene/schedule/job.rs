@@ -16,7 +16,8 @@ pub(crate) struct Job {
     pub listed: u32,
     pub place: u32,
     pub forecast: Forecast,
-    /// Sorts by importance, then by the chance of finding an intersection per expected work, both descending.
+    /// Sorts by importance, then by the chance of finding an intersection per expected work, both
+    /// descending.
     pub rank: u64,
     /// The batch that holds its stopped run.
     pub home: Option<u8>,
@@ -86,8 +87,9 @@ impl Job {
     }
 }
 
-/// What is expected of a question, and its rank; nothing, unless something depends on it. `nearness`: of a pair that may be the
-/// closest of two groups, 1 where it meets and 0 where it is as far away as they are at most.
+/// What is expected of a question, and its rank; nothing, unless something depends on it.
+/// `nearness`: of a pair that may be the closest of two groups, 1 where it meets and 0 where it is
+/// as far away as they are at most.
 #[inline(always)]
 pub(crate) fn outlook(
     frame: &Frame,

@@ -20,21 +20,23 @@ impl Slot {
     }
 }
 
-/// Two bodies whose fat AABBs overlap, and where their state is. The state of a pair that stays apart is not read.
+/// Two bodies whose fat AABBs overlap, and where their state is. The state of a pair that stays
+/// apart is not read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     pub key: PairKey,
     /// None before the first turn of the pair since its boxes overlap.
     pub slot: Option<Slot>,
-    /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of a frame: the last that ran the pair to its end; before, the one
-    /// before that since which its boxes overlap. All 0 if they are apart.
+    /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of a frame: the last that ran the pair to
+    /// its end; before, the one before that since which its boxes overlap. All 0 if they are apart.
     bits: u32,
-    /// Of a pair that met, the two triangles of [`Marks::Met`]; of others, the bits of the length of [`Marks::Apart`].
+    /// Of a pair that met, the two triangles of [`Marks::Met`]; of others, the bits of the length
+    /// of [`Marks::Apart`].
     proof: u64,
 }
 
-/// Of [`Known::bits`]: whether the boxes overlap, whether the bodies met when it was last decided, whether their witnesses were
-/// lost since, and the frame.
+/// Of [`Known::bits`]: whether the boxes overlap, whether the bodies met when it was last decided,
+/// whether their witnesses were lost since, and the frame.
 const OVERLAPS: u32 = 1 << 31;
 const MET: u32 = 1 << 30;
 const LOST: u32 = 1 << 29;
@@ -130,7 +132,8 @@ impl Known {
         self.bits = OVERLAPS | MET | frame as u32 & FRAME;
     }
 
-    /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so, takes note of it.
+    /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so,
+    /// takes note of it.
     #[inline]
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
         let until = if self.met() { 0.0 } else { self.apart() };

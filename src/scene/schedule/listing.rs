@@ -1,7 +1,7 @@
 //! The list of a frame: the known pairs whose boxes overlap, as far as there is room for them.
 //!
-//! A list that is not whole begins with the pair whose turn it is, so that the guarantee of the round robin holds however few
-//! pairs a frame can look at.
+//! A list that is not whole begins with the pair whose turn it is, so that the guarantee of the
+//! round robin holds however few pairs a frame can look at.
 
 use super::forecast::Forecast;
 use super::job::{Job, outlook};
@@ -86,7 +86,8 @@ struct Look {
 
 impl<'l> Listing<'l> {
     /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend.
-    /// After each of so many `parts` of the list, its number and the list so far are given to `hand_out`.
+    /// After each of so many `parts` of the list, its number and the list so far are given to
+    /// `hand_out`.
     pub fn run(
         mut self,
         deadline: &mut Deadline,
@@ -199,8 +200,8 @@ impl<'l> Listing<'l> {
         places.end
     }
 
-    /// A pair, as far as its bodies are read for it: no more than their ids, so that all of their cache lines are waited for at
-    /// once.
+    /// A pair, as far as its bodies are read for it: no more than their ids, so that all of their
+    /// cache lines are waited for at once.
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate {
         let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
@@ -214,7 +215,8 @@ impl<'l> Listing<'l> {
         }
     }
 
-    /// Lists the next pairs that were found, up to one of these; none of them is known at a place before `from`. How many.
+    /// Lists the next pairs that were found, up to one of these; none of them is known at a place
+    /// before `from`. How many.
     fn list_found_until(&mut self, end: usize, from: usize) -> usize {
         let next = mem::replace(&mut self.next_found, end);
         for &met in &self.found[next..end] {
@@ -227,7 +229,8 @@ impl<'l> Listing<'l> {
         end - next
     }
 
-    /// Lists pairs that were found and are not known any more, since their fat AABBs do not overlap as the tree has them.
+    /// Lists pairs that were found and are not known any more, since their fat AABBs do not overlap
+    /// as the tree has them.
     #[cold]
     fn list_found_before(&mut self, pair: Candidate) {
         let found = &self.found[self.next_found..];
@@ -235,7 +238,8 @@ impl<'l> Listing<'l> {
         self.list_found_until(self.next_found + count, pair.place());
     }
 
-    /// Lists a pair that was found to meet: all that is told of it is known, unless it is asked where it touches.
+    /// Lists a pair that was found to meet: all that is told of it is known, unless it is asked
+    /// where it touches.
     #[inline(always)]
     fn list_found(&mut self, met: Meeting, ids: [BodyId; 2], from: usize) {
         let Frame { bodies, number, .. } = *self.frame;
@@ -262,7 +266,8 @@ impl<'l> Listing<'l> {
         }
     }
 
-    /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than whether it meets.
+    /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than
+    /// whether it meets.
     #[inline(always)]
     fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool) -> bool {
         let Frame { number, bodies, .. } = *self.frame;
@@ -302,7 +307,8 @@ impl<'l> Listing<'l> {
             && bodies.last_change(key) == number
             && !bodies.contact_requests.any()
         {
-            // All that is to be known of its state is that a body has moved: whoever runs the job reads it.
+            // All that is to be known of its state is that a body has moved: whoever runs the job
+            // reads it.
             let job = Job::new(
                 key,
                 [self.report.pairs.len(), place],
@@ -380,7 +386,8 @@ impl<'l> Listing<'l> {
         true
     }
 
-    /// What follows from the requests for the distance of a pair; takes note of what is known of it.
+    /// What follows from the requests for the distance of a pair; takes note of what is known of
+    /// it.
     #[cold]
     fn look(&mut self, pair: Candidate, settled: bool) -> Look {
         let Frame { number, bodies, .. } = *self.frame;
@@ -428,10 +435,10 @@ impl<'l> Listing<'l> {
         }
     }
 
-    /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that
-    /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its
-    /// box is; nor
-    /// is it said of two fixed bodies whose distance was asked for.
+    /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they
+    /// were made. `None` if that cannot be said: one of the bodies is not the one that it was, may
+    /// not meet the other now, or is not where its box is; nor is it said of two fixed bodies whose
+    /// distance was asked for.
     fn may_overlap(&self, pair: Candidate, overlap: bool) -> Option<bool> {
         let (bodies, both) = (self.frame.bodies, bodies_of(pair.key));
         if self.broad.is_of_another(bodies, both) || !bodies.may_meet(both) {
@@ -450,7 +457,8 @@ impl<'l> Listing<'l> {
     }
 }
 
-/// Whether contacts come before anything else of a pair that met: in their turn, or if they matter more.
+/// Whether contacts come before anything else of a pair that met: in their turn, or if they matter
+/// more.
 fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
     let weight = |kind| bodies.weight(key, kind);
     turns

@@ -1,4 +1,5 @@
-//! How the pairs that the broad phase finds are merged into those known: in steps, so that a frame may end between any two of them.
+//! How the pairs that the broad phase finds are merged into those known: in steps, so that a frame
+//! may end between any two of them.
 
 use super::known::Known;
 use super::pairs::Pairs;
@@ -31,8 +32,8 @@ impl Pairs {
         }
     }
 
-    /// Merges a portion of new pairs with those known; whether it is done. Before the first portion of a generation, pairs of
-    /// its newcomers are dropped whose fat AABBs do not overlap any more.
+    /// Merges a portion of new pairs with those known; whether it is done. Before the first portion
+    /// of a generation, pairs of its newcomers are dropped whose fat AABBs do not overlap any more.
     fn merge(&mut self, broad: &Broad, bodies: &Bodies, deadline: &mut Deadline) -> bool {
         let found = &broad.found;
         const WORK: u64 = STEP as u64 * WORK_PER_MERGED_PAIR;

@@ -1,29 +1,33 @@
 //! How the budget of a frame is shared among its pairs.
 //!
-//! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
-//! ([`forecast`]), and the frame goes in rounds:
+//! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the
+//! cost is expected ([`forecast`]), and the frame goes in rounds:
 //!
-//! - Before the broad phase the last witnesses of pairs that met are tested, eight pairs at once, and under a budget of time, if
-//!   the last frame was cut short, known pairs are searched ([`revisit`]): what is found so is told however little of the frame
-//!   is left. Without a budget, other threads test while this one pairs bodies.
-//! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
-//!   ranked anew: in the next round.
-//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends; without a budget and on several threads
-//!   in the first round already, part by part as the list goes on.
-//! - Otherwise a quarter goes round all pairs in turn (the *round robin*); the rest by importance, then by the intersections
-//!   that are expected to be found per expected cost, in this frame and by the witness as long as it lasts. (Information, the
-//!   entropy of the chance, was measured worse: what is almost sure to intersect would wait.)
+//! - Before the broad phase the last witnesses of pairs that met are tested, eight pairs at once,
+//!   and under a budget of time, if the last frame was cut short, known pairs are searched
+//!   ([`revisit`]): what is found so is told however little of the frame is left. Without a budget,
+//!   other threads test while this one pairs bodies.
+//! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if
+//!   they are asked for, and is ranked anew: in the next round.
+//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends; without a
+//!   budget and on several threads in the first round already, part by part as the list goes on.
+//! - Otherwise a quarter goes round all pairs in turn (the *round robin*); the rest by importance,
+//!   then by the intersections that are expected to be found per expected cost, in this frame and
+//!   by the witness as long as it lasts. (Information, the entropy of the chance, was measured
+//!   worse: what is almost sure to intersect would wait.)
 //! - What is left over goes into the next round.
 //!
 //! Why the guarantee of [`crate::Scene::detect`] holds, with `B`, `R`, `C` and `K` from there:
 //!
-//! - No budget of work is passed: each query ends one step of work before that of its batch is spent.
-//! - In each frame the round robin has at least `R`, and it comes before anything but tests of witnesses, which leave it that
-//!   much. Its first pair runs to its end if it takes no more than `R`. Otherwise it goes on in the next frame if neither body
-//!   has moved, or else has had its turn.
-//! - A turn cut short is the first of the next frame, and so is the turn of the contacts of a pair that was found to meet:
-//!   they come before the question whether it still does. So in any two frames the round robin spends more than `R` on turns that
-//!   end, and it is round in `K` frames.
+//! - No budget of work is passed: each query ends one step of work before that of its batch is
+//!   spent.
+//! - In each frame the round robin has at least `R`, and it comes before anything but tests of
+//!   witnesses, which leave it that much. Its first pair runs to its end if it takes no more than
+//!   `R`. Otherwise it goes on in the next frame if neither body has moved, or else has had its
+//!   turn.
+//! - A turn cut short is the first of the next frame, and so is the turn of the contacts of a pair
+//!   that was found to meet: they come before the question whether it still does. So in any two
+//!   frames the round robin spends more than `R` on turns that end, and it is round in `K` frames.
 
 pub(crate) mod crew;
 mod deal;
@@ -71,14 +75,14 @@ use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
 
-/// When the steps before the broad phase end ([`revisit`]), in sixteenths of the time of a frame: tests of last witnesses, if
-/// nothing comes after them; and searches.
+/// When the steps before the broad phase end ([`revisit`]), in sixteenths of the time of a frame:
+/// tests of last witnesses, if nothing comes after them; and searches.
 const TEST: u32 = 8;
 const SEARCH: u32 = 13;
 const PARTS: u32 = 16;
 
-/// Known pairs of a part of the list, at least, where their jobs are short; and of one whose jobs the calling thread does itself
-/// before it lists the next.
+/// Known pairs of a part of the list, at least, where their jobs are short; and of one whose jobs
+/// the calling thread does itself before it lists the next.
 const PART: usize = 64;
 const PART_ALONE: usize = 512;
 
@@ -172,9 +176,10 @@ impl Schedule {
         })
     }
 
-    /// Tests the last witnesses of pairs that met, `meanwhile` being done while other threads test; if only time is limited and the
-    /// last frame was cut, searches the pairs that these leave open. Under a budget of time: when that ended, and the time left, less
-    /// that for listing what was found.
+    /// Tests the last witnesses of pairs that met, `meanwhile` being done while other threads test;
+    /// if only time is limited and the last frame was cut, searches the pairs that these leave
+    /// open. Under a budget of time: when that ended, and the time left, less that for listing what
+    /// was found.
     pub fn revisit(
         &mut self,
         frame: &Frame,
@@ -222,7 +227,8 @@ impl Schedule {
         self.revisit.found.len()
     }
 
-    /// Runs the overlapping pairs as far as the budget goes and fills the report. Returns when it ended, under a budget of time.
+    /// Runs the overlapping pairs as far as the budget goes and fills the report. Returns when it
+    /// ended, under a budget of time.
     pub fn run(
         &mut self,
         frame: &Frame,
@@ -249,7 +255,8 @@ impl Schedule {
         for number in 0..ROUNDS {
             let left = self.left(frame, end.zip(lap), report.work);
             let open = self.open;
-            // Of work, nothing comes before the guaranteed share, not even what it costs to plan another round.
+            // Of work, nothing comes before the guaranteed share, not even what it costs to plan
+            // another round.
             let rounds = if end.is_some() { number + 1 } else { number };
             let planning = rounds * WORK_PER_PLANNED_PAIR * open as u64;
             if open == 0 || left < LEAST_WORK + planning {
@@ -284,7 +291,8 @@ impl Schedule {
         self.tell(frame, found, report, estimates, lap)
     }
 
-    /// Tells what is known at the end of the rounds, which was at `lap`, and learns how long that takes. Returns when it ended.
+    /// Tells what is known at the end of the rounds, which was at `lap`, and learns how long that
+    /// takes. Returns when it ended.
     fn tell(
         &mut self,
         frame: &Frame,
@@ -314,7 +322,8 @@ impl Schedule {
         lap
     }
 
-    /// Learns from the pairs that were decided, one after the other, whichever thread was done with which first.
+    /// Learns from the pairs that were decided, one after the other, whichever thread was done with
+    /// which first.
     fn learn(&mut self, frame: &Frame, pairs: &mut Pairs) {
         for job in self.jobs.iter().filter(|job| job.teaches) {
             pairs
@@ -385,8 +394,8 @@ impl Schedule {
         }
     }
 
-    /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it took
-    /// before that was over.
+    /// Estimates the queries that were stopped, at most one a batch and as long as there is time.
+    /// Returns the time that it took before that was over.
     fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
         let end = frame.end(self.rest.times(1.0));
         let began = end.map_or(Duration::ZERO, |_| frame.clock.now());
@@ -446,8 +455,8 @@ impl Schedule {
         )
     }
 
-    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the order of the jobs, they are run
-    /// while the list goes on, by other threads if there are any.
+    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the
+    /// order of the jobs, they are run while the list goes on, by other threads if there are any.
     fn list(
         &mut self,
         frame: &Frame,
@@ -557,7 +566,8 @@ impl Schedule {
         events.reserve(pairs.room(), report);
     }
 
-    /// Finds the jobs that have a stopped run somewhere. The one whose turn it is gets it into the batch of the round robin.
+    /// Finds the jobs that have a stopped run somewhere. The one whose turn it is gets it into the
+    /// batch of the round robin.
     fn find_homes(&mut self) {
         let first = self.jobs.partition_point(|job| job.key < self.turns.cursor);
         if let Some(first) = self.jobs.get(first).or(self.jobs.first())
@@ -578,8 +588,8 @@ impl Schedule {
         }
     }
 
-    /// Takes the jobs back from the batches; `total` is the work of this frame, `least` that of a turn. Returns the work that
-    /// was done.
+    /// Takes the jobs back from the batches; `total` is the work of this frame, `least` that of a
+    /// turn. Returns the work that was done.
     fn collect(
         &mut self,
         frame: &Frame,

@@ -1,10 +1,12 @@
-//! How fast the frames of a scene go on this machine, as measured, so that what is left of a frame can be shared.
+//! How fast the frames of a scene go on this machine, as measured, so that what is left of a frame
+//! can be shared.
 
 use crate::math::nanoseconds;
 use crate::model::cost::{TYPICAL_UNIT, WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR};
 use core::time::Duration;
 
-/// Nanoseconds of a unit of work of the list, of dealing a job to a batch, and of collecting it, before they are measured.
+/// Nanoseconds of a unit of work of the list, of dealing a job to a batch, and of collecting it,
+/// before they are measured.
 const LISTING: f64 = 1.0;
 const DEALING: f64 = 50.0;
 const COLLECTING: f64 = 25.0;
@@ -15,7 +17,8 @@ const MOST_CLOSING: f64 = 10_000.0;
 /// What is beyond so many times the usual was taken by other programs.
 const MOST: f64 = 4.0;
 
-/// Added to a number of jobs or units before a time is divided by it, since a step takes time even without any.
+/// Added to a number of jobs or units before a time is divided by it, since a step takes time even
+/// without any.
 const NEVER_NONE: f64 = 16.0;
 
 /// How fast the queries of a thread are: sums that fade.
@@ -100,7 +103,8 @@ impl Overhead {
         self.closing.times(1.0)
     }
 
-    /// Of a round: the time in which so many jobs were dealt, and that in which they were collected.
+    /// Of a round: the time in which so many jobs were dealt, and that in which they were
+    /// collected.
     pub fn learn_round(&mut self, [dealing, collecting]: [Duration; 2], jobs: usize) {
         let each = |took: Duration| nanoseconds(took) / (jobs as f64 + NEVER_NONE);
         self.dealing += (each(dealing).min(MOST * DEALING) - self.dealing) / 16.0;

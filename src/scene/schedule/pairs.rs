@@ -16,10 +16,12 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// From so many pairs on there is room for all that may be kept, so that no frame moves many of them.
+/// From so many pairs on there is room for all that may be kept, so that no frame moves many of
+/// them.
 const MANY: usize = 8192;
 
-/// The most pairs that are kept if no other limit is set, and the most that there may be: places and slots are 32-bit numbers.
+/// The most pairs that are kept if no other limit is set, and the most that there may be: places
+/// and slots are 32-bit numbers.
 const MOST_PAIRS: usize = 1 << 20;
 pub(crate) const LIMIT: usize = u32::MAX as usize - 1;
 
@@ -41,9 +43,8 @@ pub(crate) struct Pairs {
     pub(super) merge: Merge,
     /// A state is away while its pair is run.
     states: Vec<Option<Box<PairState>>>,
-    /// How many of them were made for pairs to come, which is what it costs. Others were made when they were needed: it
-    /// depends on
-    /// the threads how many at once.
+    /// How many of them were made for pairs to come, which is what it costs. Others were made when
+    /// they were needed: it depends on the threads how many at once.
     made: usize,
     free: Vec<Slot>,
     touches: Touches,
@@ -78,7 +79,8 @@ impl Pairs {
         self.merged.len() + self.known.len() - self.merge.known
     }
 
-    /// One of them, ascending. While a portion is merged, they are those merged and those that are still to be.
+    /// One of them, ascending. While a portion is merged, they are those merged and those that are
+    /// still to be.
     fn at(&self, place: usize) -> &Known {
         let merged = self.merged.len();
         if place < merged {
@@ -110,7 +112,8 @@ impl Pairs {
         merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
     }
 
-    /// The same, of a key that is not below those before a place, and near to it: `O(log d)`, `d` places away.
+    /// The same, of a key that is not below those before a place, and near to it: `O(log d)`, `d`
+    /// places away.
     pub fn place_from(&self, from: usize, key: PairKey) -> usize {
         let (mut low, mut step) = (from, 1);
         while low + step <= self.len() && self.key(low + step - 1) < key {
@@ -129,7 +132,8 @@ impl Pairs {
         low
     }
 
-    /// The place of a pair that was at `place`, if it is still known; `before`: that of one before it, most likely.
+    /// The place of a pair that was at `place`, if it is still known; `before`: that of one before
+    /// it, most likely.
     #[inline]
     pub fn place_now(&self, place: usize, key: PairKey, before: usize) -> Option<usize> {
         let is_at = |place: usize| place < self.len() && self.key(place) == key;
@@ -144,7 +148,8 @@ impl Pairs {
         Some(self.place_from(from, key)).filter(|&place| is_at(place))
     }
 
-    /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what the list has of it if they do.
+    /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what the list has of
+    /// it if they do.
     #[inline(always)]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {
         if overlap {
@@ -329,8 +334,8 @@ impl Pairs {
         self.reserve_states(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
     }
 
-    /// Makes pairs known whose distances are asked for, wherever their bodies are; beside those that there is room for. They
-    /// ascend.
+    /// Makes pairs known whose distances are asked for, wherever their bodies are; beside those
+    /// that there is room for. They ascend.
     pub fn insert(&mut self, keys: &[PairKey]) {
         let is_merged = |&key: &PairKey| self.merged.last().is_some_and(|last| key <= last.key);
         let (to_merged, to_known) = keys.split_at(keys.partition_point(is_merged));
@@ -416,8 +421,8 @@ impl Pairs {
         }
     }
 
-    /// Makes room for as many pairs as are known, for the states of so many whose boxes overlap, and for the contacts of so many
-    /// that touch; or more if the scene is `young`.
+    /// Makes room for as many pairs as are known, for the states of so many whose boxes overlap,
+    /// and for the contacts of so many that touch; or more if the scene is `young`.
     pub fn grow(
         &mut self,
         broad: &mut Broad,

@@ -57,14 +57,16 @@ impl<'c> Share<'c> {
         }
     }
 
-    /// Of what is left of a frame: when that begins, and how long it is, if its time is limited; `found` pairs are known to meet.
+    /// Of what is left of a frame: when that begins, and how long it is, if its time is limited;
+    /// `found` pairs are known to meet.
     pub fn begin(&mut self, budget: Budget, left: Option<[Duration; 2]>, found: usize) {
         self.of_found = found as u64 * WORK_PER_FOUND_PAIR;
         self.work = budget.work.map(|work| {
             work.saturating_add(BROAD_PHASE_WORK)
                 .saturating_sub(self.of_found)
         });
-        // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
+        // Otherwise the compiler computes with what is missing before it is asked for, which
+        // valgrind reports.
         [self.started, self.limit] = black_box(left.unwrap_or_default());
         self.is_timed = left.is_some();
     }
@@ -75,8 +77,9 @@ impl<'c> Share<'c> {
         self.run_until(end, work, run)
     }
 
-    /// Runs the list, and learns how fast it goes. It has half of the time that is left, what it takes after its end included, and
-    /// leaves at least a quarter to the queries. The pairs that were found are listed in addition.
+    /// Runs the list, and learns how fast it goes. It has half of the time that is left, what it
+    /// takes after its end included, and leaves at least a quarter to the queries. The pairs that
+    /// were found are listed in addition.
     pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (end, work) = self.limits(Step::List);
         let of_found = self.of_found;

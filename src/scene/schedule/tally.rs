@@ -1,8 +1,9 @@
 //! What a frame finds out about the distances of groups.
 //!
-//! The least of the lower bounds of all pairs of two groups bounds their distance from below; any upper bound does from above,
-//! and pairs that are farther apart than the least of these need no query: the *ceiling* of the frame, what is left of the last
-//! frame's upper bound. All of this holds however the frame is cut.
+//! The least of the lower bounds of all pairs of two groups bounds their distance from below; any
+//! upper bound does from above, and pairs that are farther apart than the least of these need no
+//! query: the *ceiling* of the frame, what is left of the last frame's upper bound. All of this
+//! holds however the frame is cut.
 
 use crate::scene::ask::distance_requests::Group;
 use crate::scene::ask::distance_requests::{Asker, DistanceRequests};

@@ -22,8 +22,8 @@ pub(crate) struct RoundRobin {
 }
 
 impl RoundRobin {
-    /// Takes note of a pair that is listed. If its turn ended without an answer and a body moved, its run would begin anew, so
-    /// the next pair has its turn.
+    /// Takes note of a pair that is listed. If its turn ended without an answer and a body moved,
+    /// its run would begin anew, so the next pair has its turn.
     #[inline]
     pub fn list(&mut self, key: PairKey, changed: impl FnOnce() -> bool) {
         if self.overspent && key == self.cursor {
@@ -34,8 +34,8 @@ impl RoundRobin {
         }
     }
 
-    /// If it is the turn of a pair, whether it is that of its contacts: they then come before anything else of it, since its
-    /// bodies may move in each frame.
+    /// If it is the turn of a pair, whether it is that of its contacts: they then come before
+    /// anything else of it, since its bodies may move in each frame.
     pub fn is_at_contacts(&self, key: PairKey) -> Option<bool> {
         (key == self.cursor).then_some(self.at_contacts)
     }
@@ -46,7 +46,8 @@ impl RoundRobin {
         (self.cut, self.end) = (cut, end);
     }
 
-    /// Moves on past the turns that have ended. `enough`: work that is all but the guaranteed share.
+    /// Moves on past the turns that have ended. `enough`: work that is all but the guaranteed
+    /// share.
     pub fn advance(&mut self, batch: &Batch, enough: u64) {
         let Some(last) = batch.turns.last().filter(|_| self.holds_cursor) else {
             return;
@@ -60,7 +61,8 @@ impl RoundRobin {
         self.overspent = waiting == Some(0) && is_cut;
     }
 
-    /// Passes by the jobs of a list cut short that are at their ends, so that the next list has others.
+    /// Passes by the jobs of a list cut short that are at their ends, so that the next list has
+    /// others.
     pub fn end_frame(&mut self, jobs: &[Job]) {
         if self.cut && self.holds_cursor {
             let (before, after) = jobs.split_at(jobs.partition_point(|job| job.key < self.cursor));

@@ -1,10 +1,11 @@
 //! Threads that run batches, and sleep between frames.
 //!
-//! A batch goes to a worker and comes back by value, and the bodies are shared, so there is nothing to lock but the lists of
-//! tasks. Locks, waits and lists allocate nothing, which is more than the channels of the standard library promise.
+//! A batch goes to a worker and comes back by value, and the bodies are shared, so there is nothing
+//! to lock but the lists of tasks. Locks, waits and lists allocate nothing, which is more than the
+//! channels of the standard library promise.
 //!
-//! Waking a thread takes as long as a short frame. So each frame wakes all threads when it begins, and they poll for tasks for a
-//! while before they sleep again.
+//! Waking a thread takes as long as a short frame. So each frame wakes all threads when it begins,
+//! and they poll for tasks for a while before they sleep again.
 
 use super::crew::Crew;
 use crate::query::{SYSTEM, Workspace};
@@ -39,7 +40,8 @@ struct Task {
 }
 
 impl Task {
-    /// Lets go of the bodies before the batch is given back: the owner of the scene may then change them.
+    /// Lets go of the bodies before the batch is given back: the owner of the scene may then change
+    /// them.
     fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Batch) {
         self.batch.run(&self.bodies, scratch, &self.round, &SYSTEM);
         (self.index, self.batch)
@@ -86,8 +88,8 @@ struct Shared {
 }
 
 impl Shared {
-    /// No task runs under the lock, so no panic leaves the lists half changed. It is held so briefly that spinning for it is
-    /// cheaper than sleeping.
+    /// No task runs under the lock, so no panic leaves the lists half changed. It is held so
+    /// briefly that spinning for it is cheaper than sleeping.
     fn lock(&self) -> MutexGuard<'_, Tasks> {
         let backoff = Backoff::new();
         loop {
@@ -135,12 +137,12 @@ impl Shared {
         }
     }
 
-    /// What the caller does next: runs a task; or takes back what has ended, while the last tasks run; or waits. `None` if nothing
-    /// is left.
+    /// What the caller does next: runs a task; or takes back what has ended, while the last tasks
+    /// run; or waits. `None` if nothing is left.
     fn next_for_caller(&self, round: &Round) -> Option<Next> {
         let mut tasks = self.lock();
-        // Workers take tasks from the front. Without a deadline the caller takes them from the back, so that in most frames the
-        // same thread runs the same pairs.
+        // Workers take tasks from the front. Without a deadline the caller takes them from the
+        // back, so that in most frames the same thread runs the same pairs.
         let task = if round.end.is_some() {
             tasks.waiting.pop_front()
         } else {

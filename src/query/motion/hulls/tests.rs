@@ -1,4 +1,5 @@
-//! Pairs of triangles that are built to meet at a known time: the tests of boxes and of triangles find each, no later than that.
+//! Pairs of triangles that are built to meet at a known time: the tests of boxes and of triangles
+//! find each, no later than that.
 
 use super::*;
 use crate::math::lanes::{Instructions, Kernel};
@@ -124,7 +125,8 @@ impl Kernel for &InLanes<'_> {
     }
 }
 
-/// What is said of two triangles that meet at a time: by `f32` of the whole piece and of its eighths, and by `f64`.
+/// What is said of two triangles that meet at a time: by `f32` of the whole piece and of its
+/// eighths, and by `f64`.
 fn check_triangles(trees: [&Tree; 2], course: &Course, piece: &Piece, pair: [u32; 2], time: f64) {
     let [a, b] = trees;
     let relation = Relation::new(a, b, &course.pose(piece.middle));
@@ -233,7 +235,8 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
                 turned * start * normal(of_b) * vector(size).x,
             ),
         };
-        // The last kinds like a pendulum, lowest where it meets the other triangle, or like a wheel, which rolls there.
+        // The last kinds like a pendulum, lowest where it meets the other triangle, or like a
+        // wheel, which rolls there.
         let velocity = axis.cross(from_axis) * (-angle * [0.0, 0.4, 1.0][round / 9 % 3]);
         let arm = turned.transpose() * from_axis - start * of_b;
         let place = at - from_axis - velocity * time + arm;

@@ -1,9 +1,10 @@
 //! The first step of a frame: known pairs are looked at again.
 //!
-//! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are now, whether those are placed
-//! and paired or not: their last witnesses, or two that lie next to the latest. Where time is limited and the last frame was cut
-//! short, pairs whose witnesses are lost are searched next, and after them all others that are known. What is found so is told,
-//! even if the list of the frame ends before it, and so are the pairs that met and rest.
+//! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are
+//! now, whether those are placed and paired or not: their last witnesses, or two that lie next to
+//! the latest. Where time is limited and the last frame was cut short, pairs whose witnesses are
+//! lost are searched next, and after them all others that are known. What is found so is told, even
+//! if the list of the frame ends before it, and so are the pairs that met and rest.
 
 mod search;
 
@@ -22,18 +23,21 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-/// A frame looks for pairs that met among this many known ones at least, or among so many for each test of the last frame; and for
-/// pairs to be searched among this many, and so many for each search. For so many of them it finds at most one that rests:
-/// listing these leaves less for the others.
+/// A frame looks for pairs that met among this many known ones at least, or among so many for each
+/// test of the last frame; and for pairs to be searched among this many, and so many for each
+/// search. For so many of them it finds at most one that rests: listing these leaves less for the
+/// others.
 const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
 const PER_REST: usize = 16;
 
-/// What lies next to a lost witness is tested where it is expected to meet this often, and one time in so many where it is not.
+/// What lies next to a lost witness is tested where it is expected to meet this often, and one time
+/// in so many where it is not.
 const LEAST_NEARBY: f32 = 0.2;
 const PER_NEARBY: u32 = 16;
 
-/// Tests over which is averaged how often it meets, of a pair and of all; and how often it does before the first.
+/// Tests over which is averaged how often it meets, of a pair and of all; and how often it does
+/// before the first.
 const TESTS_OF_PAIR: f32 = 8.0;
 const TESTS_OF_SCENE: f32 = 64.0;
 const USUAL_NEARBY: f32 = 0.5;
@@ -103,18 +107,19 @@ pub(crate) struct Revisit {
     /// Places of pairs that wait for their tests, and of those whose witnesses are lost.
     waiting: Vec<u32>,
     lost: Vec<u32>,
-    /// Tests of this frame, work of looking next to witnesses that are lost, and what its searches spent.
+    /// Tests of this frame, work of looking next to witnesses that are lost, and what its searches
+    /// spent.
     tests: usize,
     beside: u64,
     searches: Spent,
-    /// How much more often than usual what lies next to a lost witness meets, and how often it was not tested since it is not
-    /// expected to.
+    /// How much more often than usual what lies next to a lost witness meets, and how often it was
+    /// not tested since it is not expected to.
     nearby: f32,
     passed: u32,
     /// Whether there is no room for more of them.
     pub is_full: bool,
-    /// Where the next frame goes on with its tests; and with its searches of pairs that are lost, whose boxes overlap deeply, and of
-    /// others.
+    /// Where the next frame goes on with its tests; and with its searches of pairs that are lost,
+    /// whose boxes overlap deeply, and of others.
     next: PairKey,
     turns: [PairKey; 3],
 }
@@ -143,8 +148,9 @@ impl Revisit {
         (self.tests, self.beside, self.searches, self.is_full) = (0, 0, Spent::default(), false);
     }
 
-    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If the last list was cut, those that
-    /// rest are found too, that they are listed. `meanwhile` is done while other threads test.
+    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If
+    /// the last list was cut, those that rest are found too, that they are listed. `meanwhile` is
+    /// done while other threads test.
     pub fn test(
         &mut self,
         frame: &Frame,
@@ -215,8 +221,9 @@ impl Revisit {
         self.test_again(frame, pairs, hands, deadline);
     }
 
-    /// Of the pairs whose latest witnesses do not meet any more, tests the ones before, and what lies next to the latest if it is
-    /// expected to meet: surfaces that meet go on meeting there, unless they go far in a frame.
+    /// Of the pairs whose latest witnesses do not meet any more, tests the ones before, and what
+    /// lies next to the latest if it is expected to meet: surfaces that meet go on meeting there,
+    /// unless they go far in a frame.
     fn test_again(
         &mut self,
         frame: &Frame,
@@ -288,9 +295,10 @@ impl Revisit {
         );
     }
 
-    /// Gathers pairs that met, from the one on whose turn it is: those that rest are found, and others wait for their tests or
-    /// are lost. `left`: places that may be looked at, and pairs that may rest. Whether there are more of them, since not many are
-    /// to wait where time is limited.
+    /// Gathers pairs that met, from the one on whose turn it is: those that rest are found, and
+    /// others wait for their tests or are lost. `left`: places that may be looked at, and pairs
+    /// that may rest. Whether there are more of them, since not many are to wait where time is
+    /// limited.
     fn gather(
         &mut self,
         frame: &Frame,

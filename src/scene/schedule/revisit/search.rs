@@ -14,19 +14,21 @@ use crate::scene::schedule::pairs::Pairs;
 use core::mem;
 use core::time::Duration;
 
-/// Of pairs that are not to be searched, every so many-th place is checked against the deadline, and costs as many units of work.
+/// Of pairs that are not to be searched, every so many-th place is checked against the deadline,
+/// and costs as many units of work.
 const PASSED: usize = 64;
 
-/// Boxes overlap deeply that have this part [in common](crate::scene::body::Bodies::common_part) or more. Most pairs that meet are
-/// among these.
+/// Boxes overlap deeply that have this part [in common](crate::scene::body::Bodies::common_part) or
+/// more. Most pairs that meet are among these.
 const DEEP: f64 = 0.1;
 
 /// A thread searches so many pairs at once.
 const SEARCHES: usize = 4;
 
 impl Revisit {
-    /// Asks whether the pairs meet that were lost; if bodies have moved, then those that did not meet and whose boxes overlap deeply,
-    /// and then all others that are known; each in turn, as far as the deadline and [`LEAST`] allow.
+    /// Asks whether the pairs meet that were lost; if bodies have moved, then those that did not
+    /// meet and whose boxes overlap deeply, and then all others that are known; each in turn, as
+    /// far as the deadline and [`LEAST`] allow.
     pub fn search(
         &mut self,
         frame: &Frame,
@@ -83,7 +85,8 @@ impl Revisit {
         deadline.has_room(LEAST_WORK) && !self.is_full
     }
 
-    /// Whether a pair that did not meet, and whose boxes overlap `deep`ly or not, is to be searched before it is listed.
+    /// Whether a pair that did not meet, and whose boxes overlap `deep`ly or not, is to be searched
+    /// before it is listed.
     fn is_sought(
         &self,
         place: usize,
@@ -162,7 +165,8 @@ impl Revisit {
         }
     }
 
-    /// Takes note of what came of a search. If there was no time for it, the next frame goes on with it, or with an earlier one.
+    /// Takes note of what came of a search. If there was no time for it, the next frame goes on
+    /// with it, or with an earlier one.
     fn end_search(&mut self, turn: usize, searched: Turn, pairs: &mut Pairs) {
         self.searches.add(searched.spent);
         if let Some(met) = Meeting::new(searched.key, searched.standing.verdict) {
