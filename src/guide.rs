@@ -1,8 +1,8 @@
-//! Guides and figures: the pages of `docs` in the repository, whose programs are compiled and run
+//! Guides and figures: the pages of `docs` in the repository. Their programs are compiled and run
 //! as tests.
 
 /// Makes a module of a page. The first definition of a link wins: these lead to modules, those at
-/// the end of the page serve readers of the repository.
+/// the end of the page lead to files of the repository.
 macro_rules! page {
     ($name:ident, $path:literal) => {
         /// [benchmarking]: crate::guide::benchmarking

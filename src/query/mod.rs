@@ -1,22 +1,22 @@
-//! The budgeted query: two trees, a question and a budget in, an [`Answer`] out.
+//! The budgeted query: it takes two trees, a question and a budget, and returns an [`Answer`].
 //!
-//! [`traversal`] has the one loop, the stop rule and the guarantee. Around it:
+//! [`traversal`] has the one loop, the stop rule and the guarantee. The other modules:
 //!
 //! | what | where |
 //! |---|---|
 //! | every question: [`Query`], [`Ask`] | here |
-//! | whether surfaces meet, or where | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
-//! | how far apart they are | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
-//! | where they meet or are close | [`contacts`], asked as one of these two |
-//! | when they meet on the way | [`motion`] |
-//! | what rays hit | [`ray`] |
-//! | what a node pair is replaced by, whatever is asked | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
-//! | what can be told without a query | [`root_test`], [`parting`] |
-//! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
+//! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
+//! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
+//! | contacts, asked as one of these two | [`contacts`] |
+//! | time of impact | [`motion`] |
+//! | ray casts | [`ray`] |
+//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
+//! | tests without a query | [`root_test`], [`parting`] |
+//! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
-//! | what an unfinished query can still say | [`certificate`] |
-//! | what a query costs | [`estimate`], [`probe`], [`measure`] |
+//! | bounds on what a stopped query may have missed | [`certificate`] |
+//! | the cost of a query | [`estimate`], [`probe`], [`measure`] |
 
 #[cfg(all(test, feature = "std"))]
 mod apart_tests;
@@ -93,17 +93,17 @@ use crate::tree::Tree;
 use certificate::Place;
 use workspace::Key;
 
-/// A question about two trees. Cheap to make; one for each pose.
+/// A question about two trees. Cheap to make; make one for each pose.
 ///
-/// Its constructors say what is asked: [`Query::intersection`], [`Query::all_pairs`],
-/// [`Query::distance`], [`Query::contacts`], [`Query::impact`], [`Query::ray`]. [`Query::run`]
-/// answers it within a budget, and [`Query::resume`] goes on where the budget ended.
+/// Its constructors choose the question: [`Query::intersection`], [`Query::all_pairs`],
+/// [`Query::distance`], [`Query::contacts`], [`Query::impact`], [`Query::ray`], [`Query::rays`].
+/// [`Query::run`] answers it within a budget, and [`Query::resume`] continues a stopped run.
 ///
 /// **Guarantee.** At every moment each pair of triangles that matters has been taken into account,
 /// or is kept in the workspace, or lies under a node pair still to be opened. So a finished answer
-/// has missed nothing, a stopped query can name what it may have missed ([`Query::certificate`]),
-/// and it can go on later as if it had never stopped. A full queue costs order, a full buffer is a
-/// stop reason; neither costs an answer.
+/// has missed nothing. A stopped query can bound what it may have missed ([`Query::certificate`]),
+/// and it can continue later as if it had never stopped. A full queue changes only the order of
+/// visits, and a full buffer is a stop reason; neither loses an answer.
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'t, Q> {
     a: &'t Tree,
@@ -112,24 +112,24 @@ pub struct Query<'t, Q> {
     fault: Option<OptionError>,
 }
 
-/// What a [`Query`] asks, and what its answer is.
+/// The question of a [`Query`], with the type of its answer.
 pub trait Question {
-    /// What an [`Answer`] tells.
+    /// The type of [`Answer::value`].
     type Value;
 }
 
-/// Questions for which a [`PairMemory`] has something of the frame before.
+/// Questions that can use a [`PairMemory`] of the previous frame.
 pub trait Remembers: Question {}
 
-/// How a run of a question begins, goes on and is answered. [`Query`] has the rest, which is the
-/// same for all questions.
+/// How a run of a question begins, continues and is answered. [`Query`] has the rest, which all
+/// questions share.
 pub trait Ask {
     type Value;
 
-    /// What two calls must have in common to be one query.
+    /// Two calls belong to one query if their keys are equal.
     fn key(&self) -> Key;
 
-    /// Whether the workspace has what the key leaves out.
+    /// True if the workspace agrees with the query in what the key leaves out.
     fn is_in(&self, _workspace: &Workspace) -> bool {
         true
     }
@@ -137,7 +137,7 @@ pub trait Ask {
     /// Prepares the workspace for a run from the roots.
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget);
 
-    /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    /// Continues the run in the workspace until it is over or the deadline stops it.
     fn advance(
         &self,
         workspace: &mut Workspace,
@@ -145,10 +145,10 @@ pub trait Ask {
         deadline: &mut Deadline,
     ) -> StopReason;
 
-    /// What the run in the workspace has shown, having ended for this reason.
+    /// The answer of the run in the workspace, which ended for the reason `stop`.
     fn answer(&self, workspace: &Workspace, stop: StopReason) -> Self::Value;
 
-    /// Where B is, and how far apart what matters may be.
+    /// The pose or motion of B, and the largest distance that matters.
     fn place(&self, workspace: &Workspace) -> Place<'_>;
 }
 
@@ -162,12 +162,12 @@ impl<'t, Q> Query<'t, Q> {
         }
     }
 
-    /// The query itself, if all that it was given are numbers that it can use. Without this, it
-    /// goes by the nearest that it can.
+    /// Returns the query if all numbers given to it are valid. Without this check the query uses
+    /// the nearest valid numbers.
     ///
     /// # Errors
-    /// If a tolerance, a margin or a limit is negative, too large or no number. The error names the
-    /// first of them.
+    /// If a tolerance, a margin or a limit is negative, too large or NaN. The error names the first
+    /// of them.
     pub fn checked(self) -> Result<Self, OptionError> {
         match self.fault {
             Some(fault) => Err(fault),
@@ -180,12 +180,12 @@ impl<'t, Q: Question> Query<'t, Q>
 where
     Self: Ask<Value = Q::Value>,
 {
-    /// Runs within a budget. What it finds stays in the workspace.
+    /// Runs within a budget. The pairs, contacts and hits that it finds stay in the workspace.
     ///
-    /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end
+    /// Under a budget of time it reads the clock more often the nearer the deadline, in the end
     /// every [`Budget::poll_interval`] units of work. It does not lock or panic. It does not
-    /// allocate, but for the first query in a workspace for contacts or for all hits of a ray: it
-    /// makes room for 4,096, unless [`Workspace::reserve_contacts`] or
+    /// allocate, with one exception: the first query in a workspace for contacts, or for all hits
+    /// of a ray, makes room for 4,096, unless [`Workspace::reserve_contacts`] or
     /// [`Workspace::reserve_ray_hits`] has made some.
     pub fn run<'c>(
         &self,
@@ -195,9 +195,9 @@ where
         self.run_from(workspace, None, budget.into())
     }
 
-    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
+    /// Continues the stopped run that the workspace holds, with a fresh budget.
     ///
-    /// However it is cut into pieces by budgets of work, the answer at the end is that of one
+    /// However budgets of work cut a query into calls, the last answer equals that of one
     /// uninterrupted run.
     ///
     /// # Errors
@@ -211,12 +211,11 @@ where
         self.resume_from(workspace, None, budget.into())
     }
 
-    /// The query with what is remembered of the pair, if anything, from the frame before, and will
-    /// be for the next.
+    /// The query with the memory of its pair: it uses what the memory holds of the previous frame,
+    /// and updates it for the next.
     ///
-    /// As long as B stays within what the memory knows of its distance ([`PairMemory::clearance`]),
-    /// the answer is known without a search; and triangles that met, or were closest, are looked at
-    /// first.
+    /// While B stays within the proven clearance ([`PairMemory::clearance`]), the answer is known
+    /// without a search. Triangles that intersected, or were closest, are tested first.
     ///
     /// ```
     /// use punctual::{Budget, PairMemory, Pose, Query, Tree, Workspace, shapes};
@@ -240,11 +239,12 @@ where
         }
     }
 
-    /// What the last run of this query in `workspace` may have missed, and where.
+    /// Bounds what the last run of this query in `workspace` may have missed, and where.
     ///
-    /// Of a distance query that is what is closer than its upper bound by more than the tolerance,
-    /// of a contact query the middle of the closest points of each contact, and of a motion where
-    /// the surfaces may still meet before the contact that was found, if any.
+    /// For a distance query, this is what is closer than its upper bound by more than the
+    /// tolerance. For a contact query, the boxes hold the middle of the closest points of each
+    /// missing contact. For a motion, the boxes show where the surfaces may still meet before the
+    /// contact that was found, if any.
     ///
     /// # Errors
     /// If the last run in this workspace was not of this query (the same trees, pose and options).
@@ -283,7 +283,7 @@ where
         Ok(self.spend(workspace, memory, &mut Deadline::of(budget)))
     }
 
-    /// Spends a budget on the run in the workspace.
+    /// Spends a budget on the run in the workspace, and answers.
     pub(crate) fn spend(
         &self,
         workspace: &mut Workspace,
@@ -299,7 +299,7 @@ where
         }
     }
 
-    /// Whether the workspace has the last run of this query.
+    /// An error unless the last run in the workspace was of this query.
     pub(crate) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
         if self.is_in(workspace) {
@@ -309,13 +309,13 @@ where
         }
     }
 
-    /// Whether the workspace holds a stopped run of this query.
+    /// True if the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.stopped && self.holds(workspace).is_ok()
     }
 }
 
-/// A query that goes by what is remembered of its pair: [`Query::with_memory`].
+/// A query with the memory of its pair: [`Query::with_memory`].
 #[derive(Debug)]
 #[must_use]
 pub struct QueryWithMemory<'m, 't, Q> {
@@ -327,7 +327,7 @@ impl<'t, Q: Question> QueryWithMemory<'_, 't, Q>
 where
     Query<'t, Q>: Ask<Value = Q::Value>,
 {
-    /// [`Query::run`] by the memory.
+    /// [`Query::run`] with the memory.
     pub fn run<'c>(
         self,
         workspace: &mut Workspace,
@@ -336,7 +336,7 @@ where
         self.query.run_from(workspace, self.memory, budget.into())
     }
 
-    /// [`Query::resume`] by the memory.
+    /// [`Query::resume`] with the memory.
     ///
     /// # Errors
     /// If the last run in this workspace was not of this query (the same trees, pose and options),

@@ -1,8 +1,8 @@
-//! The clock of calls that are handed none.
+//! The clock of calls without one of their own.
 //!
-//! Where the system has no clock such calls have no time either: a budget of time is over at once,
-//! since nothing can tell how much of it is left. That is so without `std`, and on
-//! `wasm32-unknown-unknown`, whose `std` panics when asked for the time.
+//! If the system has no clock, a budget of time ends at once, because the time left is unknown.
+//! This is so without `std`, and on `wasm32-unknown-unknown`, whose `std` panics when asked for the
+//! time.
 
 use super::budget::{Budget, Clock};
 use core::time::Duration;
@@ -16,8 +16,9 @@ mod clock {
     use std::sync::OnceLock;
     use std::time::Instant;
 
-    /// The monotonic clock of the operating system, about 25 ns a look. All of a program tell the
-    /// time since the first look. There is none without `std`, nor on `wasm32-unknown-unknown`.
+    /// The monotonic clock of the operating system; a reading takes about 25 ns. All system clocks
+    /// of a program count from the first reading of any. Not available without `std`, nor on
+    /// `wasm32-unknown-unknown`.
     #[derive(Clone, Copy, Debug, Default)]
     #[non_exhaustive]
     pub struct SystemClock;
@@ -32,7 +33,7 @@ mod clock {
     pub(crate) const SYSTEM: SystemClock = SystemClock;
 
     impl Budget {
-        /// What is left of a budget by [`SYSTEM`]: all of it.
+        /// The budget as measured by [`SYSTEM`], unchanged.
         pub(crate) const fn by_system(self) -> Self {
             self
         }
@@ -59,7 +60,7 @@ mod clock {
     pub(crate) const SYSTEM: NoClock = NoClock;
 
     impl Budget {
-        /// What is left of a budget by [`SYSTEM`]: no time.
+        /// The budget as measured by [`SYSTEM`]: its time becomes 0.
         pub(crate) fn by_system(self) -> Self {
             Self {
                 time: self.time.map(|_| Duration::ZERO),
