@@ -123,7 +123,7 @@ impl Scene {
     /// self-distance. A body has no distance from itself; exclude joined links by their filters, or
     /// make them parts of one compound. `tolerance` is a length: pairs that are farther apart than
     /// the closest pair minus the tolerance are not queried. The margins of bodies count. Pairs
-    /// that may not meet by their filters do not count. may not meet by their filters do not.
+    /// that may not meet by their filters do not count.
     ///
     /// This takes fewer queries than all pairs. The last upper bound, corrected for the
     /// displacement of both bodies, is an upper bound at once. Pairs need no query if their boxes,
