@@ -19,8 +19,8 @@ pub(super) struct Interval {
     limit: f64,
     /// Distances beyond this are not resolved.
     ceiling: f64,
-    /// An upper bound this small suffices, whatever the lower bound. With 0, only an intersection
-    /// suffices.
+    /// An upper bound this small suffices, whatever the lower bound. With 0, only contact of the
+    /// thickened surfaces suffices.
     enough: f64,
     low: f64,
     high: f64,

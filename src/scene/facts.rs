@@ -36,7 +36,7 @@ pub(super) struct Facts {
     /// True if its pairs may have other questions than whether they meet: it has a margin or a
     /// motion, or is measured.
     pub is_special: bool,
-    /// Whether it is a part of a compound.
+    /// True if it is a part of a compound.
     pub is_part: bool,
 }
 

@@ -128,7 +128,7 @@ impl MotionState {
         self.free_until
     }
 
-    /// What is free until this time no longer matters.
+    /// A pair that is free until this time no longer matters.
     pub fn cut(&self) -> f64 {
         self.contact.map_or(f64::INFINITY, |contact| {
             (contact.time - 2.0 * self.tolerance).max(0.0)

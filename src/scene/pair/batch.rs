@@ -217,7 +217,7 @@ pub(crate) struct Desk<'d, 'c> {
     pub looks_ahead: bool,
 }
 
-/// How far a pair got.
+/// The progress of a pair in its turn.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Ended {
     Complete,

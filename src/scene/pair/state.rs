@@ -26,7 +26,7 @@ pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
 /// After this many tests, earlier ones no longer matter.
 const MOST_TESTS: u64 = 64;
 
-/// What was reported of a pair, besides verdicts.
+/// The reported results of a pair, besides verdicts.
 #[derive(Clone, Debug)]
 pub(crate) enum Said {
     /// Probabilities that estimates reported for the current poses, until the pair is decided.

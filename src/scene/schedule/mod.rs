@@ -88,8 +88,8 @@ const PARTS: u32 = 16;
 const PART: usize = 64;
 const PART_ALONE: usize = 512;
 
-/// At most this part of a frame (1 / 4) is reserved for listing the pairs that were found to meet
-/// before the list.
+/// The time reserved for listing the pairs that were found to meet before the list is at most a
+/// frame divided by this.
 const LIST_OF_FOUND: u32 = 4;
 
 /// Maximum number of rounds of a frame. The rest is small after two or three.
