@@ -320,8 +320,7 @@ typedef struct punctual_mesh_facts {
 /**
  * Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices, from 0, which are copied.
  *
- * Coordinates are in one length unit, the caller's, in the frame of the mesh, and kept to the bit; those
- * below 2^-300, and denormal ones of float, become zero. Triangles may be
+ * Coordinates are in one length unit, the caller's, in the frame of the mesh, and kept to the bit. Triangles may be
  * degenerate, share vertices or overlap; vertices that none uses may hold anything. No triangles are fine. Takes linear
  * time.
  *
@@ -1038,9 +1037,14 @@ enum punctual_stop_reason
    */
   PUNCTUAL_STOP_REASON_PAIRS_FULL = 4,
   /**
+   * The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
+   * about 2^-960, that this could make an answer false. Clear the setting and resume.
+   */
+  PUNCTUAL_STOP_REASON_FLUSHED_TO_ZERO = 5,
+  /**
    * The call was cancelled. No clock of this interface does that.
    */
-  PUNCTUAL_STOP_REASON_CANCELLED = 5,
+  PUNCTUAL_STOP_REASON_CANCELLED = 6,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

@@ -298,9 +298,9 @@ fn without_time_no_more_than_a_step_is_done_and_the_query_goes_on_later() {
     }
 }
 
-/// Room for contacts and for all hits of a ray is made by the first query for them, and by no other call.
+/// Room for contacts, all hits of a ray and batches of rays is made by the first query for them, and by no other call.
 #[test]
-fn not_even_the_first_call_allocates_but_for_contacts_and_all_hits() {
+fn not_even_the_first_call_allocates_but_for_contacts_all_hits_and_batches() {
     let budgets = [
         Budget::work(0),
         Budget::work(500),
@@ -311,8 +311,10 @@ fn not_even_the_first_call_allocates_but_for_contacts_and_all_hits() {
         for asked in QUESTIONS {
             for budget in budgets {
                 let mut room = Room::new();
-                let makes_room =
-                    matches!(asked, Asked::Touching | Asked::Contacts | Asked::AllHits);
+                let makes_room = matches!(
+                    asked,
+                    Asked::Touching | Asked::Contacts | Asked::AllHits | Asked::Batch
+                );
                 let first = allocator_calls(|| _ = room.run(asked, place, budget));
                 assert!(first == 0 || makes_room, "{asked:?}: {first} calls");
                 assert_eq!(

@@ -231,7 +231,7 @@ fn pairs_that_need_the_exact_stage() {
         Family::Grid,
         Family::Degenerate,
         Family::FarOffset,
-        Family::Tiny,
+        Family::Denormal,
         Family::Enormous,
     ] {
         let a = Tree::new(soup(family, 25, &mut random));

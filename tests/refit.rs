@@ -86,7 +86,7 @@ const DEFORMATIONS: [Deformation; 8] = [
         DVec3::new(1000.0, 1.0, 1e-3) * v
     }),
     ("shift far away", |v| v + DVec3::new(1e7, -3e6, 0.1)),
-    ("shrink to dust", |v| 1e-70 * v),
+    ("shrink to dust", |v| 1e-200 * v),
     ("squash to a plane", |v| DVec3::new(v.x, v.y, 0.25)),
     ("collapse to a point", |_| DVec3::new(0.5, 0.25, 0.125)),
 ];

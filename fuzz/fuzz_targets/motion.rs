@@ -104,7 +104,10 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
     let (clock, enough) = (ManualClock::new(), Budget::work(20_000_000));
     let whole = query.run(&mut workspace, enough.clock(&clock));
     assert_sound(&query, [&a, &b], &whole);
-    if whole.stop == StopReason::WorkLimit {
+    if matches!(
+        whole.stop,
+        StopReason::FlushedToZero | StopReason::WorkLimit
+    ) {
         return Ok(());
     }
     let piece = Budget::work(u64::from(bytes.arbitrary::<u16>()?) + whole.stats.work / 64);

@@ -43,6 +43,9 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
     }
     let query = Query::ray(&tree, ray).mode(RayMode::All);
     let all = query.run(&mut workspace, Budget::unlimited().clock(&clock));
+    if all.stop == StopReason::FlushedToZero {
+        return Ok(());
+    }
     let hits: Vec<RayHit> = workspace.ray_hits().to_vec();
     if ray.is_segment() {
         let segment = [from, to, to].map(punctual::glam::DVec3::from_array);

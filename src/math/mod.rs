@@ -3,8 +3,8 @@
 mod aabb;
 #[cfg(feature = "serde")]
 pub(crate) mod bound;
+pub(crate) mod denormals;
 pub(crate) mod lanes;
-pub(crate) mod least;
 pub(crate) mod motion;
 pub(crate) mod pose;
 pub(crate) mod random;

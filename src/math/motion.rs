@@ -1,6 +1,5 @@
 //! Rigid motions: where a body is at every time from 0 to 1.
 
-use super::least::snapped;
 use super::pose::{Pose, rotation_deviation};
 use super::tolerance::SCENE_REACH;
 use core::fmt;
@@ -11,7 +10,6 @@ use glam::{DMat3, DQuat, DVec3};
 /// At time `t` a point that `start` brings to `x` is at `p + t v + R(t w) (x - p)`, where `v` is the velocity, `w` the turn
 /// (the axis by the right-hand rule, times the angle in radians), `p` a point of the axis at time 0, and `R` the rotation of a
 /// turn. [`Motion::pose`] says so in `f64`; what is proven of a motion holds for these poses.
-/// Components below 2^-300 (5e-91) become zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -163,9 +161,9 @@ impl Motion {
         }
         Ok(Self {
             start,
-            velocity: snapped(velocity),
-            turn: snapped(turn),
-            arm: snapped(arm),
+            velocity,
+            turn,
+            arm,
         })
     }
 

@@ -9,13 +9,12 @@ use core::fmt;
 use glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 
 use super::larger;
-use super::least::{Number, snapped};
 use super::tolerance::{COORDINATE_LIMIT, ROTATION_TOLERANCE};
 
 /// A rotation followed by a translation, both f64: `b_in_a` maps coordinates of B to coordinates of A.
 ///
 /// The rotation matrix is checked (no entry of `|RᵀR − I|` above 1e-3, no mirror) and then used as it is,
-/// never made orthonormal. Entries below 2^-300 (5e-91) become zero.
+/// never made orthonormal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "[f64; 12]", into = "[f64; 12]"))]
@@ -75,7 +74,7 @@ impl Pose {
         translation: DVec3::ZERO,
     };
 
-    /// A pose from a rotation matrix, column by column, and a translation: a `DMat3` and a `DVec3` of
+    /// A pose from a rotation matrix, column by column, and a translation, both kept to the bit: a `DMat3` and a `DVec3` of
     /// any version of glam, or what else has the same entries.
     ///
     /// ```
@@ -100,8 +99,8 @@ impl Pose {
 
     fn checked(rotation: DMat3, translation: DVec3) -> Result<Self, PoseError> {
         let pose = Self {
-            rotation: snapped_rotation(rotation),
-            translation: snapped(translation),
+            rotation,
+            translation,
         };
         if let Some(entry) = pose.to_row_major().iter().position(|e| !e.is_finite()) {
             return Err(PoseError::NotFinite { entry });
@@ -226,7 +225,7 @@ impl Pose {
         } = inner.rotation;
         let rotation = DMat3::from_cols(self.rotate(x), self.rotate(y), self.rotate(z));
         Self {
-            rotation: snapped_rotation(rotation),
+            rotation,
             translation: self.transform_point(inner.translation),
         }
     }
@@ -255,7 +254,7 @@ impl Pose {
         let determinant = x.dot(y.cross(z));
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         let mut inverse = Self {
-            rotation: snapped_rotation(cofactors.transpose() * determinant.recip()),
+            rotation: cofactors.transpose() * determinant.recip(),
             translation: DVec3::ZERO,
         };
         inverse.translation = -inverse.rotate(self.translation);
@@ -299,12 +298,6 @@ impl From<Pose> for [f64; 12] {
     fn from(pose: Pose) -> Self {
         pose.to_row_major()
     }
-}
-
-/// Without the entries that are too small. It moves no point by more than a rounding.
-#[inline]
-fn snapped_rotation(rotation: DMat3) -> DMat3 {
-    DMat3::from_cols_array(&rotation.to_cols_array().map(Number::snapped))
 }
 
 /// How far a finite matrix is from a rotation (no unit): the largest entry of `|RᵀR − I|`, and at least

@@ -1,7 +1,6 @@
 //! Rays and segments.
 
 use super::Pose;
-use super::least::Number;
 use super::tolerance::COORDINATE_LIMIT;
 use core::fmt;
 use glam::DVec3;
@@ -10,7 +9,7 @@ use glam::DVec3;
 ///
 /// Its points are `origin + t direction` with `t >= 0`, for a segment `origin + t (end - origin)` with `0 <= t <= 1`, in real
 /// numbers: which triangles have such a point is decided exactly for the numbers as they are given. The direction may have any
-/// length; `t` counts in that length. Coordinates and components below 2^-300 (5e-91) become zero.
+/// length; `t` counts in that length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     origin: DVec3,
@@ -76,11 +75,7 @@ impl Ray {
         origin: impl Into<[f64; 3]>,
         direction: impl Into<[f64; 3]>,
     ) -> Result<Self, RayError> {
-        Self::checked(
-            origin.into().map(Number::snapped),
-            direction.into().map(Number::snapped),
-            false,
-        )
+        Self::checked(origin.into(), direction.into(), false)
     }
 
     /// The segment between two points, both of them included; `t` goes from 0 to 1.
@@ -88,11 +83,7 @@ impl Ray {
     /// # Errors
     /// [`RayError`].
     pub fn segment(from: impl Into<[f64; 3]>, to: impl Into<[f64; 3]>) -> Result<Self, RayError> {
-        Self::checked(
-            from.into().map(Number::snapped),
-            to.into().map(Number::snapped),
-            true,
-        )
+        Self::checked(from.into(), to.into(), true)
     }
 
     fn checked(origin: [f64; 3], target: [f64; 3], is_segment: bool) -> Result<Self, RayError> {

@@ -31,6 +31,7 @@ pub struct Mesh {
     triangles: Box<[[u32; 3]]>,
     aabb: Aabb,
     all_in_use: bool,
+    least_exponent: i32,
 }
 
 /// Why vertices and triangles are no [`Mesh`].
@@ -109,7 +110,7 @@ impl fmt::Display for MeshError {
 impl core::error::Error for MeshError {}
 
 impl Mesh {
-    /// A mesh from f32 vertices and corner indices, kept to the bit; denormal coordinates become zero. No triangles are fine.
+    /// A mesh from f32 vertices and corner indices, kept to the bit. No triangles are fine.
     ///
     /// Takes time linear in vertices and triangles.
     ///
@@ -130,7 +131,7 @@ impl Mesh {
         Self::checked(Vertices::F32(vertices), triangles.into_iter().collect())
     }
 
-    /// A mesh from f64 vertices and corner indices. Coordinates below 2^-300 (5e-91) become zero. No triangles are fine.
+    /// A mesh from f64 vertices and corner indices. No triangles are fine.
     ///
     /// It is stored as f32 if that keeps every bit of the vertices in use (the others are rounded), else as f64, which
     /// costs memory and some speed. Takes time linear in vertices and triangles.
@@ -178,14 +179,14 @@ impl Mesh {
     }
 
     /// For triangles that are valid by construction.
-    fn trusted(mut vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Self {
-        vertices.snap();
+    fn trusted(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Self {
         let all_in_use = all_in_use(vertices.len(), &triangles);
         let mut mesh = Self {
             vertices,
             triangles,
             aabb: Aabb::EMPTY,
             all_in_use,
+            least_exponent: 0,
         };
         mesh.measure();
         mesh
@@ -249,6 +250,12 @@ impl Mesh {
     #[inline]
     pub fn aabb(&self) -> Aabb {
         self.aabb
+    }
+
+    /// log2 of the least magnitude of a coordinate other than zero, rounded down; far lower if it is denormal as stored.
+    #[inline]
+    pub(crate) fn least_exponent(&self) -> i32 {
+        self.least_exponent
     }
 
     /// Whether the vertices are stored as f32, which is then exact.

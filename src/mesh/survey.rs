@@ -1,7 +1,7 @@
-//! One look at all vertices: whether they may be used, and the box around them.
+//! One look at all vertices: whether they may be used, the box around them, the least magnitude of a coordinate.
 
+use crate::math::denormals::Number;
 use crate::math::lanes::{Instructions, Kernel, Lanes};
-use crate::math::least::Number;
 use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
 
 pub(super) struct Survey {
@@ -9,6 +9,8 @@ pub(super) struct Survey {
     pub is_good: bool,
     /// Around all of them, if they are good.
     pub aabb: Aabb,
+    /// As [`super::Mesh::least_exponent`].
+    pub least_exponent: i32,
 }
 
 /// Looks at the points that `of` makes of `vertices`.
@@ -29,6 +31,7 @@ impl<V: Copy, N: Number, F: Fn(V) -> [N; 3]> Kernel for Look<'_, V, F> {
         let mut seen = Seen {
             min: [N::INFINITY; 12],
             max: [N::NEG_INFINITY; 12],
+            least: [N::ALL_BITS; 12],
             greatest: [N::NO_BITS; 12],
         };
         let (fours, rest) = self.vertices.as_chunks();
@@ -46,6 +49,7 @@ impl<V: Copy, N: Number, F: Fn(V) -> [N; 3]> Kernel for Look<'_, V, F> {
 struct Seen<N: Number> {
     min: [N; 12],
     max: [N; 12],
+    least: [N::Bits; 12],
     greatest: [N::Bits; 12],
 }
 
@@ -55,6 +59,7 @@ impl<N: Number> Seen<N> {
         for (k, &x) in vertices.as_flattened().iter().enumerate() {
             self.min[k] = if x < self.min[k] { x } else { self.min[k] };
             self.max[k] = if self.max[k] < x { x } else { self.max[k] };
+            self.least[k] = self.least[k].min(x.rank());
             self.greatest[k] = self.greatest[k].max(x.magnitude());
         }
     }
@@ -64,12 +69,14 @@ impl<N: Number> Seen<N> {
             [0, 3, 6, 9].map(|i| [numbers[i], numbers[i + 1], numbers[i + 2]].map(Into::into))
         };
         let greatest = self.greatest.into_iter().max().map(N::of_magnitude);
+        let least = self.least.into_iter().min().unwrap_or(N::ALL_BITS);
         Survey {
             is_good: greatest.is_none_or(|greatest| greatest.into() <= COORDINATE_LIMIT),
             aabb: Aabb {
                 min: Aabb::from_points(points(self.min)).min,
                 max: Aabb::from_points(points(self.max)).max,
             },
+            least_exponent: N::exponent(least),
         }
     }
 }
@@ -97,6 +104,11 @@ mod tests {
                 let found = survey(&vertices, |vertex| vertex);
                 let is_good = numbers.iter().all(|x| x.abs() <= COORDINATE_LIMIT);
                 assert_eq!(found.is_good, is_good, "{vertices:?}");
+                let least = numbers.iter().map(|x| x.rank()).min();
+                assert_eq!(
+                    found.least_exponent,
+                    f64::exponent(least.unwrap_or(u64::MAX))
+                );
                 if is_good {
                     assert_eq!(found.aabb, Aabb::from_points(vertices.iter().copied()));
                 }

@@ -2,7 +2,7 @@
 
 use super::survey::{Survey, survey};
 use super::{Mesh, MeshError};
-use crate::math::{Aabb, least::Number, tolerance::COORDINATE_LIMIT};
+use crate::math::{Aabb, denormals::Number, tolerance::COORDINATE_LIMIT};
 use alloc::boxed::Box;
 use glam::DVec3;
 
@@ -28,18 +28,6 @@ impl Vertices {
             Self::F64(v) => DVec3::from_array(v[i]),
         }
     }
-
-    /// Makes coordinates zero that are too small.
-    pub fn snap(&mut self) {
-        match self {
-            Self::F32(v) => snap(v.as_flattened_mut()),
-            Self::F64(v) => snap(v.as_flattened_mut()),
-        }
-    }
-}
-
-fn snap<N: Number>(coordinates: &mut [N]) {
-    coordinates.iter_mut().for_each(|x| *x = x.snapped());
 }
 
 /// A coordinate as vertices may keep it.
@@ -73,11 +61,9 @@ impl Mesh {
         vertices: &[V],
     ) -> Result<(), MeshError> {
         if self.is_f32() {
-            self.replace(vertices, |vertex| vertex.into().map(f32::snapped))
+            self.replace(vertices, V::into)
         } else {
-            self.replace(vertices, |vertex| {
-                vertex.into().map(|x| f64::from(x.snapped()))
-            })
+            self.replace(vertices, |vertex| vertex.into().map(f64::from))
         }
     }
 
@@ -86,13 +72,12 @@ impl Mesh {
         &mut self,
         vertices: &[V],
     ) -> Result<(), MeshError> {
-        let of = |vertex: V| vertex.into().map(f64::snapped);
-        let is_exact = |vertex: &V| of(*vertex).into_iter().all(is_f32_exact);
+        let is_exact = |vertex: &V| (*vertex).into().into_iter().all(is_f32_exact);
         let in_use = || self.in_use().all(|i| vertices.get(i).is_some_and(is_exact));
         if self.is_f32() && (vertices.iter().all(is_exact) || in_use()) {
-            self.replace(vertices, |vertex| of(vertex).map(|x| x as f32))
+            self.replace(vertices, |vertex| vertex.into().map(|x| x as f32))
         } else {
-            self.replace(vertices, of)
+            self.replace(vertices, V::into)
         }
     }
 
@@ -122,7 +107,7 @@ impl Mesh {
         Ok(())
     }
 
-    /// Takes note of the smallest box around all vertices in use.
+    /// Takes note of the smallest box around all vertices in use, and of the least coordinate of any.
     pub(super) fn measure(&mut self) {
         self.note(&match &self.vertices {
             Vertices::F32(v) => survey(v, |vertex| vertex),
@@ -131,6 +116,7 @@ impl Mesh {
     }
 
     fn note(&mut self, survey: &Survey) {
+        self.least_exponent = survey.least_exponent;
         self.aabb = if self.all_in_use {
             survey.aabb
         } else {
@@ -156,9 +142,9 @@ pub(super) fn check_vertex(vertex: usize, position: DVec3) -> Result<(), MeshErr
     Ok(())
 }
 
-/// Whether a coordinate is a normal f32 number or zero. Compared by bits, because the sign of a zero is kept too.
+/// Compared by bits, because the sign of a zero is kept too.
 pub(super) fn is_f32_exact(coordinate: f64) -> bool {
-    f64::from((coordinate as f32).snapped()).to_bits() == coordinate.to_bits()
+    f64::from(coordinate as f32).to_bits() == coordinate.to_bits()
 }
 
 /// Whether triangles use every vertex.

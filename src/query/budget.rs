@@ -1,9 +1,7 @@
 //! Budgets, and the clocks that measure them.
 
-use super::system::SYSTEM;
 use crate::model::cost::MAX_STEP_WORK;
 use core::cell::Cell;
-use core::fmt;
 use core::time::Duration;
 
 /// The limits of one call.
@@ -71,14 +69,6 @@ impl Budget {
         }
     }
 
-    /// The same limits, measured by `clock` instead of the system clock.
-    pub const fn clock(self, clock: &dyn Clock) -> ClockedBudget<'_> {
-        ClockedBudget {
-            budget: self,
-            clock: Some(clock),
-        }
-    }
-
     /// True if nothing can end the call early.
     pub(crate) fn is_unlimited(self) -> bool {
         self.time.is_none() && self.work.is_none()
@@ -95,40 +85,6 @@ pub trait Clock {
     /// [`StopReason::Cancelled`](crate::StopReason::Cancelled). Called about once a millisecond.
     fn is_cancelled(&self) -> bool {
         false
-    }
-}
-
-/// A budget and the clock that measures its time ([`Budget::clock`]). Calls accept it in place of a
-/// [`Budget`], which uses the system clock.
-#[derive(Clone, Copy)]
-#[must_use]
-pub struct ClockedBudget<'c> {
-    pub(crate) budget: Budget,
-    /// `None` selects the system clock.
-    pub(crate) clock: Option<&'c dyn Clock>,
-}
-
-impl<'c> ClockedBudget<'c> {
-    pub(crate) fn parts(self) -> (Budget, &'c dyn Clock) {
-        match self.clock {
-            Some(clock) => (self.budget, clock),
-            None => (self.budget.by_system(), &SYSTEM),
-        }
-    }
-}
-
-impl From<Budget> for ClockedBudget<'static> {
-    fn from(budget: Budget) -> Self {
-        Self {
-            budget,
-            clock: None,
-        }
-    }
-}
-
-impl fmt::Debug for ClockedBudget<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("ClockedBudget").field(&self.budget).finish()
     }
 }
 

@@ -7,22 +7,22 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
+use super::deadline::Deadline;
 use super::interval::{Interval, Tolerance};
 use super::meeting::Meeting;
 use super::memory::PairMemory;
 use super::nearest::Nearness;
 use super::options::{ContactOptions, Mode, OptionError, Options};
 use super::outcome::StopReason;
+use super::question::{Ask, Query, Question};
 use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::triangle_pairs::PATIENCE;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use super::{Ask, Deadline, Query, Question};
 use crate::contact::{Contact, face_normal};
 use crate::math::Pose;
-use crate::math::least::LEAST;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::tree::Tree;
 use glam::DVec3;
@@ -86,7 +86,7 @@ impl<'t> Query<'t, Contacts> {
     #[must_use]
     pub fn margin(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "margin", distance, f64::INFINITY);
-        self.asked.options.margin = if distance >= LEAST {
+        self.asked.options.margin = if distance > 0.0 {
             distance.min(LARGEST_MARGIN)
         } else {
             0.0

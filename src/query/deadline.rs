@@ -9,8 +9,9 @@
 //! Whatever the budget, the clock is asked every [`BETWEEN_LOOKS`] units whether the caller cancels
 //! the call.
 
-use super::budget::{Clock, ClockedBudget};
+use super::budget::Clock;
 use super::outcome::StopReason;
+use super::system::ClockedBudget;
 use crate::math::nanoseconds;
 use crate::model::cost::{
     FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART,

@@ -2,18 +2,19 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
+use super::deadline::Deadline;
 use super::halves::Halves;
 use super::interval::{Interval, Tolerance};
 use super::memory::PairMemory;
 use super::nearest::Nearness;
 use super::options::{DistanceOptions, OptionError, thickness};
 use super::outcome::StopReason;
+use super::question::{Ask, Query, Question, Remembers};
 use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use super::{Ask, Deadline, Query, Question, Remembers};
 use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;

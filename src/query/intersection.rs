@@ -5,17 +5,18 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
+use super::deadline::Deadline;
 use super::meeting::Meeting;
 use super::memory::{Before, PairMemory, WITNESSES};
 use super::options::{Mode, Options};
 use super::order::Order;
 use super::outcome::{StopReason, Verdict};
+use super::question::{Ask, Query, Question, Remembers};
 use super::queue::Pair;
 use super::strategy::{Plan, Strategy, WarmStart};
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use super::{Ask, Deadline, Query, Question, Remembers};
 use crate::math::{Pose, nanoseconds};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
@@ -208,6 +209,9 @@ impl<'t> Query<'t, Intersection> {
             deadline,
         )
         .advance();
+        if stop == StopReason::FlushedToZero {
+            return stop;
+        }
         if let Some(memory) = memory {
             memory.bind(self.a, self.b);
             memory.remember(self.asked.options.mode, stop, workspace, before);

@@ -1,8 +1,8 @@
 //! Measures the costs on this machine with a few timed queries.
 
-use super::Query;
 use super::budget::{Budget, Clock};
 use super::options::Mode;
+use super::question::Query;
 use super::workspace::Workspace;
 use crate::math::{Pose, nanoseconds};
 use crate::mesh::shapes;

@@ -4,7 +4,7 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | every question: [`Query`], [`Ask`] | here |
+//! | every question: [`Query`] | [`question`] |
 //! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
 //! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | contacts, asked as one of these two | [`contacts`] |
@@ -33,6 +33,7 @@ mod distance;
 mod edge_axes;
 mod estimate;
 mod expand;
+mod flushing;
 mod follow;
 mod gaps;
 mod halves;
@@ -53,6 +54,7 @@ mod order;
 mod outcome;
 pub(crate) mod parting;
 mod probe;
+mod question;
 mod queue;
 mod ray;
 mod refinement;
@@ -67,20 +69,24 @@ mod triangle_pairs;
 mod views;
 mod workspace;
 
-pub use budget::{Budget, Clock, ClockedBudget, ManualClock};
+pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub(crate) use clearance::displacement;
 pub use contacts::{ContactBounds, Contacts};
 pub(crate) use deadline::Deadline;
 pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
+pub(crate) use flushing::matters as flushing_matters;
 pub use intersection::Intersection;
 pub use memory::PairMemory;
 pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
+pub(crate) use question::Ask;
+pub use question::{Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
+pub use system::ClockedBudget;
 pub(crate) use system::SYSTEM;
 #[cfg(all(
     feature = "std",
@@ -88,265 +94,3 @@ pub(crate) use system::SYSTEM;
 ))]
 pub use system::SystemClock;
 pub use workspace::{ResumeError, Workspace};
-
-use crate::tree::Tree;
-use certificate::Place;
-use workspace::Key;
-
-/// A question about two trees. Cheap to make; make one for each pose.
-///
-/// Its constructors choose the question: [`Query::intersection`], [`Query::all_pairs`],
-/// [`Query::distance`], [`Query::contacts`], [`Query::impact`], [`Query::ray`], [`Query::rays`].
-/// [`Query::run`] answers it within a budget, and [`Query::resume`] continues a stopped run.
-///
-/// **Guarantee.** At every moment each pair of triangles that matters has been taken into account,
-/// or is kept in the workspace, or lies under a node pair still to be opened. So a finished answer
-/// has missed nothing. A stopped query can bound what it may have missed ([`Query::certificate`]),
-/// and it can continue later as if it had never stopped. A full queue changes only the order of
-/// visits, and a full buffer is a stop reason; neither loses an answer.
-#[derive(Clone, Copy, Debug)]
-pub struct Query<'t, Q> {
-    a: &'t Tree,
-    b: &'t Tree,
-    asked: Q,
-    fault: Option<OptionError>,
-}
-
-/// The question of a [`Query`], with the type of its answer.
-pub trait Question {
-    /// The type of [`Answer::value`].
-    type Value;
-}
-
-/// Questions that can use a [`PairMemory`] of the previous frame.
-pub trait Remembers: Question {}
-
-/// How a run of a question begins, continues and is answered. [`Query`] has the rest, which all
-/// questions share.
-pub trait Ask {
-    type Value;
-
-    /// Two calls belong to one query if their keys are equal.
-    fn key(&self) -> Key;
-
-    /// True if the workspace agrees with the query in what the key leaves out.
-    fn is_in(&self, _workspace: &Workspace) -> bool {
-        true
-    }
-
-    /// Prepares the workspace for a run from the roots.
-    fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget);
-
-    /// Continues the run in the workspace until it is over or the deadline stops it.
-    fn advance(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        deadline: &mut Deadline,
-    ) -> StopReason;
-
-    /// The answer of the run in the workspace, which ended for the reason `stop`.
-    fn answer(&self, workspace: &Workspace, stop: StopReason) -> Self::Value;
-
-    /// The pose or motion of B, and the largest distance that matters.
-    fn place(&self, workspace: &Workspace) -> Place<'_>;
-}
-
-impl<'t, Q> Query<'t, Q> {
-    fn of([a, b]: [&'t Tree; 2], asked: Q) -> Self {
-        Self {
-            a,
-            b,
-            asked,
-            fault: None,
-        }
-    }
-
-    /// Returns the query if all numbers given to it are valid. Without this check the query uses
-    /// the nearest valid numbers.
-    ///
-    /// # Errors
-    /// If a tolerance, a margin or a limit is negative, too large or NaN. The error names the first
-    /// of them.
-    pub fn checked(self) -> Result<Self, OptionError> {
-        match self.fault {
-            Some(fault) => Err(fault),
-            None => Ok(self),
-        }
-    }
-}
-
-impl<'t, Q: Question> Query<'t, Q>
-where
-    Self: Ask<Value = Q::Value>,
-{
-    /// Runs within a budget. The pairs, contacts and hits that it finds stay in the workspace.
-    ///
-    /// Under a budget of time it reads the clock more often the nearer the deadline, in the end
-    /// every [`Budget::poll_interval`] units of work. It does not lock or panic. It does not
-    /// allocate, with one exception: the first query in a workspace for contacts, or for all hits
-    /// of a ray, makes room for 4,096, unless [`Workspace::reserve_contacts`] or
-    /// [`Workspace::reserve_ray_hits`] has made some.
-    pub fn run<'c>(
-        &self,
-        workspace: &mut Workspace,
-        budget: impl Into<ClockedBudget<'c>>,
-    ) -> Answer<Q::Value> {
-        self.run_from(workspace, None, budget.into())
-    }
-
-    /// Continues the stopped run that the workspace holds, with a fresh budget.
-    ///
-    /// However budgets of work cut a query into calls, the last answer equals that of one
-    /// uninterrupted run.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of this query (the same trees, pose and options),
-    /// or is complete.
-    pub fn resume<'c>(
-        &self,
-        workspace: &mut Workspace,
-        budget: impl Into<ClockedBudget<'c>>,
-    ) -> Result<Answer<Q::Value>, ResumeError> {
-        self.resume_from(workspace, None, budget.into())
-    }
-
-    /// The query with the memory of its pair: it uses what the memory holds of the previous frame,
-    /// and updates it for the next.
-    ///
-    /// While B stays within the proven clearance ([`PairMemory::clearance`]), the answer is known
-    /// without a search. Triangles that intersected, or were closest, are tested first.
-    ///
-    /// ```
-    /// use punctual::{Budget, PairMemory, Pose, Query, Tree, Workspace, shapes};
-    /// let (a, b) = (Tree::new(shapes::icosphere(4)), Tree::new(shapes::torus(1.0, 0.3, 64)));
-    /// let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
-    /// let query = Query::intersection(&a, &b, Pose::IDENTITY);
-    /// let first = query.with_memory(&mut memory).run(&mut workspace, Budget::unlimited());
-    /// let again = query.with_memory(&mut memory).run(&mut workspace, Budget::unlimited());
-    /// assert!(again.value == first.value && again.stats.work < first.stats.work);
-    /// ```
-    pub fn with_memory<'m>(
-        &'m self,
-        memory: impl Into<Option<&'m mut PairMemory>>,
-    ) -> QueryWithMemory<'m, 't, Q>
-    where
-        Q: Remembers,
-    {
-        QueryWithMemory {
-            query: self,
-            memory: memory.into(),
-        }
-    }
-
-    /// Bounds what the last run of this query in `workspace` may have missed, and where.
-    ///
-    /// For a distance query, this is what is closer than its upper bound by more than the
-    /// tolerance. For a contact query, the boxes hold the middle of the closest points of each
-    /// missing contact. For a motion, the boxes show where the surfaces may still meet before the
-    /// contact that was found, if any.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of this query (the same trees, pose and options).
-    pub fn certificate<'w>(
-        &'w self,
-        workspace: &'w Workspace,
-    ) -> Result<Certificate<'w>, ResumeError> {
-        self.holds(workspace)?;
-        let place = self.place(workspace);
-        Ok(Certificate::new([self.a, self.b], place, workspace))
-    }
-
-    fn run_from(
-        &self,
-        workspace: &mut Workspace,
-        mut memory: Option<&mut PairMemory>,
-        budget: ClockedBudget<'_>,
-    ) -> Answer<Q::Value> {
-        let mut deadline = Deadline::of(budget);
-        if let Some(memory) = &mut memory {
-            memory.bind(self.a, self.b);
-        }
-        self.begin(workspace, memory.as_deref(), budget.parts().0);
-        self.spend(workspace, memory, &mut deadline)
-    }
-
-    fn resume_from(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        budget: ClockedBudget<'_>,
-    ) -> Result<Answer<Q::Value>, ResumeError> {
-        if !self.is_stopped_in(workspace) {
-            return Err(ResumeError);
-        }
-        Ok(self.spend(workspace, memory, &mut Deadline::of(budget)))
-    }
-
-    /// Spends a budget on the run in the workspace, and answers.
-    pub(crate) fn spend(
-        &self,
-        workspace: &mut Workspace,
-        memory: Option<&mut PairMemory>,
-        deadline: &mut Deadline,
-    ) -> Answer<Q::Value> {
-        let stop = self.advance(workspace, memory, deadline);
-        workspace.run.took(deadline.elapsed());
-        Answer {
-            value: self.answer(workspace, stop),
-            stop,
-            stats: workspace.stats(),
-        }
-    }
-
-    /// An error unless the last run in the workspace was of this query.
-    pub(crate) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
-        workspace.run.holds(&self.key())?;
-        if self.is_in(workspace) {
-            Ok(())
-        } else {
-            Err(ResumeError)
-        }
-    }
-
-    /// True if the workspace holds a stopped run of this query.
-    pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
-        workspace.run.stopped && self.holds(workspace).is_ok()
-    }
-}
-
-/// A query with the memory of its pair: [`Query::with_memory`].
-#[derive(Debug)]
-#[must_use]
-pub struct QueryWithMemory<'m, 't, Q> {
-    query: &'m Query<'t, Q>,
-    memory: Option<&'m mut PairMemory>,
-}
-
-impl<'t, Q: Question> QueryWithMemory<'_, 't, Q>
-where
-    Query<'t, Q>: Ask<Value = Q::Value>,
-{
-    /// [`Query::run`] with the memory.
-    pub fn run<'c>(
-        self,
-        workspace: &mut Workspace,
-        budget: impl Into<ClockedBudget<'c>>,
-    ) -> Answer<Q::Value> {
-        self.query.run_from(workspace, self.memory, budget.into())
-    }
-
-    /// [`Query::resume`] with the memory.
-    ///
-    /// # Errors
-    /// If the last run in this workspace was not of this query (the same trees, pose and options),
-    /// or is complete.
-    pub fn resume<'c>(
-        self,
-        workspace: &mut Workspace,
-        budget: impl Into<ClockedBudget<'c>>,
-    ) -> Result<Answer<Q::Value>, ResumeError> {
-        self.query
-            .resume_from(workspace, self.memory, budget.into())
-    }
-}

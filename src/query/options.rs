@@ -2,7 +2,6 @@
 
 use super::order::Order;
 use crate::math::Motion;
-use crate::math::least::LEAST;
 use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::names::named;
 use core::fmt;
@@ -109,10 +108,9 @@ impl fmt::Display for OptionError {
 
 impl core::error::Error for OptionError {}
 
-/// The margin in use for a given one: clamped to the range of coordinates; 0 if less than [`LEAST`]
-/// or NaN.
+/// The margin in use for a given one: clamped to the range of coordinates; 0 if negative or NaN.
 pub(super) fn thickness(margin: f64) -> f64 {
-    if margin >= LEAST {
+    if margin > 0.0 {
         margin.min(COORDINATE_LIMIT)
     } else {
         0.0

@@ -164,6 +164,11 @@ pub enum StopReason {
     /// The clock reported that the call is cancelled
     /// ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
     Cancelled,
+    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and the input is so small
+    /// that this could make an answer false. That is so if coordinates, the pose, or products of
+    /// coordinates and entries of the pose are below 2^-960, if coordinates of a mesh of f32 are
+    /// denormal as f32, or if the mesh is smaller than 2^-900. Clear the setting and resume.
+    FlushedToZero,
 }
 
 named!(StopReason {
@@ -173,6 +178,7 @@ named!(StopReason {
     WorkLimit => "work-limit",
     PairsFull => "pairs-full",
     Cancelled => "cancelled",
+    FlushedToZero => "flushed-to-zero",
 });
 
 impl StopReason {

@@ -8,6 +8,7 @@
 //! direction is kept for the next frame, in which it usually separates the bodies again. The proof
 //! is in `docs/numerics.md`, "A plane between two surfaces".
 
+use super::flushing;
 use super::views::Relation;
 use super::workspace::Workspace;
 use crate::math::Pose;
@@ -34,7 +35,7 @@ impl Parting {
         workspace: &Workspace,
     ) -> (f64, u32) {
         let [a, b] = trees;
-        if !a.has_extremes() || !b.has_extremes() {
+        if !a.has_extremes() || !b.has_extremes() || flushing::matters(a, b, b_in_a) {
             return (0.0, 0);
         }
         let relation = &Relation::new(a, b, b_in_a);

@@ -5,6 +5,7 @@
 //! [`gaps`](super::gaps) along the best single axis. `O(1)`: 64 box tests.
 
 use super::boxes::Boxes;
+use super::flushing;
 use super::views::{Relation, Views};
 use super::workspace::Workspace;
 use crate::math::lanes::{Column, F8, Kernel, Lanes};
@@ -17,6 +18,9 @@ pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace)
     let (Some(x), Some(y)) = (a.nodes().first(), b.nodes().first()) else {
         return 0.0;
     };
+    if flushing::matters(a, b, b_in_a) {
+        return 0.0;
+    }
     let relation = Relation::new(a, b, b_in_a);
     let depth = workspace.instructions.run(RootTest {
         a: x,

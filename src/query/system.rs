@@ -5,6 +5,7 @@
 //! time.
 
 use super::budget::{Budget, Clock};
+use core::fmt;
 use core::time::Duration;
 
 #[cfg(all(
@@ -76,3 +77,47 @@ pub(crate) use clock::SYSTEM;
     not(all(target_family = "wasm", target_os = "unknown"))
 ))]
 pub use clock::SystemClock;
+
+impl Budget {
+    /// The same limits, measured by `clock` instead of the system clock.
+    pub const fn clock(self, clock: &dyn Clock) -> ClockedBudget<'_> {
+        ClockedBudget {
+            budget: self,
+            clock: Some(clock),
+        }
+    }
+}
+
+/// A budget and the clock that measures its time ([`Budget::clock`]). Calls accept it in place of a
+/// [`Budget`], which uses the system clock.
+#[derive(Clone, Copy)]
+#[must_use]
+pub struct ClockedBudget<'c> {
+    pub(crate) budget: Budget,
+    /// `None` selects the system clock.
+    pub(crate) clock: Option<&'c dyn Clock>,
+}
+
+impl<'c> ClockedBudget<'c> {
+    pub(crate) fn parts(self) -> (Budget, &'c dyn Clock) {
+        match self.clock {
+            Some(clock) => (self.budget, clock),
+            None => (self.budget.by_system(), &SYSTEM),
+        }
+    }
+}
+
+impl From<Budget> for ClockedBudget<'static> {
+    fn from(budget: Budget) -> Self {
+        Self {
+            budget,
+            clock: None,
+        }
+    }
+}
+
+impl fmt::Debug for ClockedBudget<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("ClockedBudget").field(&self.budget).finish()
+    }
+}

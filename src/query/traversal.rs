@@ -20,6 +20,7 @@
 use super::boxes::Keys;
 use super::corners::Corners;
 use super::deadline::Deadline;
+use super::flushing;
 use super::outcome::StopReason;
 use super::queue::{Origin, Pair};
 use super::strategy::Strategy;
@@ -46,6 +47,10 @@ pub(super) struct Traversal<'q, 'c, Q> {
 
 /// The operations that a question supplies to the loop.
 pub(super) trait Visitor {
+    /// True if the loop must check whether flushing of denormal numbers matters for the trees and
+    /// the pose.
+    const ASKS_OF_FLUSHING: bool = true;
+
     /// Takes the next pair to open.
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 
@@ -92,6 +97,10 @@ where
 
     /// Continues until the run is over or the deadline stops it.
     pub fn advance(mut self) -> StopReason {
+        if Self::ASKS_OF_FLUSHING && flushing::matters(self.a, self.b, self.b_in_a) {
+            self.workspace.run.stopped = true;
+            return StopReason::FlushedToZero;
+        }
         self.workspace.corners.iter_mut().for_each(Corners::clear);
         self.deadline.begin(self.workspace.run.stats.work);
         let stop = self.workspace.instructions.run(&mut self);

@@ -293,10 +293,12 @@ impl Workspace {
         self.rays.hits.drain(..)
     }
 
-    /// Reserves room for at least `hits` hits of a ray, 24 bytes each. If there is no room at all,
-    /// the first query for all hits reserves room for 4,096.
+    /// Reserves room for at least `hits` hits of a ray, 24 bytes each, and for a batch of as many
+    /// rays, 32 bytes each. The first query for all hits reserves room for 4,096 if there is none.
+    /// The first query for a larger batch of rays reserves room for it.
     pub fn reserve_ray_hits(&mut self, hits: usize) {
         self.rays.reserve(hits);
+        self.rays.reserve_batch(hits);
     }
 
     /// The costs of a BV test, a triangle pair, an opened node pair and a query on this machine, in
@@ -405,6 +407,7 @@ impl Clone for Workspace {
         found.extend_from_slice(&self.found);
         let mut rays = self.rays.clone();
         rays.reserve(self.rays.hits.capacity());
+        rays.reserve_batch(self.rays.first_hits.capacity());
         Self {
             front: self.front.clone(),
             waiting: self.waiting.clone(),

@@ -3,7 +3,6 @@
 use super::body::Body;
 use super::error::SceneError;
 use super::id::BodyId;
-use crate::math::least::Number;
 use crate::math::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Motion, Pose, rotation_deviation};
 
@@ -45,7 +44,7 @@ pub(super) fn importance(body: BodyId, importance: f32) -> Result<f32, SceneErro
 
 pub(super) fn length(body: BodyId, length: f64) -> Result<f64, SceneError> {
     if (0.0..=COORDINATE_LIMIT).contains(&length) {
-        Ok(length.snapped())
+        Ok(length)
     } else {
         Err(SceneError::NotALength { body, length })
     }

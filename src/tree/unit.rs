@@ -7,9 +7,6 @@
 use crate::mesh::Mesh;
 use glam::DVec3;
 
-/// That of a single point at the origin. Any other mesh reaches farther: differences of coordinates are multiples of 2^-352.
-const LEAST_EXPONENT: i32 = -400;
-
 /// The map from mesh to unit coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unit {
@@ -52,7 +49,7 @@ impl Unit {
         };
         Self {
             origin,
-            exponent: exponent_above(scale).max(LEAST_EXPONENT),
+            exponent: exponent_above(scale).clamp(-1000, 1010),
             is_point: reach == 0.0,
         }
     }
@@ -83,7 +80,7 @@ impl Unit {
     }
 }
 
-/// Least `e` with `x < 2^e`, for a positive finite normal `x`; less than any of these for zero.
+/// Least `e` with `x < 2^e`, for a positive finite normal `x`; about that for a denormal one.
 fn exponent_above(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1022
 }

@@ -62,6 +62,7 @@ macro_rules! soups {
             soups_far_from_the_origin: FarOffset,
             tiny_coordinates: Tiny,
             large_coordinates: Large,
+            denormal_coordinates: Denormal,
             enormous_coordinates: Enormous,
         }
     };
@@ -102,16 +103,18 @@ pub enum Family {
     Nested,
     /// Around a point 1e8 from the origin.
     FarOffset,
-    /// Coordinates of 1e-80.
+    /// Coordinates of 1e-30.
     Tiny,
     /// Coordinates of 1e15.
     Large,
+    /// Coordinates of a few least denormals.
+    Denormal,
     /// Coordinates near the largest that a mesh takes.
     Enormous,
 }
 
 impl Family {
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Uniform,
         Self::Double,
         Self::Sliver,
@@ -123,6 +126,7 @@ impl Family {
         Self::FarOffset,
         Self::Tiny,
         Self::Large,
+        Self::Denormal,
         Self::Enormous,
     ];
 
@@ -130,8 +134,9 @@ impl Family {
     pub const fn scale(self) -> f64 {
         match self {
             Self::Grid => 2.0,
-            Self::Tiny => 1e-80,
+            Self::Tiny => 1e-30,
             Self::Large => 1e15,
+            Self::Denormal => 1e-321,
             Self::Enormous => 1e300,
             _ => 1.0,
         }

@@ -121,7 +121,7 @@ fn sizes_and_places_of_all_kinds() {
         Tree::new(Mesh::from_f64(vertices, sphere.triangles().iter().copied()).unwrap())
     };
     for (size, ratio) in [
-        (1e-89, 1e300),
+        (1e-300, 1e300),
         (1e-12, 1e9),
         (1.0, 1e-30),
         (1.0, 1e12),

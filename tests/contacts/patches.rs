@@ -159,7 +159,7 @@ fn patches_are_what_hangs_together() {
         Family::Grid,
         Family::Duplicate,
         Family::Degenerate,
-        Family::Tiny,
+        Family::Denormal,
         Family::Enormous,
     ] {
         let [a, b] = [(); 2].map(|()| Tree::new(soup(family, 25, &mut random)));

@@ -66,8 +66,8 @@ enum Kind {
     Shared,
     /// Whole coordinates.
     Whole,
-    /// Coordinates from the least to 1e-60.
-    Tiny,
+    /// Coordinates from the least denormal to 1e-300.
+    Denormal,
     /// Coordinates up to 2^1000.
     Huge,
     /// 1e3 to 1e12 from the origin.
@@ -95,7 +95,7 @@ impl Kind {
         Self::Parallel,
         Self::Shared,
         Self::Whole,
-        Self::Tiny,
+        Self::Denormal,
         Self::Huge,
         Self::Far,
         Self::Unequal,
@@ -248,8 +248,8 @@ impl Kind {
                     pose: Pose::new(rotation, whole(a)[0]).unwrap(),
                 }
             }
-            Self::Tiny => {
-                let scale = 10_f64.powf(-60.0 - 30.0 * random.unit());
+            Self::Denormal => {
+                let scale = 10_f64.powf(-300.0 - 23.5 * random.unit());
                 near(a, b, [false; 2], DMat3::IDENTITY, random).scaled(scale)
             }
             Self::Huge => {

@@ -97,9 +97,9 @@ fn cases() -> Vec<Case> {
         ),
         Case::new("f64 soups far away", soup(far, 50), soup(far, 50), far_pose),
         Case::new(
-            "tiny soups",
-            soup(Family::Tiny, 20),
-            soup(Family::Tiny, 20),
+            "denormal soups",
+            soup(Family::Denormal, 20),
+            soup(Family::Denormal, 20),
             Pose::IDENTITY,
         ),
         Case::new(

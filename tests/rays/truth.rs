@@ -20,11 +20,6 @@ fn exact(v: DVec3) -> Vector {
     v.to_array().map(|x| Number::from_float(x).unwrap())
 }
 
-/// What a ray keeps of a vector.
-fn kept(v: DVec3) -> DVec3 {
-    v.map(|x| if x.abs() < 2f64.powi(-300) { 0.0 } else { x })
-}
-
 fn sub(a: &Vector, b: &Vector) -> Vector {
     std::array::from_fn(|k| &a[k] - &b[k])
 }
@@ -46,7 +41,6 @@ fn is_zero(a: &Vector) -> bool {
 
 impl Line {
     pub fn half_line(origin: DVec3, direction: DVec3) -> Self {
-        let [origin, direction] = [origin, direction].map(kept);
         let ray = Ray::new(origin, direction).unwrap();
         Self {
             ray,
@@ -56,7 +50,6 @@ impl Line {
     }
 
     pub fn segment(from: DVec3, to: DVec3) -> Self {
-        let [from, to] = [from, to].map(kept);
         let ray = Ray::segment(from, to).unwrap();
         Self {
             ray,

@@ -36,8 +36,7 @@ grows!(punctual_mesh_facts: size, triangles..bounds);
 
 /// Makes a mesh from `3 * vertex_count` coordinates and `3 * triangle_count` vertex indices, from 0, which are copied.
 ///
-/// Coordinates are in one length unit, the caller's, in the frame of the mesh, and kept to the bit; those
-/// below 2^-300, and denormal ones of float, become zero. Triangles may be
+/// Coordinates are in one length unit, the caller's, in the frame of the mesh, and kept to the bit. Triangles may be
 /// degenerate, share vertices or overlap; vertices that none uses may hold anything. No triangles are fine. Takes linear
 /// time.
 ///

@@ -40,8 +40,11 @@ pub enum punctual_stop_reason {
     WorkLimit = 3,
     /// The pair buffer was full. Drain it and resume.
     PairsFull = 4,
+    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small, below
+    /// about 2^-960, that this could make an answer false. Clear the setting and resume.
+    FlushedToZero = 5,
     /// The call was cancelled. No clock of this interface does that.
-    Cancelled = 5,
+    Cancelled = 6,
 }
 
 /// What a query has done, resumed calls included.
@@ -134,6 +137,7 @@ impl From<StopReason> for punctual_stop_reason {
             StopReason::Deadline => Self::Deadline,
             StopReason::WorkLimit => Self::WorkLimit,
             StopReason::PairsFull => Self::PairsFull,
+            StopReason::FlushedToZero => Self::FlushedToZero,
             StopReason::Cancelled => Self::Cancelled,
             // A reason that is added without a number here may be taken for one that is not final either.
             _ => Self::WorkLimit,

@@ -501,10 +501,10 @@ pub unsafe extern "C" fn punctual_scene_detect(
         let clock = clock
             .map(|clock| unsafe { AnyClock::new(Some(clock)) })
             .transpose()?;
-        // SAFETY: that for structs.
         let report = if report.is_null() {
             None
         } else {
+            // SAFETY: that for structs.
             Some(unsafe { place(report, "report") }?)
         };
         punctual_scene::change(scene, |scene| {

@@ -33,7 +33,8 @@ impl Answer {
 #[pymethods]
 impl Answer {
     /// Why the query returned: "finished"; "first-hit", of `collide` and `Scene.cast` if one is enough; "deadline" or
-    /// "work-limit", the budget ended first; "pairs-full", there are more contacts than `limit`.
+    /// "work-limit", the budget ended first; "pairs-full", there are more contacts than `limit`; "flushed-to-zero", the
+    /// processor drops denormal numbers.
     #[getter]
     fn stop(&self) -> String {
         self.stop.to_string()

@@ -3,8 +3,8 @@
 use super::Impact;
 use crate::model::passing::{self, Passing};
 use crate::model::prediction::Quantiles;
-use crate::query::Query;
 use crate::query::memory::{PairMemory, Sought};
+use crate::query::question::Query;
 use crate::query::workspace::{ResumeError, Workspace};
 use glam::DVec3;
 

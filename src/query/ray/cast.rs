@@ -66,6 +66,8 @@ const _: () = assert!(
 );
 
 impl Visitor for Traversal<'_, '_, Cast<'_>> {
+    const ASKS_OF_FLUSHING: bool = false;
+
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         match self.workspace.front.pop_stack() {

@@ -10,13 +10,15 @@ pub(super) mod state;
 use crate::math::{Pose, Ray};
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
+use crate::query::deadline::Deadline;
+use crate::query::flushing;
 use crate::query::memory::PairMemory;
 use crate::query::outcome::StopReason;
+use crate::query::question::{Ask, Query, Question};
 use crate::query::strategy::Strategy;
 use crate::query::traversal::Traversal;
 use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, Workspace};
-use crate::query::{Ask, Deadline, Query, Question};
 use crate::tree::Tree;
 use beam::Beam;
 use cast::{Cast, ROOT, entered, entry};
@@ -243,22 +245,27 @@ fn advance(
         (workspace.rays.done, workspace.rays.after) = (rays.len(), 0);
         return StopReason::Finished;
     }
-    let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
-    let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
-    let beam = &mut workspace.rays.beam;
-    beam.follow(tree.unit(), &rays[done]);
-    if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
-        beam.cut(hit.t);
-    }
-    let stop = Traversal::new(
-        question,
-        [tree; 2],
-        &Pose::IDENTITY,
-        &Relation::BLIND,
-        workspace,
-        deadline,
-    )
-    .advance();
+    let stop = if flushing::matters_to_rays(tree, &rays[done..]) {
+        workspace.run.stopped = true;
+        StopReason::FlushedToZero
+    } else {
+        let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
+        let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
+        let beam = &mut workspace.rays.beam;
+        beam.follow(tree.unit(), &rays[done]);
+        if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
+            beam.cut(hit.t);
+        }
+        Traversal::new(
+            question,
+            [tree; 2],
+            &Pose::IDENTITY,
+            &Relation::BLIND,
+            workspace,
+            deadline,
+        )
+        .advance()
+    };
     let state = &mut workspace.rays;
     if stop.is_final() {
         hits[state.done] = state.hit;

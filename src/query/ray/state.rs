@@ -117,6 +117,11 @@ impl RayState {
         self.first_hits.clear();
     }
 
+    pub fn reserve_batch(&mut self, rays: usize) {
+        self.first_hits
+            .reserve_exact(rays.saturating_sub(self.first_hits.len()));
+    }
+
     pub fn reserve(&mut self, hits: usize) {
         self.hits
             .reserve_exact(hits.saturating_sub(self.hits.len()));

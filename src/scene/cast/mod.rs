@@ -225,7 +225,7 @@ impl Casting<'_> {
                 }
                 What::Body(body) => self.ask(body, known, deadline)?,
             }
-            if known.stop != StopReason::Finished {
+            if !matches!(known.stop, StopReason::Finished | StopReason::FlushedToZero) {
                 break;
             }
         }

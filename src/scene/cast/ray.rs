@@ -92,7 +92,8 @@ pub struct SceneCast {
     /// own parameter. Infinite if nothing is left to find.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub free_until: f64,
-    /// The reason why the call returned.
+    /// The reason why the call returned. [`StopReason::FlushedToZero`] if flushing could falsify
+    /// the answer for one of the bodies.
     pub stop: StopReason,
     /// Work of the call.
     pub work: u64,

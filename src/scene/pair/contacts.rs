@@ -38,6 +38,9 @@ impl Turn {
         let spent = Spent::of(workspace);
         self.spent.add(spent.since(resumed.unwrap_or_default()));
         touch.pending = spent;
+        if answer.stop == StopReason::FlushedToZero {
+            return Ended::Stopped;
+        }
         let is_over = answer.stop.is_final() || answer.stop == StopReason::PairsFull;
         let (found, mut patched) = (workspace.contacts().len(), 0);
         let room = deadline.room();

@@ -5,7 +5,7 @@ use super::state::PairState;
 use crate::math::lanes::Instructions;
 use crate::math::{Pose, bits};
 use crate::model::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
-use crate::query::Deadline;
+use crate::query::{Deadline, flushing_matters};
 use crate::scene::body::{Bodies, triangle_ids};
 use crate::scene::id::PairKey;
 use crate::tree::Tree;
@@ -156,12 +156,13 @@ impl<'b> Retest<'b> {
         }
     }
 
-    /// Puts the witness of a pair into the next lane. `None` if it does not exist any longer.
+    /// Puts the witness of a pair into the next lane. `None` if it cannot be tested separately.
     #[inline]
     fn add(&mut self, at: usize, test: &Test) -> Option<()> {
         let [a, b] = self.bodies.pair(test.key)?;
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
-        let witness = triangle_ids([a, b], test.witness)?;
+        let witness = triangle_ids([a, b], test.witness)
+            .filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
         let [of_a, of_b] = corners(trees, test.witness, &b_in_a);
         let lane = self.waiting.len();
         self.columns[0].set(lane, &of_a);
@@ -178,7 +179,7 @@ impl<'b> Retest<'b> {
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
         let memory = &mut test.state.as_mut()?.memory;
         let latest = memory.witness(0)?;
-        triangle_ids([a, b], latest)?;
+        triangle_ids([a, b], latest).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
         for (columns, corners) in self
             .columns
             .iter_mut()
