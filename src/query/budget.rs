@@ -42,8 +42,9 @@ impl Budget {
         }
     }
 
-    /// Stops after this much work. A BV test is one unit; expansions, tests on edge axes, triangle
-    /// tests and exact tests count [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
+    /// Stops after this much work. The unit is a BV test of an intersection query. Expansions,
+    /// tests on edge axes, triangle tests and exact tests count
+    /// [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
     /// [`WORK_PER_EDGE_TEST`](crate::WORK_PER_EDGE_TEST),
     /// [`WORK_PER_TRIANGLE_TEST`](crate::WORK_PER_TRIANGLE_TEST) and
     /// [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST). The place where it stops depends on the

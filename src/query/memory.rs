@@ -37,7 +37,7 @@ pub(super) struct Before {
 }
 
 /// Memory of one pair of trees between frames, owned by the caller and passed to the query
-/// ([`Query::with_memory`]).
+/// ([`crate::Query::with_memory`]).
 ///
 /// [`Mode::Any`] first tests the last eight witnesses, and then searches near the latest.
 /// [`Mode::All`], in the default order and if a budget may stop it, first descends to up to sixteen
