@@ -191,7 +191,7 @@ pub(super) trait BoxTest {
     /// True if the kernels read the views that they are given.
     const READS_VIEWS: bool = true;
 
-    /// True if two leaves are opened like other nodes.
+    /// True if two clusters are opened like other nodes.
     const OPENS_CLUSTERS_ALIKE: bool = Self::IS_OVERLAP;
 
     /// The map between the orientations of both nodes.
@@ -219,7 +219,7 @@ pub(super) trait BoxTest {
     /// Tests the active children of both nodes against each other.
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64;
 
-    /// Tests the active triangles of two leaves against each other.
+    /// Tests the active triangles of two clusters against each other.
     #[inline(always)]
     fn clusters<'t, L: Lanes>(
         &self,
@@ -236,7 +236,7 @@ pub(super) trait BoxTest {
     /// keys.
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32;
 
-    /// Tests the active triangles of a leaf, the opened node, against the children of the other
+    /// Tests the active triangles of a cluster, the opened node, against the children of the other
     /// node.
     fn triangles<'t, L: Lanes>(
         &self,
@@ -248,7 +248,7 @@ pub(super) trait BoxTest {
     ) -> u64;
 }
 
-/// Triangles of a leaf, and their view from the other node.
+/// Triangles of a cluster, and their view from the other node.
 pub(super) struct Triangles<'t> {
     pub rows: [&'t Rows; WIDTH],
     pub view: View,

@@ -1,11 +1,11 @@
-//! Cache of placed triangle corners in `f64`. Where surfaces coincide, the pairs of two leaves are
-//! tested one after the other and use the same corners.
+//! Cache of placed triangle corners in `f64`. Where surfaces coincide, the pairs of two clusters
+//! are tested one after the other and use the same corners.
 
 use crate::tree::{Tree, WIDTH};
 use crate::triangle::again::Columns;
 use glam::DVec3;
 
-/// The corners of the last triangles, one for each position in a leaf.
+/// The corners of the last triangles, one for each position in a cluster.
 #[derive(Clone, Debug)]
 pub(super) struct Corners {
     /// In tree order.

@@ -3,8 +3,8 @@
 //!
 //! The boxes of the two nodes are compared first, in the orientations of both, and slim ones on
 //! their edge axes. Then the larger node is opened, or both if their sizes are similar. Triangles
-//! of a leaf (`Node::is_cluster`) paired with a smaller inner node stay together: up to eight of
-//! them descend the tree as one pair, with an active mask of those still of interest.
+//! of a cluster paired with a smaller inner node stay together: up to eight of them descend the
+//! tree as one pair, with an active mask of those still of interest.
 
 use super::boxes::{BoxTest, Facing, Keys, Triangles};
 use super::edge_axes;
@@ -31,8 +31,8 @@ pub(super) trait Sink {
     /// `i` of the table is the key of bit `i`.
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair);
 
-    /// Receives the active triangles of a leaf, rows of the table, paired with a child of the other
-    /// side, a column.
+    /// Receives the active triangles of a cluster, rows of the table, paired with a child of the
+    /// other side, a column.
     fn cluster(&mut self, pair: Pair, column: usize);
 
     /// Receives the triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, in tree
@@ -195,7 +195,7 @@ fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
     deepest
 }
 
-/// Passes on the active triangles of a leaf, the `alive` rows of `hits`, with each child of the
+/// Passes on the active triangles of a cluster, the `alive` rows of `hits`, with each child of the
 /// other side, a column. The pair passed last is visited next.
 #[inline(always)]
 fn clusters<T: BoxTest>(
@@ -233,7 +233,7 @@ enum Open {
     One {
         is_a: bool,
     },
-    /// Opens the triangles of a leaf, against the children of the other side.
+    /// Opens the triangles of a cluster, against the children of the other side.
     Triangles {
         is_a: bool,
     },
@@ -258,7 +258,7 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     }
 }
 
-/// The triangles of a leaf; the last one is repeated if there are fewer than eight. Not a loop,
+/// The triangles of a cluster; the last one is repeated if there are fewer than eight. Not a loop,
 /// whose end would be unpredictable.
 #[inline(always)]
 pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {

@@ -125,7 +125,7 @@ impl March {
         !self.known.is_empty() && self.known.has(first(trees, pair), pair)
     }
 
-    /// Returns `hits` without the known pairs of two leaves, and counts these as reached by the
+    /// Returns `hits` without the known pairs of two clusters, and counts these as reached by the
     /// traversal.
     #[inline(always)]
     pub fn pass(&mut self, hits: u64, first: [u32; 2]) -> u64 {
@@ -149,7 +149,7 @@ impl March {
     }
 }
 
-/// The first triangles of the leaves of a pair.
+/// The first triangles of the clusters of a pair.
 #[inline(always)]
 pub(super) fn first([a, b]: [&Tree; 2], pair: [u32; 2]) -> [u32; 2] {
     [a.first_of_cluster(pair[0]), b.first_of_cluster(pair[1])]

@@ -4,8 +4,8 @@
 //! no lower bound is proven. Separated pairs wait in the queue, ordered by their lower bounds, and
 //! are dropped when they no longer matter. The search starts with a *dive*, which opens only the
 //! child that seems closest, down to two triangles. It gives an upper bound to compare with, and
-//! leaves no other trace. If two leaves have many triangle pairs, the closest of these are tested,
-//! and the pair of leaves is put back into the queue with the others.
+//! leaves no other trace. If two clusters have many triangle pairs, the closest of these are
+//! tested, and the pair of clusters is put back into the queue with the others.
 //!
 //! Contacts ([`super::contacts`]) are the distance question with a limit and without an interval
 //! that narrows: each pair within the limit goes to a list. The tests of triangle pairs are in
@@ -25,7 +25,7 @@ use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_LOOKUP};
 use crate::tree::WIDTH;
 
-/// If two leaves have more triangle pairs than this, not all are tested at once.
+/// If two clusters have more triangle pairs than this, not all are tested at once.
 const MANY: u32 = 16;
 
 /// The question of the distance of two surfaces.
@@ -239,10 +239,10 @@ impl Traversal<'_, '_, Nearness> {
         is_alone && self.origin != Origin::Path && !self.strategy.deepest_first
     }
 
-    /// Takes the rows with the closest boxes of these triangle pairs of two leaves, until they are
-    /// eight pairs, and puts the pair of leaves back with the other rows: most of these no longer
-    /// matter when their turn comes. Rows with overlapping boxes are taken, because nothing is
-    /// proven of them.
+    /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they
+    /// are eight pairs, and puts the pair of clusters back with the other rows: most of these no
+    /// longer matter when their turn comes. Rows with overlapping boxes are taken, because nothing
+    /// is proven of them.
     #[inline(never)]
     fn put_back(&mut self, hits: u64) -> u64 {
         let row_of = |row: usize| hits & 0xff << (WIDTH * row);

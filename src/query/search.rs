@@ -245,7 +245,7 @@ impl Search {
 /// Lower bits of a key that do not affect its bucket.
 const BUCKET_BITS: u32 = 20;
 
-/// The least key of a column: the active triangles of a leaf, paired with one child.
+/// The least key of a column: the active triangles of a cluster, paired with one child.
 #[inline(always)]
 pub(super) fn least_key(keys: &Keys, pair: &Pair, column: usize) -> f32 {
     let alive = pair.alive[0] & pair.alive[1];

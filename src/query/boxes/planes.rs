@@ -1,4 +1,4 @@
-//! Triangles of a leaf seen from a node of the other side: their boxes and their planes.
+//! Triangles of a cluster seen from a node of the other side: their boxes and their planes.
 
 use super::{Boxes, Slabs, Stored, Triangles};
 use crate::math::lanes::{Column, F8, Lanes, cross, dot, per_axis};

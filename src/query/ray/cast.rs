@@ -3,7 +3,7 @@
 //! There is no second tree. A pair consists of a node and, in place of the other node, the
 //! parameter at which the ray enters its box, as the bits of a positive `f32`, which are ordered
 //! like the numbers. Nodes are finished depth-first, of siblings the one entered first; nodes
-//! entered after the nearest hit are dropped. Triangles of a leaf are tested in `f32` together.
+//! entered after the nearest hit are dropped. Triangles of a cluster are tested in `f32` together.
 //! Those that this test cannot exclude are tested in `f64`, one at a time, and exactly if in doubt.
 //!
 //! The rays of a batch are cast one after another in the same run.
