@@ -1,10 +1,10 @@
-//! Axis-aligned boxes in f64: closed sets, empty when `min` exceeds `max`.
+//! Axis-aligned boxes in f64: closed sets, empty if `min` exceeds `max` along an axis.
 
 use glam::DVec3;
 
 /// An axis-aligned bounding box: the closed set of points between `min` and `max`.
 ///
-/// Unit and frame are those of the points it was made from.
+/// Unit and frame are those of the enclosed points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -16,7 +16,8 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box of no points: neutral in [`union`](Self::union), meets nothing.
+    /// The box without points: the neutral element of [`union`](Self::union). It intersects
+    /// nothing.
     pub const EMPTY: Self = Self {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
@@ -27,7 +28,8 @@ impl Aabb {
         Self { min, max }
     }
 
-    /// The smallest box around all points, which must not be NaN; [`EMPTY`](Self::EMPTY) without points.
+    /// The smallest box around all points. No point may be NaN. [`EMPTY`](Self::EMPTY) without
+    /// points.
     pub fn from_points(points: impl IntoIterator<Item: Into<[f64; 3]>>) -> Self {
         let points = points
             .into_iter()
@@ -58,34 +60,34 @@ impl Aabb {
         }
     }
 
-    /// The middle of the box, rounded; NaN when the box is empty.
+    /// The center of the box, rounded; NaN if the box is empty.
     #[inline]
     pub fn center(&self) -> DVec3 {
         (self.min + self.max) * 0.5
     }
 
-    /// The full edge length per axis, rounded; zero when the box is empty.
+    /// The edge length per axis, rounded. An axis along which the box is empty has length 0.
     #[inline]
     pub fn extents(&self) -> DVec3 {
         (self.max - self.min).max(DVec3::ZERO)
     }
 
-    /// Whether the box holds no point. A box around one point is not empty.
+    /// True if the box contains no point. A box around one point is not empty.
     #[inline]
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
-    /// Whether the boxes share a point; touching counts. An empty box shares none.
+    /// True if the boxes share a point; touching counts. An empty box shares none.
     #[inline]
     pub fn intersects(&self, other: &Self) -> bool {
         let common = self.intersection(other);
-        // Without branches: which way one would go is hard to foretell.
+        // No branches: they would be hard to predict.
         let below = common.min.cmple(common.max);
         below.x & below.y & below.z
     }
 
-    /// Whether the point lies in the box or on its border.
+    /// True if the point lies in the box or on its boundary.
     #[inline]
     pub fn contains(&self, point: impl Into<[f64; 3]>) -> bool {
         let point = DVec3::from_array(point.into());

@@ -1,4 +1,5 @@
-//! A number that may be infinite, for `serde`: infinity is written as nothing, since not every format has it.
+//! Serializes an `f64` that may be infinite: infinity becomes `None`, because some formats cannot
+//! represent it.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

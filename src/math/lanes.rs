@@ -1,9 +1,12 @@
-//! Eight lanes of `f32` (and of `f64`), the only vocabulary of the kernels.
+//! SIMD types of eight `f32` or eight `f64`. All kernels are written with them.
 //!
-//! A kernel is written once, over [`F8`] and [`D8`], and compiled twice: for AVX2, chosen at run time, and for pairs
-//! of 4-lane vectors (SSE2, NEON or plain arrays, whatever the target has). Every operation is one IEEE operation a
-//! lane and nothing is ever fused, so both give the same bits. The token `L` proves that the machine has what the
-//! kernel was compiled for, which is why no `unsafe` is needed here.
+//! A kernel is written once, over [`F8`] and [`D8`], and compiled twice: for AVX2, chosen at run
+//! time, and for pairs of 4-lane vectors (SSE2, NEON or plain arrays, depending on the target).
+//! Every operation is one IEEE operation per lane and nothing is ever fused, so both give the same
+//! bits.
+//!
+//! The token `L` proves that the machine supports the instruction set of the kernel, so this module
+//! needs no `unsafe`.
 
 mod across;
 #[cfg(target_arch = "x86_64")]
@@ -20,8 +23,8 @@ pub(crate) use portable::Portable;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use wide::f32x4;
 
-/// `[e(i), e(j), ..]` for the numbers in brackets. A closure would not be compiled for the instruction set of the kernel around
-/// it.
+/// `[e(i), e(j), ..]` for the numbers in brackets. A macro, because the compiler would not compile
+/// a closure for the instruction set of the kernel around it.
 macro_rules! unrolled {
     ($k:ident in [$($i:literal),*] => $e:expr) => {
         [$({
@@ -48,8 +51,8 @@ macro_rules! per_lane {
 }
 pub(crate) use per_lane;
 
-/// Does something with each register of `lanes: L` by itself, one after the other: where eight lanes are two, what a kernel
-/// has at hand is more than all registers hold.
+/// Runs an expression on each register of `lanes: L` in turn. If eight lanes take two registers, a
+/// kernel has more live values than the machine has registers; one half at a time needs fewer.
 macro_rules! per_part {
     ($lanes:ident: $L:ident, $part:ident => $e:expr) => {{
         let (low, high) = $lanes.parts();
@@ -67,32 +70,34 @@ pub(crate) use per_part;
 
 /// An instruction set: the operations behind [`F8`] and [`D8`].
 pub(crate) trait Lanes: Copy {
-    /// Whether its `f32` are one register, not two.
+    /// True if eight `f32` fit one register; false if they take two.
     const IS_WHOLE: bool;
-    /// Which of the eight lanes it has, a bit each.
+    /// Bit mask of the lanes that the set has, out of eight.
     const ALL: u32;
     /// Eight `f32`, or eight all-ones or all-zeros masks.
     type F: Copy;
     /// Eight `f64`.
     type D: Copy;
-    /// The lower of its registers, or the only one.
+    /// Token for the lower register, or for the only one.
     type Low: Lanes;
-    /// The upper one.
+    /// Token for the upper register.
     type High: Lanes;
     /// Four `f64`.
     type Q: Copy;
 
-    /// Runs `kernel` compiled for this instruction set; it must be `#[inline(always)]` all the way down.
+    /// Runs `kernel` compiled for this instruction set. All functions it calls must be
+    /// `#[inline(always)]`.
     fn run<K: Kernel>(self, kernel: K) -> K::Output;
 
-    /// Its two registers by themselves; the only one twice.
+    /// Tokens for the two registers; with one register, its token twice.
     fn parts(self) -> (Self::Low, Self::High);
 
-    /// `x`, to be read from memory where eight lanes are more than the registers hold: else the compiler moves to memory and
-    /// back what it could read where it needs it.
+    /// Returns `x`. If eight lanes take more than the registers hold, it also makes the compiler
+    /// read `x` from memory where it is used; otherwise the compiler moves it to registers and
+    /// spills it again.
     fn settled<T>(x: &T) -> &T;
 
-    /// How many of eight bits are set.
+    /// Number of set bits among the low eight.
     fn count(self, bits: u32) -> u32;
 
     fn splat(self, x: f32) -> Self::F;
@@ -112,16 +117,16 @@ pub(crate) trait Lanes: Copy {
     fn or(self, a: Self::F, b: Self::F) -> Self::F;
     fn select(self, mask: Self::F, a: Self::F, b: Self::F) -> Self::F;
     fn mask(self, a: Self::F) -> u32;
-    /// Two halves of four, and back.
+    /// Joins two vectors of four to one of eight; `halves` is the inverse.
     fn join(self, low: f32x4, high: f32x4) -> Self::F;
     fn halves(self, x: Self::F) -> [f32x4; 2];
-    /// Entry `k` of each half, in all of that half.
+    /// Broadcasts entry `k` of each half to all lanes of that half.
     fn spread(self, x: Self::F, k: usize) -> Self::F;
-    /// Entries 1, 2, 0 and 3 of each half.
+    /// Permutes each half to its entries 1, 2, 0 and 3.
     fn turn(self, x: Self::F) -> Self::F;
-    /// Rows to columns, each half for itself.
+    /// Transposes the 4 x 4 matrix in each half separately.
     fn transpose(self, rows: [Self::F; 4]) -> [Self::F; 4];
-    /// The first three entries of four rows, one after the other, each half for itself.
+    /// Concatenates the first three entries of four rows, in each half separately.
     fn pack(self, rows: [Self::F; 4]) -> [Self::F; 3];
 
     fn splat_d(self, x: f64) -> Self::D;
@@ -159,17 +164,17 @@ pub(crate) trait Lanes: Copy {
     fn select_q(self, mask: Self::Q, a: Self::Q, b: Self::Q) -> Self::Q;
 }
 
-/// The lanes that an instruction set has, a bit each.
+/// Bit mask of the lanes that the instruction set has.
 #[inline(always)]
 pub(crate) fn all<L: Lanes>(_lanes: L) -> u32 {
     L::ALL
 }
 
-/// A piece of code to be compiled for an instruction set.
+/// A function to be compiled for each instruction set.
 pub(crate) trait Kernel {
-    /// What it returns.
+    /// The result type.
     type Output;
-    /// The code, for the set that `lanes` stands for.
+    /// The code for the instruction set of the token `lanes`.
     fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
@@ -191,7 +196,7 @@ impl<L: Lanes> F8<L> {
     pub fn load(lanes: L, x: &[f32; 8]) -> Self {
         Self(lanes.load(x), lanes)
     }
-    /// From aligned halves: SSE has no other operands in memory.
+    /// Loads from aligned halves: SSE takes only aligned memory operands.
     #[inline(always)]
     pub fn read(lanes: L, x: &[f32x4; 2]) -> Self {
         Self(lanes.read(x), lanes)
@@ -219,7 +224,7 @@ impl<L: Lanes> F8<L> {
     pub fn join(lanes: L, low: f32x4, high: f32x4) -> Self {
         Self(lanes.join(low, high), lanes)
     }
-    /// The same vector in both halves.
+    /// `x` in both halves.
     #[inline(always)]
     pub fn twice(lanes: L, x: f32x4) -> Self {
         Self::join(lanes, x, x)
@@ -228,17 +233,17 @@ impl<L: Lanes> F8<L> {
     pub fn halves(self) -> [f32x4; 2] {
         self.1.halves(self.0)
     }
-    /// Entry `k` of each half, in all of that half.
+    /// Broadcasts entry `k` of each half to all lanes of that half.
     #[inline(always)]
     pub fn spread(self, k: usize) -> Self {
         Self(self.1.spread(self.0, k), self.1)
     }
-    /// Entries 1, 2, 0 and 3 of each half.
+    /// Permutes each half to its entries 1, 2, 0 and 3.
     #[inline(always)]
     pub fn turned(self) -> Self {
         Self(self.1.turn(self.0), self.1)
     }
-    /// Rows to columns, each half for itself.
+    /// Transposes the 4 x 4 matrix in each half separately.
     #[inline(always)]
     pub fn transposed([x, y, z, w]: [Self; 4]) -> [Self; 4] {
         let lanes = x.1;
@@ -250,19 +255,19 @@ impl<L: Lanes> F8<L> {
             Self(w, lanes),
         ]
     }
-    /// The same of three rows, and one of zeros.
+    /// Transposes three rows and a row of zeros; returns the first three columns.
     #[inline(always)]
     pub fn transposed_axes([x, y, z]: [Self; 3]) -> [Self; 3] {
         let [x, y, z, _] = Self::transposed([x, y, z, Self::splat(x.1, 0.0)]);
         [x, y, z]
     }
-    /// The first three entries of four rows, one after the other, each half for itself.
+    /// Concatenates the first three entries of four rows, in each half separately.
     #[inline(always)]
     pub fn packed([x, y, z, w]: [Self; 4]) -> [Self; 3] {
         let rows = x.1.pack([x.0, y.0, z.0, w.0]);
         per_axis!(k => Self(rows[k], x.1))
     }
-    /// Eight rows of four to four columns of eight.
+    /// Transposes eight rows of four to four columns of eight.
     #[inline(always)]
     pub fn columns(lanes: L, rows: [&[f32; 4]; 8]) -> [Self; 4] {
         let [a, b, c, d, e, f, g, h] = per_lane!(i => f32x4::new(*rows[i]));
@@ -306,18 +311,18 @@ pub(crate) use operators;
 operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
 operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d, Div div div_d);
 
-/// Numbers or masks of one precision, one a lane: what kernels use that are the same in all.
+/// Operations that [`F8`], [`D8`] and [`D4`] share; lanes hold numbers or masks.
 #[allow(clippy::inline_always)]
 pub(crate) trait Column:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
-    /// All ones where `self < other`; never where one of them is no number.
+    /// All ones where `self < other`, zeros elsewhere; a comparison with NaN is false.
     fn less(self, other: Self) -> Self;
     fn and(self, other: Self) -> Self;
     fn or(self, other: Self) -> Self;
-    /// The sign of each lane, or whether it is all ones: one bit a lane, lane 0 lowest.
+    /// One bit per lane, lane 0 lowest: the lane's sign bit. It is set for a mask of all ones.
     fn mask(self) -> u32;
     fn times(self, x: f32) -> Self;
     fn abs(self) -> Self;
@@ -357,7 +362,7 @@ pub(crate) use columns;
 columns!(F8, f32: max max, min min, less less, and and, or or; abs, mask);
 columns!(D8, f64: max max_d, min min_d, less less_d, and and_d, or or_d; abs_d, mask_d);
 
-/// Three columns: eight vectors.
+/// Three columns: the components of eight vectors.
 pub(crate) type V8<L> = [F8<L>; 3];
 
 #[inline(always)]
@@ -389,7 +394,7 @@ pub(crate) fn cross<N: Copy + Sub<Output = N> + Mul<Output = N>>(a: [N; 3], b: [
     ]
 }
 
-/// The instruction sets there are; which one a machine has is asked once.
+/// The instruction sets the library is compiled for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Instructions {
     #[cfg(target_arch = "x86_64")]
@@ -400,7 +405,7 @@ pub(crate) enum Instructions {
 impl Instructions {
     pub const PORTABLE: Self = Self::Portable(Portable {});
 
-    /// The best that this machine has.
+    /// The best set of this machine.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = Avx2::try_new() {

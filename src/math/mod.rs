@@ -1,4 +1,4 @@
-//! Boxes, poses and tolerances: the ground every other module stands on.
+//! Boxes, poses, rays, motions, SIMD lanes and tolerances: the base of all other modules.
 
 mod aabb;
 #[cfg(feature = "serde")]
@@ -17,7 +17,7 @@ pub(crate) use pose::rotation_deviation;
 pub use pose::{Pose, PoseError};
 pub use ray::{Ray, RayError};
 
-/// The length of a vector, also where its square overflows or underflows.
+/// The length of a vector, computed without overflow or underflow of its square.
 pub(crate) fn length(v: glam::DVec3) -> f64 {
     let length = v.length();
     if (1e-140..1e140).contains(&length) {
@@ -31,12 +31,13 @@ pub(crate) fn length(v: glam::DVec3) -> f64 {
     }
 }
 
-/// A time in nanoseconds; not by way of an integer of 128 bits, which takes as long as a look at the clock.
+/// Converts a duration to nanoseconds. Avoids `Duration::as_nanos`: its 128-bit conversion takes as
+/// long as a clock read.
 pub(crate) fn nanoseconds(time: core::time::Duration) -> f64 {
     time.as_secs() as f64 * 1e9 + f64::from(time.subsec_nanos())
 }
 
-/// The positions of the bits of a mask, lowest first.
+/// Positions of the set bits of a mask, lowest first.
 #[inline(always)]
 pub(crate) fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
     let mut mask = mask.into();
@@ -51,13 +52,13 @@ pub(crate) fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The larger of two numbers. `f64::max` and `f32::max` take four times as long, since they treat NaN apart.
+/// The larger of two numbers. Four times as fast as `f64::max` and `f32::max`, which handle NaN.
 #[inline(always)]
 pub(crate) fn larger<T: PartialOrd>(x: T, y: T) -> T {
     if x > y { x } else { y }
 }
 
-/// The smaller of two numbers, as [`larger`].
+/// The smaller of two numbers; see [`larger`].
 #[inline(always)]
 pub(crate) fn smaller<T: PartialOrd>(x: T, y: T) -> T {
     if x < y { x } else { y }

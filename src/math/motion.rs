@@ -1,11 +1,17 @@
-//! Rigid motions: where a body is at every time from 0 to 1.
+//! Rigid motions: the pose of a body at every time from 0 to 1.
 
 use super::pose::{Pose, rotation_deviation};
 use super::tolerance::SCENE_REACH;
 use core::fmt;
 use glam::{DMat3, DQuat, DVec3};
 
-/// A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along.
+/// A rigid motion over one unit of time, from time 0 to 1: a constant velocity, and a turn at a
+/// constant rate about an axis that moves with that velocity.
+///
+/// At time `t` a point that `start` maps to `x` is at `p + t v + R(t w) (x - p)`. Here `v` is the
+/// velocity. `w` is the turn: the axis by the right-hand rule, times the angle in radians. `p` is a
+/// point of the axis at time 0, and `R` the rotation of a turn. [`Motion::pose`] evaluates this in
+/// `f64`; whatever is proven of a motion holds for these poses.
 ///
 /// At time `t` a point that `start` brings to `x` is at `p + t v + R(t w) (x - p)`, where `v` is the velocity, `w` the turn
 /// (the axis by the right-hand rule, times the angle in radians), `p` a point of the axis at time 0, and `R` the rotation of a
@@ -23,7 +29,7 @@ pub struct Motion {
     arm: DVec3,
 }
 
-/// Why numbers are no [`Motion`].
+/// Reasons why a [`Motion`] is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MotionError {
@@ -46,14 +52,15 @@ impl fmt::Display for MotionError {
 
 impl core::error::Error for MotionError {}
 
-/// Largest turn in radians.
+/// Largest accepted turn, in radians.
 const LARGEST_TURN: f64 = (1 << 20) as f64;
 
-/// Turns below this (radians) are about an axis through the body's origin: the screw axis would be too far away.
+/// A turn below this angle (radians) gets an axis through the body's origin: the screw axis would
+/// be too far away.
 const LEAST_SCREW: f64 = 1e-12;
 
 impl Motion {
-    /// A straight line without turn.
+    /// A translation along a straight line, without turn.
     ///
     /// # Errors
     /// [`MotionError`].
@@ -66,7 +73,7 @@ impl Motion {
         )
     }
 
-    /// None at all, of a body in a scene.
+    /// The motion of a body of a scene that is at rest.
     pub(crate) const fn still(start: Pose) -> Self {
         Self {
             start,
@@ -76,7 +83,8 @@ impl Motion {
         }
     }
 
-    /// With a turn: its axis times its angle in radians; `point` is on the axis at time 0, and moves with the velocity.
+    /// A motion with a turn: the turn is the axis times the angle in radians. `point` lies on the
+    /// axis at time 0 and moves with the velocity.
     ///
     /// # Errors
     /// [`MotionError`].
@@ -96,7 +104,8 @@ impl Motion {
         )
     }
 
-    /// The same, with the way from a point of the axis to the body's origin at time 0 ([`Motion::arm`]) instead of the point.
+    /// A motion with a turn, given by the vector from a point of the axis to the body's origin at
+    /// time 0 ([`Motion::arm`]).
     ///
     /// # Errors
     /// [`MotionError`].
@@ -111,9 +120,10 @@ impl Motion {
         Self::checked(start, velocity, turn, arm)
     }
 
-    /// The screw from one pose to another: a turn of at most half a circle about an axis, and a shift along it.
+    /// The screw motion from one pose to another: a turn of at most half a circle about an axis,
+    /// and a translation along it.
     ///
-    /// It ends in `end` up to rounding, and up to what the matrices are off rotations.
+    /// It ends in `end` up to rounding, and up to the deviation of the matrices from rotations.
     ///
     /// # Errors
     /// [`MotionError`].
@@ -132,7 +142,7 @@ impl Motion {
         Self::checked(start, along, turn, arm)
     }
 
-    /// The motion of a part that is fixed to the body, at a place in the body's frame: with the same velocity, about the same
+    /// The motion of a part fixed to the body, at a pose in the body's frame: same velocity, same
     /// axis.
     ///
     /// # Errors
@@ -167,7 +177,7 @@ impl Motion {
         })
     }
 
-    /// Where the body is at a time, 0 to 1. Times outside are taken for 0 or 1, and NaN for 0.
+    /// The pose of the body at a time from 0 to 1. Times outside are clamped; NaN counts as 0.
     #[must_use]
     pub fn pose(&self, time: f64) -> Pose {
         let time = if time > 0.0 { time.min(1.0) } else { 0.0 };
@@ -180,10 +190,11 @@ impl Motion {
         }
         let angle = self.turn.length();
         let axis = self.turn / angle;
-        // Without `1 - cos`, which cancels: arms may be long where angles are small.
+        // Not `1 - cos`, which cancels: the arm may be long where the angle is small.
         let (sine, half) = (libm::sin(angle * time), libm::sin(angle * time / 2.0));
         let (DVec3 { y, z, .. }, k) = (axis, 2.0 * half * half);
-        // What is added by the turn: `sine` times the axis's product, and `k` times its square (Rodrigues).
+        // The matrix of the turn minus the identity (Rodrigues): `sine` times the axis's
+        // cross-product matrix, plus `k` times its square.
         let (u, v, w) = (axis * sine, axis * k, axis * axis * k);
         let turned = DMat3::from_cols(
             DVec3::new(-(w.y + w.z), v.x * y + u.z, v.x * z - u.y),
@@ -206,7 +217,7 @@ impl Motion {
         )
     }
 
-    /// Where it begins.
+    /// The pose at time 0.
     #[must_use]
     pub fn start(&self) -> Pose {
         self.start
@@ -218,19 +229,20 @@ impl Motion {
         self.velocity
     }
 
-    /// The turn: axis times angle in radians.
+    /// The turn: the axis times the angle in radians.
     #[must_use]
     pub fn turn(&self) -> DVec3 {
         self.turn
     }
 
-    /// From a point of the axis to the origin of the body at time 0.
+    /// The vector from a point of the axis to the origin of the body at time 0.
     #[must_use]
     pub fn arm(&self) -> DVec3 {
         self.arm
     }
 
-    /// How far the matrix at its start, and so all of them but for rounding, are from a rotation.
+    /// How far the matrix at the start is from a rotation. Up to rounding, this holds for all
+    /// times.
     pub(crate) fn deviation(&self) -> f64 {
         rotation_deviation(self.start.rotation())
     }
@@ -251,7 +263,7 @@ impl From<Motion> for (Pose, [DVec3; 3]) {
     }
 }
 
-/// The turn from one rotation to another, at most half a circle.
+/// The turn from one rotation to another, by at most half a circle.
 fn turn_between(from: &DMat3, to: &DMat3) -> DVec3 {
     let q = DQuat::from_mat3(&(*to * from.transpose())).normalize();
     let q = if q.w < 0.0 { -q } else { q };

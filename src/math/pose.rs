@@ -1,8 +1,8 @@
 //! Rigid poses in f64, used exactly as given.
 //!
-//! A pose `b_in_a` maps coordinates of B to coordinates of A: `a = R b + t`. What counts as an intersection
-//! depends on the last bit of the mapped vertices, so the matrix is never tidied and the order of
-//! every rounding is fixed.
+//! A pose `b_in_a` maps coordinates of B to coordinates of A: `a = R b + t`. Whether two meshes
+//! intersect depends on the last bit of the mapped vertices. So the matrix is never
+//! orthonormalized, and the order of all roundings is fixed.
 
 use core::fmt;
 
@@ -11,7 +11,8 @@ use glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 use super::larger;
 use super::tolerance::{COORDINATE_LIMIT, ROTATION_TOLERANCE};
 
-/// A rotation followed by a translation, both f64: `b_in_a` maps coordinates of B to coordinates of A.
+/// A rotation followed by a translation, both f64: `b_in_a` maps coordinates of B to coordinates of
+/// A.
 ///
 /// The rotation matrix is checked (no entry of `|RᵀR − I|` above 1e-3, no mirror) and then used as it is,
 /// never made orthonormal.
@@ -23,7 +24,7 @@ pub struct Pose {
     translation: DVec3,
 }
 
-/// Why numbers are no [`Pose`].
+/// Reasons why a [`Pose`] is refused.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum PoseError {
@@ -34,10 +35,10 @@ pub enum PoseError {
     },
     /// The matrix scales, shears or mirrors.
     NotARotation {
-        /// The largest entry of `|RᵀR − I|`; of a matrix with determinant d <= 0 at least 1 − d.
+        /// The largest entry of `|RᵀR − I|`; for a determinant d <= 0, at least 1 − d.
         deviation: f64,
     },
-    /// The translation is longer than 2^1000 along an axis.
+    /// The translation exceeds 2^1000 along an axis.
     TooFar {
         /// The first such axis: 0, 1, 2 for x, y, z.
         axis: usize,
@@ -115,7 +116,7 @@ impl Pose {
         Ok(pose)
     }
 
-    /// A pose from what is known to be one.
+    /// A pose from entries that are known to be valid.
     pub(crate) const fn unchecked(rotation: DMat3, translation: DVec3) -> Self {
         Self {
             rotation,
@@ -123,7 +124,8 @@ impl Pose {
         }
     }
 
-    /// A pose from a quaternion `x, y, z, w`, normalised in f64 first, and a translation.
+    /// A pose from a quaternion `x, y, z, w` and a translation. The quaternion is normalised in f64
+    /// first.
     ///
     /// # Errors
     /// [`PoseError::BadQuaternion`], then as [`new`](Self::new).
@@ -139,7 +141,8 @@ impl Pose {
         Self::new(DMat3::from_quat(unit), translation)
     }
 
-    /// A pose from the images of the three axes, which are the columns of the matrix, and of the origin.
+    /// A pose from the images of the three axes, which are the columns of the matrix, and the image
+    /// of the origin.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -164,7 +167,8 @@ impl Pose {
         Self::from_axes(column(0), column(1), column(2), column(3))
     }
 
-    /// The 3 x 4 matrix `[R|t]`, row by row; the inverse of [`from_row_major`](Self::from_row_major).
+    /// The 3 x 4 matrix `[R|t]`, row by row: the inverse of
+    /// [`from_row_major`](Self::from_row_major).
     pub fn to_row_major(&self) -> [f64; 12] {
         let [x, y, z, t] = [
             self.rotation.x_axis,
@@ -175,7 +179,7 @@ impl Pose {
         [x.x, y.x, z.x, t.x, x.y, y.y, z.y, t.y, x.z, y.z, z.z, t.z]
     }
 
-    /// A pose from f32 values, which f64 holds exactly; the matrix column by column.
+    /// A pose from f32 values, which f64 represents exactly; the matrix is column by column.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -187,7 +191,8 @@ impl Pose {
         Self::new(rotation, translation.into().map(f64::from))
     }
 
-    /// Rotation and translation rounded to f32; a translation beyond f32 becomes infinite.
+    /// Rotation and translation rounded to f32; a translation outside the range of f32 becomes
+    /// infinite.
     pub fn to_f32(&self) -> (Mat3, Vec3) {
         (self.rotation.as_mat3(), self.translation.as_vec3())
     }
@@ -204,10 +209,10 @@ impl Pose {
         self.translation
     }
 
-    /// `self` after `inner`, rounded: `b_in_a.compose(&c_in_b)` is `c_in_a`.
+    /// `self` applied after `inner`, rounded: `b_in_a.compose(&c_in_b)` is `c_in_a`.
     ///
     /// # Errors
-    /// As [`new`](Self::new): deviations add up, and translations too.
+    /// As [`new`](Self::new): deviations add up, and so do translations.
     pub fn compose(&self, inner: &Self) -> Result<Self, PoseError> {
         let Self {
             rotation,
@@ -216,7 +221,7 @@ impl Pose {
         Self::checked(rotation, translation)
     }
 
-    /// [`compose`](Self::compose) for poses that are known to have a product.
+    /// [`compose`](Self::compose) for poses whose product is known to be a pose.
     pub(crate) fn compose_unchecked(&self, inner: &Self) -> Self {
         let DMat3 {
             x_axis: x,
@@ -232,10 +237,10 @@ impl Pose {
 
     /// The inverse map, rounded: `b_in_a.inverse()` is `a_in_b`.
     ///
-    /// The matrix is truly inverted, not transposed, so an inexact rotation is undone as well.
+    /// The matrix is inverted, not transposed, so that an inexact rotation is undone as well.
     ///
     /// # Errors
-    /// As [`new`](Self::new), if the pose is at the very edge of what is accepted.
+    /// As [`new`](Self::new), if the pose is close to the limits of what is accepted.
     pub fn inverse(&self) -> Result<Self, PoseError> {
         let Self {
             rotation,
@@ -244,7 +249,7 @@ impl Pose {
         Self::checked(rotation, translation)
     }
 
-    /// [`inverse`](Self::inverse) for a pose that is known to have one.
+    /// [`inverse`](Self::inverse) for a pose whose inverse is known to be a pose.
     pub(crate) fn inverse_unchecked(&self) -> Self {
         let DMat3 {
             x_axis: x,
@@ -261,9 +266,11 @@ impl Pose {
         inverse
     }
 
-    /// The image of a point: per axis `((R_i0*x + R_i1*y) + R_i2*z) + t_i`, each operation rounded to nearest.
+    /// The image of a point: per axis `((R_i0*x + R_i1*y) + R_i2*z) + t_i`, each operation rounded
+    /// to nearest.
     ///
-    /// Which meshes intersect is defined on these values, hence the fixed order and no fused multiply-add.
+    /// These values define which meshes intersect. So the order of operations is fixed, and no
+    /// multiply-add is fused.
     #[inline]
     pub fn transform_point(&self, point: impl Into<[f64; 3]>) -> DVec3 {
         self.rotate(DVec3::from_array(point.into())) + self.translation

@@ -1,14 +1,14 @@
-//! Pseudo-random numbers for experiments and generated shapes: splitmix64 (G. L. Steele, D. Lea, C. H. Flood, "Fast
-//! splittable pseudorandom number generators", 2014). Not for secrets.
+//! Pseudo-random numbers for experiments and generated shapes: splitmix64 (G. L. Steele, D. Lea, C.
+//! H. Flood, "Fast splittable pseudorandom number generators", 2014). Not for cryptography.
 
-/// The splitmix64 sequence of a seed.
+/// The splitmix64 generator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Random(u64);
 
 impl Random {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
-    /// Begins the sequence of `seed`; nearby seeds give unrelated sequences.
+    /// Starts the sequence of `seed`; nearby seeds give unrelated sequences.
     pub const fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -21,12 +21,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform from 0 to below 1, a multiple of 2^-53.
+    /// Uniform from 0 (inclusive) to 1 (exclusive), a multiple of 2^-53.
     pub fn fraction(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Uniform from `low` to below `high`.
+    /// Uniform from `low` (inclusive) to `high` (exclusive).
     #[cfg(any(all(test, feature = "std"), feature = "internals"))]
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.fraction()

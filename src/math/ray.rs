@@ -13,25 +13,26 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     origin: DVec3,
-    /// The direction, or the end of a segment.
+    /// The direction; the end, of a segment.
     target: DVec3,
     is_segment: bool,
     t_min: f64,
     t_max: f64,
 }
 
-/// Why numbers are no [`Ray`]. Numbers are counted from 0: three of the origin, then three of the direction or the end.
+/// Reasons why a [`Ray`] is refused. Numbers are counted from 0: three of the origin, then three of
+/// the direction or the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RayError {
     /// A number is NaN or infinite.
     NotFinite {
-        /// Which one, 0 to 5.
+        /// Index of the number, 0 to 5.
         number: usize,
     },
     /// A number exceeds 2^1000.
     TooLarge {
-        /// Which one, 0 to 5.
+        /// Index of the number, 0 to 5.
         number: usize,
     },
     /// The direction is zero, or the ends of the segment are the same point.
@@ -78,7 +79,7 @@ impl Ray {
         Self::checked(origin.into(), direction.into(), false)
     }
 
-    /// The segment between two points, both of them included; `t` goes from 0 to 1.
+    /// The segment between two points, both included; `t` runs from 0 to 1.
     ///
     /// # Errors
     /// [`RayError`].
@@ -111,21 +112,21 @@ impl Ray {
         }
     }
 
-    /// Leaves out hits whose `t`, as it is told, is below `t_min` or above `t_max`. NaN is no limit. To end exactly at a point,
-    /// take a segment.
+    /// Discards hits whose reported `t` is below `t_min` or above `t_max`. A NaN sets no limit. To
+    /// end exactly at a point, use a segment.
     #[must_use]
     pub fn within(mut self, t_min: f64, t_max: f64) -> Self {
         (self.t_min, self.t_max) = (t_min.max(0.0), t_max.min(f64::INFINITY));
         self
     }
 
-    /// Where it begins.
+    /// The start of the ray.
     #[inline]
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// Its direction; of a segment, the difference of its ends, rounded.
+    /// The direction; of a segment, the difference of its ends, rounded.
     #[inline]
     pub fn direction(&self) -> DVec3 {
         if self.is_segment {
@@ -135,13 +136,13 @@ impl Ray {
         }
     }
 
-    /// Whether it is a segment.
+    /// True if this is a segment.
     #[inline]
     pub fn is_segment(&self) -> bool {
         self.is_segment
     }
 
-    /// The limits of [`Ray::within`].
+    /// The limits set by [`Ray::within`].
     #[inline]
     pub fn limits(&self) -> [f64; 2] {
         [self.t_min, self.t_max]
@@ -153,8 +154,9 @@ impl Ray {
         self.origin + self.direction() * t
     }
 
-    /// The ray in other coordinates: origin and direction, or both ends, are mapped by `pose` and rounded; limits stay. To ask
-    /// the tree of a body about a ray of the scene, take the inverse of the body's pose.
+    /// The ray in other coordinates. `pose` maps the origin and the direction, or both ends, and
+    /// the results are rounded. Limits stay. To cast a ray of the scene at the tree of a body,
+    /// transform it by the inverse of the body's pose.
     ///
     /// ```
     /// use punctual::{Pose, Ray, glam::DMat3};
@@ -165,7 +167,7 @@ impl Ray {
     /// ```
     ///
     /// # Errors
-    /// [`RayError`]: if a number becomes too large, or nothing is left of the direction after rounding.
+    /// [`RayError`] if a number becomes too large, or if the direction is zero after rounding.
     pub fn transformed(&self, pose: &Pose) -> Result<Self, RayError> {
         let target = if self.is_segment {
             pose.transform_point(self.target)
@@ -184,7 +186,7 @@ impl Ray {
         })
     }
 
-    /// Two points whose difference is the direction, exactly.
+    /// Two points whose exact difference is the direction.
     pub(crate) fn exact_direction(&self) -> [DVec3; 2] {
         [
             if self.is_segment {

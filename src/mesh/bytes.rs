@@ -1,4 +1,4 @@
-//! A mesh as bytes, little-endian, for the file form of a tree.
+//! A mesh as little-endian bytes, for the file format of a tree.
 
 use super::vertices::Vertices;
 use super::{Mesh, MeshError};
@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 pub(crate) const TRIANGLE_BYTES: usize = 12;
 
 impl Mesh {
-    /// Appends every bit of the vertices, in 4 or 8 bytes a coordinate, then the indices of the triangles.
+    /// Appends the exact vertices, 4 or 8 bytes per coordinate, then the indices of the triangles.
     pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
         match &self.vertices {
             Vertices::F32(v) => v
@@ -26,7 +26,8 @@ impl Mesh {
             .for_each(|i| bytes.extend_from_slice(&i.to_le_bytes()));
     }
 
-    /// The mesh of vertices, in 8 or 4 bytes a coordinate, and triangles that were written.
+    /// Reads a mesh from bytes of [`write`](Self::write): vertices with 8 (`is_f64`) or 4 bytes per
+    /// coordinate, and triangles.
     pub(crate) fn read(vertices: &[u8], is_f64: bool, triangles: &[u8]) -> Result<Self, MeshError> {
         let vertices = if is_f64 {
             Vertices::F64(triples(vertices, f64::from_le_bytes).collect())
@@ -37,7 +38,7 @@ impl Mesh {
     }
 }
 
-/// Three numbers of `N` bytes at a time.
+/// Splits bytes into triples of numbers of `N` bytes each.
 fn triples<const N: usize, T>(
     bytes: &[u8],
     number: impl Fn([u8; N]) -> T,

@@ -1,8 +1,9 @@
-//! Triangle meshes: checked once at the door, exact ever after.
+//! Triangle meshes: validated once at construction, exact afterwards.
 //!
-//! A mesh is a triangle soup, a surface without inside. Vertices keep every bit they came with: f32 where that is
-//! exact, f64 only where the mesh needs it. Triangles may be degenerate, share vertices or overlap. Vertices that
-//! no triangle uses are kept for their indices but never read, so they may hold anything.
+//! A mesh is a triangle soup: a surface without an inside. Vertices keep every bit of the input, as
+//! f32 where that is exact and as f64 only where the mesh needs it. Triangles may be degenerate,
+//! share vertices or overlap. Vertices that no triangle uses keep their indices but are never read,
+//! so they may hold any value.
 
 mod bytes;
 pub mod shapes;
@@ -19,12 +20,12 @@ pub(crate) use bytes::TRIANGLE_BYTES;
 pub(crate) use vertices::Vertices;
 use vertices::{all_in_use, check_vertex, is_f32_exact};
 
-/// Leaves two spare bits in a 32-bit id, and keeps the nodes of a binary tree below 2^31.
+/// Leaves two spare bits in a 32-bit id, and keeps the number of nodes of a binary tree below 2^31.
 const TRIANGLE_LIMIT: usize = 1 << 30;
 
-/// An indexed triangle surface with finite vertices, immutable but by [`crate::Tree::refit`].
+/// An indexed triangle surface with finite vertices. Only [`crate::Tree::refit`] changes it.
 ///
-/// All coordinates are in one length unit, the caller's, and in the frame of the mesh.
+/// All coordinates are in one length unit, chosen by the caller, and in the frame of the mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     vertices: Vertices,
@@ -34,45 +35,45 @@ pub struct Mesh {
     least_exponent: i32,
 }
 
-/// Why vertices and triangles are no [`Mesh`].
+/// Reasons why a [`Mesh`] is refused.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// A triangle names a vertex that does not exist.
+    /// A triangle refers to a vertex that does not exist.
     IndexOutOfRange {
-        /// Position of the triangle.
+        /// Index of the triangle.
         triangle: usize,
         /// Its corner: 0, 1 or 2.
         corner: usize,
-        /// The vertex index found there.
+        /// The vertex index of that corner.
         index: u32,
-        /// How many vertices the mesh has.
+        /// Number of vertices of the mesh.
         vertices: usize,
     },
     /// A coordinate of a vertex in use is NaN or infinite.
     NotFinite {
-        /// Position of the vertex.
+        /// Index of the vertex.
         vertex: usize,
         /// Axis of the coordinate: 0, 1, 2 for x, y, z.
         axis: usize,
     },
     /// A coordinate of a vertex in use is larger than 2^1000 in magnitude.
     TooLarge {
-        /// Position of the vertex.
+        /// Index of the vertex.
         vertex: usize,
         /// Axis of the coordinate: 0, 1, 2 for x, y, z.
         axis: usize,
     },
     /// The number of new vertices differs from the mesh's ([`crate::Tree::refit`]).
     VertexCount {
-        /// How many there are.
+        /// Number of new vertices.
         given: usize,
-        /// How many vertices the mesh has.
+        /// Number of vertices of the mesh.
         vertices: usize,
     },
     /// The mesh has more than 2^30 triangles.
     TooManyTriangles {
-        /// How many it has.
+        /// Number of triangles.
         triangles: usize,
     },
 }
@@ -115,7 +116,8 @@ impl Mesh {
     /// Takes time linear in vertices and triangles.
     ///
     /// # Errors
-    /// The first fault in the order of the triangles; vertices that no triangle uses are not looked at.
+    /// Reports the first fault in the order of the triangles; does not check vertices that no
+    /// triangle uses.
     ///
     /// ```
     /// let corner = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -133,8 +135,9 @@ impl Mesh {
 
     /// A mesh from f64 vertices and corner indices. No triangles are fine.
     ///
-    /// It is stored as f32 if that keeps every bit of the vertices in use (the others are rounded), else as f64, which
-    /// costs memory and some speed. Takes time linear in vertices and triangles.
+    /// The mesh is stored as f32 if that keeps every bit of the vertices in use; unused ones are
+    /// rounded. Otherwise it is stored as f64, which takes more memory and is somewhat slower.
+    /// Takes time linear in vertices and triangles.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -198,13 +201,13 @@ impl Mesh {
         self.triangles.len()
     }
 
-    /// Whether the mesh has no triangles; it may still have vertices.
+    /// True if the mesh has no triangles; it may still have vertices.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
     }
 
-    /// The vertex indices of all triangles, in the order given.
+    /// The vertex indices of all triangles, in input order.
     #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
@@ -225,7 +228,7 @@ impl Mesh {
         self.vertices.get(i)
     }
 
-    /// All vertices, as they are stored.
+    /// All vertices, as stored.
     #[inline]
     pub(crate) fn vertices(&self) -> &Vertices {
         &self.vertices
@@ -237,7 +240,7 @@ impl Mesh {
     /// If `i` is not below [`len`](Self::len).
     #[inline]
     pub fn triangle(&self, i: usize) -> [DVec3; 3] {
-        // Not by `map`, which is a call.
+        // Written out, because `map` compiles to a call.
         let [a, b, c] = self.triangles[i];
         [
             self.vertices.get(a as usize),
@@ -246,7 +249,8 @@ impl Mesh {
         ]
     }
 
-    /// The smallest box around all vertices in use; [`Aabb::EMPTY`] without triangles. Takes constant time.
+    /// The smallest box around all vertices in use; [`Aabb::EMPTY`] without triangles. Takes
+    /// constant time.
     #[inline]
     pub fn aabb(&self) -> Aabb {
         self.aabb
@@ -264,7 +268,7 @@ impl Mesh {
         matches!(self.vertices, Vertices::F32(_))
     }
 
-    /// Memory on the heap, in bytes.
+    /// Heap memory, in bytes.
     pub fn bytes(&self) -> usize {
         let vertices = match &self.vertices {
             Vertices::F32(v) => size_of_val(&**v),

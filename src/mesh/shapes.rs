@@ -1,8 +1,11 @@
 //! Generated meshes for examples, tests and benchmarks.
 //!
-//! All but [`height_field`] are closed: every edge belongs to two triangles that run along it in opposite directions,
-//! and triangles are counter-clockwise seen from outside. The same arguments give the same mesh. No argument
-//! panics: one out of range, NaN included, is moved into range, and no triangle is degenerate.
+//! All but [`height_field`] are closed: every edge belongs to two triangles that traverse it in
+//! opposite directions, and triangles are counter-clockwise seen from outside. Equal arguments give
+//! equal meshes.
+//!
+//! No argument panics. An argument out of range, NaN included, is moved into range. No triangle is
+//! degenerate.
 
 use alloc::{collections::BTreeMap, vec::Vec};
 use core::f64::consts::TAU;
@@ -12,13 +15,12 @@ use glam::{DVec2, DVec3};
 use super::{Mesh, Vertices};
 use crate::math::random::Random;
 
-/// Between these lengths areas and volumes stay normal numbers in f32 as well.
+/// Between these lengths, areas and volumes are normal numbers in f32 too.
 const MIN_SIZE: f64 = 1e-6;
 const MAX_SIZE: f64 = 1e6;
 
-/// A sphere of radius 1 around the origin: an icosahedron with every triangle split in four, again and again.
-///
-/// Has `20 * 4^subdivisions` triangles; `subdivisions` is at most 12.
+/// A sphere of radius 1 around the origin: an icosahedron whose triangles are split in four,
+/// `subdivisions` times. Has `20 * 4^subdivisions` triangles; `subdivisions` is at most 12.
 pub fn icosphere(subdivisions: u32) -> Mesh {
     const GOLDEN: f64 = 1.618_033_988_749_895;
     let mut vertices = Vec::new();
@@ -53,7 +55,8 @@ pub fn icosphere(subdivisions: u32) -> Mesh {
     generated(vertices, triangles)
 }
 
-/// Every three corners at mutual distance 2, outward; corner order as in [`icosphere`].
+/// All triples of corners at mutual distance 2, facing outward; corners are in the order of
+/// [`icosphere`].
 #[rustfmt::skip]
 const ICOSAHEDRON: [[u32; 3]; 20] = [
     [0, 1, 2], [0, 3, 1], [0, 2, 5], [0, 7, 3], [0, 5, 7],
@@ -62,9 +65,8 @@ const ICOSAHEDRON: [[u32; 3]; 20] = [
     [5, 10, 7], [6, 9, 10], [7, 10, 11], [8, 11, 9], [9, 11, 10],
 ];
 
-/// A box around the origin, each face a grid of `cells` by `cells` squares.
-///
-/// Has `12 * cells^2` triangles; `cells` is 1 to 8192, each half extent (along x, y, z) 1e-6 to 1e6.
+/// A box around the origin; each face is a grid of `cells` by `cells` squares. Has `12 * cells^2`
+/// triangles; `cells` is 1 to 8192, each half extent (along x, y, z) 1e-6 to 1e6.
 pub fn cuboid(half_extents: impl Into<[f32; 3]>, cells: u32) -> Mesh {
     let cells = cells.clamp(1, 8192);
     let half = DVec3::from_array(half_extents.into().map(|h| within(h, MIN_SIZE, MAX_SIZE)));
@@ -78,7 +80,7 @@ pub fn cuboid(half_extents: impl Into<[f32; 3]>, cells: u32) -> Mesh {
     };
     for face in 0..6 {
         let (axis, far) = (face / 2, face % 2);
-        // Swapping the directions within the face turns its triangles over.
+        // Swapping the two directions of the face flips its triangles.
         let (u, v) = ((axis + 2 - far) % 3, (axis + 1 + far) % 3);
         for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
             let quad = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(di, dj)| {
@@ -94,9 +96,9 @@ pub fn cuboid(half_extents: impl Into<[f32; 3]>, cells: u32) -> Mesh {
 
 /// A torus around the z axis: a tube of radius `minor` along a circle of radius `major`.
 ///
-/// With `resolution` segments along the circle and `resolution / 2` around the tube, each at least 3, it has
-/// `2 * resolution * max(3, resolution / 2)` triangles. `resolution` is 3 to 16384, `major` 1e-6 to 1e6, `minor` 0.01
-/// to 0.99 times `major`.
+/// With `resolution` segments along the circle and `resolution / 2` around the tube, each at least
+/// 3, it has `2 * resolution * max(3, resolution / 2)` triangles. `resolution` is 3 to 16384,
+/// `major` 1e-6 to 1e6, `minor` 0.01 to 0.99 times `major`.
 pub fn torus(major: f32, minor: f32, resolution: u32) -> Mesh {
     let major = within(major, MIN_SIZE, MAX_SIZE);
     let minor = within(minor, 0.01 * major, 0.99 * major);
@@ -109,12 +111,14 @@ pub fn torus(major: f32, minor: f32, resolution: u32) -> Mesh {
     })
 }
 
-/// A tube along a knot that winds `p` times around the z axis while it winds `q` times around the tube of a torus.
+/// A tube along a knot that winds `p` times around the z axis while it winds `q` times around the
+/// tube of a torus.
 ///
-/// The knot lies on the torus of radii 2/3 and 1/3; its tube of radius `tube`, 0.01 to 0.3, cuts itself where strands
-/// come closer than its diameter. `p` and `q` are 1 to 64, and a common divisor is divided out. With `resolution`
-/// segments along the knot and `resolution / 8` around the tube, at least 3, it has
-/// `2 * resolution * max(3, resolution / 8)` triangles; `resolution` is `8 * (p + q)` to 16384.
+/// The knot lies on the torus of radii 2/3 and 1/3. Its tube has radius `tube`, 0.01 to 0.3, and
+/// intersects itself where strands are closer than its diameter. `p` and `q` are 1 to 64; a common
+/// divisor is divided out. With `resolution` segments along the knot and `resolution / 8` around
+/// the tube, at least 3, it has `2 * resolution * max(3, resolution / 8)` triangles. `resolution`
+/// is `8 * (p + q)` to 16384.
 pub fn torus_knot(p: u32, q: u32, tube: f32, resolution: u32) -> Mesh {
     let (p, q) = (p.clamp(1, 64), q.clamp(1, 64));
     let divisor = (1..=p)
@@ -128,7 +132,8 @@ pub fn torus_knot(p: u32, q: u32, tube: f32, resolution: u32) -> Mesh {
     closed_grid(resolution, sides, |i, j| {
         let (long, short) = (turn(i * p, resolution), turn(i * q, resolution));
         let around = turn(j, sides);
-        // The frame of the torus, which the knot never leaves: no twist accumulates and the ends meet.
+        // The frame comes from the torus on which the knot lies, so no twist accumulates and the
+        // ends meet.
         let normal = (long * short.x).extend(short.y);
         let along_p = long.perp().extend(0.0);
         let along_q = (long * -short.y).extend(short.x);
@@ -139,11 +144,12 @@ pub fn torus_knot(p: u32, q: u32, tube: f32, resolution: u32) -> Mesh {
     })
 }
 
-/// A spur gear around the z axis: outer radius 1, thickness 0.3, bore radius 0.3, teeth with straight flanks.
+/// A spur gear around the z axis: outer radius 1, thickness 0.3, bore radius 0.3, teeth with
+/// straight flanks.
 ///
-/// The profile of a tooth has four straight pieces (root, flank, tip, flank), the section of the ring has four sides
-/// (rim, top, bore, bottom), each of `resolution` segments: `32 * teeth * resolution^2` triangles. `teeth` is 3 to
-/// 4096, `resolution` 1 to 64.
+/// The profile of a tooth has four straight pieces (root, flank, tip, flank). The cross section of
+/// the ring has four sides (rim, top, bore, bottom). Each piece and each side has `resolution`
+/// segments: `32 * teeth * resolution^2` triangles. `teeth` is 3 to 4096, `resolution` 1 to 64.
 pub fn gear(teeth: u32, resolution: u32) -> Mesh {
     const THICKNESS: f64 = 0.3;
     const BORE: f64 = 0.3;
@@ -170,15 +176,18 @@ pub fn gear(teeth: u32, resolution: u32) -> Mesh {
     })
 }
 
-/// Root radius of a gear by the usual tooth depth of 2.25 modules, but clear of the bore.
+/// Root radius of a gear with the usual tooth depth of 2.25 modules, at least 0.5 to stay clear of
+/// the bore.
 fn gear_root(teeth: u32) -> f64 {
     let module = 2.0 / f64::from(teeth + 2);
     (1.0 - 2.25 * module).max(0.5)
 }
 
-/// Smooth hills over the square from -1 to 1 in x and y, facing +z; heights stay within -0.5 and 0.5.
+/// Smooth hills over the square from -1 to 1 in x and y, facing +z; heights are within -0.5 and
+/// 0.5.
 ///
-/// An open surface of `2 * resolution^2` triangles; `resolution` is 1 to 16384. Each `seed` has its own hills.
+/// An open surface of `2 * resolution^2` triangles; `resolution` is 1 to 16384. Each `seed` gives
+/// its own hills.
 pub fn height_field(resolution: u32, seed: u64) -> Mesh {
     const WAVES: u64 = 8;
     let resolution = resolution.clamp(1, 16384);
@@ -233,7 +242,7 @@ fn turn(k: u32, n: u32) -> DVec2 {
     DVec2::from_angle(TAU * f64::from(k % n) / f64::from(n))
 }
 
-/// `value` moved into the range; NaN becomes `min`, unlike with `clamp`.
+/// Clamps `value` to the range; NaN becomes `min`, unlike with `clamp`.
 fn within(value: f32, min: f64, max: f64) -> f64 {
     f64::from(value).max(min).min(max)
 }

@@ -5,15 +5,15 @@ use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
 
 pub(super) struct Survey {
-    /// Whether all coordinates are within the limit.
+    /// True if no coordinate exceeds the limit or is NaN.
     pub is_good: bool,
-    /// Around all of them, if they are good.
+    /// Box around all points; valid only if `is_good`.
     pub aabb: Aabb,
     /// As [`super::Mesh::least_exponent`].
     pub least_exponent: i32,
 }
 
-/// Looks at the points that `of` makes of `vertices`.
+/// Checks the points that `of` makes of `vertices`.
 pub(super) fn survey<V: Copy, N: Number>(vertices: &[V], of: impl Fn(V) -> [N; 3]) -> Survey {
     Instructions::detect().run(Look { vertices, of })
 }
@@ -45,7 +45,7 @@ impl<V: Copy, N: Number, F: Fn(V) -> [N; 3]> Kernel for Look<'_, V, F> {
     }
 }
 
-/// What was seen of four vertices at a time, one coordinate a lane.
+/// Extremes over groups of four vertices, one coordinate per lane.
 struct Seen<N: Number> {
     min: [N; 12],
     max: [N; 12],
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use alloc::vec::Vec;
 
-    /// Against one number after the other, for all numbers of vertices around whole chunks.
+    /// Compares with a scalar loop, for all vertex counts around whole chunks.
     #[test]
     fn a_survey_sees_every_coordinate() {
         for count in 0..=9 {

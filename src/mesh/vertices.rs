@@ -1,4 +1,4 @@
-//! The vertices of a mesh: how they are kept, checked and replaced.
+//! Storage, validation and replacement of the vertices of a mesh.
 
 use super::survey::{Survey, survey};
 use super::{Mesh, MeshError};
@@ -30,9 +30,9 @@ impl Vertices {
     }
 }
 
-/// A coordinate as vertices may keep it.
+/// A coordinate type in which vertices can be stored.
 trait Kept: Number {
-    /// Writes all vertices; allocates only if the old ones are of the other kind.
+    /// Writes all vertices; allocates only if the old ones have the other precision.
     fn keep(vertices: &mut Vertices, new: impl Iterator<Item = [Self; 3]>);
 }
 
@@ -55,7 +55,7 @@ kept!(f32, F32);
 kept!(f64, F64);
 
 impl Mesh {
-    /// Replaces all vertices; on an error nothing has changed. Allocates nothing.
+    /// Replaces all vertices. On an error nothing changes. Allocates nothing.
     pub(crate) fn set_vertices<V: Copy + Into<[f32; 3]>>(
         &mut self,
         vertices: &[V],
@@ -67,7 +67,7 @@ impl Mesh {
         }
     }
 
-    /// The same with f64 vertices. Allocates only to go over from f32 to f64.
+    /// Replaces all vertices by f64 vertices. Allocates only to change from f32 to f64 storage.
     pub(crate) fn set_vertices_f64<V: Copy + Into<[f64; 3]>>(
         &mut self,
         vertices: &[V],
@@ -93,7 +93,7 @@ impl Mesh {
             });
         }
         let survey = survey(vertices, of);
-        // A vertex that is not used may hold anything.
+        // Unused vertices may hold any value, so check only those in use.
         if !survey.is_good {
             self.in_use().try_for_each(|i| {
                 check_vertex(i, DVec3::from_array(of(vertices[i]).map(Into::into)))
@@ -124,7 +124,7 @@ impl Mesh {
         };
     }
 
-    /// The vertices that triangles use, in their order, most of them several times.
+    /// Indices of the vertices that triangles use, in the order of the triangles, with repetitions.
     fn in_use(&self) -> impl Iterator<Item = usize> + use<'_> {
         self.triangles.as_flattened().iter().map(|&i| i as usize)
     }
@@ -147,7 +147,7 @@ pub(super) fn is_f32_exact(coordinate: f64) -> bool {
     f64::from(coordinate as f32).to_bits() == coordinate.to_bits()
 }
 
-/// Whether triangles use every vertex.
+/// True if triangles use every vertex.
 pub(super) fn all_in_use(vertices: usize, triangles: &[[u32; 3]]) -> bool {
     let mut used = alloc::vec![false; vertices];
     triangles

@@ -1,23 +1,27 @@
-//! Probabilities that learn: a correction of what the model tells of one pair of parts, from what came true of it.
+//! Probabilities that learn: a correction of the model's predictions for one pair of parts, from
+//! their outcomes.
 //!
-//! The constants of [`super::confidence`] are right on a mixture of meshes and off on any single pair. The correction is
-//! `logit P' = offset + slope logit P` (Platt), learned one moment at a time by Bayesian logistic regression: both numbers
-//! have a Gaussian prior at (0, 1), and after each moment the posterior is again taken as Gaussian, with the curvature at its
-//! mode as evidence. Older moments fade once the evidence has reached [`FULL`], so a pair that changes is followed.
+//! The constants of [`super::confidence`] are right on a mixture of meshes and off on any single
+//! pair. The correction is `logit P' = offset + slope logit P` (Platt), learned by Bayesian
+//! logistic regression. It learns from one moment at a time: a predicted probability and its
+//! outcome. Offset and slope have a Gaussian prior at (0, 1). After each moment the posterior is
+//! approximated by a Gaussian, with the curvature at its mode as evidence. Once the evidence has
+//! reached [`FULL`], older moments fade, so the correction follows a pair that changes.
 
 use libm::{exp, log};
 
-/// Evidence of the prior on each of the two numbers. A moment told .5 adds .25.
+/// Evidence of the prior on each of the two numbers. A moment with the prediction .5 adds .25.
 ///
-/// This and [`FULL`] were chosen on nine pairs of meshes and reported on others (`docs/model.md`); between half and twice as
-/// much changes little.
+/// This and [`FULL`] were chosen on nine pairs of meshes and reported on others (`docs/model.md`).
+/// Half or twice as much changes little.
 const PRIOR: f64 = 2.0;
 
-/// Most evidence on the offset that is kept: that of 160 moments told .5, or of more that were told with less doubt.
+/// Maximum evidence on the offset: that of 160 moments with the prediction .5, or of more with more
+/// certain predictions.
 const FULL: f64 = 40.0;
 
-/// What is learned from a logit beyond this is what would be from this one, so that one surprise does not outweigh a hundred
-/// moments.
+/// A logit beyond this teaches as much as this one, so that one surprise does not outweigh a
+/// hundred moments.
 const LARGEST_LOGIT: f64 = 4.0;
 
 /// Bounds of the two numbers, and of a corrected logit, so that what is not certain stays so.
@@ -25,10 +29,12 @@ const LARGEST_OFFSET: f64 = 8.0;
 const SLOPES: [f64; 2] = [0.125, 8.0];
 const LARGEST_CORRECTED: f64 = 30.0;
 
-/// A correction of probabilities, learned on the caller's own work: one for each pair of parts whose queries are stopped.
+/// A correction of probabilities, learned on the caller's own work: one for each pair of parts
+/// whose queries are stopped.
 ///
-/// It is fed with what [`crate::Query::estimate`] told of a stopped query and what turned out later. Plain data: copy it,
-/// store it (feature `serde`), go on with it the next day. [`crate::Scene`] keeps one and feeds it by itself.
+/// It learns from predictions of [`crate::Query::estimate`] for stopped queries, and from their
+/// later outcomes. It is plain data: copy it, store it (feature `serde`), continue with it the next
+/// day. [`crate::Scene`] keeps one and trains it by itself.
 ///
 /// ```
 /// use punctual::{Calibration, DEFAULT_PRIOR};
@@ -45,12 +51,13 @@ const LARGEST_CORRECTED: f64 = 30.0;
 pub struct Calibration {
     offset: f64,
     slope: f64,
-    /// Sums of `h`, `h z` and `h z^2` over the moments learned, faded: `z` the logit told, `h = p (1 - p)` at the corrected one.
+    /// Sums of `h`, `h z` and `h z^2` over the moments learned, faded. `z` is the predicted logit,
+    /// and `h = p (1 - p)` at the corrected one.
     evidence: [f64; 3],
 }
 
 impl Default for Calibration {
-    /// Knows nothing and changes nothing.
+    /// Has learned nothing and changes nothing.
     fn default() -> Self {
         Self {
             offset: 0.0,
@@ -61,18 +68,18 @@ impl Default for Calibration {
 }
 
 impl Calibration {
-    /// What is added to the logit, -8 to 8; 0 at first.
+    /// The number added to the logit, -8 to 8; 0 at first.
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// What the logit is multiplied with, 1/8 to 8; 1 at first.
+    /// The factor of the logit, 1/8 to 8; 1 at first.
     pub fn slope(&self) -> f64 {
         self.slope
     }
 
-    /// The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1; what is beyond counts as
-    /// these, and NaN, which tells nothing, as .5.
+    /// The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1.
+    /// Values beyond these count as 0 or 1. NaN carries no information and counts as .5.
     #[must_use]
     pub fn apply(&self, probability: f64) -> f64 {
         let told = if probability.is_nan() {
@@ -89,10 +96,11 @@ impl Calibration {
         )
     }
 
-    /// Learns from a moment: the probability that the model told then, before [`Calibration::apply`], and whether the surfaces
-    /// met at that pose. What was told as certain (0 or 1, or beyond, or NaN) teaches nothing.
+    /// Learns from a moment: the probability that the model predicted, before
+    /// [`Calibration::apply`], and whether the surfaces met at that pose. A certain prediction (0
+    /// or 1, or beyond, or NaN) teaches nothing.
     ///
-    /// About a microsecond, no allocation, the same bits on every machine.
+    /// Takes about a microsecond, allocates nothing, and gives the same bits on every machine.
     pub fn learn(&mut self, told: f64, met: bool) {
         if !(told > 0.0 && told < 1.0) {
             return;
@@ -101,7 +109,8 @@ impl Calibration {
         let truth = f64::from(u8::from(met));
         let [one, both, square] = self.evidence;
         let (one, square) = (one + PRIOR, square + PRIOR);
-        // The step is along the covariance times (1, z); `spread` is the variance of the corrected logit.
+        // The step is along the covariance times (1, z). `spread` is the variance of the corrected
+        // logit.
         let determinant = one * square - both * both;
         let [along_offset, along_slope] = [
             (square - both * z) / determinant,
@@ -109,7 +118,8 @@ impl Calibration {
         ];
         let spread = along_offset + along_slope * z;
         let before = self.corrected(z);
-        // The mode of the posterior, by steps that never overshoot, since the curvature is at most 1/4.
+        // The mode of the posterior. The steps never overshoot, because the curvature is at most
+        // 1/4.
         let mut after = before;
         for _ in 0..16 {
             after -= (after - before - spread * (truth - logistic(after))) / (1.0 + 0.25 * spread);
@@ -124,20 +134,22 @@ impl Calibration {
         self.evidence = [one + h, both + h * z, square + h * z * z].map(|sum| fading * sum);
     }
 
-    /// All of it in five numbers, to be stored where serde is not at hand: offset, slope and three of evidence.
+    /// All state in five numbers, to be stored without serde: offset, slope and three numbers of
+    /// evidence.
     pub fn to_array(&self) -> [f64; 5] {
         let [one, both, square] = self.evidence;
         [self.offset, self.slope, one, both, square]
     }
 
-    /// That of [`Calibration::to_array`]; `None` if nothing that can be learned has these numbers.
+    /// The inverse of [`Calibration::to_array`]; `None` if no calibration that can be learned has
+    /// these numbers.
     pub fn from_array([offset, slope, one, both, square]: [f64; 5]) -> Option<Self> {
         Self::checked(offset, slope, [one, both, square]).ok()
     }
 
-    /// A calibration that can be learned, or which number is out of range.
+    /// A calibration that can be learned, or the name and value of the number that is out of range.
     fn checked(offset: f64, slope: f64, evidence: [f64; 3]) -> Result<Self, (&'static str, f64)> {
-        // Sums that are as large as they can be may have been rounded up.
+        // Sums at their maximum may have been rounded up.
         let most = FULL * (1.0 + 1e-9);
         let [one, both, square] = evidence;
         let ranges = [
@@ -184,7 +196,7 @@ fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + exp(-x))
 }
 
-/// A deserialized calibration, refused unless it is one that can be learned.
+/// A deserialized calibration. It is refused unless it can be learned.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 #[serde(rename = "Calibration", deny_unknown_fields)]

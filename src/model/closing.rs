@@ -1,7 +1,7 @@
-//! What a distance query that is under way still costs, and where the distance lies between its bounds: quantiles.
+//! Quantiles of the work left in a distance query, and of the distance between its bounds.
 //!
-//! Little can be told of either, and what the open pairs look like adds next to nothing to the numbers used here
-//! (`docs/model.md`).
+//! Neither can be predicted well. Features of the open pairs add next to nothing to the numbers
+//! used here (`docs/model.md`).
 
 use super::constants::{DISTANCE_AFTER, DISTANCE_BETWEEN, DISTANCE_LEFT, LIMIT_LEFT};
 use super::cost::WORK_PER_EXPANSION;
@@ -11,27 +11,29 @@ use libm::{exp2, log2};
 /// A distance query in numbers, before it or after a part of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Closing {
-    /// Triangles of A times those of B.
+    /// Number of triangles of A times that of B.
     pub pairs: f64,
-    /// Distance of the middles of their boxes over the sum of their units.
+    /// Distance between the centers of their boxes, divided by the sum of their units.
     pub apart: f64,
     /// Units of work done.
     pub work: f64,
-    /// What is proven so far.
+    /// Proven lower bound of the distance.
     pub low: f64,
-    /// The same; infinite as long as nothing was found.
+    /// Proven upper bound of the distance; infinite until a pair of points is found.
     pub high: f64,
-    /// The limit over the distance of the middles; `None` if the distance itself is asked for.
+    /// The limit divided by the distance between the centers; `None` if the query asks for the
+    /// distance itself.
     pub limit: Option<f64>,
 }
 
-/// A query opens one pair at least.
+/// Least work of a query: it opens at least one pair.
 const LEAST: f64 = WORK_PER_EXPANSION as f64;
 
-/// How far apart the meshes are, and how far a limit is, counts as no more than this: the weights were not fitted on more.
+/// Upper limit of `apart`, and of a relative limit. Larger values count as this, because the
+/// weights were not fitted on them.
 const FARTHEST: f64 = 3.0;
 
-/// What [`work_left`] looks at.
+/// Features of [`work_left`].
 pub fn closing_features(closing: &Closing) -> [f64; 7] {
     let Closing {
         pairs,
@@ -54,7 +56,7 @@ pub fn closing_features(closing: &Closing) -> [f64; 7] {
     ]
 }
 
-/// What [`between`] looks at.
+/// Features of [`between`].
 pub fn between_features(closing: &Closing) -> [f64; 4] {
     let [one, _, work, _, is_proven, ..] = closing_features(closing);
     [one, work, is_proven, ratio(closing.low, closing.high)]
@@ -64,7 +66,7 @@ fn ratio(low: f64, high: f64) -> f64 {
     if low > 0.0 { low / high } else { 0.0 }
 }
 
-/// Units of work left, given how many the previous query of the pair took in all.
+/// Units of work left. `previous` is the total work of the pair's previous query.
 pub fn work_left(closing: &Closing, previous: Option<f64>) -> Quantiles {
     let x = closing_features(closing);
     let weights = if closing.limit.is_some() {
@@ -78,7 +80,7 @@ pub fn work_left(closing: &Closing, previous: Option<f64>) -> Quantiles {
     })
 }
 
-/// The distance: within the bounds, and certain only where they are one.
+/// Quantiles of the distance. They are within the bounds, and certain only if the bounds are equal.
 pub fn between(closing: &Closing) -> Quantiles {
     let Closing { low, high, .. } = *closing;
     if high.is_infinite() {

@@ -1,18 +1,20 @@
-//! How sure a partial answer is: the probability that two surfaces intersect although no intersection has been found
-//! yet, and the share of all intersections that a query has found.
+//! Certainty of a partial answer: the probability that two surfaces intersect although no
+//! intersection has been found yet, and the fraction of all intersections that a query has found.
 //!
-//! Both are logistic in features of the front ([`FrontSummary`]), fitted on stopped queries of known truth.
+//! Both are logistic functions of features of the front ([`FrontSummary`]), fitted on stopped
+//! queries with known outcome.
 
 use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_MARCHING};
 use super::front::FrontSummary;
 use super::prediction::{dot, expected};
 use libm::{exp, log, log2};
 
-/// The prior for which the constants were fitted: the share of poses with an intersection among those.
+/// The prior for which the constants were fitted: the fraction of the fitted poses that have an
+/// intersection.
 pub const DEFAULT_PRIOR: f64 = BASE_RATE;
 
-/// What the probability of a hit depends on: triangle pairs that wait (boxes that overlap down to the triangles), triangle tests
-/// without a hit, the size, depth and crossing of the open pairs.
+/// Features of the probability of a hit: waiting triangle pairs (their boxes overlap down to the
+/// triangles), triangle tests without a hit, and the size, depth and crossing of the open pairs.
 pub fn hit_features(front: &FrontSummary) -> [f64; 13] {
     let waiting = log2(front.triangle_pairs + 1.0);
     let tested = log2(front.triangle_tests + 1.0);
@@ -35,21 +37,24 @@ pub fn hit_features(front: &FrontSummary) -> [f64; 13] {
     ]
 }
 
-/// What is remembered of earlier frames of a pair.
+/// State remembered from earlier frames of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct History {
-    /// Whether the surfaces met in the last decided frame.
+    /// True if the surfaces met in the last decided frame.
     pub met: bool,
-    /// Undecided frames since.
+    /// Number of undecided frames since.
     pub frames_undecided: u32,
-    /// How often the verdict changes from one decided frame to the next, 0 to 1.
+    /// Rate at which the verdict changes from one decided frame to the next, 0 to 1.
     pub change_rate: f64,
 }
 
-/// What the logit of a hit depends on with a history: the logit from the front; the last verdict as +1 or -1, the less the
-/// longer ago; how surely it lasts, by the logit of the rate of changes; and the depth of the front, which tells more of a
-/// pair in motion than of one at some pose.
+/// Features of the logit of a hit with a history:
+/// - the logit from the front;
+/// - the last verdict as +1 or -1, divided by one plus the undecided frames since;
+/// - that verdict times the logit of its persistence, from the rate of changes;
+/// - the depth of the front, alone and times the verdict. It tells more about a pair in motion than
+///   about one at some pose.
 pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; 6] {
     let sign = if history.met { 1.0 } else { -1.0 };
     let verdict = sign / (1.0 + f64::from(history.frames_undecided));
@@ -64,10 +69,12 @@ pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; 6]
     ]
 }
 
-/// Probability that the surfaces meet, if the query has found no hit; 0 if nothing is left that may meet.
+/// Probability that the surfaces meet, if the query has found no hit; 0 if nothing is left that may
+/// meet.
 ///
-/// `prior` is the share of hits among the poses that the caller asks about; it shifts the odds from [`DEFAULT_PRIOR`].
-/// Between 0 and 1, both excluded unless nothing is left or the prior is 0 or 1, and rising with the prior.
+/// `prior` is the fraction of hits among the poses that the caller asks about. It shifts the odds
+/// from [`DEFAULT_PRIOR`], and the result rises with it. The result is between 0 and 1, both
+/// excluded unless nothing is left or the prior is 0 or 1.
 pub fn probability(front: &FrontSummary, history: Option<&History>, prior: f64) -> f64 {
     if front.is_clear() {
         return 0.0;
@@ -94,7 +101,7 @@ fn odds(probability: f64) -> f64 {
     probability / (1.0 - probability)
 }
 
-/// What the recall depends on: hits found, the work done for them, and the work that is left.
+/// Features of the recall: hits found, the work done to find them, and the work left.
 pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
     [
         1.0,
@@ -109,9 +116,10 @@ pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
     ]
 }
 
-/// The same of a query that marches, where the pairs found are of three kinds: along curves ahead of the front; along curves, and
-/// then come to by boxes; by a test, because they were not known. The more there are of the second beside the third, the
-/// more is known of what lies ahead.
+/// Features of the recall of a query that traces curves. The pairs it has found are of three kinds:
+/// found along curves, ahead of the front; found along curves, and reached by boxes later; found by
+/// a test, because they were not known. The more there are of the second kind relative to the
+/// third, the more is known of what lies ahead.
 pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
     let [
         one,
@@ -148,17 +156,17 @@ pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
     ]
 }
 
-/// What led a query to more than its work would tell.
+/// A source of pairs beyond a query's boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lead {
-    /// It only goes by its boxes.
+    /// None: the query only follows its boxes.
     Nothing,
-    /// It follows the curves along which surfaces meet.
+    /// The query follows the curves along which surfaces meet.
     Curves,
 }
 
-/// Expected share of the intersecting pairs that has been found: 1 if nothing is left that may meet, 0 if nothing is
-/// found yet.
+/// Expected fraction of the intersecting pairs that has been found: 1 if nothing is left that may
+/// meet, 0 if nothing is found yet.
 pub fn recall(front: &FrontSummary, lead: Lead) -> f64 {
     if front.is_clear() {
         return 1.0;

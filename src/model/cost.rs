@@ -1,24 +1,27 @@
-//! What things cost: in units of work, which are the same everywhere, and in time, which is the machine's.
+//! Costs of operations: in units of work, which are the same everywhere, and in time, which depends
+//! on the machine.
 //!
-//! Everything that the library assumes about cost stands here. The weights of work were fitted so that work is proportional
-//! to time within about 20 % (`docs/performance.md`); a default [`CostModel`] is those weights at
-//! 0.36 ns a unit.
+//! This module contains all that the library assumes about costs. The weights of work were fitted
+//! so that work is proportional to time within about 20 % (`docs/performance.md`). A default
+//! [`CostModel`] is those weights at 0.36 ns per unit.
 
-/// Work of opening one node pair, besides its BV tests.
+/// Work of opening one node pair, without its BV tests.
 ///
-/// One unit of work is the time that one more BV test adds to an opened pair, about 0.36 ns. The weights are part of what a
-/// budget of work means.
+/// One unit of work is the time that one more BV test adds to an opened pair, about 0.36 ns. The
+/// weights define the meaning of a budget of work.
 pub const WORK_PER_EXPANSION: u64 = 84;
 
-/// Work of opening one node pair with so many BV tests.
+/// Work of opening one node pair with this many BV tests.
 pub(crate) const fn opening_work(bv_tests: u32) -> u64 {
     WORK_PER_EXPANSION + bv_tests as u64
 }
 
-/// Work of comparing the boxes of a slim node pair on their nine edge axes too, once they overlap on the face axes.
+/// Work of also comparing the boxes of a slim node pair on their nine edge axes, once they overlap
+/// on the face axes.
 pub const WORK_PER_EDGE_TEST: u64 = 20;
 
-/// Work of comparing the boxes of a node pair in `f64`, where only the margins of `f32` keep them together.
+/// Work of comparing the boxes of a node pair in `f64`, if they overlap only within the margins of
+/// `f32`.
 pub(crate) const WORK_PER_CLOSE_TEST: u64 = 170;
 
 /// Work of one triangle test in the fast filter.
@@ -27,44 +30,45 @@ pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
 /// Work of one exact triangle test, on average.
 pub const WORK_PER_EXACT_TEST: u64 = 200;
 
-/// Work of a lower bound of the distance of two triangles in `f32`, and of their closest points in `f64`. The few pairs
-/// that are
-/// asked by all of their features, and the segment of surfaces that meet, which ends a query, take some times that.
+/// Work of a lower bound of the distance of two triangles in `f32`, and of their closest points in
+/// `f64`. Two rare cases take several times as much: pairs tested by all of their features, and the
+/// segment of surfaces that meet, which ends a query.
 pub(crate) const WORK_PER_DISTANCE_TEST: u64 = 130;
 pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 
-/// The same of closest points of which the features are known: of one of four pairs, and of one alone.
+/// Work of closest points whose features are known: for one of four pairs, and for one alone.
 pub(crate) const WORK_PER_FEATURES: u64 = 100;
 pub(crate) const WORK_PER_FEATURES_ALONE: u64 = 300;
 
-/// Work of opening a node pair of a motion, besides its BV tests; of one of these; and of comparing two triangles that move in
-/// `f32`.
+/// Work of opening a node pair of a motion, without its BV tests; of one of these tests; and of
+/// comparing two moving triangles in `f32`.
 pub(crate) const WORK_PER_SWEPT_EXPANSION: u64 = 180;
 pub(crate) const WORK_PER_SWEPT_TEST: u64 = 4;
 pub(crate) const WORK_PER_WINDOW_TEST: u64 = 48;
 
-/// Work of passing over a piece of a motion in which the meshes are too far apart.
+/// Work of skipping a piece of a motion in which the meshes are too far apart.
 pub(crate) const WORK_PER_PIECE: u64 = 300;
 
-/// Work of a step in which a pair of moving triangles is followed in `f64`.
+/// Work of one step in tracing a pair of moving triangles in `f64`.
 pub(crate) const WORK_PER_WINDOW: u64 = 600;
 
-/// Work of the segment in which two triangles meet, on average; the most is some times that.
+/// Work of the segment in which two triangles meet, on average; the maximum is several times that.
 pub(crate) const WORK_PER_SEGMENT: u64 = 700;
 
 /// Work of adding a contact to the list.
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
-/// Work of finding out what is known of a pair of clusters.
+/// Work of looking up what is known of a pair of clusters.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 
-/// Work of getting ready to follow a curve, or its other end too, and of finding the next pair along it.
+/// Work of preparing to trace a curve, of preparing its other end too, and of finding the next pair
+/// along it.
 pub(crate) const WORK_PER_MARCH: u64 = 100;
 pub(crate) const WORK_PER_MARCH_BESIDE: u64 = 30;
 pub(crate) const WORK_PER_MARCH_STEP: u64 = 70;
 
-/// Work of making a ray ready, of testing it against the children of a node, of each triangle of a cluster in `f32`, and of a
-/// triangle in `f64`.
+/// Work of preparing a ray, of testing it against the children of a node, of testing it against
+/// each triangle of a cluster in `f32`, and of testing it against a triangle in `f64`.
 pub(crate) const WORK_PER_RAY: u64 = 100;
 pub(crate) const WORK_PER_RAY_NODE: u64 = 40;
 pub(crate) const WORK_PER_RAY_TRIANGLE: u64 = 8;
@@ -72,10 +76,11 @@ pub(crate) const WORK_PER_RAY_TEST: u64 = 100;
 
 const _: () = assert!(MAX_STEP_WORK >= WORK_PER_RAY_TEST + WORK_PER_EXACT_TEST);
 
-/// The most work that is done between two looks at the budget: a batch of eight triangle tests.
+/// Maximum work between two checks of the budget: a batch of eight triangle tests.
 pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 
-/// The same for queries of distance, contacts and motion: a batch of eight lower bounds.
+/// Maximum work between two checks of the budget in queries of distance, contacts and motion: a
+/// batch of eight lower bounds.
 pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 
 const _: () = assert!(
@@ -95,47 +100,48 @@ const _: () = assert!(
         && MAX_STEP_WORK >= WORK_PER_EXACT_TEST
 );
 
-/// Work that counts for setting up the query of a pair in a scene, about what it takes.
+/// Work charged for setting up the query of a pair in a scene; about what it takes.
 pub(crate) const WORK_PER_QUERY: u64 = 250;
 
-/// Work that counts for the root test of a pair in a scene.
+/// Work charged for the root test of a pair in a scene.
 pub(crate) const WORK_PER_ROOT_TEST: u64 = 100;
 
-/// Work that counts for a plane between the bodies of such a pair.
+/// Work charged for a plane between the bodies of a pair in a scene.
 pub(crate) const WORK_PER_PLANE: u64 = 350;
 
-/// Work that counts for testing the last witness of a pair in a scene, set-up included.
+/// Work charged for testing the last witness of a pair in a scene, including the set-up.
 pub(crate) const WORK_PER_WITNESS: u64 = 120;
 
-/// The same for testing what lies next to it: six pairs as a rule.
+/// Work charged for testing the neighbors of the last witness: usually six pairs.
 pub(crate) const WORK_PER_NEIGHBORS: u64 = 320;
 
-/// The least that is of use to a pair in a scene: a query and one step.
+/// Least work that is useful to a pair in a scene: a query and one step.
 pub(crate) const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
 
-/// The same of a distance.
+/// Least work that is useful to a distance query of a pair in a scene.
 pub(crate) const LEAST_DISTANCE_WORK: u64 = WORK_PER_QUERY + MAX_DISTANCE_STEP_WORK;
 
-/// Work of bringing a contact into a patch and of choosing points for it, about what it takes.
+/// Work of adding a contact to a patch and of choosing points for it; about what it takes.
 pub(crate) const WORK_PER_PATCHED_CONTACT: u64 = 1200;
 
-/// Contacts that there is room to patch after every query of contacts in a scene.
+/// Number of contacts that can always be patched after a contact query in a scene.
 pub(crate) const LEAST_PATCHED: u64 = 2;
 
-/// The least that is of use to a pair in a scene which asks for contacts.
+/// Least work that is useful to a pair in a scene that asks for contacts.
 pub(crate) const LEAST_CONTACT_WORK: u64 =
     LEAST_DISTANCE_WORK + LEAST_PATCHED * WORK_PER_PATCHED_CONTACT;
 
-/// Work that takes as long as planning another round of a scene's frame, for each pair.
+/// Work per pair that takes as long as planning another round of a scene's frame.
 pub(crate) const WORK_PER_PLANNED_PAIR: u64 = 15;
 
-/// Work that the broad phase of a scene's frame may do beyond the budget of work: about 24 us, so that a small budget is for
-/// queries, and a large one is not passed by much.
+/// Work that the broad phase of a scene's frame may do beyond the budget of work, about 24 us. So a
+/// small budget is left for queries, and a large one is not exceeded by much.
 pub(crate) const BROAD_PHASE_WORK: u64 = 1 << 16;
 
-/// Work in the broad phase of a scene, about what each takes: the box of a body, or of its way; a fat AABB that is replaced; a
-/// body in each level of a tree that is built; an inner node that is refitted; a node pair that is opened in the search; a key
-/// in each pass of a sort; a pair that is copied to the next list; one that is looked at, and one that gets into the report.
+/// Work in the broad phase of a scene, about what each operation takes: computing the box of a
+/// body, or its swept box; replacing a fat AABB; inserting a body in each level of a tree that is
+/// built; refitting an inner node; opening a node pair in the search; moving a key in each pass of
+/// a sort; copying a pair to the next list; checking a pair; and adding a pair to the report.
 pub(crate) const WORK_PER_BOX: u64 = 120;
 pub(crate) const WORK_PER_SWEPT_BOX: u64 = 400;
 pub(crate) const WORK_PER_NEW_PLACE: u64 = 150;
@@ -154,31 +160,34 @@ pub(crate) const WORK_PER_FOUND_PAIR: u64 = 25;
 pub(crate) const WORK_PER_STATE: u64 = 600;
 pub(crate) const WORK_PER_TOUCH: u64 = 3000;
 
-/// Nanoseconds of a unit of work, the median over 8,373 queries (`docs/performance.md`).
+/// Nanoseconds per unit of work, the median over 8,373 queries (`docs/performance.md`).
 pub(crate) const TYPICAL_UNIT: f64 = 0.36;
 
-/// Upper bound on the nanoseconds of a unit of work, as far as a machine allows one: eight times what is usual. With 1 ns,
-/// large trees out of cache were 5 us late in one call of a hundred.
+/// Upper bound of the nanoseconds per unit of work, as far as a machine allows one: eight times the
+/// usual value. With 1 ns, queries of large trees out of cache were 5 us late in one call of a
+/// hundred.
 pub(crate) const SLOWEST_UNIT: f64 = 3.0;
 
-/// The same, relative to the mean of a call.
+/// Upper bound of the time per unit of work, relative to the mean of a call.
 pub(crate) const SLOWEST_TO_MEAN: f64 = 8.0;
 
-/// How much slower the first units of a call may be: code and memory that were not in use come from far.
+/// Factor by which the first units of a call may be slower: code and memory that were not in use
+/// are far from the processor.
 pub(crate) const FIRST_TO_SLOWEST: u64 = 8;
 
-/// Work that takes as long at the slowest unit as the one step whose time differs a hundredfold, an exact triangle test: 3.1 us
-/// at most, of the 48,100 hard pairs of the tests.
+/// Work allowed for the one step whose time varies a hundredfold, an exact triangle test. Of the
+/// 48,100 hard pairs of the tests, the slowest took 3.1 us.
 pub(crate) const LONGEST_STEP: u64 = 3_000;
 
-/// Both for a part of a call that may end a little late, as long as the call does not.
+/// [`SLOWEST_UNIT`] and [`SLOWEST_TO_MEAN`] for a part of a call, which may end a little late as
+/// long as the call does not.
 pub(crate) const SLOW_UNIT_OF_A_PART: f64 = 1.0;
 pub(crate) const SLOW_TO_MEAN_OF_A_PART: f64 = 2.0;
 
-/// Nanoseconds of setting up a query, as measured by [`CostModel::measure`].
+/// Nanoseconds to set up a query, as measured by [`CostModel::measure`].
 const TYPICAL_SETUP: f64 = 61.0;
 
-/// What a query does, in numbers; expected values may be fractions.
+/// Operation counts of a query; expected values may be fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counts {
@@ -186,12 +195,13 @@ pub struct Counts {
     pub bv_tests: f64,
     /// `N_p`, triangle pairs tested.
     pub triangle_tests: f64,
-    /// `N_u`, boxes brought up to date: in a rigid query the frames of an opened node pair, so node pairs opened.
+    /// `N_u`, updated boxes. A rigid query updates the frames of each opened node pair, so this
+    /// counts opened node pairs.
     pub box_updates: f64,
 }
 
 impl Counts {
-    /// What was done since these counts.
+    /// These counts minus earlier ones.
     #[must_use]
     pub fn since(&self, before: &Self) -> Self {
         Self {
@@ -201,7 +211,7 @@ impl Counts {
         }
     }
 
-    /// The same in units of work, exact tests aside.
+    /// These counts in units of work, without exact tests.
     pub fn work(&self) -> f64 {
         self.bv_tests
             + self.triangle_tests * WORK_PER_TRIANGLE_TEST as f64
@@ -209,7 +219,8 @@ impl Counts {
     }
 }
 
-/// `T = N_v C_v + N_p C_p + N_u C_u + C_i`, the paper's cost function; all costs in one unit of time, the caller's.
+/// `T = N_v C_v + N_p C_p + N_u C_u + C_i`, the paper's cost function. All costs are in one unit of
+/// time, the caller's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -225,7 +236,8 @@ pub struct CostModel {
 }
 
 impl Default for CostModel {
-    /// In nanoseconds, as measured on one machine: the weights of work at 0.36 ns a unit, and 61 ns to set up a query.
+    /// In nanoseconds, as measured on one machine: the weights of work at 0.36 ns a unit, and 61 ns
+    /// to set up a query.
     fn default() -> Self {
         Self::new([
             1.0,
@@ -238,7 +250,7 @@ impl Default for CostModel {
 }
 
 impl CostModel {
-    /// From `C_v`, `C_p`, `C_u`, `C_i`.
+    /// A model from `C_v`, `C_p`, `C_u`, `C_i`.
     #[must_use]
     pub const fn new([bv_test, triangle_test, box_update, setup]: [f64; 4]) -> Self {
         Self {
@@ -249,7 +261,7 @@ impl CostModel {
         }
     }
 
-    /// The time of a query that does this.
+    /// The time of a query with these counts.
     pub fn time(&self, counts: &Counts) -> f64 {
         counts.bv_tests * self.bv_test
             + counts.triangle_tests * self.triangle_test
@@ -271,8 +283,9 @@ impl CostModel {
         )
     }
 
-    /// The costs after a query that did this and took so long: all of them are moved by a part of the ratio between that and
-    /// what was expected. A ratio beyond 4 counts as 4, since a machine is also busy with other things.
+    /// The costs after a query with these counts that took this time. All are multiplied by the
+    /// eighth root of the ratio between measured and expected time. The ratio is limited to 1/4 to
+    /// 4, because a machine is also busy with other things.
     #[must_use]
     pub fn learned(&self, counts: &Counts, time: f64) -> Self {
         let ratio = (time / self.time(counts)).clamp(0.25, 4.0);

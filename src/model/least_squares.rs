@@ -1,8 +1,8 @@
-//! Linear models of a few features by least squares.
+//! Fits linear models of a few features by least squares.
 //!
-//! Features are arrays of fixed length; lists of features, targets and weights are in step.
+//! Features are arrays of fixed length. Lists of features, targets and weights have the same order.
 
-/// The `w` with the least `sum weight (y - w . x)^2`, by the normal equations.
+/// The `w` that minimizes `sum weight (y - w . x)^2`, by the normal equations.
 pub fn least_squares<const N: usize>(x: &[[f64; N]], y: &[f64], weights: &[f64]) -> [f64; N] {
     let (mut matrix, mut right) = ([[0.0; N]; N], [0.0; N]);
     for ((x, y), weight) in x.iter().zip(y).zip(weights) {
@@ -16,8 +16,8 @@ pub fn least_squares<const N: usize>(x: &[[f64; N]], y: &[f64], weights: &[f64])
     solve(matrix, right)
 }
 
-/// The `w` with `matrix w = right`, by elimination with pivots; a part in a billion of the diagonal is added, so that features
-/// may depend on one another.
+/// Solves `matrix w = right` by elimination with pivots. Adds a billionth of the diagonal, so that
+/// features may depend on one another.
 fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64; N] {
     for (i, row) in matrix.iter_mut().enumerate() {
         row[i] += 1e-9 * row[i] + f64::MIN_POSITIVE;

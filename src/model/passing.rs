@@ -1,37 +1,41 @@
-//! What a motion query that is under way still costs: quantiles, from a few numbers that take no look at the meshes.
+//! Quantiles of the work left in a motion query, from a few numbers that need no access to the
+//! meshes.
 
 use super::constants::{MOTION_AFTER, MOTION_LEFT};
 use super::cost::WORK_PER_SWEPT_EXPANSION;
 use super::prediction::{Quantiles, dot, with_history};
 use libm::{exp2, log2};
 
-/// A motion query in numbers, before it or after a part of it. Lengths are over the sum of the units of both meshes.
+/// A motion query in numbers, before it or after a part of it. Lengths are relative to the sum of
+/// the units of both meshes.
 #[derive(Clone, Copy, Debug)]
 pub struct Passing {
-    /// Triangles of A times those of B.
+    /// Number of triangles of A times that of B.
     pub pairs: f64,
-    /// Pieces of the motion that are left.
+    /// Number of pieces of the motion that are left.
     pub pieces: f64,
-    /// How far a point of B goes in them at most.
+    /// Upper bound of the distance that a point of B travels in them.
     pub way: f64,
-    /// How far apart the middles are when they begin.
+    /// Distance between the centers when they begin.
     pub apart: f64,
-    /// The same at the least, if B goes straight from there to their end.
+    /// Least distance between the centers, if B moves straight from there to their end.
     pub nearest: f64,
     /// Units of work done.
     pub work: f64,
-    /// The time between what is proven to be free and the contact found over the tolerance; `None` as long as none was found.
+    /// Time between the proven free time and the contact found, divided by the tolerance; `None`
+    /// until a contact is found.
     pub open: Option<f64>,
 }
 
-/// A query opens one pair at least.
+/// Least work of a query: it opens at least one pair.
 const LEAST: f64 = WORK_PER_SWEPT_EXPANSION as f64;
 
-/// How far apart the meshes are, and how far they go, counts as no more than this: the weights were not fitted on more.
+/// Upper limits of the distance between the meshes and of the distance they travel. Larger values
+/// count as these, because the weights were not fitted on them.
 const FARTHEST: f64 = 3.0;
 const LONGEST: f64 = 64.0;
 
-/// What [`work_left`] looks at.
+/// Features of [`work_left`].
 pub fn passing_features(passing: &Passing) -> [f64; 9] {
     let Passing {
         pairs,
@@ -59,7 +63,7 @@ pub fn passing_features(passing: &Passing) -> [f64; 9] {
     ]
 }
 
-/// Units of work left, given how many the previous query of the pair took in all.
+/// Units of work left. `previous` is the total work of the pair's previous query.
 pub fn work_left(passing: &Passing, previous: Option<f64>) -> Quantiles {
     let x = passing_features(passing);
     let model = Quantiles::ordered(MOTION_LEFT.map(|w| exp2(dot(&w, &x))), LEAST);

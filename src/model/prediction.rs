@@ -1,7 +1,8 @@
-//! How many BV tests are left to be made, from a front in numbers: a median and a range.
+//! Predicts the BV tests left from a front in numbers: a median and a range.
 //!
-//! A quantile of the rest is `log2 Q = w . x` in a few features of the front, each with its own `w`, fitted by quantile
-//! regression. Before a query the front is its root, and the rest is all.
+//! A quantile of the rest is `log2 Q = w . x` in a few features of the front. Each quantile has its
+//! own `w`, fitted by quantile regression. Before a query the front is its root, and the rest is
+//! the whole query.
 
 use super::constants::{
     ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST,
@@ -36,7 +37,7 @@ impl Quantiles {
         }
     }
 
-    /// In order, and not below `least`.
+    /// Puts the quantiles in order and raises them to at least `least`.
     pub(super) fn ordered([p10, p50, p90]: [f64; 3], least: f64) -> Self {
         let p50 = p50.max(least);
         Self {
@@ -46,7 +47,7 @@ impl Quantiles {
         }
     }
 
-    /// Each of them through a rising function.
+    /// Applies a rising function to each quantile.
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self {
             p10: f(self.p10),
@@ -56,23 +57,25 @@ impl Quantiles {
     }
 }
 
-/// BV tests expected in the rest of a query that finds all intersections: those of the probe, and those that the pair costs
-/// stand for. At least 1.
+/// BV tests expected in the rest of a query that finds all intersections: those of the probe, plus
+/// the sum of the pair costs. At least 1.
 pub fn expected(front: &FrontSummary) -> f64 {
     (front.probed + front.cost).max(1.0)
 }
 
-/// The share of [`expected`] that is no test of the probe.
+/// The fraction of [`expected`] that is not from the probe.
 fn unseen(front: &FrontSummary) -> f64 {
     front.cost / expected(front)
 }
 
-/// What [`all_left`] looks at: 1, the logarithm of what is expected, and the share of it that is only guessed.
+/// Features of [`all_left`]: 1, the logarithm of the expected tests, and the fraction of them that
+/// is only estimated.
 pub fn features_of_all(front: &FrontSummary) -> [f64; 3] {
     [1.0, log2(expected(front)), unseen(front)]
 }
 
-/// The same for [`any_left`], with the probability of a hit, which ends the query.
+/// Features of [`any_left`]: those of [`all_left`], with the probability of a hit, which ends the
+/// query.
 pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
     let [one, size, unseen] = features_of_all(front);
     [
@@ -85,7 +88,8 @@ pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
     ]
 }
 
-/// BV tests left in a query that finds all intersections, given how many the previous one of the pair took in all.
+/// BV tests left in a query that finds all intersections. `previous` is the total of the pair's
+/// previous query.
 pub fn all_left(front: &FrontSummary, previous: Option<f64>) -> Quantiles {
     if front.is_done() {
         return Quantiles::exactly(0.0);
@@ -101,7 +105,8 @@ fn all_by_front(front: &FrontSummary) -> Quantiles {
     Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), front.probed)
 }
 
-/// BV tests left in a query that ends with the first intersection, if there is one with this probability.
+/// BV tests left in a query that ends with the first intersection. `probability` is that of an
+/// intersection.
 pub fn any_left(front: &FrontSummary, probability: f64, previous: Option<f64>) -> Quantiles {
     if front.is_done() {
         return Quantiles::exactly(0.0);
@@ -115,29 +120,31 @@ pub fn any_left(front: &FrontSummary, probability: f64, previous: Option<f64>) -
     })
 }
 
-/// The 90 % quantile of a whole query that finds all intersections, as its logarithm (base 2), from the
-/// [`super::front::pair_cost`] of its roots at the deepest, without a look at where they are. Rough, and so are the next two: they
-/// are asked before every query with a budget of time.
+/// log2 of the 90 % quantile of the BV tests of a whole query that finds all intersections. It is
+/// computed from the [`super::front::pair_cost`] of the roots at the deepest, so their positions do
+/// not matter. This and the next two functions are rough, because they are called before every
+/// query with a budget of time.
 pub fn most(root_cost: f64) -> f64 {
     let [intercept, slope] = ROOT_MOST;
     intercept + slope * rough_log2(root_cost.max(1.0))
 }
 
-/// The same, but by the previous query of the pair alone.
+/// [`most`], but from the previous query of the pair alone.
 pub fn most_of_all_after(previous: f64) -> f64 {
     rough_log2(previous.max(1.0)) + ALL_AFTER[2]
 }
 
-/// The same, of a query that ends with the first intersection.
+/// [`most_of_all_after`] for a query that ends with the first intersection.
 pub fn most_of_any_after(previous: f64) -> f64 {
     rough_log2(previous.max(1.0)) + ANY_AFTER[2]
 }
 
-/// Quantiles of the model and of `log2(now / previous)`, blended: on coherent motion the cost of the previous query of a pair
-/// is by far the best predictor of this one's; the further this one has come (`used`), the less it says about the rest.
+/// Blends quantiles of the model with those of `log2(now / previous)`. On coherent motion the cost
+/// of the pair's previous query is by far the best predictor of this one's. The further this query
+/// has come (`used`), the less the previous one says about the rest.
 ///
-/// `log2 E = (1 - w) (log2 max(previous - used, 1) + change) + w log2 model`, `w = clamp(used / previous, 0, 1)`; the model
-/// counts as 1 at least, and so does `previous`.
+/// `log2 E = (1 - w) (log2 max(previous - used, 1) + change) + w log2 model`,
+/// `w = clamp(used / previous, 0, 1)`. The model counts as at least 1, and so does `previous`.
 pub(super) fn with_history(
     model: Quantiles,
     previous: f64,
@@ -160,13 +167,13 @@ pub(super) fn with_history(
     )
 }
 
-/// The counts of a query, from the logarithm (base 2) of its BV tests, by power laws: triangle tests, and opened node pairs, at
-/// most one a BV test.
+/// The counts of a query from the log2 of its BV tests. Power laws give the triangle tests and the
+/// opened node pairs, of which there is at most one per BV test.
 pub fn counts(log2_bv_tests: f64) -> Counts {
     counts_by(exp2, log2_bv_tests)
 }
 
-/// The same within 1 %, in a third of the time.
+/// [`counts`] within 1 %, in a third of the time.
 pub fn rough_counts(log2_bv_tests: f64) -> Counts {
     counts_by(rough_exp2, log2_bv_tests)
 }
@@ -184,16 +191,17 @@ fn counts_by(exp2: impl Fn(f64) -> f64, log2_bv_tests: f64) -> Counts {
 
 const ONE: u64 = 1.0f64.to_bits();
 
-/// Within .008, of a normal number above 0: the exponent, and a parabola for the rest.
+/// log2 of a positive normal number, within .008: the exponent, and a parabola for the rest.
 fn rough_log2(x: f64) -> f64 {
     let bits = x.to_bits();
     let rest = f64::from_bits(bits & ((1 << 52) - 1) | ONE);
     (bits >> 52) as i64 as f64 - 1023.0 + (rest - 1.0) * (1.0 + 0.3465 * (2.0 - rest))
 }
 
-/// Within .4 % between -1,000 and 1,000: the whole part in the exponent, and a parabola for the rest.
+/// 2^x within .4 % for x between -1,000 and 1,000: the integer part in the exponent, and a parabola
+/// for the rest.
 fn rough_exp2(x: f64) -> f64 {
-    // Where numbers are so large, their last bit counts ones.
+    // At this size the last bit of a number is worth 1.
     const WHOLE: f64 = (3u64 << 51) as f64;
     let whole = x + WHOLE;
     let rest = x - (whole - WHOLE);

@@ -1,13 +1,15 @@
-//! What lies next to a triangle: the triangles with which it shares its edges.
+//! The neighbors of a triangle: the triangles with which it shares its edges.
 //!
-//! Edges are compared by the indices of their vertices, not by where these lie, so that a refit leaves the neighbors as they
-//! are. Open edges, cracks, soups and triangles with a vertex twice lead nowhere; where many triangles share an edge, two and
-//! two of them are neighbors.
+//! Edges are compared by the indices of their vertices, not by positions, so a refit does not
+//! change the neighbors. There are no neighbors across open edges and cracks, in soups, and for
+//! triangles that use a vertex twice. Where many triangles share an edge, they become neighbors two
+//! by two.
 //!
-//! An edge that is met waits in a hash table for its other triangle, which in the order of the tree mostly comes soon. Each
-//! slot has room for one edge; a later one takes it over. Edges that lost their slot are looked for again by other hashes: so
-//! the work is `O(n)` whatever the mesh, and of a large one some edges in 10,000 are not found. Whether an edge was met before
-//! cannot be guessed, so there is no branch on it.
+//! An edge waits in a hash table for its other triangle, which usually comes soon in tree order.
+//! Each slot has room for one edge; a later edge takes it over. Edges that lost their slot are
+//! searched again with other hashes. So the work is `O(n)` for all meshes, and in a large mesh some
+//! edges in 10,000 are not found. Whether an edge was met before cannot be predicted, so there is
+//! no branch on it.
 
 use super::wide::Node;
 use super::{Tree, WIDTH};
@@ -15,38 +17,40 @@ use alloc::boxed::Box;
 use core::hint::select_unpredictable;
 use core::mem;
 
-/// For each of the edges 01, 12 and 20 the triangle behind it (tree order) times 8, plus how many triangles of its cluster
-/// come before this one.
+/// For each of the edges 01, 12 and 20, the triangle behind it (tree order) times 8. The low three
+/// bits of the first entry count the triangles of the cluster before this one.
 pub(super) type Neighbors = [u32; 3];
 
-/// No triangle. Trees of as many triangles know no neighbors.
+/// No triangle. Trees with this many triangles or more have no neighbors.
 const NONE: u32 = u32::MAX >> 3;
 
 const _: () = assert!(WIDTH == 8);
 
 impl Tree {
-    /// The triangle behind the edge from corner `edge` to the next of a triangle (tree order), if there is one.
+    /// The triangle behind an edge of a triangle (tree order), if there is one. The edge goes from
+    /// corner `edge` to the next.
     #[inline(always)]
     pub(crate) fn across(&self, triangle: u32, edge: usize) -> Option<u32> {
         let next = self.neighbors[triangle as usize][edge] >> 3;
         (next != NONE).then_some(next)
     }
 
-    /// The vertex of the neighbor `next` behind the edge opposite to the vertex `apex` of a triangle (tree order).
+    /// The vertex of the neighbor `next` that is not on the common edge. In the triangle (tree
+    /// order), that edge is opposite to the vertex `apex`.
     #[inline(always)]
     pub(crate) fn vertex_across(&self, triangle: u32, apex: u32, next: u32) -> u32 {
         let [[a, b, c], [p, q, r]] = [triangle, next].map(|at| self.vertices_of(at));
         a ^ b ^ c ^ apex ^ p ^ q ^ r
     }
 
-    /// The first triangle of the cluster of a triangle (tree order).
+    /// The first triangle of the cluster that contains a triangle (tree order).
     #[inline(always)]
     pub(crate) fn first_of_cluster(&self, triangle: u32) -> u32 {
         triangle - (self.neighbors[triangle as usize][0] & 7)
     }
 }
 
-/// Factors of the hashes that are tried one after the other.
+/// Factors of the hashes, tried one after the other.
 const FACTORS: [u64; 3] = [
     0x9e37_79b9_7f4a_7c15,
     0xc2b2_ae3d_27d4_eb4f,
@@ -56,9 +60,9 @@ const FACTORS: [u64; 3] = [
 /// An edge that waits for its other triangle.
 #[derive(Clone, Copy)]
 struct Open {
-    /// The numbers of its vertices, the lower one first.
+    /// The indices of its vertices, the lower one first.
     ends: u64,
-    /// Its number among the edges of all triangles.
+    /// Its index among the edges of all triangles.
     edge: u32,
     triangle: u32,
 }
@@ -77,7 +81,7 @@ pub(super) fn neighbors(corners: &[[u32; 3]], nodes: &[Node]) -> Box<[Neighbors]
         let mut slots = alloc::vec![FREE; 1 << bits];
         let mut lost = link::<true>(corners, &mut rows, &mut slots, FACTORS[0]);
         for &factor in &FACTORS[1..] {
-            // In a soup there is nothing to be found.
+            // A soup has no shared edges to find.
             if lost == 0 || rows.iter().all(|row| *row == [NONE << 3; 3]) {
                 break;
             }
@@ -93,8 +97,8 @@ pub(super) fn neighbors(corners: &[[u32; 3]], nodes: &[Node]) -> Box<[Neighbors]
     rows
 }
 
-/// Makes neighbors of triangles that share an edge behind which nothing is known yet; the `FIRST` time nothing is. How many
-/// edges lost their slot.
+/// Links triangles that share an edge, where no neighbor is known. In the `FIRST` call none is
+/// known. Returns the number of edges that lost their slot.
 #[inline(always)]
 fn link<const FIRST: bool>(
     corners: &[[u32; 3]],
@@ -150,7 +154,7 @@ mod tests {
         tree.mesh().triangles()[tree.ids()[triangle] as usize]
     }
 
-    /// The other triangles that have an edge, by brute force.
+    /// The other triangles that contain an edge, by brute force.
     fn expected(tree: &Tree, triangle: usize, edge: usize) -> Vec<u32> {
         let ends = [
             corners(tree, triangle)[edge],
@@ -205,7 +209,7 @@ mod tests {
 
     #[test]
     fn edges_of_one_or_many_triangles_lead_to_others_that_have_them_or_nowhere() {
-        // A fan around the edge 01, and the same triangle twice; enough of them for several clusters.
+        // A fan around the edge 01, and one triangle twice; enough triangles for several clusters.
         let vertices = (0..40).map(|i| [i as f32, (i * i % 11) as f32, (i * i % 7) as f32]);
         let triangles = (2..38)
             .flat_map(|i| [[0, 1, i], [i, i + 1, i + 2]])

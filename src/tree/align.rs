@@ -1,5 +1,6 @@
-//! The orientation in which single triangles have the smallest boxes, so that the binary tree, which splits along its axes,
-//! does not depend on how a part lies in its file.
+//! Chooses the orientation in which single triangles have the smallest boxes. The binary tree
+//! splits along its axes, so that the tree does not depend on the orientation of a part in its
+//! file.
 
 use super::axes::{Candidates, Cluster, identity};
 use super::fork::Pieces;
@@ -13,7 +14,7 @@ use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::mesh::Mesh;
 use alloc::vec::Vec;
 
-/// Most triangles that are looked at.
+/// Maximum number of triangles in the sample.
 const SAMPLES: usize = 512;
 
 /// The best orientation for the triangles of `mesh`, from a sample of them. `O(1)`.
@@ -37,7 +38,7 @@ impl Kernel for Align<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Orientation {
-        // Axes that are hardly better than the mesh's own are chance.
+        // A smaller gain over the mesh's own axes is chance.
         const MARGIN: f32 = 0.95;
         let mut parts = self.samples.len().div_ceil(WIDTH);
         let mut merged = alloc::vec![Moments::default(); parts.div_ceil(WIDTH)];

@@ -1,4 +1,5 @@
-//! The diminishing factor of a subtree: by how much boxes shrink from level to level on the way to its triangles.
+//! The diminishing factor of a subtree: how much boxes shrink from level to level down to its
+//! triangles.
 
 use crate::math::lanes::per_axis;
 use core::f32::consts::LN_2;
@@ -6,8 +7,8 @@ use glam::Vec3;
 use wide::bytemuck::cast;
 use wide::{f32x4, i32x4};
 
-/// `alpha_k = (mean leaf extent_k / node extent_k)^(1/h)`, `h = log2(triangles)` the height of a balanced binary tree;
-/// 1 where there is nothing to shrink.
+/// `alpha_k = (mean leaf extent_k / node extent_k)^(1/h)`, where `h = log2(triangles)` is the
+/// height of a balanced binary tree; 1 if there is nothing to shrink.
 pub(super) fn alpha(leaf: Vec3, own: Vec3, triangles: u32) -> Vec3 {
     if triangles < 2 {
         return Vec3::ONE;
@@ -20,7 +21,7 @@ pub(super) fn alpha(leaf: Vec3, own: Vec3, triangles: u32) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-/// log2 of positive normal numbers, off by less than 10^-6; unlike those of `libm` four at once.
+/// log2 of positive normal numbers, off by less than 10^-6. Computes four at once, unlike `libm`.
 #[inline(always)]
 fn log2(x: f32x4) -> f32x4 {
     // x = 2^e m, m within sqrt(1/2)..sqrt(2).
@@ -43,7 +44,7 @@ fn log2(x: f32x4) -> f32x4 {
         )
 }
 
-/// 2^x for x within -126..=0, off by less than 10^-6 of it.
+/// 2^x for x within -126..=0, with a relative error below 10^-6.
 #[inline(always)]
 fn exp2(x: f32x4) -> f32x4 {
     let whole = (x - f32x4::HALF).fast_trunc_int();
@@ -64,7 +65,7 @@ fn exp2(x: f32x4) -> f32x4 {
     power * cast::<i32x4, f32x4>(exponent)
 }
 
-/// The sum of `coefficients[i] * x^i`; nothing is fused.
+/// The sum of `coefficients[i] * x^i`. No operation is fused.
 #[inline(always)]
 fn polynomial<const N: usize>(x: f32x4, coefficients: [f32; N]) -> f32x4 {
     let mut sum = f32x4::splat(coefficients[N - 1]);

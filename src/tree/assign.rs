@@ -1,4 +1,4 @@
-//! An orientation for each node: moments bottom-up, then the choice top-down. `O(n)`.
+//! Chooses an orientation for each node: computes moments bottom-up, then chooses top-down. `O(n)`.
 
 use super::axes::{Candidates, Cluster};
 use super::collapse::{Inner, Part, Plan};
@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 use core::ops::Range;
 use core::slice;
 
-/// Gives each node of `plan` the best orientation for it, chosen from more candidates with more effort.
+/// Gives each node of `plan` its best orientation. More effort means more candidates.
 pub(super) fn choose_orientations(
     plan: &mut Plan,
     triangles: &[Triangle],
@@ -59,7 +59,7 @@ pub(super) fn choose_orientations(
     });
 }
 
-/// The numbers of the inner nodes that are in none of the parts.
+/// Numbers of the inner nodes outside all parts.
 fn above(parts: &[Part], count: usize) -> Vec<Range<usize>> {
     let starts = parts.iter().map(|part| part.inner.start).chain([count]);
     let ends = [0]
@@ -68,13 +68,13 @@ fn above(parts: &[Part], count: usize) -> Vec<Range<usize>> {
     ends.zip(starts).map(|(end, start)| end..start).collect()
 }
 
-/// Bottom-up: the moments of the children of each inner node, its family.
+/// Bottom-up pass: computes the family of each inner node, which is the moments of its children.
 struct Gather<'p> {
     plan: &'p Plan,
     triangles: &'p [Triangle],
-    /// Of the inner nodes to do.
+    /// Numbers of the inner nodes to process.
     numbers: &'p [Range<usize>],
-    /// Of the inner nodes from number `first` on.
+    /// Families of the inner nodes from number `first` on.
     families: &'p mut [Moments],
     first: usize,
 }
@@ -118,13 +118,14 @@ impl Kernel for Gather<'_> {
     }
 }
 
-/// Top-down: the orientation of each node below some inner nodes, which have theirs; node 0 first.
+/// Top-down pass: chooses the orientation of each child of the given inner nodes, which have
+/// theirs. Node 0 comes first.
 struct Choose<'p> {
     inner: &'p [Inner],
     families: &'p [Moments],
     triangles: &'p [Triangle],
     effort: Effort,
-    /// Of the inner nodes to do.
+    /// Numbers of the inner nodes to process.
     numbers: &'p [Range<usize>],
     /// The nodes from number `first` on.
     nodes: &'p mut [Node],
@@ -169,8 +170,8 @@ impl Choose<'_> {
         );
     }
 
-    /// Chooses the orientations of the nodes in `range`, whose moments are `family`; `next` is the number of the first
-    /// inner node among them.
+    /// Chooses the orientations of the nodes in `range`, whose moments are `family`. `next` is the
+    /// number of the first inner node among them.
     #[inline(always)]
     fn siblings<L: Lanes>(
         &mut self,

@@ -1,7 +1,9 @@
-//! Axes to choose an orientation from, for up to eight subtrees at a time, one a lane, and what they cost.
+//! Candidate axes for an orientation, and their costs, for up to eight subtrees at a time, one per
+//! lane.
 //!
-//! All is plain `f32` arithmetic in a fixed order, the same bits on every machine. Candidates are orthogonal up to some
-//! roundings; the one that is taken is made orthonormal in `f64` ([`super::orientation`]).
+//! All arithmetic is plain `f32` in a fixed order, so all machines give the same bits. Candidates
+//! are orthogonal up to some roundings. The chosen one is made orthonormal in `f64`
+//! ([`super::orientation`]).
 
 use super::eight::{Eight, present};
 use super::moments::{Surfaces, Symmetric, TINY, per_entry};
@@ -12,19 +14,19 @@ use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, scaled, su
 use arrayvec::ArrayVec;
 use glam::{Mat3A, Vec3A};
 
-/// Three axes a lane, unit coordinates.
+/// Three axes per lane, in unit coordinates.
 pub(super) type Axes<L> = [V8<L>; 3];
 
-/// Most candidates.
+/// Maximum number of candidates.
 const MOST: usize = 5;
 
-/// Axes to choose from, for each lane: `0[candidate][axis][component][lane]`.
+/// Candidate axes for each lane: `0[candidate][axis][component][lane]`.
 pub(super) struct Candidates(ArrayVec<[[[f32; WIDTH]; 3]; 3], MOST>);
 
 impl Candidates {
-    /// The principal axes of the normals, the dominant normal with the longest axis of the surface, and the normal of the
-    /// largest triangle with its edge of middle length. [`Effort::Best`] adds that normal with the longest edge, and the
-    /// axes of the mesh.
+    /// The candidates: the principal axes of the normals; the dominant normal with the longest axis
+    /// of the surface; and the normal of the largest triangle with its edge of middle length.
+    /// [`Effort::Best`] adds that normal with the longest edge, and the axes of the mesh.
     #[inline(always)]
     pub fn of<L: Lanes>(
         lanes: L,
@@ -52,7 +54,8 @@ impl Candidates {
             .push(per_axis!(i => per_axis!(j => axes[i][j].store())));
     }
 
-    /// What the axes `own` and the candidates of a lane cost for a subtree, in this order; infinite beyond.
+    /// Costs, for a subtree, of the axes `own` and of the candidates of a lane, in this order.
+    /// Costs of missing candidates are infinite.
     #[inline(always)]
     pub fn costs<L: Lanes>(
         &self,
@@ -75,7 +78,8 @@ impl Candidates {
         costs
     }
 
-    /// The axes of a lane with the least of `costs`, the first of equals; `None` for those at hand.
+    /// The axes of a lane with the least of `costs`, the first of equal ones; `None` for the axes
+    /// that the node has.
     #[inline(always)]
     pub fn best(&self, lane: usize, costs: &[f32; MOST + 1]) -> Option<Mat3A> {
         let mut best = 0;
@@ -91,13 +95,14 @@ impl Candidates {
     }
 }
 
-/// A subtree for which axes are to be found.
+/// A subtree for which axes are chosen.
 pub(super) trait Cost<L: Lanes> {
-    /// Half the surface areas of boxes along `axes`, summed over the lanes the cost of the axes.
+    /// Half the surface areas of boxes along `axes`. Their sum over the lanes is the cost of the
+    /// axes.
     fn areas(&self, lanes: L, axes: &Axes<L>) -> F8<L>;
 }
 
-/// The boxes of its children are guessed: as large as the standard deviations of their surfaces.
+/// Estimates the boxes of the children: as large as the standard deviations of their surfaces.
 impl<L: Lanes> Cost<L> for Surfaces<L> {
     #[inline(always)]
     fn areas(&self, lanes: L, axes: &Axes<L>) -> F8<L> {
@@ -113,7 +118,7 @@ impl<L: Lanes> Cost<L> for Surfaces<L> {
     }
 }
 
-/// Up to eight triangles, whose boxes are computed.
+/// Up to eight triangles. Their boxes are computed.
 pub(super) struct Cluster<L: Lanes> {
     triangles: Eight<L>,
     present: F8<L>,
@@ -142,8 +147,8 @@ impl<L: Lanes> Cost<L> for Cluster<L> {
     }
 }
 
-/// A triangle's normal, and its edges of middle and of greatest length. Where two triangles make up a rectangle, the middle
-/// one is a side of it.
+/// A triangle's normal, and its edges of middle and of greatest length. If two triangles form a
+/// rectangle, the middle edge is a side of it.
 struct Sides<L: Lanes> {
     normal: V8<L>,
     middle: V8<L>,
@@ -162,7 +167,7 @@ impl<L: Lanes> Sides<L> {
         let (ee, ff, gg) = (dot(e, e), dot(f, f), dot(g, g));
         let (not_e, g_over_f) = (ee.less(ff.max(gg)), ff.less(gg));
         let longest = per_axis!(k => not_e.select(g_over_f.select(g[k], f[k]), e[k]));
-        // The other two.
+        // The other two edges.
         let (p, pp) = (
             per_axis!(k => not_e.select(e[k], f[k])),
             not_e.select(ee, ff),
@@ -177,7 +182,8 @@ impl<L: Lanes> Sides<L> {
         }
     }
 
-    /// The normal and `side`; the axes of the mesh where one of them has no direction.
+    /// The normal, `side`, and the axis perpendicular to both. The axes of the mesh if the normal
+    /// or `side` has no direction.
     #[inline(always)]
     fn axes(&self, lanes: L, side: V8<L>) -> Axes<L> {
         let ((x, x_there), (y, y_there)) = (unit(lanes, self.normal), unit(lanes, side));
@@ -186,7 +192,7 @@ impl<L: Lanes> Sides<L> {
     }
 }
 
-/// `v` at length 1, and where it has a direction.
+/// `v` scaled to length 1, and the mask of the lanes in which it has a direction.
 #[inline(always)]
 fn unit<L: Lanes>(lanes: L, v: V8<L>) -> (V8<L>, F8<L>) {
     let scale = F8::splat(lanes, 1.0) / dot(v, v).sqrt();
@@ -202,7 +208,8 @@ pub(super) fn identity<L: Lanes>(lanes: L) -> Axes<L> {
     [[l, o, o], [o, l, o], [o, o, l]]
 }
 
-/// The dominant normal, and across it the longest axis of the surface; if that is none, another of the axes `facing`.
+/// The dominant normal and, perpendicular to it, the longest axis of the surface. If these are
+/// parallel, the first two axes of `facing`.
 #[inline(always)]
 fn facing_and_longest<L: Lanes>(
     lanes: L,
@@ -220,7 +227,8 @@ fn facing_and_longest<L: Lanes>(
     [x, y, cross(x, y)]
 }
 
-/// Eigenvectors of the largest eigenvalues: a column of a high power of each matrix, by squaring.
+/// Eigenvectors of the largest eigenvalues: a column of a high power of each matrix, computed by
+/// squaring.
 #[inline(always)]
 fn dominant<L: Lanes>(lanes: L, mut m: Symmetric<L>) -> V8<L> {
     let (one, tiny) = (F8::splat(lanes, 1.0), F8::splat(lanes, TINY));
@@ -243,14 +251,15 @@ fn dominant<L: Lanes>(lanes: L, mut m: Symmetric<L>) -> V8<L> {
     scaled(v, scale)
 }
 
-/// The vector that belongs to the largest value.
+/// Selects the vector that belongs to the largest value.
 #[inline(always)]
 fn of_largest<L: Lanes>([x, y, z]: V8<L>, vectors: &[V8<L>; 3]) -> V8<L> {
     let (z_over_y, x_largest) = (y.less(z), y.max(z).less(x));
     per_axis!(k => x_largest.select(vectors[0][k], z_over_y.select(vectors[2][k], vectors[1][k])))
 }
 
-/// Eigenvectors of symmetric matrices, in no order, and of each the one with the largest eigenvalue (Jacobi rotations).
+/// Eigenvectors of symmetric matrices, in no particular order, and for each matrix the one with the
+/// largest eigenvalue (Jacobi rotations).
 #[inline(always)]
 fn eigenvectors<L: Lanes>(lanes: L, m: Symmetric<L>) -> (Axes<L>, V8<L>) {
     let (zero, one, tiny) = (
@@ -261,7 +270,7 @@ fn eigenvectors<L: Lanes>(lanes: L, m: Symmetric<L>) -> (Axes<L>, V8<L>) {
     let scale = one / (m[0] + m[1] + m[2] + tiny);
     let [xx, yy, zz, xy, xz, yz] = per_entry!(k => m[k] * scale);
     let mut diagonal = [xx, yy, zz];
-    // The entry that is not in row and column k.
+    // The off-diagonal entry that is not in row and column k.
     let mut other = [yz, xz, xy];
     let mut axes = identity(lanes);
     // Convergence is quadratic.
@@ -269,7 +278,7 @@ fn eigenvectors<L: Lanes>(lanes: L, m: Symmetric<L>) -> (Axes<L>, V8<L>) {
         for (p, q, r) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
             let (difference, twice) = (diagonal[q] - diagonal[p], other[r] + other[r]);
             let root = (difference * difference + twice * twice).sqrt();
-            // Towards the smaller angle. A product changes the sign of a zero too.
+            // Rotates by the smaller angle. The product also changes the sign of a zero.
             let twice = difference
                 .less(zero)
                 .select(twice * F8::splat(lanes, -1.0), twice);

@@ -1,8 +1,9 @@
-//! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes, whose axes are the same for the
-//! whole mesh ([`super::align::align`]).
+//! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes. All boxes
+//! have the axes chosen for the whole mesh ([`super::align::align`]).
 //!
-//! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting goes down to clusters of at most
-//! [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory; the depth is bounded by `2 log2(n) + 8`, whatever the mesh.
+//! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting ends at
+//! clusters of at most [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory. The depth is at
+//! most `2 log2(n) + 10` for all meshes ([`most_depth`]).
 
 use super::bins::{Bounds, Centers, Part};
 use super::fork::Pieces;
@@ -14,16 +15,17 @@ use crate::math::lanes::Instructions;
 use crate::mesh::Mesh;
 use alloc::vec::Vec;
 
-/// Most triangles of a cluster, and most children of a wide node.
+/// Maximum number of triangles of a cluster, and of children of a wide node.
 pub(super) const CLUSTER: usize = WIDTH;
 
 /// One node: triangles `order[first..first + count]`.
 pub(super) struct BinaryNode {
     pub first: u32,
     pub count: u32,
-    /// Half the surface area of its box.
+    /// Half the surface area of the node's box.
     pub area: f32,
-    /// How far behind this node its right child lies; the left one comes next. 0 for a cluster.
+    /// Offset from this node to its right child, in nodes; the left child is the next node. 0 for a
+    /// cluster.
     right: u32,
 }
 
@@ -33,25 +35,25 @@ impl BinaryNode {
     }
 }
 
-/// Most steps from the root to a cluster in a tree of so many triangles.
+/// Maximum number of steps from the root to a cluster in a tree of this many triangles.
 pub(super) fn most_depth(triangles: usize) -> u32 {
     2 * (usize::BITS - triangles.leading_zeros()) + 8
 }
 
-/// The tree: `nodes[0]` is the root, `order` the triangle ids in tree order.
+/// The tree. `nodes[0]` is the root; `order` is the triangle ids in tree order.
 pub(super) struct BinaryTree {
     pub nodes: Vec<BinaryNode>,
     pub order: Vec<u32>,
 }
 
 impl BinaryTree {
-    /// The children of a node that is no cluster.
+    /// The children of a node that is not a cluster.
     pub fn children(&self, node: usize) -> [usize; 2] {
         [node + 1, node + self.nodes[node].right as usize]
     }
 }
 
-/// Builds over the triangles' boxes along the axes of `orientation`.
+/// Builds the tree over the triangles' boxes along the axes of `orientation`.
 pub(super) fn build(
     mesh: &Mesh,
     unit: &Unit,
@@ -80,7 +82,7 @@ fn split(
     nodes: &mut Vec<BinaryNode>,
     pieces: Pieces,
 ) {
-    // A tree may lean for a while, but not so long that a balanced rest would no longer fit the depth.
+    // The tree may be unbalanced as long as a balanced rest still fits the depth.
     let balanced = usize::BITS - items.len().saturating_sub(1).leading_zeros();
     let may_part = items.len() > CLUSTER && depth_left > balanced;
     let (area, middle) = Instructions::detect().run(Part {
@@ -116,7 +118,7 @@ fn split(
     }
 }
 
-/// Halves `items` by number along the longest extent of their centres.
+/// Halves `items` by number along the longest extent of their centers.
 fn halve(items: &mut [Bounds]) -> usize {
     let Centers { min, max } = items.iter().fold(Centers::NONE, Centers::and);
     let axis = (max - min).truncate().max_position();

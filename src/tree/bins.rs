@@ -1,4 +1,4 @@
-//! Where to part triangles: the binned surface-area heuristic over their boxes.
+//! Splits triangles by the binned surface-area heuristic over their boxes.
 
 use super::options::Effort;
 use super::wide::WIDTH;
@@ -6,13 +6,14 @@ use crate::math::lanes::{Column, F8, Kernel, Lanes, least, per_lane};
 use glam::Vec4;
 use wide::f32x4;
 
-/// A box: minus the least coordinates, then the greatest, so that the box around two is one maximum. Between them a
-/// triangle's box has its id, so that a move copies 32 bytes.
+/// A box: the negated least coordinates, then the greatest. So the box around two boxes is one
+/// maximum. A triangle's box has its id between them, so that a move copies 32 bytes.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
 pub(super) struct Bounds([f32; WIDTH]);
 
-/// Added to ids, which are below 2^30. By themselves they are denormal numbers, for which arithmetic takes many times as long.
+/// Added to ids, which are below 2^30. Without it they would be denormal numbers, for which
+/// arithmetic takes many times as long.
 const NORMAL: u32 = 1 << 30;
 
 impl Bounds {
@@ -27,7 +28,7 @@ impl Bounds {
         self.0[3].to_bits() - NORMAL
     }
 
-    /// Twice the centre.
+    /// Twice the center.
     #[inline(always)]
     pub fn center(&self) -> Vec4 {
         let [x, y, z, id, u, v, w, zero] = self.0;
@@ -35,7 +36,7 @@ impl Bounds {
     }
 }
 
-/// Least and greatest centres of boxes.
+/// Least and greatest centers of boxes.
 #[derive(Clone, Copy)]
 pub(super) struct Centers {
     pub min: Vec4,
@@ -58,8 +59,9 @@ impl Centers {
     }
 }
 
-/// Parts `items` at the cheapest border between bins, if `effort` is given: those left of it come first. Returns half the
-/// surface area of the box around all, and how many are left of the border; `None` where no border separates them.
+/// Splits `items` at the cheapest border between bins, if `effort` is given: items left of the
+/// border come first. Returns half the surface area of the box around all, and the number of items
+/// left of the border; `None` if no border separates them.
 pub(super) struct Part<'i> {
     pub items: &'i mut [Bounds],
     pub effort: Option<Effort>,
@@ -70,7 +72,8 @@ impl Kernel for Part<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> (f32, Option<usize>) {
-        // Below this many triangles bins cost more than they bring.
+        // With no more triangles than this, fewer bins are used: more would cost more than they
+        // gain.
         const FEW: usize = 64;
         let Self { items, effort } = self;
         let (mut bounds, mut centers) = (F8::load(lanes, &Bounds::EMPTY.0), Centers::NONE);
@@ -93,7 +96,7 @@ impl Kernel for Part<'_> {
     }
 }
 
-/// Parts `items` at a border of `N` bins an axis.
+/// Splits `items` at a border of `N` bins per axis.
 #[inline(always)]
 fn part<L: Lanes, const N: usize>(
     lanes: L,
@@ -102,7 +105,7 @@ fn part<L: Lanes, const N: usize>(
 ) -> Option<usize> {
     let binning = Binning::<N>::of(centers);
     let mut bins = [[Bounds::EMPTY; N]; 3];
-    // Exact up to 2^24 triangles a bin; with more the border is only chosen less well.
+    // Exact up to 2^24 triangles per bin; with more, the border is only chosen less well.
     let mut counts = [[0.0; N]; 3];
     for item in &*items {
         let (bounds, at) = (F8::load(lanes, &item.0), binning.bins(item));
@@ -141,21 +144,23 @@ fn part<L: Lanes, const N: usize>(
     ))
 }
 
-/// Where the centres fall: bin = (center - origin) * scale, on each axis.
+/// Assigns centers to bins: bin = (center - origin) * scale, on each axis.
 struct Binning<const N: usize> {
     origin: Vec4,
     scale: Vec4,
-    /// Whether it pays to look for a border on this axis.
+    /// True for the axes on which it pays to look for a border.
     axes: [bool; 3],
 }
 
-/// Between 2^23 and 2^24 the last bit of an f32 is worth 1: adding this leaves the nearest whole number in the low bits.
+/// Between 2^23 and 2^24 the last bit of an f32 is worth 1. So adding this leaves the nearest
+/// integer in the low bits.
 const SHIFT: f32 = 12_582_912.0;
 
 impl<const N: usize> Binning<N> {
     #[inline(always)]
     fn of(Centers { min, max }: Centers) -> Self {
-        // Splits across a short axis are hardly ever the cheapest, and where they are, they do not pay later.
+        // Splits across a short axis are rarely the cheapest, and where they are, they do not pay
+        // off later.
         const SHORT: f32 = 0.3;
         let extent = (max - min).with_w(0.0);
         let axes = extent.cmpge(Vec4::splat((SHORT * extent.max_element()).max(1e-30)));
@@ -167,7 +172,7 @@ impl<const N: usize> Binning<N> {
         }
     }
 
-    /// The bins, and [`SHIFT`] added.
+    /// The bins, plus [`SHIFT`].
     #[inline(always)]
     fn shifted(&self, item: &Bounds) -> Vec4 {
         (item.center() - self.origin) * self.scale - Vec4::splat(0.5) + Vec4::splat(SHIFT)
@@ -191,8 +196,8 @@ fn extent<L: Lanes>(bounds: F8<L>) -> f32x4 {
     max + minus_min
 }
 
-/// What it costs to part between bins `i - 1` and `i`, for each `i`, and in lanes the least of it. `left` and `right` are room
-/// for the sides, whose entry 0 is 0.
+/// Costs of splitting between bins `i - 1` and `i`, for each `i`. Returns their minimum, spread
+/// over lanes. `left` and `right` are buffers for the sides; their entry 0 is 0.
 #[inline(always)]
 fn border_costs<L: Lanes, const N: usize>(
     lanes: L,
@@ -224,14 +229,15 @@ fn border_costs<L: Lanes, const N: usize>(
     lowest
 }
 
-/// The extent of what is on one side of a border, and how many triangles.
+/// Extent of one side of a border, and its number of triangles.
 #[inline(always)]
 fn side<L: Lanes>(bounds: F8<L>, count: f32) -> [f32; 4] {
     let [x, y, z, _] = extent(bounds).to_array();
     [x, y, z, count]
 }
 
-/// Half surface area times count; infinite if there is nothing inside, so that no border leaves a side empty.
+/// Half surface area times count. Infinite for an empty side, so that no border leaves a side
+/// empty.
 #[inline(always)]
 fn side_costs<L: Lanes>(lanes: L, sides: &[[f32; 4]; WIDTH]) -> F8<L> {
     let [x, y, z, count] = F8::columns(lanes, per_lane!(i => &sides[i]));
@@ -241,8 +247,8 @@ fn side_costs<L: Lanes>(lanes: L, sides: &[[f32; 4]; WIDTH]) -> F8<L> {
         .select(cost, F8::splat(lanes, f32::INFINITY))
 }
 
-/// Reorders `items` so that those left of `borders` come first; returns their number. Without branches: which side an item goes
-/// to is a coin toss.
+/// Reorders `items` so that those left of `borders` come first; returns their number. There are no
+/// branches, because the side of an item cannot be predicted.
 #[inline(always)]
 fn move_to_front<const N: usize>(
     items: &mut [Bounds],
@@ -266,7 +272,7 @@ mod tests {
     use crate::math::random::Random;
     use alloc::vec::Vec;
 
-    /// Boxes at random, and half of them near one end.
+    /// Random boxes, half of them near one end.
     fn items(count: u32) -> Vec<Bounds> {
         let mut random = Random::new(count.into());
         (0..count)

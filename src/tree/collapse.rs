@@ -1,4 +1,5 @@
-//! From the binary tree to the wide one: which binary nodes become wide nodes, and in which order.
+//! Collapses the binary tree to the wide one: decides which binary nodes become wide nodes, and in
+//! which order.
 
 use super::binary::BinaryTree;
 use super::fork::Pieces;
@@ -9,19 +10,21 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::ops::Range;
 
-/// The wide nodes, boxes still to come. The root is node 0, siblings lie side by side, and what is below each of
-/// them follows in turn: so the nodes below a node lie in one piece, and none comes before its parent.
+/// The wide nodes, still without boxes. The root is node 0. Siblings are adjacent, and the nodes
+/// below each sibling follow in turn. So the nodes below a node are contiguous, and no node comes
+/// before its parent.
 #[derive(Default)]
 pub(super) struct Plan {
     pub nodes: Box<[Node]>,
-    /// The inner nodes, each before those below it, which lie in one piece too.
+    /// The inner nodes, each before those below it, which are contiguous too.
     pub inner: Vec<Inner>,
 }
 
-/// What is known of a node when it is numbered: little, so that nodes are written once, where they stay.
+/// The part of a node that is known when it gets its number. It is small, so that nodes are written
+/// once, in place.
 #[derive(Clone, Copy)]
 struct Seed {
-    /// In the binary tree.
+    /// Index of the node in the binary tree.
     root: u32,
     first_child: u32,
     children: u8,
@@ -31,20 +34,20 @@ struct Seed {
 /// An inner node.
 pub(super) struct Inner {
     pub node: u32,
-    /// Nodes below it.
+    /// Number of nodes below it.
     below: u32,
-    /// Inner nodes below it, and itself.
+    /// Number of inner nodes below it, itself included.
     pub count: u32,
 }
 
-/// Where in a plan the nodes below some inner node are: one piece of work for a thread.
+/// Ranges of a plan with the nodes below some inner node: one job for a thread.
 pub(super) struct Part {
     pub nodes: Range<usize>,
     pub inner: Range<usize>,
 }
 
 impl Plan {
-    /// Collapses `binary`; all nodes get the same orientation. `O(n)`.
+    /// Collapses `binary`. All nodes get the same orientation. `O(n)`.
     pub fn of(binary: &BinaryTree, orientation: &Orientation) -> Self {
         let mut seeds = Vec::with_capacity(binary.nodes.len() * 3 / 4 + 1);
         let mut inner = Vec::new();
@@ -61,7 +64,8 @@ impl Plan {
         }
     }
 
-    /// The largest subtrees that are no more than one of `pieces`, without their roots; none if there is one piece only.
+    /// The largest subtrees that are no larger than one of `pieces`, without their roots; none if
+    /// there is only one piece.
     pub fn parts(&self, pieces: Pieces) -> Vec<Part> {
         let mut parts = Vec::new();
         let triangles = self
@@ -126,7 +130,7 @@ impl Seed {
     }
 }
 
-/// Adds all below node `index`.
+/// Appends all nodes below node `index`.
 fn open(binary: &BinaryTree, index: usize, seeds: &mut Vec<Seed>, inner: &mut Vec<Inner>) {
     let (first, Seed { root, depth, .. }) = (seeds.len(), seeds[index]);
     if binary.nodes[root as usize].is_cluster() {
@@ -156,7 +160,8 @@ fn open(binary: &BinaryTree, index: usize, seeds: &mut Vec<Seed>, inner: &mut Ve
     };
 }
 
-/// Up to eight descendants of `root`: the one with the largest box is opened until there are eight, or only clusters.
+/// Up to eight descendants of `root`. Opens the one with the largest box until there are eight, or
+/// only clusters.
 fn widest(binary: &BinaryTree, root: usize) -> ArrayVec<usize, WIDTH> {
     let nodes = &binary.nodes;
     let mut below = ArrayVec::new();
@@ -169,7 +174,7 @@ fn widest(binary: &BinaryTree, root: usize) -> ArrayVec<usize, WIDTH> {
         };
         let [left, right] = binary.children(below[widest]);
         below[widest] = left;
-        // Beside its sibling, so that the triangles of a wide node stay in one piece and in order.
+        // Next to its sibling, so that the triangles of a wide node stay contiguous and in order.
         below.insert(widest + 1, right);
     }
     below

@@ -1,15 +1,15 @@
-//! Eight triangles in lanes, component by component.
+//! Eight triangles in lanes, stored by component.
 
 use super::unit::Triangle;
 use super::wide::WIDTH;
 use crate::math::lanes::{Column, F8, Lanes, V8, per_axis, per_lane};
 
-/// Eight triangles, one a lane.
+/// Eight triangles, one per lane.
 #[derive(Clone, Copy)]
 pub(super) struct Eight<L: Lanes> {
     /// First corners.
     pub first: V8<L>,
-    /// From there to the second and to the third corners.
+    /// Vectors from there to the second and the third corners.
     pub edges: [V8<L>; 2],
 }
 
@@ -25,14 +25,14 @@ impl<L: Lanes> Eight<L> {
         }
     }
 
-    /// Of up to eight triangles, at least one; the last again in the lanes that are left over.
+    /// Loads one to eight triangles. The last one fills the remaining lanes.
     #[inline(always)]
     pub fn of_few(lanes: L, triangles: &[Triangle]) -> Self {
         let last = triangles.len() - 1;
         Self::of(lanes, per_lane!(i => &triangles[last.min(i)]))
     }
 
-    /// Of the triangles with these numbers.
+    /// Loads the triangles with these indices.
     #[inline(always)]
     pub fn of_numbers(lanes: L, triangles: &[Triangle], numbers: [u32; WIDTH]) -> Self {
         Self::of(lanes, per_lane!(i => &triangles[numbers[i] as usize]))

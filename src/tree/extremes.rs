@@ -1,8 +1,10 @@
 //! For every direction, the few corners of a mesh that may be the farthest along it.
 //!
-//! Directions are sorted by where they leave a cube around the middle, into a grid of cells. A corner that another one reaches
-//! at least as far as along the four edges of a cell does nowhere in it reach farther, since all its directions lie between
-//! these: it is left out there. What rounding makes of that is in `docs/numerics.md`, "A plane between two surfaces".
+//! A grid of cells on a cube sorts the directions: each direction leaves the cube through one cell.
+//! If another corner reaches at least as far as a given corner along the four edges of a cell, it
+//! does so along all directions of the cell, because they lie between the edges. So the given
+//! corner is left out of that cell. `docs/numerics.md`, "A plane between two surfaces", derives the
+//! effect of rounding.
 
 use super::unit::Unit;
 use crate::math::bits;
@@ -13,26 +15,28 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use wide::f32x4;
 
-/// Cells of a face of the cube, along each side: a power of two.
+/// Number of cells along each side of a cube face: a power of two.
 const SIDE: usize = 4;
 const CELLS: usize = 6 * SIDE * SIDE;
 
 /// The corners of each cell.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Extremes {
-    /// The first block of each cell, and the end.
+    /// The first block of each cell, then the end.
     first: Box<[u32]>,
     blocks: Box<[Block]>,
 }
 
-/// Unit coordinates.
+/// A point in unit coordinates.
 type Point = [f32; 3];
 
-/// Eight corners, unit coordinates, by component: the last one again where there are fewer.
+/// Eight corners in unit coordinates, by component. If there are fewer, the last one fills the
+/// rest.
 type Block = [[f32; 8]; 3];
 
 impl Extremes {
-    /// Of the vertices of triangles; none if there are so many in a cell that a look-up would take long. `O(n)`.
+    /// Extremes of the vertices of triangles. Empty if a cell has so many corners that a look-up
+    /// would take long. `O(n)`.
     pub fn of(mesh: &Mesh, unit: &Unit, corners: &[[u32; 3]]) -> Self {
         let mut is_used = alloc::vec![false; mesh.vertex_count()];
         corners
@@ -85,7 +89,8 @@ impl Extremes {
         size_of_val(&*self.first) + size_of_val(&*self.blocks)
     }
 
-    /// How far the mesh reaches along a direction, and a corner that does. There has to be one.
+    /// How far the mesh reaches along a direction, and a corner that reaches as far. The extremes
+    /// must not be empty.
     #[inline(always)]
     pub fn farthest<L: Lanes>(&self, lanes: L, direction: [f32; 3]) -> (f32, Point) {
         let cell = cell(direction);
@@ -127,7 +132,7 @@ fn cell(direction: [f32; 3]) -> usize {
     (face * SIDE + at(axis + 1)) * SIDE + at(axis + 2)
 }
 
-/// A square of cells of a face of the cube.
+/// A square of cells on a face of the cube.
 #[derive(Clone, Copy)]
 struct Part {
     face: usize,
@@ -159,7 +164,8 @@ impl Part {
         }
     }
 
-    /// Directions to where the grid has corners, halves of sides included, in threes; largest component 1.
+    /// Directions to the corners of the square, to the middles of its sides and to its center, in
+    /// rows of three. Their largest component is 1.
     fn directions(self) -> [[[f32; 3]; 3]; 3] {
         let axis = self.face / 2;
         let at = |low: usize, i: usize| (2 * low + i * self.side) as f32 / SIDE as f32 - 1.0;
@@ -177,8 +183,9 @@ impl Part {
         })
     }
 
-    /// The points that are the farthest along one of these directions, and all that none of them reaches as far as along all
-    /// four edges; at the end few more than must be.
+    /// Keeps the points that are the farthest along one of these directions. Keeps every other
+    /// point too, unless one of these reaches at least as far along all four edges. For a single
+    /// cell, few more points than necessary remain.
     fn maximal(self, points: &[Point]) -> Vec<Point> {
         let [[a, ab, b], [ac, middle, bd], [c, cd, d]] = self.directions();
         let edges = columns([a, b, c, d]);
@@ -202,7 +209,7 @@ impl Part {
         }
         let mut kept: Vec<Point> = rivals.iter().map(|&rival| points[rival]).collect();
         let rivals: ArrayVec<f32x4, 12> = kept.iter().map(|rival| reach(&edges, rival)).collect();
-        // None of them is among these: it reaches as far as itself.
+        // The rivals themselves are not among these: each reaches as far as itself.
         kept.extend(points.iter().filter(|point| {
             let along = reach(&edges, point);
             !rivals.iter().any(|farther| farther.simd_ge(along).all())
@@ -214,11 +221,13 @@ impl Part {
     }
 }
 
-/// Cells with more corners are gone through once more, and compared with so many at most, which is also the most that are kept.
+/// A cell with more corners than `FEW` is thinned: each corner is compared with at most `MANY`
+/// others. If a cell keeps more than `MANY`, no extremes are kept.
 const FEW: usize = 16;
 const MANY: usize = 1024;
 
-/// The points that few others reach as far as along all four directions.
+/// Drops each point for which one of the first `MANY` kept points reaches at least as far along all
+/// four directions.
 fn thinned(points: Vec<Point>, directions: &[f32x4; 3]) -> Vec<Point> {
     let mut all: Vec<_> = points
         .into_iter()
@@ -259,7 +268,7 @@ mod tests {
     use alloc::vec::Vec;
     use glam::Vec3;
 
-    /// Directions anywhere, and along the grid and next to it; largest component 1.
+    /// Directions anywhere, on the grid, and next to it. Their largest component is 1.
     fn directions(random: &mut Random) -> Vec<[f32; 3]> {
         let mut all: Vec<[f32; 3]> = (0..2000)
             .map(|_| core::array::from_fn(|_| random.between(-1.0, 1.0) as f32))
@@ -279,7 +288,8 @@ mod tests {
             .collect()
     }
 
-    /// All vertices on its rim, so that many of them may be the farthest along about its axis.
+    /// A disk with all vertices on its rim, so that many of them may be the farthest along
+    /// directions near its axis.
     fn disk(vertices: u32) -> Mesh {
         let rim = (0..vertices).map(|i| {
             let angle = core::f32::consts::TAU * i as f32 / vertices as f32;
@@ -337,7 +347,8 @@ mod tests {
         }
     }
 
-    /// Small meshes have a block in each cell, and of large round ones few corners are in several.
+    /// Small meshes have a block in each cell. In large round ones, few corners are in several
+    /// cells.
     #[test]
     fn few_corners_are_kept() {
         for (subdivisions, most) in [(1, 96), (3, 300), (5, 2000)] {

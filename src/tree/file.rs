@@ -1,10 +1,12 @@
-//! A tree as bytes: to ship with a program, so that it need not be built there.
+//! A tree as bytes: shipped with a program, it need not be built there.
 //!
-//! The bytes hold what the build decided: the mesh, the order of the triangles, the places of the nodes, and the
-//! orientations of those that do not share their parent's. Boxes and profiles follow from these. Loading computes
-//! them by the pass that also ends a build ([`super::update`]), so the loaded tree equals the saved one to the bit, and a
-//! file cannot state a box that is too small. Everything the file states is checked. Bytes with wrong content under a right
-//! checksum are either refused, or they are another valid tree of the mesh that they hold, with true answers.
+//! The bytes contain what the build decided: the mesh, the order of the triangles, the structure of
+//! the nodes, and the orientations that differ from the parent's. Boxes and profiles follow from
+//! these. Loading computes them by the pass that also ends a build ([`super::update`]). So the
+//! loaded tree equals the saved one to the bit, and a file cannot state a box that is too small.
+//!
+//! Everything that the file states is checked. Bytes with wrong content and a correct checksum are
+//! either refused, or they are another valid tree of the mesh that they contain, with true answers.
 //!
 //! Version 1, all numbers little-endian:
 //!
@@ -12,18 +14,18 @@
 //! |---:|---|
 //! | 8 | `PUNCTREE` |
 //! | 4 | version, 1 |
-//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; 256 more means nothing |
+//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; + 256 is ignored |
 //! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
 //! | 12 a triangle | vertex indices |
-//! | 4 a triangle | its number in the mesh, in tree order |
+//! | 4 a triangle | its index in the mesh, in tree order |
 //! | 1 a node | number of children; + 16 if they are triangles; + 32 if its orientation differs from its parent's |
 //! | 36 an orientation | columns of the rotation, `f32`, in the order of the nodes |
 //! | 4 | CRC-32 (ISO-HDLC, as in zip and png) of all before |
 //!
-//! Nodes are in the order of the tree: the root, its children, then what is below each child in turn. So their numbers
-//! follow from how many children each has, and no number can lead in a circle.
+//! Nodes are in the order of the tree: the root, its children, then the nodes below each child in
+//! turn. So the numbers of children determine all indices, and no index can lead in a circle.
 
 use super::binary::most_depth;
 use super::fork::Pieces;
@@ -43,35 +45,36 @@ use glam::{Mat3, Mat3A};
 const MAGIC: [u8; 8] = *b"PUNCTREE";
 const VERSION: u32 = 1;
 
-/// Beside the size of a coordinate: without meaning, and whether extremes are kept, which are found anew.
+/// Flags beside the size of a coordinate: one without meaning, and one that says that extremes are
+/// kept. Loading recomputes these.
 const IGNORED: u32 = 1 << 8;
 const HAS_EXTREMES: u32 = 1 << 9;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
 const ORIENTATION: usize = 36;
 
-/// What is added to the number of children.
+/// Flags added to the number of children.
 const IS_CLUSTER: u8 = 16;
 const OWN_ORIENTATION: u8 = 32;
 
-/// Why bytes cannot be loaded as a tree.
+/// Reasons why bytes cannot be loaded as a tree.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum TreeFileError {
-    /// They do not begin with `PUNCTREE`.
+    /// The bytes do not begin with `PUNCTREE`.
     NotATree,
-    /// They have another format version. The tree has to be built again from its mesh.
+    /// The bytes have another format version. The tree has to be rebuilt from its mesh.
     Version {
         /// Format version of the bytes.
         found: u32,
-        /// The only version that is read.
+        /// The only supported version.
         supported: u32,
     },
-    /// There are more or fewer bytes than the header says.
+    /// The number of bytes differs from the header's.
     Length {
-        /// How many there should be; the length of the header, if they are fewer than that.
+        /// Expected number of bytes; the length of the header, if there are fewer than that.
         expected: u128,
-        /// How many there are.
+        /// Actual number of bytes.
         found: usize,
     },
     /// The bytes were changed after they were written.
@@ -87,14 +90,14 @@ pub enum TreeFileError {
     Cost(f32),
     /// The number of orientations differs from the number of nodes that need one.
     Orientations {
-        /// Orientations by the header.
+        /// Number of orientations in the header.
         stored: usize,
-        /// Nodes that have one.
+        /// Number of nodes that have one.
         needed: usize,
     },
     /// The mesh is invalid.
     Mesh(MeshError),
-    /// The mesh is valid, but what follows is not a tree of it.
+    /// The mesh is valid, but the rest is not a tree of it.
     Tree(TreeFault),
 }
 
@@ -154,7 +157,7 @@ impl From<TreeFault> for TreeFileError {
     }
 }
 
-/// What the header says.
+/// The contents of the header.
 struct Header {
     is_f64: bool,
     has_extremes: bool,
@@ -233,14 +236,15 @@ impl Header {
         ]
     }
 
-    /// Bytes of the whole.
+    /// Number of bytes in total.
     fn length(&self) -> u128 {
         self.parts().iter().sum::<u128>() + (HEADER + CHECKSUM) as u128
     }
 }
 
 impl Tree {
-    /// The tree as bytes for [`from_bytes`](Self::from_bytes), on any machine: for a closed f32 mesh about 30 a triangle. `O(n)`.
+    /// The tree as bytes for [`from_bytes`](Self::from_bytes) on any machine. A closed f32 mesh
+    /// takes about 30 bytes per triangle. `O(n)`.
     ///
     /// ```
     /// use punctual::{Tree, shapes};
@@ -274,7 +278,8 @@ impl Tree {
         bytes
     }
 
-    /// How many bytes [`to_bytes`](Self::to_bytes) gives. `O(n)` over the nodes; allocates nothing.
+    /// Number of bytes that [`to_bytes`](Self::to_bytes) gives. `O(n)` in the number of nodes;
+    /// allocates nothing.
     pub fn bytes_len(&self) -> usize {
         self.header().length() as usize
     }
@@ -291,15 +296,19 @@ impl Tree {
         }
     }
 
-    /// The tree that [`to_bytes`](Self::to_bytes) was called on: its queries do the same, to the bit.
+    /// Loads the tree on which [`to_bytes`](Self::to_bytes) was called. The queries of both do the
+    /// same, to the bit.
     ///
-    /// Whatever the bytes, it does not panic, and a tree that it returns gives true answers about the mesh that it holds. It
-    /// takes at most 44 bytes of memory for each of `bytes`: no more nodes are accepted than a build can make of as many
-    /// triangles. Trees of ordinary meshes take 4 to 10. The time is that of a refit and of a walk over the bytes, less than a
-    /// build: `O(n)` in the mean, `O(n depth)` at worst, and the depth is at most 71.
+    /// Does not panic on any input. A tree that it returns gives true answers about the mesh that
+    /// it contains.
+    ///
+    /// It takes at most 44 bytes of memory for each of `bytes`, because it accepts no more nodes
+    /// than a build makes of as many triangles. Trees of ordinary meshes take 4 to 10. The time is
+    /// that of a refit and of a pass over the bytes, less than a build: `O(n)` on average,
+    /// `O(n depth)` at worst, and the depth is at most 71.
     ///
     /// # Errors
-    /// What is wrong, and with which triangle, vertex or node.
+    /// The error states the fault, and the triangle, vertex or node that has it.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TreeFileError> {
         let header = Header::read(bytes)?;
         let parts = header.parts();
@@ -361,7 +370,8 @@ impl Tree {
     }
 }
 
-/// One byte a node: the number of its children, their kind, and whether its orientation differs from its parent's.
+/// One byte per node: the number of its children, their kind, and a flag if its orientation differs
+/// from its parent's.
 fn shapes(nodes: &[Node]) -> Vec<u8> {
     let shape = |node: &Node| node.children | if node.is_cluster { IS_CLUSTER } else { 0 };
     let mut shapes: Vec<u8> = nodes.iter().map(shape).collect();
@@ -369,7 +379,7 @@ fn shapes(nodes: &[Node]) -> Vec<u8> {
     shapes
 }
 
-/// The nodes that have an orientation of their own, parent by parent.
+/// The nodes whose orientation differs from their parent's, parent by parent.
 fn with_own_orientation(nodes: &[Node]) -> impl Iterator<Item = usize> {
     let root = nodes
         .first()
@@ -385,7 +395,7 @@ fn with_own_orientation(nodes: &[Node]) -> impl Iterator<Item = usize> {
     root.into_iter().chain(parents.flat_map(below))
 }
 
-/// The nodes of a tree of so many triangles, boxes and profiles still to come.
+/// The nodes of a tree of this many triangles, still without boxes and profiles.
 fn nodes(
     shapes: &[u8],
     triangles: usize,
@@ -440,7 +450,7 @@ fn nodes(
         waiting.extend(children.rev());
     }
     if next_node != nodes.len() {
-        // No node leads there.
+        // No parent has this node as a child.
         return Err(TreeFault::Children(next_node).into());
     }
     for index in (0..nodes.len()).rev() {
@@ -455,9 +465,9 @@ fn nodes(
     Ok(nodes)
 }
 
-/// Whether every node has as many children as it may, and all together as many as there are nodes and triangles, so that
-/// none is opened that is not there; and whether there are few enough nodes for so many triangles ([`dense`]), before there
-/// is memory for them.
+/// Checks the number of children of every node. Checks that all of them together match the numbers
+/// of nodes and triangles, so that no missing node is opened. Checks that there are few enough
+/// nodes for this many triangles ([`dense`]), before memory is allocated for them.
 fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
     let (mut nodes_below, mut triangles_below, mut inner) = (0, 0, 0);
     for (index, shape) in shapes.iter().enumerate() {
@@ -485,8 +495,9 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
     Ok(())
 }
 
-/// Most levels that the profiles of all nodes can have together: one for a cluster; and an inner node on the longest way down
-/// from some node has as many as there are nodes to the end of that way, each of which is on no other such way.
+/// Upper bound of the number of levels in the profiles of all nodes. A cluster has one level. Each
+/// inner node is on one longest path down from some node, and on no other; it has as many levels as
+/// there are nodes to the end of that path.
 fn most_levels(clusters: usize, inner: usize, triangles: usize) -> usize {
     clusters + inner * (most_depth(triangles) as usize + 3) / 2
 }

@@ -1,8 +1,10 @@
-//! Boxes along the axes of their nodes, computed exactly from the corners of the triangles, eight triangles at a time.
+//! Boxes along the axes of their nodes, computed exactly from the corners of the triangles, eight
+//! triangles at a time.
 //!
-//! An inner node need not look at every triangle of a large child: what lies in the box of a subtree cannot extend a box that
-//! holds it already, so whole subtrees are passed over, and the result is to the bit what all corners would give.
-//! Subtrees must be fitted before what is above them.
+//! An inner node need not visit every triangle of a large child. If a box already contains the box
+//! of a subtree, nothing in that subtree can extend it. So whole subtrees are skipped, and the
+//! result has the same bits as with all corners. Subtrees must be fitted before the nodes above
+//! them.
 
 use super::eight::Eight;
 use super::unit::Triangle;
@@ -19,10 +21,11 @@ pub(super) struct Extent {
     max: Vec3A,
 }
 
-/// More than rounding may move a corner along the axes of a node above or in its own box, unit coordinates.
+/// Exceeds the distance by which rounding may move a corner along the axes of a node above or in
+/// its own box (unit coordinates).
 const MARGIN: f32 = 1e-5;
 
-/// Subtrees of no more triangles are not worth passing over.
+/// Subtrees of no more triangles than this are not worth skipping.
 const SMALL: u32 = 128;
 
 impl Extent {
@@ -49,7 +52,7 @@ impl Extent {
         }
     }
 
-    /// Keeps the ends of the box of `node` in the place of its centre and half extent.
+    /// Stores the ends of the box of `node` in place of its center and half extent.
     #[inline(always)]
     pub fn keep_in(&self, node: &mut Node) {
         node.own_center = f32x4::new(self.min.extend(0.0).to_array());
@@ -64,7 +67,8 @@ impl Extent {
         }
     }
 
-    /// The box of all triangles below `subtree` along the axes of `node`; `later` are the nodes from number `first` on.
+    /// The box of all triangles below `subtree` along the axes of `node`. `later` are the nodes
+    /// from number `first` on.
     #[inline(always)]
     pub fn of_subtree<L: Lanes>(
         lanes: L,
@@ -78,7 +82,7 @@ impl Extent {
         if subtree.triangles <= SMALL {
             return Span::of_all(lanes, all, node).extent();
         }
-        // Some triangles from everywhere, so that most of the rest can be passed over.
+        // Begins with triangles from all over the subtree, so that most of the rest can be skipped.
         let step = all.len() / WIDTH;
         let [a, b, c, d] = [&all[0], &all[step], &all[2 * step], &all[3 * step]];
         let [e, f, g, h] = [
@@ -89,7 +93,7 @@ impl Extent {
         ];
         let mut extent = span(lanes, &Eight::of(lanes, [a, b, c, d, e, f, g, h]), node).extent();
 
-        // The nodes whose children are still to be looked at.
+        // The nodes whose children are still to be visited.
         let mut open = ArrayVec::<&Node, 128>::new();
         open.push(subtree);
         while let Some(inner) = open.pop() {
@@ -114,7 +118,8 @@ impl Extent {
         extent
     }
 
-    /// The children of `inner` whose boxes reach out of this one, which has the axes of `node`: a bit each.
+    /// Bit mask of the children of `inner` whose boxes extend beyond this one, which has the axes
+    /// of `node`.
     #[inline(always)]
     fn reached_out_of<L: Lanes>(&self, lanes: L, inner: &Node, node: &Node) -> u32 {
         let turn = node.axes().transpose() * inner.axes();
@@ -146,7 +151,7 @@ pub(super) fn span<L: Lanes>(lanes: L, triangles: &Eight<L>, node: &Node) -> Spa
     }
 }
 
-/// Eight boxes by their ends.
+/// Eight boxes, given by their ends.
 #[derive(Clone, Copy)]
 pub(super) struct Span<L: Lanes> {
     pub min: V8<L>,
@@ -154,7 +159,8 @@ pub(super) struct Span<L: Lanes> {
 }
 
 impl<L: Lanes> Span<L> {
-    /// Boxes along the axes of `node` that together hold all of at least one triangle.
+    /// Boxes along the axes of `node` that together contain all `triangles`, of which there is at
+    /// least one.
     #[inline(always)]
     fn of_all(lanes: L, triangles: &[Triangle], node: &Node) -> Self {
         let (Some(mut next), Some(last)) = (triangles.first_chunk(), triangles.last_chunk()) else {

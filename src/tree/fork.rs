@@ -1,13 +1,13 @@
-//! Runs parts of a computation in threads, where that pays.
+//! Runs parts of a computation on threads, where that pays.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// Fewer triangles are not worth a thread.
+/// Least number of triangles that is worth a thread.
 const LEAST_TRIANGLES: usize = 4096;
 
-/// How many threads there may be, and how many pieces what is left of a computation may be cut into.
+/// Maximum number of threads, and of pieces into which the rest of a computation may be cut.
 #[derive(Clone, Copy)]
 pub(super) struct Pieces {
     threads: usize,
@@ -15,7 +15,8 @@ pub(super) struct Pieces {
 }
 
 impl Pieces {
-    /// For `triangles` and at most `threads` threads. More pieces than threads, because pieces are not alike.
+    /// For `triangles` and at most `threads` threads. There are more pieces than threads, because
+    /// pieces differ in cost.
     pub fn new(threads: usize, triangles: usize) -> Self {
         if threads < 2 || !cfg!(feature = "parallel") {
             return Self::ONE;
@@ -29,13 +30,13 @@ impl Pieces {
         }
     }
 
-    /// A computation as a whole.
+    /// A computation in one piece.
     pub const ONE: Self = Self {
         threads: 1,
         count: 1,
     };
 
-    /// Into what sizes to cut a slice of the given length, at least 1.
+    /// Size of the pieces of a slice of this length, at least 1.
     pub fn size(self, length: usize) -> usize {
         length.div_ceil(self.count).max(1)
     }
@@ -44,7 +45,7 @@ impl Pieces {
         self.count
     }
 
-    /// Runs both, which have the given sizes, and shares the pieces between them.
+    /// Runs both closures, which have the given sizes, and divides the pieces between them.
     pub fn join(self, sizes: [usize; 2], a: impl FnOnce(Self) + Send, b: impl FnOnce(Self) + Send) {
         if self.count < 2 {
             a(self);
@@ -61,7 +62,7 @@ impl Pieces {
         self.each(both.into(), |one| one());
     }
 
-    /// Does all jobs; each thread takes the next when it is done with one.
+    /// Runs all jobs. Each thread takes the next job when it has finished one.
     pub fn each<J: Send>(self, jobs: Vec<J>, work: impl Fn(J) + Sync) {
         let threads = self.threads.min(jobs.len());
         if threads < 2 {
@@ -72,7 +73,7 @@ impl Pieces {
     }
 }
 
-/// Disjoint pieces of a slice, in its order.
+/// Cuts a slice into disjoint pieces, in its order.
 pub(super) fn split<T>(
     mut slice: &mut [T],
     ranges: impl Iterator<Item = Range<usize>>,
@@ -106,7 +107,7 @@ fn share<J: Send>(threads: usize, jobs: Vec<J>, work: &(impl Fn(J) + Sync)) {
     };
     let done = crossbeam_utils::thread::scope(|scope| {
         for _ in 1..threads {
-            // The share of a thread that cannot be spawned is done by the others.
+            // If a thread cannot be spawned, the others do its share.
             let _ = scope.builder().spawn(|_| run());
         }
         run();

@@ -1,12 +1,17 @@
 //! The bounding volume tree of one mesh.
 //!
-//! Built once, immutable while queries run, shared freely between threads. A binned-SAH binary tree over the triangles
-//! ([`binary`], [`bins`]) is collapsed to nodes of up to eight children ([`collapse`], [`wide`]), each with an orientation of
-//! its own ([`assign`], [`axes`], [`moments`]). Then one pass bottom-up ([`update`]) gives every subtree its exact boxes
-//! ([`fit`]), its alpha per axis and its profile level by level ([`profile`]). When vertices move, that pass is repeated
-//! ([`refit`]). What lies next to each triangle is kept ([`adjacency`]), and on request what may be the farthest along a
-//! direction ([`extremes`]). The file of a tree ([`mod@file`]) holds what cannot be computed again: the mesh, the order of the
-//! triangles and the orientations.
+//! A tree is built once, does not change while queries run, and is shared freely between threads.
+//! The steps of a build are:
+//! - a binned-SAH binary tree over the triangles ([`binary`], [`bins`]);
+//! - its collapse to nodes of up to eight children ([`collapse`], [`wide`]);
+//! - an orientation for each node ([`assign`], [`axes`], [`moments`]);
+//! - one pass bottom-up ([`update`]) that gives every subtree its exact boxes ([`fit`]), its alpha
+//!   per axis and its profile level by level ([`profile`]). When vertices move, this pass is
+//!   repeated ([`refit`]).
+//!
+//! The tree stores the neighbors of each triangle ([`adjacency`]) and, on request, the corners that
+//! may be the farthest along a direction ([`extremes`]). The file of a tree ([`mod@file`]) contains
+//! what cannot be recomputed: the mesh, the order of the triangles and the orientations.
 
 mod adjacency;
 mod align;
@@ -66,7 +71,7 @@ pub struct Tree {
     profiles: Profiles,
     /// Neighbors of each triangle, in tree order.
     neighbors: Box<[Neighbors]>,
-    /// Empty if they are not kept, and after a refit.
+    /// Empty if not requested, and after a refit.
     extremes: Extremes,
     /// SAH cost after the build.
     built_cost: f32,
@@ -74,26 +79,27 @@ pub struct Tree {
     lineage: usize,
 }
 
-/// Numbers that describe a tree; index 0 of a list is the root's level.
+/// Statistics of a tree. Index 0 of a list is the root's level.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct TreeStats {
-    /// Triangles of the mesh.
+    /// Number of triangles of the mesh.
     pub triangles: usize,
-    /// Nodes, clusters included.
+    /// Number of nodes, clusters included.
     pub nodes: usize,
-    /// Nodes whose children are triangles.
+    /// Number of nodes whose children are triangles.
     pub clusters: usize,
-    /// Levels of nodes; 0 for an empty mesh.
+    /// Number of levels of nodes; 0 for an empty mesh.
     pub depth: usize,
-    /// Nodes on each level.
+    /// Number of nodes on each level.
     pub nodes_per_level: Vec<usize>,
     /// Mean alpha of the subtrees of each level, per axis of their boxes.
     pub alpha_per_level: Vec<Vec3>,
     /// Bytes of the nodes.
     pub bytes_nodes: usize,
-    /// Bytes of the triangles as the fast filter reads them, of the numbers of their vertices, and of their ids.
+    /// Bytes of the triangles as the fast filter reads them, of their vertex indices, and of their
+    /// ids.
     pub bytes_triangles: usize,
     /// Bytes of the mesh.
     pub bytes_mesh: usize,
@@ -106,7 +112,7 @@ pub struct TreeStats {
 }
 
 impl TreeStats {
-    /// All bytes together.
+    /// Sum of all bytes.
     pub fn bytes(&self) -> usize {
         let Self {
             bytes_nodes,
@@ -178,7 +184,7 @@ impl Tree {
         )
     }
 
-    /// The tree of finished nodes.
+    /// Completes a tree from finished nodes.
     fn of_nodes(
         mesh: Mesh,
         unit: Unit,
@@ -213,17 +219,17 @@ impl Tree {
         tree
     }
 
-    /// The mesh that it was built from, with the vertices of the last refit.
+    /// The mesh of the tree, with the vertices of the last refit.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Length of the unit in which subtrees state their extents, in the mesh's unit of length.
+    /// Length of one unit, in the mesh's unit of length. Subtrees give their extents in units.
     pub fn unit_length(&self) -> f64 {
         self.unit.length()
     }
 
-    /// The same, but 0 of a mesh that is a single point.
+    /// [`unit_length`](Self::unit_length), but 0 for a mesh that is a single point.
     pub(crate) fn size(&self) -> f64 {
         if self.unit.is_point {
             0.0
@@ -240,7 +246,7 @@ impl Tree {
         })
     }
 
-    /// Statistics, `O(nodes)`.
+    /// Statistics. `O(nodes)`.
     pub fn stats(&self) -> TreeStats {
         let depth = self
             .nodes
@@ -273,7 +279,8 @@ impl Tree {
         }
     }
 
-    /// Checks the tree: every triangle in one cluster and inside every box above it, every profile consistent. `O(n depth)`.
+    /// Checks that every triangle is in one cluster and inside every box above it, and that every
+    /// profile is consistent. `O(n depth)`.
     ///
     /// # Errors
     /// The first fault found. A tree that was built, refitted or loaded by this library has none.
@@ -293,10 +300,10 @@ impl Tree {
         &self.triangles
     }
 
-    /// The corners of a triangle (in tree order), as [`Mesh::triangle`] has them.
+    /// The corners of a triangle (in tree order), as [`Mesh::triangle`] returns them.
     #[inline]
     pub(crate) fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        // Not by `map`, which is a call.
+        // Written out, because `map` compiles to a call.
         let ([a, b, c], vertices) = (self.corners[triangle as usize], self.mesh.vertices());
         [
             vertices.get(a as usize),
@@ -305,13 +312,13 @@ impl Tree {
         ]
     }
 
-    /// The numbers of the vertices of a triangle (in tree order).
+    /// The vertex indices of a triangle (in tree order).
     #[inline(always)]
     pub(crate) fn vertices_of(&self, triangle: u32) -> [u32; 3] {
         self.corners[triangle as usize]
     }
 
-    /// The parent of the cluster that has a triangle (in tree order), and the cluster.
+    /// The index of the cluster that contains a triangle (in tree order), after that of its parent.
     pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
         let (mut parent, mut at) = (0, 0);
         while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_cluster) {
@@ -329,12 +336,12 @@ impl Tree {
         [parent, at]
     }
 
-    /// Which corners may be the farthest along a direction, of any.
+    /// The corners that may be the farthest along a direction.
     pub(crate) fn extremes(&self) -> &Extremes {
         &self.extremes
     }
 
-    /// Whether these are kept.
+    /// True if the tree has extremes.
     pub(crate) fn has_extremes(&self) -> bool {
         !self.extremes.is_empty()
     }
@@ -344,12 +351,13 @@ impl Tree {
         &self.ids
     }
 
-    /// Differs between any two trees built or refitted in this process, clones excepted.
+    /// A number that differs between any two trees built or refitted in this process, except
+    /// clones.
     pub(crate) fn identity(&self) -> usize {
         self.identity
     }
 
-    /// The identity that the tree was built with. Trees that share it have the same triangles in the same order.
+    /// The identity from the build. Trees that share it have the same triangles in the same order.
     pub(crate) fn lineage(&self) -> usize {
         self.lineage
     }
@@ -361,7 +369,7 @@ fn next_identity() -> usize {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// A node of a tree with all below it.
+/// A node of a tree with everything below it.
 #[derive(Clone, Copy, Debug)]
 pub struct Subtree<'t> {
     tree: &'t Tree,
@@ -378,44 +386,45 @@ impl<'t> Subtree<'t> {
         self.node().triangles
     }
 
-    /// Whether the children are single triangles.
+    /// True if the children are single triangles.
     pub fn is_cluster(&self) -> bool {
         self.node().is_cluster
     }
 
-    /// Half extents of its box along the box's own axes, unit coordinates.
+    /// Half extents of the box along its own axes, in unit coordinates.
     pub fn half_extents(&self) -> Vec3 {
         self.node().extent()
     }
 
-    /// Its orientation: the columns are the axes of its box, mesh coordinates.
+    /// Orientation of the box: the columns are its axes, in mesh coordinates.
     pub fn rotation(&self) -> Mat3 {
         self.node().rotation()
     }
 
-    /// Diminishing factor per axis of its box, measured end to end: the factor by which boxes shrink on a binary level,
-    /// `(mean triangle extent / own extent)^(1 / log2(triangles))`. Within 0..=1.
+    /// Diminishing factor per axis of the box, end to end: the factor by which boxes shrink per
+    /// binary level, `(mean triangle extent / own extent)^(1 / log2(triangles))`. Within 0..=1.
     pub fn alpha(&self) -> Vec3 {
         self.node().alpha()
     }
 
-    /// Expected BV tests of this subtree against a copy of itself, averaged over all overlapping placements.
+    /// Expected BV tests of this subtree against a copy of itself, averaged over all overlapping
+    /// placements.
     pub fn self_cost(&self) -> f32 {
         self.node().self_cost
     }
 
-    /// Levels of boxes below it: 1 for a cluster, whose next level are its triangles.
+    /// Number of levels of boxes below: 1 for a cluster, where the next level is its triangles.
     pub fn height(&self) -> usize {
         usize::from(self.node().height)
     }
 
-    /// The profile of each level below it, its children first; `height()` of them.
+    /// The profile of each level below, the children first. Its length is `height()`.
     pub fn profile(&self) -> &'t [LevelProfile] {
         let first = self.node().profile as usize;
         &self.tree.profiles.levels[first..first + self.height()]
     }
 
-    /// The nodes below it; none for a cluster.
+    /// The nodes directly below; none for a cluster.
     pub fn children(&self) -> impl Iterator<Item = Subtree<'t>> + use<'t> {
         let (tree, node) = (self.tree, self.node());
         let count = if node.is_cluster {
@@ -429,7 +438,7 @@ impl<'t> Subtree<'t> {
         })
     }
 
-    /// Ids of its triangles in the input mesh.
+    /// Ids of the triangles in the input mesh.
     pub fn triangles(&self) -> impl Iterator<Item = u32> + use<'t> {
         self.tree.ids[self.node().triangle_range()].iter().copied()
     }

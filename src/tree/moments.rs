@@ -1,14 +1,14 @@
-//! The surfaces of up to eight subtrees at a time, one a lane, summed up by a few numbers.
+//! Summaries of the surfaces of up to eight subtrees at a time, one per lane.
 //!
-//! These are area, mean, covariance, second moment of the normals, and the largest triangle. Those of a node follow from
-//! those of its children, so all nodes together cost `O(n)`.
+//! A summary consists of area, mean, covariance, second moment of the normals, and the largest
+//! triangle. That of a node follows from those of its children, so all nodes together cost `O(n)`.
 
 use super::eight::{Eight, present};
 use super::unit::Triangle;
 use super::wide::WIDTH;
 use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, per_lane, sums};
 
-/// A symmetric matrix a lane: xx, yy, zz, xy, xz, yz.
+/// A symmetric matrix per lane: xx, yy, zz, xy, xz, yz.
 pub(super) type Symmetric<L> = [F8<L>; 6];
 
 /// `[e(0), .., e(5)]`: a symmetric matrix entry by entry.
@@ -19,21 +19,21 @@ macro_rules! per_entry {
 }
 pub(super) use per_entry;
 
-/// Added to areas, so that one of zero can be divided by.
+/// Added to areas, so that they can be divisors.
 pub(super) const TINY: f32 = 1e-30;
 
-/// The surfaces in registers; a lane without area is empty.
+/// The summaries in registers. A lane without area is empty.
 pub(super) struct Surfaces<L: Lanes> {
     area: F8<L>,
     mean: V8<L>,
     pub covariance: Symmetric<L>,
     pub normals: Symmetric<L>,
-    /// The area of the largest triangle, and which it is.
+    /// The area of the largest triangle, and its number.
     largest_area: F8<L>,
     pub largest: [u32; WIDTH],
 }
 
-/// The same in memory.
+/// [`Surfaces`] in memory.
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(32))]
 pub(super) struct Moments {
@@ -46,7 +46,7 @@ pub(super) struct Moments {
 }
 
 impl<L: Lanes> Surfaces<L> {
-    /// Of up to eight single triangles, the first of which is number `first`.
+    /// Summaries of up to eight single triangles. The first has the number `first`.
     #[inline(always)]
     pub fn of_triangles(lanes: L, triangles: &[Triangle], first: usize) -> Self {
         let Eight {
@@ -55,7 +55,7 @@ impl<L: Lanes> Surfaces<L> {
         } = Eight::of_few(lanes, triangles);
         let present = present(lanes, triangles.len());
         let normal = cross(e, f);
-        // A triangle without area still has a place.
+        // A triangle without area still has a position.
         let area = dot(normal, normal).sqrt() + F8::splat(lanes, TINY);
         let (ee, ff, gg) = (square(e), square(f), square(per_axis!(k => e[k] + f[k])));
         let (third, part, three) = (
@@ -90,7 +90,7 @@ impl<L: Lanes> Surfaces<L> {
 }
 
 impl Moments {
-    /// Puts all lanes of `parts` together into lane `lane`.
+    /// Merges all lanes of `parts` into lane `lane`.
     #[inline(always)]
     pub fn set<L: Lanes>(&mut self, lanes: L, lane: usize, parts: &Surfaces<L>) {
         let w = parts.area;

@@ -1,34 +1,42 @@
-//! How a tree is built.
+//! Options of a build.
 
-/// How a tree is built. Nodes have at most eight children whatever the options: the kernels are made for that.
+/// Options of a build. They do not change that nodes have at most eight children: the kernels are
+/// made for that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BuildOptions {
-    /// How much time the build may take.
+    /// Trades time of the build for speed of queries.
     pub effort: Effort,
-    /// Whether nodes choose the orientation in which their boxes are smallest; if not, all boxes have the mesh's axes.
+    /// True if nodes choose the orientation in which their boxes are smallest. Otherwise all boxes
+    /// have the mesh's axes.
     pub orientations: bool,
-    /// Whether to keep the few corners that may be the farthest along any direction, 10 KB and some bytes a triangle; a build
-    /// takes a third to the whole of its time longer, and of round meshes up to four times as long. In a [`crate::Scene`], two
-    /// bodies that are close, or all but touch, are then told apart by a plane between them, without a search, if they are
-    /// convex there. A refit ends that, and of round meshes of more than about 100,000 triangles none are kept. False by default.
+    /// True if the tree keeps the few corners that may be the farthest along any direction. They
+    /// take 10 KB and some bytes per triangle. The build takes 33 % to 100 % longer; for round
+    /// meshes it takes up to four times as long.
+    ///
+    /// In a [`crate::Scene`], a plane then separates two bodies that are close or almost touch,
+    /// without a search, if they are convex there. A refit ends that. For round meshes of more than
+    /// about 100,000 triangles no corners are kept. False by default.
     pub extremes: bool,
-    /// Most threads that build at once, the caller's included; 1 by default. More than one are used only with the feature
-    /// `parallel`, and only for large meshes. The tree is the same to the bit, however many there are.
+    /// Maximum number of threads that build at once, the caller's included; 1 by default. More than
+    /// one are used only with the feature `parallel`, and only for large meshes. The tree is the
+    /// same to the bit for any number of threads.
     pub threads: usize,
 }
 
-/// How much time a build takes, to make queries faster; figures in `docs/performance.md`.
+/// Trade-off between the time of the build and the speed of queries; figures in
+/// `docs/performance.md`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Effort {
-    /// One orientation for the whole mesh, 8 bins an axis.
+    /// One orientation for the whole mesh, 8 bins per axis.
     Fast,
-    /// An orientation for each node, 16 bins an axis, 8 for few triangles.
+    /// An orientation for each node; 16 bins per axis, 8 for few triangles.
     Normal,
-    /// An orientation for each node, chosen from more candidates; 64 bins an axis, 16 for few triangles.
+    /// An orientation for each node, chosen from more candidates; 64 bins per axis, 16 for few
+    /// triangles.
     Best,
 }
 
@@ -44,7 +52,7 @@ impl Default for BuildOptions {
 }
 
 impl BuildOptions {
-    /// The fastest build: for meshes that change, or that only a few queries will use.
+    /// The fastest build: for meshes that change, or for few queries.
     #[must_use]
     pub fn fast_build() -> Self {
         Self {
@@ -62,13 +70,13 @@ impl BuildOptions {
         }
     }
 
-    /// Sets whether extremes are kept.
+    /// Sets whether the tree keeps extremes.
     #[must_use]
     pub fn extremes(self, extremes: bool) -> Self {
         Self { extremes, ..self }
     }
 
-    /// Sets the number of threads.
+    /// Sets the maximum number of threads.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         Self { threads, ..self }

@@ -4,10 +4,11 @@ use crate::math::tolerance::ROUNDING;
 use glam::{DMat3, DVec3, Mat3, Mat3A};
 use wide::f64x2;
 
-/// The id of an orientation chosen for the whole mesh; those of nodes follow.
+/// Id of an orientation chosen for the whole mesh. The ids of nodes follow it.
 pub(super) const MESH_ORIENTATION: u32 = 1;
 
-/// The columns of `rotation` are the axes of a node's boxes, unit coordinates; equal ids mean equal orientations.
+/// The columns of `rotation` are the axes of a node's boxes, in unit coordinates. Equal ids mean
+/// equal orientations.
 #[derive(Clone, Copy)]
 pub(super) struct Orientation {
     pub rotation: Mat3A,
@@ -20,7 +21,7 @@ impl Orientation {
         id: 0,
     };
 
-    /// Of axes that are orthogonal up to some roundings.
+    /// Makes axes orthonormal that are orthogonal up to some roundings.
     #[inline(always)]
     pub fn of(axes: &Mat3A, id: u32) -> Self {
         Self {
@@ -29,8 +30,8 @@ impl Orientation {
         }
     }
 
-    /// Whether it is a rotation as nearly as the margins of a query need it: `|Q Q^T - I|` and `|Q^T Q - I|` at most 4
-    /// roundings an entry (`docs/numerics.md`).
+    /// True if this is a rotation to the accuracy that the margins of a query need: `|Q Q^T - I|`
+    /// and `|Q^T Q - I|` are at most 4 roundings per entry (`docs/numerics.md`).
     pub fn is_orthonormal(&self) -> bool {
         let q = Mat3::from(self.rotation).as_dmat3();
         let small = |x: f64| x.abs() <= f64::from(4.0 * ROUNDING);
@@ -39,8 +40,8 @@ impl Orientation {
     }
 }
 
-/// The right-handed rotation, orthonormal up to one rounding of each entry, that agrees best with the first column of `m`,
-/// then with its second.
+/// The right-handed rotation that agrees best with the first column of `m`, then with its second.
+/// It is orthonormal up to one rounding of each entry.
 #[inline(always)]
 fn orthonormal(m: &Mat3A) -> Mat3A {
     let x = normalized(m.x_axis.as_dvec3());
@@ -51,7 +52,7 @@ fn orthonormal(m: &Mat3A) -> Mat3A {
 
 #[inline(always)]
 fn normalized(v: DVec3) -> DVec3 {
-    // The square root of `libm` is an instruction for which AVX code waits a hundred cycles.
+    // The square root of `libm` is an instruction that stalls AVX code for a hundred cycles.
     let [length, _] = f64x2::splat(v.length_squared()).sqrt().to_array();
     v * (1.0 / length)
 }

@@ -1,4 +1,4 @@
-//! From the vertices of a mesh to unit coordinates, two triangles at a time.
+//! Converts the vertices of a mesh to unit coordinates, two triangles at a time.
 
 use super::bins::Bounds;
 use super::fork::Pieces;
@@ -13,13 +13,14 @@ use wide::f32x4;
 /// Triangles of a mesh in some order.
 #[derive(Default)]
 pub(super) struct Placed {
-    /// The numbers of their vertices. Those of the mesh lie all over memory: here a refit reads one after the other.
+    /// Their vertex indices. Those of the mesh are scattered in memory; a refit reads these
+    /// sequentially.
     pub corners: Box<[[u32; 3]]>,
     pub triangles: Box<[Triangle]>,
 }
 
 impl Placed {
-    /// The triangles of `mesh` with the numbers `ids`.
+    /// The triangles of `mesh` with the indices `ids`.
     pub fn of(mesh: &Mesh, unit: Unit, ids: &[u32], pieces: Pieces) -> Self {
         let mut corners = alloc::vec![[0; 3]; ids.len()].into_boxed_slice();
         let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); ids.len()].into_boxed_slice();
@@ -40,7 +41,7 @@ impl Placed {
 }
 
 impl Unit {
-    /// Computes `triangles`, whose corners are the vertices of `mesh` with the numbers `corners`.
+    /// Computes `triangles`. Their corners are the vertices of `mesh` with the indices `corners`.
     pub(super) fn place(self, mesh: &Mesh, corners: &[[u32; 3]], triangles: &mut [Triangle]) {
         let (unit, instructions) = (self, Instructions::detect());
         match mesh.vertices() {
@@ -59,7 +60,7 @@ impl Unit {
         }
     }
 
-    /// The boxes of all triangles of `mesh`; the columns of `axes` are their axes.
+    /// The boxes of all triangles of `mesh` along the columns of `axes`.
     pub(super) fn bounds(self, mesh: &Mesh, axes: Mat3A, pieces: Pieces) -> Vec<Bounds> {
         let mut bounds = alloc::vec![Bounds::EMPTY; mesh.len()];
         let (unit, to_axes, instructions) = (self, axes.transpose(), Instructions::detect());
@@ -126,7 +127,7 @@ struct Enclose<'m, V> {
     vertices: &'m [V],
     corners: &'m [[u32; 3]],
     to_axes: Mat3A,
-    /// Number of the first triangle.
+    /// Index of the first triangle.
     first: u32,
     bounds: &'m mut [Bounds],
 }
@@ -164,7 +165,7 @@ impl<V: Vertex> Kernel for Enclose<'_, V> {
     }
 }
 
-/// The corners of two triangles, unit coordinates: a point is three lanes of four.
+/// The corners of two triangles in unit coordinates. A point takes three lanes of four.
 #[inline(always)]
 fn points<L: Lanes, V: Vertex>(
     lanes: L,
@@ -191,7 +192,7 @@ fn place_two<L: Lanes>([a, b, c]: [D8<L>; 3]) -> [Triangle; 2] {
     unrolled!(i in [0, 1] => Triangle(per_axis!(k => rows[k][i].to_array())))
 }
 
-/// The boxes of the triangles with these corners, which are numbers `id` and `id + 1`.
+/// The boxes of the two triangles with these corners. Their ids are `id` and `id + 1`.
 #[inline(always)]
 fn enclose_two<L: Lanes>(points: [D8<L>; 3], to_axes: V8<L>, id: u32) -> [Bounds; 2] {
     let [a, b, c] = per_axis!(j => {
@@ -205,7 +206,7 @@ fn enclose_two<L: Lanes>(points: [D8<L>; 3], to_axes: V8<L>, id: u32) -> [Bounds
 
 /// A vertex as the mesh stores it.
 trait Vertex: Copy {
-    /// Two of `vertices`, each with a zero behind it.
+    /// Two of `vertices`, each followed by a zero.
     fn two<L: Lanes>(lanes: L, vertices: &[Self], numbers: [usize; 2]) -> D8<L>;
 }
 
@@ -230,7 +231,8 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    /// Both instruction sets, even and odd numbers of triangles, f32 and f64 vertices, against one coordinate after the other.
+    /// Compares both instruction sets with scalar arithmetic, for even and odd numbers of triangles
+    /// and for f32 and f64 vertices.
     #[test]
     fn a_placed_triangle_is_its_first_corner_its_edges_and_what_rounding_left() {
         let narrow = shapes::torus_knot(2, 3, 0.2, 8);

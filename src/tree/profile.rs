@@ -1,7 +1,8 @@
-//! The profile of a subtree, level by level: what the cost model is computed from.
+//! The profile of a subtree, level by level: the input of the cost model.
 //!
-//! All are measured along the axes of the subtree's root: a box with half extents `e` and axes `Q` counts as `|Q| e`.
-//! Levels are merged bottom-up from those of the children, one child a lane, `O(nodes * height)`.
+//! All values are measured along the axes of the subtree's root: a box with half extents `e` and
+//! axes `Q` counts as `|Q| e`. Levels are merged bottom-up from those of the children, one child
+//! per lane, in `O(nodes * height)`.
 
 use super::eight::present;
 use super::wide::{Node, xyz};
@@ -10,19 +11,19 @@ use alloc::boxed::Box;
 use core::ops::Range;
 use glam::{Vec3, Vec3A};
 
-/// The boxes of one level of a subtree, counted down from its root; axes of the root, unit coordinates (multiply by
-/// [`crate::Tree::unit_length`] for the mesh's).
+/// The boxes of one level of a subtree, counted down from its root. Values are along the axes of
+/// the root, in unit coordinates (multiply by [`crate::Tree::unit_length`] for the mesh's).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct LevelProfile {
     /// Number of boxes.
     pub nodes: f32,
-    /// Their mean half extent.
+    /// Mean of their half extents.
     pub half_extent: Vec3,
-    /// Mean of their centres.
+    /// Mean of their centers.
     pub center: Vec3,
-    /// Variance of their centres.
+    /// Variance of their centers.
     pub variance: Vec3,
 }
 
@@ -34,7 +35,8 @@ impl LevelProfile {
         variance: Vec3::ZERO,
     };
 
-    /// The children of `node`, whose boxes are `center` and `half`, and their summed surface area.
+    /// Profile of the children of `node`, whose boxes are `center` and `half`, and the sum of their
+    /// surface areas.
     #[inline(always)]
     fn of_children<L: Lanes>(
         lanes: L,
@@ -44,7 +46,7 @@ impl LevelProfile {
         about: [f32; 3],
     ) -> (Self, f32) {
         let present = present(lanes, node.children.into());
-        // Boxes that are not there have no extent.
+        // Missing boxes have no extent.
         let [x, y, z] = *half;
         let [u, v, w] = per_axis!(k => (center[k] - F8::splat(lanes, about[k])) * present);
         let [hx, hy, hz, area] = sums([x, y, z, x * y + y * z + z * x]);
@@ -62,7 +64,8 @@ impl LevelProfile {
         )
     }
 
-    /// Of sums over `nodes` boxes: half extents, centres as seen from `about`, and the squares of these.
+    /// From sums over `nodes` boxes: half extents, centers relative to `about`, and the squares of
+    /// these.
     #[inline(always)]
     fn of_sums(
         nodes: f32,
@@ -88,12 +91,14 @@ impl LevelProfile {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Profiles {
     pub levels: Box<[LevelProfile]>,
-    /// SAH cost: the summed area of all boxes, those of the triangles too, over that of the root; 0 if that has none.
+    /// SAH cost: the sum of the surface areas of all boxes, those of the triangles too, divided by
+    /// that of the root; 0 if the root has no area.
     pub cost: f32,
 }
 
 impl Profiles {
-    /// Room for those of `nodes`, still to be measured. Writes `height` and `profile` into the nodes.
+    /// Makes room for the profiles of `nodes`, which are not measured yet. Writes `height` and
+    /// `profile` into the nodes.
     pub fn room(nodes: &mut [Node]) -> Self {
         let mut levels = 0;
         for index in (0..nodes.len()).rev() {
@@ -116,7 +121,7 @@ impl Profiles {
         }
     }
 
-    /// Where the levels of `nodes` are, which lie side by side.
+    /// Range of the levels of `nodes`, which are adjacent.
     pub fn range(nodes: &[Node]) -> Range<usize> {
         let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
             return 0..0;
@@ -132,7 +137,8 @@ pub(super) struct Levels<'l> {
 }
 
 impl Levels<'_> {
-    /// Measures a cluster, the boxes of whose triangles are `center` and `half`. Returns their summed surface area.
+    /// Measures a cluster. The boxes of its triangles are `center` and `half`. Returns the sum of
+    /// their surface areas.
     #[inline(always)]
     pub fn measure_cluster<L: Lanes>(
         &mut self,
@@ -149,8 +155,8 @@ impl Levels<'_> {
         area
     }
 
-    /// Measures an inner node with the given own box, whose `children` have been measured. Returns the summed surface area
-    /// of their boxes.
+    /// Measures an inner node with the given own box, after its `children`. Returns the sum of the
+    /// surface areas of their boxes.
     #[inline(always)]
     pub fn measure<L: Lanes>(
         &mut self,
@@ -160,7 +166,7 @@ impl Levels<'_> {
         own_half: [f32; 3],
         children: &[Node],
     ) -> f32 {
-        // Levels of what is below come first.
+        // The levels of nodes below come first.
         let (below, levels) = self.levels.split_at_mut(node.profile as usize - self.first);
         let levels = &mut levels[..usize::from(node.height)];
         let center = per_axis!(k => F8::read(lanes, &node.center[k]));
@@ -177,10 +183,10 @@ impl Levels<'_> {
     }
 }
 
-/// The children of a node, one a lane.
+/// The children of a node, one per lane.
 struct Siblings<'n, L: Lanes> {
     children: &'n [Node],
-    /// From the axes of each child to those of the node, row by row.
+    /// Rotation from the axes of each child to those of the node, row by row.
     rotation: [V8<L>; 3],
     absolute: [V8<L>; 3],
 }
@@ -209,8 +215,8 @@ impl<'n, L: Lanes> Siblings<'n, L> {
         }
     }
 
-    /// One level of all children together, `depth` below theirs; `all` holds their levels, from number `first` on, and `about` is
-    /// a point near them.
+    /// Merges level `depth` of the profiles of all children. `all` contains their levels, from
+    /// number `first` on. `about` is a point near them.
     #[inline(always)]
     fn level(
         &self,
@@ -258,9 +264,9 @@ impl<'n, L: Lanes> Siblings<'n, L> {
     }
 }
 
-/// Expected BV tests of a subtree with half extents `own` against a copy of itself, averaged over all overlapping placements:
-/// `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)` (the mean of the products replaced by the product
-/// of the means).
+/// Expected BV tests of a subtree with half extents `own` against a copy of itself, averaged over
+/// all overlapping placements: `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)`.
+/// The mean of the products is replaced by the product of the means.
 #[inline(always)]
 fn self_cost(own: [f32; 3], levels: &[LevelProfile]) -> f32 {
     let mut share = 1.0;

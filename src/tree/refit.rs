@@ -1,4 +1,5 @@
-//! New vertices for the same triangles: nodes and orientations stay; boxes and profiles are computed anew.
+//! Refits a tree to new vertices of the same triangles: nodes and orientations stay; boxes and
+//! profiles are recomputed.
 
 use super::extremes::Extremes;
 use super::fork::Pieces;
@@ -9,14 +10,17 @@ use crate::mesh::MeshError;
 impl Tree {
     /// Moves the vertices of the mesh, which keeps its triangles: for meshes that deform.
     ///
-    /// Queries stay exact whatever the motion; only their speed depends on how well the old tree suits the new shape, see
-    /// [`degradation`](Self::degradation). `vertices` are all vertices of the mesh, in its order and length unit. Takes
-    /// `O(n)` time, a small part of a build, and allocates nothing. Results of queries that were stopped
-    /// cannot be resumed afterwards.
+    /// Queries stay exact for any motion. Only their speed depends on how well the old tree suits
+    /// the new shape; see [`degradation`](Self::degradation). `vertices` are all vertices of the
+    /// mesh, in its order and length unit.
+    ///
+    /// Takes `O(n)` time, a small part of a build, and allocates nothing. Queries that were stopped
+    /// before cannot be resumed.
     ///
     /// # Errors
-    /// [`MeshError::VertexCount`] for another number of vertices than the mesh has, and as [`crate::Mesh::new`] for the
-    /// first vertex in use that is not finite. The tree is unchanged then.
+    /// [`MeshError::VertexCount`] if the number of vertices differs from the mesh's, and as
+    /// [`crate::Mesh::new`] for the first vertex in use that is not finite. The tree is then
+    /// unchanged.
     ///
     /// ```
     /// use punctual::{Tree, shapes};
@@ -33,8 +37,8 @@ impl Tree {
         Ok(())
     }
 
-    /// [`refit`](Self::refit) with f64 vertices. Allocates only once, if the mesh was stored as f32 and the new vertices
-    /// need f64.
+    /// [`refit`](Self::refit) with f64 vertices. Allocates only once: if the mesh was stored as f32
+    /// and the new vertices need f64.
     ///
     /// # Errors
     /// As [`refit`](Self::refit), and [`MeshError::TooLarge`] as for [`crate::Mesh::from_f64`].
@@ -44,10 +48,12 @@ impl Tree {
         Ok(())
     }
 
-    /// How much looser the boxes have become since the tree was built: the SAH cost now over that after the build.
+    /// How much looser the boxes have become since the build: the SAH cost divided by that after
+    /// the build.
     ///
-    /// The SAH cost is the summed surface area of all boxes over that of the root, what a random query expects to visit. 1
-    /// after a build and after rigid motions along the axes and scalings. In `O(1)`.
+    /// The SAH cost is the sum of the surface areas of all boxes divided by that of the root, which
+    /// is the expected number of boxes that a random query visits. The value is 1 after a build,
+    /// and after rigid motions along the axes and scalings. `O(1)`.
     pub fn degradation(&self) -> f32 {
         if self.built_cost > 0.0 {
             self.profiles.cost / self.built_cost
@@ -68,7 +74,7 @@ impl Tree {
             Pieces::ONE,
         );
         self.extremes = Extremes::default();
-        // A stopped query of the old boxes may not go on among the new ones.
+        // A stopped query of the old boxes must not continue with the new ones.
         self.identity = next_identity();
         debug_assert_eq!(self.validate(), Ok(()));
     }

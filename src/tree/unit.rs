@@ -1,8 +1,9 @@
-//! Unit coordinates: where a tree keeps its boxes and the triangles of the fast filter.
+//! Unit coordinates, in which a tree stores its boxes and the triangles of the fast filter.
 //!
-//! `u = (x - origin) * 2^-exponent` moves the mesh's box to the origin and scales its longest half extent into
-//! `(1/2, 1]`, so that `f32` serves meshes far from their origin, tiny and huge ones alike. The scaling is a power of two
-//! and so loses nothing; the shift is rounded in `f64`. The exact stage never sees these coordinates.
+//! `u = (x - origin) * 2^-exponent` moves the mesh's box to the origin and scales its longest half
+//! extent into `[1/2, 1)`. So `f32` serves tiny and huge meshes and meshes far from their origin
+//! alike. The scaling is by a power of two and so loses nothing; the shift is rounded in `f64`. The
+//! exact stage never sees these coordinates.
 
 use crate::mesh::Mesh;
 use glam::DVec3;
@@ -10,18 +11,21 @@ use glam::DVec3;
 /// The map from mesh to unit coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unit {
-    /// Centre of the mesh's box, mesh coordinates.
+    /// Center of the mesh's box, in mesh coordinates.
     pub origin: DVec3,
     /// log2 of the length of one unit.
     pub exponent: i32,
-    /// Whether the mesh is a single point, so that all unit coordinates are 0 and any length of the unit would do.
+    /// True if the mesh is a single point. Then all unit coordinates are 0, and the unit may have
+    /// any length.
     pub is_point: bool,
 }
 
-/// A triangle as the fast filter reads it: the first corner and the edges to the other two, unit coordinates.
+/// A triangle as the fast filter reads it: the first corner and the edges to the other two, in unit
+/// coordinates.
 ///
-/// Twelve numbers in three rows of four: `first` (x, y, z), `edge1`, `edge2`, and `rest`, what rounding left of the first
-/// corner. `first + rest` is off by at most 2^-47, an edge by 2^-24 of its length and 2^-52.
+/// Twelve numbers in three rows of four: `first` (x, y, z), `edge1`, `edge2`, and `rest`, the
+/// residual of rounding the first corner. `first + rest` is off by at most 2^-47, an edge by 2^-24
+/// of its length plus 2^-52.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub(crate) struct Triangle(pub [[f32; 4]; 3]);
@@ -38,10 +42,11 @@ impl Unit {
             };
         }
         let bounds = mesh.aabb();
-        // Halves first: the sum of two finite corners may overflow.
+        // Halves first, because the sum of two finite corners may overflow.
         let origin = bounds.min * 0.5 + bounds.max * 0.5;
         let reach = (bounds.max - origin).max(origin - bounds.min).max_element();
-        // A point has no extent of its own; its distance from the origin is the scale that rounding knows.
+        // A point has no extent of its own. Its distance from the origin is the scale of its
+        // rounding.
         let scale = if reach > 0.0 {
             reach
         } else {
@@ -54,7 +59,8 @@ impl Unit {
         }
     }
 
-    /// The exponents of two units, of which that of a point is the other's: products of lengths keep within `f32` then.
+    /// The exponents of two units. If one mesh is a point, it gets the exponent of the other, so
+    /// that products of lengths stay within `f32`.
     pub fn exponents([a, b]: [&Self; 2]) -> [i32; 2] {
         match (a.is_point, b.is_point) {
             (_, true) => [a.exponent; 2],
@@ -63,18 +69,18 @@ impl Unit {
         }
     }
 
-    /// Length of one unit, mesh coordinates.
+    /// Length of one unit, in mesh coordinates.
     pub fn length(&self) -> f64 {
         power_of_two(self.exponent)
     }
 
-    /// A point in unit coordinates.
+    /// Converts a point to unit coordinates.
     #[inline]
     pub fn point(&self, x: DVec3) -> DVec3 {
         (x - self.origin) * self.scale()
     }
 
-    /// What the distance from the origin is multiplied with.
+    /// Factor by which distances from the origin are multiplied.
     pub(crate) fn scale(&self) -> f64 {
         power_of_two(-self.exponent)
     }

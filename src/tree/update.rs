@@ -1,4 +1,5 @@
-//! Boxes and profiles of all nodes, bottom-up in one pass: the end of a build and the whole of a refit.
+//! Computes boxes and profiles of all nodes bottom-up in one pass: the end of a build and the whole
+//! of a refit.
 
 use super::collapse::Part;
 use super::eight::{Eight, present};
@@ -12,8 +13,9 @@ use alloc::vec::Vec;
 use core::ops::Range;
 use wide::f32x4;
 
-/// Computes everything in `nodes` and `profiles` that depends on where the triangles are; places and orientations stay. Threads
-/// may do `parts` each for itself. `O(n)` in the mean, and allocates nothing where there are none.
+/// Computes everything in `nodes` and `profiles` that depends on the positions of the triangles.
+/// Structure and orientations stay. Threads may process the `parts` in parallel. `O(n)` on average.
+/// It allocates nothing if there are no parts.
 pub(super) fn update(
     nodes: &mut [Node],
     triangles: &[Triangle],
@@ -22,7 +24,7 @@ pub(super) fn update(
     pieces: Pieces,
 ) {
     let instructions = Instructions::detect();
-    // Levels lie the other way round.
+    // The levels are in the reverse order of the nodes.
     let ranges: Vec<_> = parts
         .iter()
         .rev()
@@ -78,10 +80,10 @@ pub(super) fn update(
 }
 
 struct Update<'t> {
-    /// From number `first` on.
+    /// The nodes from number `first` on.
     nodes: &'t mut [Node],
     first: usize,
-    /// Of the nodes to do.
+    /// Numbers of the nodes to update.
     numbers: Range<usize>,
     triangles: &'t [Triangle],
     levels: Levels<'t>,
@@ -96,7 +98,7 @@ impl Kernel for Update<'_> {
             if !self.nodes[number - self.first].is_cluster {
                 self.inner(lanes, number);
             } else if number == 0 {
-                // All other clusters are done with their parents.
+                // All other clusters are updated with their parents.
                 let triangles = Eight::of_few(lanes, self.triangles);
                 let (own, area) = cluster(lanes, &mut self.nodes[0], &triangles, &mut self.levels);
                 keep(&mut self.nodes[0], &own, area);
@@ -106,14 +108,14 @@ impl Kernel for Update<'_> {
 }
 
 impl Update<'_> {
-    /// An inner node, whose inner children are done, and the clusters among its children.
+    /// Updates an inner node, whose inner children are done, and the clusters among its children.
     #[inline(always)]
     fn inner<L: Lanes>(&mut self, lanes: L, number: usize) {
         let Some((node, later)) = self.nodes[number - self.first..].split_first_mut() else {
             return;
         };
         let (first, mut own, mut area) = (number + 1, Extent::EMPTY, 0.0);
-        // Backwards, as from node to node: so memory is read in one direction.
+        // Backwards, like the order of the nodes, so that memory is read in one direction.
         for lane in (0..usize::from(node.children)).rev() {
             let number = node.first_child as usize + lane;
             let child = &mut later[number - first];
@@ -163,15 +165,16 @@ impl Update<'_> {
     }
 }
 
-/// Until its parent is done an inner node keeps the ends of its box in the place of its centre and half extent: a parent with
-/// the same axes needs them to the bit; and in the place of its size the summed surface area of the boxes below it.
+/// Stores intermediate values in an inner node until its parent is done. Its center and half extent
+/// hold the ends of its box, because a parent with the same axes needs them to the bit. Its size
+/// holds the sum of the surface areas of the boxes below it.
 #[inline(always)]
 fn keep(node: &mut Node, own: &Extent, area: f32) {
     own.keep_in(node);
     node.size = area;
 }
 
-/// Fits a cluster to its triangles. Returns its own box and the summed surface area of theirs.
+/// Fits a cluster to its triangles. Returns its own box and the sum of their surface areas.
 #[inline(always)]
 fn cluster<L: Lanes>(
     lanes: L,
@@ -200,6 +203,6 @@ fn set_own(node: &mut Node, own: &Extent) {
     let (middle, longest) = (x.min(y).max(x.max(y).min(z)), x.max(y).max(z));
     node.slimness = if longest > 0.0 { middle / longest } else { 1.0 };
     let area = 8.0 * (x * y + y * z + z * x);
-    // Not that of `libm`: its instruction makes AVX code wait for a hundred cycles.
+    // Not the square root of `libm`: its instruction stalls AVX code for a hundred cycles.
     [node.size, ..] = f32x4::splat(area).sqrt().to_array();
 }

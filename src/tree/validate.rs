@@ -1,4 +1,4 @@
-//! The invariants of a tree, checked one by one; for tests and debug builds.
+//! Checks the invariants of a tree, one by one.
 
 use super::binary::{CLUSTER, most_depth};
 use super::wide::{WIDTH, lane};
@@ -9,21 +9,23 @@ use core::ops::Range;
 use glam::{DVec3, Vec3};
 use wide::f32x4;
 
-/// What is wrong with a tree, and with which node or triangle.
+/// The fault of a tree, and the node or triangle that has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TreeFault {
-    /// The clusters do not hold every triangle of the mesh exactly once; the first triangle (input id) at fault.
+    /// The clusters do not contain every triangle of the mesh exactly once. This is the first
+    /// triangle (input id) at fault.
     Triangle(u32),
-    /// The children of this node do not follow one another or do not make up its triangles.
+    /// The children of this node are not contiguous or do not make up its triangles.
     Children(usize),
-    /// A triangle leaves the box of this node, or of one of its children.
+    /// A triangle extends beyond the box of this node, or of one of its children.
     Outside(usize),
     /// The orientation of this node is not a rotation.
     Orientation(usize),
-    /// This node lies deeper than any in a tree that is built of as many triangles.
+    /// This node is deeper than any in a tree built of as many triangles.
     Depth(usize),
-    /// This node has fewer children, or fewer triangles for the clusters below it, than a build gives to a node.
+    /// This node has fewer children, or fewer triangles for the clusters below it, than in a built
+    /// tree.
     Sparse(usize),
     /// The profile or an alpha of this node is out of its range.
     Profile(usize),
@@ -61,7 +63,7 @@ pub(super) fn validate(tree: &Tree) -> Result<(), TreeFault> {
     Ok(())
 }
 
-/// Whether `ids` are all numbers below `triangles` in some order.
+/// Checks that `ids` are all numbers below `triangles`, in any order.
 pub(super) fn each_once(ids: &[u32], triangles: usize) -> Result<(), TreeFault> {
     let mut missing = alloc::vec![true; triangles];
     for &id in ids {
@@ -76,13 +78,15 @@ pub(super) fn each_once(ids: &[u32], triangles: usize) -> Result<(), TreeFault> 
         .map_or(Ok(()), |id| Err(TreeFault::Triangle(id as u32)))
 }
 
-/// Whether there are no more nodes than a build makes of as many triangles: at most 8 for 7 triangles, 1 of 7 an inner one.
+/// Checks that there are no more nodes than a build makes of as many triangles: at most 8 nodes per
+/// 7 triangles, and at most 1 inner node per 7 triangles.
 ///
-/// For a build splits only what has more than [`CLUSTER`] triangles, so an inner node has 7 more triangles than clusters at
-/// least; and it opens nodes until there are [`WIDTH`] children, so an inner node with fewer has only clusters. With `t`
-/// triangles, `c` clusters, `a` inner nodes that have 8 children and `b` others: each of these `b` holds 7 triangles more than
-/// clusters, so `c <= t - 7 b`; every node but the root is a child, so `8 a + 2 b <= a + b + c - 1`. Hence `7 (a + b) < t`
-/// and `7 (a + b + c) < 8 t`.
+/// A build splits only nodes of more than [`CLUSTER`] triangles. So an inner node has at least 7
+/// more triangles than clusters. A build opens nodes until there are [`WIDTH`] children. So an
+/// inner node with fewer has only clusters. Take `t` triangles, `c` clusters, `a` inner nodes that
+/// have 8 children and `b` others. Each of these `b` has at least 7 more triangles than clusters,
+/// so `c <= t - 7 b`. Every node but the root is a child, so `8 a + 2 b <= a + b + c - 1`. Hence
+/// `7 (a + b) < t` and `7 (a + b + c) < 8 t`.
 pub(super) fn dense(nodes: &[Node]) -> Result<(), TreeFault> {
     let mut clusters = alloc::vec![1; nodes.len()];
     for (index, node) in nodes

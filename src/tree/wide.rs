@@ -6,24 +6,27 @@ use core::ops::Range;
 use glam::{Mat3, Mat3A, Vec3};
 use wide::f32x4;
 
-/// Children of a node.
+/// Maximum number of children of a node.
 pub(crate) const WIDTH: usize = 8;
 
-/// Most levels of nodes: [`super::binary`] keeps trees of 2^30 triangles to a depth of 70.
+/// Maximum number of levels of nodes: [`super::binary`] keeps trees of 2^30 triangles to a depth
+/// of 70.
 pub(crate) const MAX_HEIGHT: usize = 71;
 
-/// A node of the wide tree, five cache lines. Its children lie one after the other: nodes, or the triangles of a cluster.
+/// A node of the wide tree, five cache lines. Its children are adjacent: nodes, or the triangles of
+/// a cluster.
 ///
-/// Boxes are centre and half extent along the node's own axes, unit coordinates.
+/// Boxes are stored as center and half extent along the node's own axes, in unit coordinates.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// The children's boxes, axis by axis, in halves ([`crate::math::lanes::F8::read`]).
+    /// The children's boxes by axis, in halves ([`crate::math::lanes::F8::read`]).
     pub center: [[f32x4; 2]; 3],
     pub half: [[f32x4; 2]; 3],
-    /// The orientation, row by row: columns are the axes of the boxes, unit coordinates of the mesh.
+    /// The orientation, row by row. Its columns are the axes of the boxes, in unit coordinates of
+    /// the mesh.
     pub rows: [f32x4; 3],
-    /// First child: a node, or a triangle of a cluster.
+    /// Index of the first child: a node, or a triangle of a cluster.
     pub first_child: u32,
     /// Triangles of the subtree: `first_triangle..first_triangle + triangles`, in tree order.
     pub first_triangle: u32,
@@ -31,9 +34,9 @@ pub(crate) struct Node {
     /// Number of children.
     pub children: u8,
     pub is_cluster: bool,
-    /// Steps below the root.
+    /// Number of steps below the root.
     pub depth: u8,
-    /// Levels below this node.
+    /// Number of levels below this node.
     pub height: u8,
     /// The node's own box.
     pub own_center: f32x4,
@@ -42,19 +45,19 @@ pub(crate) struct Node {
     pub size: f32,
     /// Id of the orientation: equal ids mean equal orientations, 0 means the axes of the mesh.
     pub orientation: u32,
-    /// First level of the profile.
+    /// Index of the first level of the profile.
     pub profile: u32,
     /// Expected BV tests of this subtree against a copy of itself ([`super::profile`]).
     pub self_cost: f32,
     /// Mean half extent of the triangles' boxes.
     pub leaf: [f32; 3],
-    /// The middle extent of the own box over the longest; 1 for a point.
+    /// Middle extent of the own box divided by the longest; 1 for a point.
     pub slimness: f32,
 }
 
 const _: () = assert!(size_of::<Node>() == 320);
 
-/// One of eight lanes.
+/// Lane `i` of eight.
 #[inline(always)]
 pub(crate) fn lane(v: &[f32x4; 2], i: usize) -> f32 {
     v[i / 4].as_array()[i % 4]
@@ -68,7 +71,7 @@ pub(crate) fn xyz(v: f32x4) -> [f32; 3] {
 }
 
 impl Node {
-    /// One bit for each child that there is.
+    /// Bit mask of the children that exist.
     #[inline(always)]
     pub fn valid(&self) -> u32 {
         (1 << self.children) - 1
@@ -93,7 +96,7 @@ impl Node {
         self.first_triangle as usize..(self.first_triangle + self.triangles) as usize
     }
 
-    /// Numbers of the children: nodes, or triangles of a cluster.
+    /// Indices of the children: nodes, or triangles of a cluster.
     #[inline(always)]
     pub(super) fn child_range(&self) -> Range<usize> {
         self.first_child as usize..self.first_child as usize + usize::from(self.children)

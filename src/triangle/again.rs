@@ -1,14 +1,15 @@
-//! The filter of [`batch`](super::batch) again in `f64`, four pairs at a time, for those that it left in doubt.
+//! Repeats the filter of [`batch`](super::batch) in `f64`, four pairs at a time, for the pairs that
+//! it left in doubt.
 //!
-//! Where copies of a surface lie side by side that is nearly every pair. Most are parted by their boxes, share a corner, or are
-//! certain with 29 bits more; what still is in doubt lies in one plane or touches.
+//! Where copies of a surface coincide, nearly all pairs are in doubt. Most of these have disjoint
+//! boxes, share a corner, or become certain with 29 more bits. The rest are coplanar or touch.
 
 use super::batch::{Bounds, Crossings, Range, Verdicts, certain, largest};
 use super::exact::{LARGEST, PADDING};
 use crate::math::lanes::{Column, D4, Kernel, Lanes, per_axis, sub};
 use glam::DVec3;
 
-/// The corners of eight triangles: corner, axis, triangle.
+/// Corners of eight triangles, indexed by corner, axis, triangle.
 #[derive(Clone, Debug)]
 pub(crate) struct Columns([[[f64; 8]; 3]; 3]);
 
@@ -21,7 +22,7 @@ impl Columns {
         }
     }
 
-    /// Sets all eight.
+    /// Sets all eight triangles.
     pub fn fill(&mut self, corners: &[DVec3; 3]) {
         for (columns, corner) in self.0.iter_mut().zip(corners) {
             for (column, x) in columns.iter_mut().zip(corner.to_array()) {
@@ -37,7 +38,7 @@ impl Columns {
         }
     }
 
-    /// Those of the triangles `at` and the next three: corner, axis.
+    /// Corners of triangle `at` and the next three, indexed by corner and axis.
     #[inline(always)]
     fn four<L: Lanes>(&self, lanes: L, at: usize) -> [[D4<L>; 3]; 3] {
         per_axis!(i => per_axis!(k => D4::load(lanes, &self.0[i][k].as_chunks().0[at / 4])))
@@ -54,16 +55,16 @@ impl Columns {
 pub(crate) struct Again<'c> {
     pub a: &'c Columns,
     pub b: &'c Columns,
-    /// How many there are: the first of the columns.
+    /// Number of pairs; they are the first of the columns.
     pub count: usize,
-    /// Tells the crossings of hits, if they are wanted.
+    /// Receives the crossings of hits, if present.
     pub crossings: Option<&'c mut Crossings>,
 }
 
 impl Kernel for Again<'_> {
     type Output = Verdicts;
 
-    /// Four at a time: a register holds no more.
+    /// Tests four pairs at a time, as many as a register holds.
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Verdicts {
         let Self {
@@ -156,8 +157,8 @@ mod tests {
     use crate::math::random::Random;
     use crate::triangle::triangles_intersect;
 
-    /// Corners on a grid, moved by less than `f32` can tell or not at all, so that pairs share corners and planes, touch, and
-    /// nearly do.
+    /// Corners on a grid, moved by less than `f32` can resolve or not at all. So pairs share
+    /// corners and planes, touch, or nearly touch.
     fn pairs(random: &mut Random, size: f64) -> [[[DVec3; 3]; 8]; 2] {
         let mut number =
             || (random.bits() % 5) as f64 + [0.0, 0.0, 1e-9, -1e-13][random.bits() as usize % 4];

@@ -1,37 +1,45 @@
-//! Eight triangle pairs at a time in `f32`: certain hits, certain misses, and the rest in doubt.
+//! Tests eight triangle pairs at a time in `f32`: certain hits, certain misses, and the rest in
+//! doubt.
 //!
-//! All is relative to the first corner of A's triangle, where cancellation has been done in `f64`. With edges `p1, p2` of A
-//! and `f1, f2` of B and `q` the first corner of B, four cross products and ten dot products give the distances of all
-//! corners from the other plane and the nine products of edge lines (positive where one line passes the other
-//! counterclockwise). Two triangles that meet and are not coplanar have an edge of one that meets the other; so a pair is
-//! - a hit if an edge certainly crosses the other plane and certainly passes all three edges there on the same side,
-//! - a miss if all corners of one are certainly on one side of the other's plane, or if each of the six edges certainly
-//!   misses the other triangle: both ends on one side, or passing its edges on different sides.
+//! All coordinates are relative to the first corner of A's triangle; this subtraction cancels, so
+//! it is done in `f64`. Let `p1, p2` be edges of A, `f1, f2` edges of B, and `q` the first corner
+//! of B. Four cross products and ten dot products give the distances of all corners from the other
+//! plane, and the nine products of edge lines. A product is positive if one line passes the other
+//! counterclockwise.
 //!
-//! Each value has an error bound of its own lane, from the largest components `P`, `F`, `Q` of `p`, `f`, `q`; they are
-//! derived in `docs/numerics.md`. Coplanar and degenerate pairs always end in doubt.
+//! If two triangles meet and are not coplanar, an edge of one meets the other. So a pair is
+//! - a hit if an edge certainly crosses the other plane and certainly passes all three edges there
+//!   on the same side,
+//! - a miss if all corners of one are certainly on one side of the other's plane, or if each of the
+//!   six edges certainly misses the other triangle: both ends on one side, or passing its edges on
+//!   different sides.
+//!
+//! Each value has an error bound per lane, computed from the largest components `P`, `F`, `Q` of
+//! `p`, `f`, `q`; `docs/numerics.md` derives the bounds. Coplanar and degenerate pairs always end
+//! in doubt.
 
 use crate::math::lanes::{Column, D8, F8, Lanes, V8, all, cross, dot, per_axis, per_part};
 use crate::math::tolerance::ROUNDING;
 
-/// A triangle: first corner, two edges, and the rounding rest of the first corner, in rows of four.
+/// A triangle in rows of four: first corner, two edges, and the residual of rounding the first
+/// corner.
 pub(crate) type Rows = [[f32; 4]; 3];
 
-/// B in A's coordinates, for triangles.
+/// Transformation of B's triangles into A's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement {
     /// Rotation times scale, row by row.
     pub linear: [[f64; 3]; 3],
     pub translation: [f64; 3],
-    /// The same as `linear`, for edges.
+    /// `linear` in `f32`, for edges.
     pub rotation: [[f32; 3]; 3],
-    /// Bound on the error of a corner so placed, beyond its rounding to `f32`, A's units.
+    /// Error bound of a transformed corner, beyond its rounding to `f32`, in A's units.
     pub slop: f32,
-    /// The same for an edge of B, over [`ROUNDING`].
+    /// Error bound of a transformed edge of B, in A's units, divided by [`ROUNDING`].
     pub edge_slop: f32,
 }
 
-/// One bit a lane.
+/// Results of the test, one bit per lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Verdicts {
     pub hit: u32,
@@ -39,13 +47,13 @@ pub(crate) struct Verdicts {
 }
 
 impl Verdicts {
-    /// Of no lane.
+    /// No lane is decided.
     pub const NONE: Self = Self {
         hit: 0,
         doubt: 0xff,
     };
 
-    /// Those of other lanes, or of another test of the same.
+    /// Merges the verdicts of other lanes, or of another test of these lanes.
     #[inline(always)]
     pub fn add(&mut self, Self { hit, doubt }: Self) {
         self.hit |= hit;
@@ -53,12 +61,13 @@ impl Verdicts {
     }
 }
 
-/// Edges that certainly cross the other triangle, 01, 12 and 20 of A, then those of B, a bit for each lane.
+/// Edges that certainly cross the other triangle: edges 01, 12 and 20 of A, then those of B. One
+/// bit per lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Crossings([u32; 6]);
 
 impl Crossings {
-    /// Adds those of other lanes, the first of which is lane `at` here.
+    /// Adds the crossings of other lanes. Their lane 0 is lane `at` here.
     #[inline(always)]
     pub(super) fn add(&mut self, others: &Self, at: usize) {
         for (bits, others) in self.0.iter_mut().zip(others.0) {
@@ -66,17 +75,17 @@ impl Crossings {
         }
     }
 
-    /// Those of a lane, a bit for each edge.
+    /// Crossings of a lane, one bit per edge.
     #[inline(always)]
     pub fn of(&self, lane: usize) -> u32 {
         (0..6).fold(0, |bits, i| bits | (self.0[i] >> lane & 1) << i)
     }
 }
 
-/// Tests `a[i]` against `b[i]` for the lanes `i` that are `wanted`, a bit each, or for more; tells the crossings of hits, if they
-/// are wanted.
+/// Tests `a[i]` against `b[i]` at least for the lanes `i` in the bit mask `wanted`. Adds the
+/// crossings of hits to `crossings`, if present.
 #[inline(always)]
-// The last part could take them whole, as the lint says; the first cannot.
+// Only the last part could take the option by value, as the lint suggests.
 #[allow(clippy::needless_option_as_deref)]
 pub(crate) fn test<L: Lanes>(
     lanes: L,
@@ -111,8 +120,8 @@ fn test_part<L: Lanes>(
         rotate(lanes, &placement.rotation, b.edge2),
     );
 
-    // Absolute errors, of corners and edges, count as if the component were as much larger as it takes to explain them by one
-    // rounding.
+    // Converts each absolute error of a corner or an edge to the size whose rounding it is, and
+    // adds that to the component.
     let sizes = [
         largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_SLOP),
         largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),
@@ -128,7 +137,8 @@ fn test_part<L: Lanes>(
     )
 }
 
-/// What is certain of eight pairs, with edges `p` of A and `f` of B, first corner `q` of B, relative to that of A.
+/// Decides the pairs of all lanes. A has the edges `p`, B the edges `f` and the first corner `q`,
+/// relative to the first corner of A.
 #[inline(always)]
 pub(super) fn certain<N: Column>(
     [p1, p2]: [[N; 3]; 2],
@@ -145,7 +155,8 @@ pub(super) fn certain<N: Column>(
     let (a0, b0) = (dot(normal_a, q), -dot(normal_b, q));
     let (of_b, of_a) = ([a0, a0 + g1, a0 + g2], [b0, b0 + w1, b0 + w2]);
 
-    // Products of edge lines: rows are the edges of A, columns those of B, both in turn 01, 12, 20.
+    // Products of edge lines. Rows are the edges of A, columns those of B, both in the order 01,
+    // 12, 20.
     let (x1, x2) = (cross(q, f1), cross(q, f2));
     let (u11, u12, u21, u22) = (dot(p1, x1), dot(p1, x2), dot(p2, x1), dot(p2, x2));
     let (v1, v2) = (u12 - u11 + w1, u22 - u21 + w2);
@@ -178,7 +189,7 @@ pub(super) fn certain<N: Column>(
             *bits |= hit.mask();
         }
     }
-    // Two edges have all three corners.
+    // Two edges contain all three corners.
     let one_side = x.same.and(y.same).or(u.same.and(v.same));
     let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
     Verdicts {
@@ -187,7 +198,7 @@ pub(super) fn certain<N: Column>(
     }
 }
 
-/// Eight triangles by component.
+/// Eight triangles, stored by component.
 pub(super) struct Transposed<L: Lanes> {
     pub first: V8<L>,
     pub edge1: V8<L>,
@@ -214,7 +225,8 @@ impl<L: Lanes> Transposed<L> {
     }
 }
 
-/// First corner of B's triangle relative to that of A's, A's units, computed in `f64`.
+/// First corner of B's triangle relative to the first corner of A's, in A's units, computed in
+/// `f64`.
 #[inline(always)]
 pub(super) fn first_corner<L: Lanes>(
     lanes: L,
@@ -230,13 +242,13 @@ pub(super) fn first_corner<L: Lanes>(
     })
 }
 
-/// An edge of B in A's coordinates.
+/// Rotates an edge of B to A's coordinates.
 #[inline(always)]
 pub(super) fn rotate<L: Lanes>(lanes: L, rotation: &[[f32; 3]; 3], edge: V8<L>) -> V8<L> {
     per_axis!(k => dot(per_axis!(j => F8::splat(lanes, rotation[k][j])), edge))
 }
 
-/// The size of the largest component of each.
+/// The largest magnitude of the components, per lane.
 #[inline(always)]
 pub(crate) fn largest<N: Column>(v: [N; 3]) -> N {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
@@ -250,7 +262,8 @@ pub(super) struct Bounds<N> {
 }
 
 impl<N: Column> Bounds<N> {
-    /// From the largest components of `p`, `f` and `q`, and the relative rounding of an operation.
+    /// Bounds from the largest components of `p`, `f` and `q`, and the relative rounding error of
+    /// one operation.
     #[inline(always)]
     pub fn new([p, f, q]: [N; 3], rounding: f32, underflow: N) -> Self {
         Self {
@@ -261,20 +274,22 @@ impl<N: Column> Bounds<N> {
     }
 }
 
-/// 2^-52, the absolute error of an edge, over [`ROUNDING`].
+/// Absolute error of an edge, 2^-52, divided by [`ROUNDING`].
 pub(crate) const EDGE_SLOP: f32 = ROUNDING / 16.0;
 
-/// The least that an edge is taken to be longer than it is: 2^-50, so that what is flushed to zero of it and of its products
-/// is less than their rounding.
+/// Least amount by which an edge is taken to be longer than it is: 2^-50. So the parts of an edge
+/// and of its products that are flushed to zero are less than their rounding.
 pub(crate) const LEAST_EDGE_SLOP: f32 = ROUNDING / (1 << 26) as f32;
 
-/// What underflow adds to the error of a value, with denormal numbers or without: 85 times the least normal number.
+/// Error of a value by underflow, with or without denormal numbers: 85 times the least normal
+/// number.
 pub(crate) const UNDERFLOW: f32 = 1e-36;
 
-/// The product of both middle edges has 2.25 times the error of the others: it is compared after scaling by less than 1 / 2.25.
+/// Scale of the product of both middle edges. Its error is 2.25 times that of the other products,
+/// so it is scaled by less than 1 / 2.25 before the comparison.
 const MIDDLE: f32 = 0.4375;
 
-/// Least and largest of some values.
+/// Least and largest of three values.
 #[derive(Clone, Copy)]
 pub(super) struct Range<N> {
     pub low: N,
@@ -290,34 +305,39 @@ impl<N: Column> Range<N> {
         }
     }
 
-    /// How far all are on one side of 0; less than 0 where they are on both, by the shorter way to one of them.
+    /// Least distance of the values from 0 if all have one sign. Otherwise it is negative: minus
+    /// the smaller of `-low` and `high`.
     #[inline(always)]
     fn aside(self) -> N {
         self.low.max(-self.high)
     }
 
-    /// All certainly positive, or all certainly negative, for values off by less than `bound`.
+    /// All values are certainly positive, or all certainly negative, if each is off by less than
+    /// `bound`.
     #[inline(always)]
     pub fn same(self, bound: N) -> N {
         bound.less(self.aside())
     }
 
-    /// One certainly positive, another certainly negative.
+    /// One value is certainly positive and another certainly negative, if each is off by less than
+    /// `bound`.
     #[inline(always)]
     pub fn mixed(self, bound: N) -> N {
         self.aside().less(-bound)
     }
 }
 
-/// What is certain of an edge against a triangle.
+/// Certain results of an edge against a triangle, as masks.
 struct Edge<N> {
     hit: N,
     miss: N,
-    /// Both ends are on one side of its plane.
+    /// Both ends are on one side of the triangle's plane.
     same: N,
 }
 
-/// An edge whose ends have the given distances from the plane and whose line passes the three edges at the given sides.
+/// Tests an edge. `start` and `end` are the distances of its ends from the plane, with the error
+/// bound `plane`. `sides` are the products of its line with the three edges, with the error bound
+/// `line`.
 #[inline(always)]
 fn edge<N: Column>([start, end]: [N; 2], plane: N, sides: [N; 3], line: N) -> Edge<N> {
     let ends = Range {

@@ -1,33 +1,37 @@
-//! Where two surfaces meet they do so along a curve: from a pair of triangles that meet to the next one, without a test.
+//! Traces the curve along which two surfaces meet, from one pair of triangles to the next, without
+//! intersection tests.
 //!
-//! An edge of one triangle certainly crosses the other triangle, the face. So does that edge as a part of the neighbor behind
-//! it, which therefore meets the face too, along a segment that begins at the edge. The new corner of the neighbor is above
-//! or below the plane of the face, and so one of its two other edges spans that plane.
-//! - If that edge passes inside of all three edges of the face, it crosses the face, and the curve goes on behind it.
-//! - If it passes outside of one, the segment leaves the face across that one, which therefore crosses the neighbor: the two
-//!   change roles.
-//! - If it passes outside of two, it is the one that has the segment between its ends: the side on which their common corner
-//!   is of the neighbor's plane tells.
+//! An edge of one triangle certainly crosses the other triangle, the face. That edge also belongs
+//! to the neighbor behind it. So the neighbor meets the face too, along a segment that begins at
+//! the edge. The new corner of the neighbor is above or below the plane of the face, so one of its
+//! two other edges crosses that plane.
+//! - If that edge passes inside all three edges of the face, it crosses the face, and the curve
+//!   continues behind it.
+//! - If it passes outside one edge of the face, the segment leaves the face across that edge, which
+//!   therefore crosses the neighbor. The two triangles change roles.
+//! - If it passes outside two edges, the segment leaves across the one that has the segment between
+//!   its ends. The side of the neighbor's plane on which their common corner lies determines which
+//!   one.
 //!
-//! All is computed in `f64` from the vertices as they are, and only what is certain counts; `docs/numerics.md` has the bounds
-//! and the proof. Which of these it is cannot be guessed, so there are no branches between them: all is computed, and tables
-//! tell what follows.
+//! All values are computed in `f64` from the exact vertices, and only certain signs count.
+//! `docs/numerics.md` has the bounds and the proof. The case cannot be predicted, so the code does
+//! not branch: it computes all cases and selects the result from tables.
 
 use super::exact::{LARGEST, PADDING};
 use crate::math::lanes::{Column, D4, Lanes, cross, dot, per_axis, unrolled};
 use core::hint::select_unpredictable;
 use glam::DVec3;
 
-/// A number for each corner of a triangle; the last one is not used.
+/// A number for each corner of a triangle; the last entry is unused.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 struct Row([f64; 4]);
 
-/// A triangle, axis by axis.
+/// A triangle, stored by axis.
 #[derive(Clone, Debug)]
 struct Side {
     corners: [Row; 3],
-    /// A normal, the same for each corner.
+    /// A normal, repeated for each corner.
     normal: [Row; 3],
     /// 1 if the corners go around the normal counterclockwise, -1 if clockwise.
     turn: f64,
@@ -46,19 +50,20 @@ fn load<L: Lanes>(lanes: L, rows: &[Row; 3]) -> [D4<L>; 3] {
     per_axis!(k => D4::load(lanes, &rows[k].0))
 }
 
-/// An edge of the triangle on one side that certainly crosses the triangle on the other.
+/// An edge of the triangle on one side that certainly crosses the triangle on the other side.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
     sides: [Side; 2],
-    /// By how much a height or a volume may be off.
+    /// Error bound of a height or a volume.
     error: f64,
-    /// Whose edge it is.
+    /// Index of the side that has the edge.
     side: usize,
     edge: Edge,
 }
 
-/// An edge that crosses a plane. Two bits for each corner of its triangle: the end above the plane, the end below it, and the
-/// apex, which is not on the edge; and bit 6 if they follow each other in this order.
+/// An edge that crosses a plane, as the indices of the corners of its triangle, two bits each: the
+/// end above the plane, the end below it, and the apex, which is not on the edge. Bit 6 is set if
+/// they follow each other in this order.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge(u8);
 
@@ -85,7 +90,7 @@ impl Edge {
     }
 }
 
-/// The lane of a corner.
+/// Lane mask of a corner.
 const CORNER: [Row; 4] = {
     const ALL: f64 = f64::from_bits(u64::MAX);
     [
@@ -96,7 +101,8 @@ const CORNER: [Row; 4] = {
     ]
 };
 
-/// The other edge that crosses the plane, by the one that does and by whether the apex is above it.
+/// The other edge that crosses the plane, indexed by the known edge and by whether the apex is
+/// above the plane.
 const OTHER: [[Edge; 2]; 128] = {
     let mut other = [[Edge(0); 2]; 128];
     let mut i = 0;
@@ -110,15 +116,16 @@ const OTHER: [[Edge; 2]; 128] = {
     other
 };
 
-/// The edge of the face through which the curve leaves it: by whether the one that it came through is even, by the edges that
-/// the neighbor's line passes outside of (a bit each for 01, 12 and 20), and by the corners of the face that are below the
-/// neighbor's normal.
+/// The edge of the face through which the curve leaves it. First index: 1 if the edge through which
+/// the curve came is even. Second index: the edges that the neighbor's line passes outside of, one
+/// bit each for 01, 12 and 20. Third index: the corners of the face on the negative side of the
+/// neighbor's plane, one bit each.
 const LEAVING: [[[Edge; 8]; 8]; 2] = {
     let mut leaving = [[[Edge(0); 8]; 8]; 2];
     let mut i = 0;
     while i < 2 * 64 {
         let (is_even, outside, below) = (i >> 6, i >> 3 & 7, i & 7);
-        // Of two edges the first, and the corner between them.
+        // The first of two edges, and the corner between them.
         let first = [0, 0, 1, 0, 2, 2, 1, 0][outside];
         let between = (first + 1) % 3;
         let edge = if outside.count_ones() == 2 && below >> between & 1 == 0 {
@@ -126,7 +133,8 @@ const LEAVING: [[[Edge; 8]; 8]; 2] = {
         } else {
             first
         };
-        // Seen along the curve, the edge that it came through points down; so that tells which way the corners go around.
+        // Seen along the curve, the edge through which it came points down. That determines the
+        // direction around the corners.
         let ends = [edge, (edge + 1) % 3];
         leaving[is_even][outside][below] = Edge::new(ends[1 - is_even], ends[is_even]);
         i += 1;
@@ -134,10 +142,10 @@ const LEAVING: [[[Edge; 8]; 8]; 2] = {
     leaving
 };
 
-/// [`Side::turn`] by whether the edge is even.
+/// [`Side::turn`], indexed by whether the edge is even.
 static TURN: [f64; 2] = [-1.0, 1.0];
 
-/// The corner, a bit, between two of the edges that the line passes outside of.
+/// The corner (one bit) between the two edges that the line passes outside of.
 const BETWEEN: [u32; 8] = [0, 0, 0, 0b010, 0, 0b001, 0b100, 0];
 
 /// Relative rounding of one `f64` operation: 2^-53.
@@ -151,7 +159,8 @@ impl Curve {
         edge: Edge(0),
     };
 
-    /// Places both triangles. No two points of the two surfaces, where they meet, are farther apart along an axis than `size`.
+    /// Sets both triangles. `size` bounds the distance along an axis between any two points of the
+    /// two surfaces where they meet.
     #[inline(always)]
     pub fn place<L: Lanes>(&mut self, corners: [[D4<L>; 3]; 2], size: f64) {
         let size = size + PADDING;
@@ -169,8 +178,9 @@ impl Curve {
         }
     }
 
-    /// Begins where the triangles were placed, at an edge, between corners `edge` and `edge + 1` of one side, that certainly
-    /// crosses the triangle on the other. False if it is not certain how it goes on.
+    /// Begins at the triangles that were set, at the edge between corners `edge` and `edge + 1` of
+    /// `side`. This edge certainly crosses the triangle on the other side. Returns false if the
+    /// continuation is uncertain.
     #[inline(always)]
     pub fn begin<L: Lanes>(&mut self, lanes: L, side: usize, edge: usize) -> bool {
         let [side, other] = [side & 1, (side & 1) ^ 1];
@@ -195,20 +205,21 @@ impl Curve {
             == 7
     }
 
-    /// Where the sign of a number is certain.
+    /// Mask: the sign of a number is certain.
     #[inline(always)]
     fn certain<L: Lanes>(&self, x: D4<L>) -> D4<L> {
         D4::splat(x.lanes(), self.error).less(x.abs())
     }
 
-    /// The side whose edge it is, and the edge, whose apex gives way to the corner of the neighbor.
+    /// The side that has the edge, and the edge. The corner of the neighbor replaces the apex of
+    /// that edge.
     #[inline(always)]
     pub fn crosses(&self) -> (usize, Edge) {
         (self.side & 1, self.edge)
     }
 
-    /// Goes on into the neighbor behind the edge, which has this corner in place of the apex. False if it is not certain where
-    /// the curve leaves it.
+    /// Continues into the neighbor behind the edge, which has `corner` in place of the apex.
+    /// Returns false if it is uncertain where the curve leaves the neighbor.
     #[inline(always)]
     pub fn advance<L: Lanes>(
         &mut self,
@@ -219,11 +230,12 @@ impl Curve {
         let corner = per_axis!(k => corner.spread(k));
         let [side, face] = [&self.sides[at & 1], &self.sides[(at & 1) ^ 1]];
         let (of_side, of_face) = (load(lanes, &side.corners), load(lanes, &face.corners));
-        // From the end above down to the corner, and from the corner down to the end below.
+        // The two other edges of the neighbor, on the path from the end below over the corner to
+        // the end above.
         let down = per_axis!(k => D4::splat(lanes, side.corners[k].0[edge.above()]) - corner[k]);
         let up = per_axis!(k => corner[k] - D4::splat(lanes, side.corners[k].0[edge.below()]));
         let from_corner = per_axis!(k => of_face[k] - corner[k]);
-        // How high the face is above the corner.
+        // Height of the face above the corner.
         let height = dot(from_corner, load(lanes, &face.normal)) * D4::splat(lanes, face.turn);
         let is_up = height.less(D4::splat(lanes, 0.0));
         let volumes = cross(from_corner, per_axis!(k => from_corner[k].turned()));

@@ -1,10 +1,11 @@
-//! Do two closed triangles share a point? Exact for all finite `f64` coordinates, denormals and mixed scales included.
+//! Tests whether two closed triangles share a point. Exact for all finite `f64` coordinates,
+//! including denormals and mixed scales.
 //!
-//! The decision is a case distinction on exact [`sign`]s: first the sides of the corners relative to the other plane,
-//! then two volumes where the planes differ, or separating lines where they do not. A degenerate triangle is the hull
-//! of its three points: a segment or a point.
+//! The decision is a case distinction on exact [`sign`]s. First come the sides of the corners
+//! relative to the other plane, then two volumes if the planes differ, or separating lines if they
+//! do not. A degenerate triangle is the hull of its three points: a segment or a point.
 //!
-//! Cost: `docs/performance.md`. It is bounded, whatever the coordinates, and nothing is allocated.
+//! Cost: `docs/performance.md`. It is bounded for all coordinates, and nothing is allocated.
 
 pub(super) mod line;
 mod segment;
@@ -20,7 +21,7 @@ pub(super) use sign::{LARGEST, PADDING};
 
 type Triangle = [DVec3; 3];
 
-/// Whether the closed triangles `a` and `b` share a point. All coordinates must be finite.
+/// True if the closed triangles `a` and `b` share a point. All coordinates must be finite.
 pub(crate) fn intersects(a: &Triangle, b: &Triangle) -> bool {
     let Some(pair) = Pair::with_boxes_that_meet(a, b) else {
         return false;
@@ -31,24 +32,25 @@ pub(crate) fn intersects(a: &Triangle, b: &Triangle) -> bool {
     pair.meet(&pair.position())
 }
 
-/// All three points strictly on one side.
+/// True if all three points are strictly on one side.
 fn is_strict(sides: [i8; 3]) -> bool {
     sides == [1; 3] || sides == [-1; 3]
 }
 
-/// How two triangles lie to each other's planes.
+/// Position of two triangles relative to each other's planes.
 enum Position<'a> {
     /// One is strictly on one side of the other's plane.
     Apart,
-    /// In different planes, neither strictly on one side of the other.
+    /// They lie in different planes, and neither is strictly on one side of the other.
     Crossing { a_sides: [i8; 3], b_sides: [i8; 3] },
-    /// A segment, with the sides of its points, neither in the plane of the face nor strictly on one side.
+    /// A segment and a face. The points of the segment have these sides: they are neither in the
+    /// plane of the face nor strictly on one side.
     Piercing {
         segment: &'a Triangle,
         sides: [i8; 3],
         face: &'a Triangle,
     },
-    /// Six points in one plane, or two segments.
+    /// The six points lie in one plane, or both triangles are segments.
     Coplanar,
 }
 
@@ -108,8 +110,9 @@ impl<'a> Pair<'a> {
         }
         match (a_sides == [0; 3], b_sides == [0; 3]) {
             (false, false) => Position::Crossing { a_sides, b_sides },
-            // `b` spans a plane, as `a` has sides of it. If `a` spanned one too, `b` would lie in it, the planes would be
-            // the same and `a` would have no sides. So `a` is a segment, and not in the plane of `b`.
+            // `b` spans a plane, because `a` has sides of it. If `a` spanned one too, `b` would lie
+            // in it, the planes would be the same, and `a` would have no sides. So `a` is a
+            // segment, and not in the plane of `b`.
             (false, true) => Position::Piercing {
                 segment: a,
                 sides: a_sides,
@@ -124,15 +127,17 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// For two proper triangles in different planes, neither strictly on one side of the other.
+    /// Decides two proper triangles in different planes, neither strictly on one side of the other.
     ///
-    /// Each meets the other's plane, so the planes share a line L, directed by `d = n_a x n_b`. Take the corner P of
-    /// `a` that is alone on one side of plane B, turn B so that this is above, and likewise R of `b` above plane A.
-    /// Edges PQ and PQ' of `a` = PQQ' cross L at k and k', edges RS and RS' of `b` = RSS' at i and i'. Then
-    /// - `a` covers [k', k] of L in the direction d, as `(k' - k) . d` is `|k' - k|^2` times a number <= 0; `b` covers
-    ///   [i, i'], as for it the normals swap roles, which turns d;
-    /// - the volume `det(Q - P, R - P, S - P) = det(Q - P, i - k, S - R)` is the step from k to i along d, times
-    ///   `((Q - P) . n_b) ((S - R) . n_a)`, which is positive as both edges go down: its sign orders i and k.
+    /// Each meets the other's plane, so the planes share a line L, directed by `d = n_a x n_b`. Let
+    /// P be the corner of `a` that is alone on one side of plane B, and orient B so that this side
+    /// is above. Likewise let R be the corner of `b` that is alone above plane A. Edges PQ and PQ'
+    /// of `a` = PQQ' cross L at k and k', edges RS and RS' of `b` = RSS' at i and i'. Then
+    /// - `a` covers [k', k] of L in the direction d, because `(k' - k) . d` is `|k' - k|^2` times a
+    ///   number <= 0; `b` covers [i, i'], because for `b` the normals swap roles, which reverses d;
+    /// - the volume `det(Q - P, R - P, S - P) = det(Q - P, i - k, S - R)` is the step from k to i
+    ///   along d, times `((Q - P) . n_b) ((S - R) . n_a)`, which is positive because both edges go
+    ///   down: its sign orders i and k.
     ///
     /// So they meet if and only if i <= k and k' <= i'.
     fn crossing_meet(&self, a_sides: [i8; 3], b_sides: [i8; 3]) -> bool {
@@ -143,20 +148,23 @@ impl<'a> Pair<'a> {
         self.signs.side([p, q, r], s) <= 0 && self.signs.side([p, q_last, r], s_last) >= 0
     }
 
-    /// For a segment `s` (a degenerate triangle) out of the plane of the proper triangle `t`, with the sides of its
-    /// points, not strictly on one. It crosses the plane in one point of its line, which is in `t` if the line does not
-    /// pass two edges of `t` on different sides.
+    /// Decides a segment `s` (a degenerate triangle) outside the plane of the proper triangle `t`.
+    /// The points of `s` have these `sides` and are not strictly on one. The line of `s` crosses
+    /// the plane in one point. That point is in `t` if the line does not pass two edges of `t` on
+    /// different sides.
     fn segment_meets(&self, s: &Triangle, sides: [i8; 3], t: &Triangle) -> bool {
         let [p, q] = crossing_edge(s, sides);
         let passes: [i8; 3] = from_fn(|i| self.signs.side([p, q, t[i]], t[(i + 1) % 3]));
         !(passes.contains(&1) && passes.contains(&-1))
     }
 
-    /// For six points in one plane, or two segments.
+    /// Decides six points in one plane, or two segments.
     ///
-    /// Projecting a plane along an axis keeps all that is in it apart, if it keeps any area. If neither triangle has an
-    /// area along any axis, both are segments or points: apart if skew, else in one plane, which at least one axis
-    /// projects so; as a projection never parts what meets, they meet if and only if they do along all axes.
+    /// A projection along an axis is injective on a plane if it maps any area in the plane to a
+    /// nonzero area. If neither triangle has an area along any axis, both are segments or points.
+    /// They are apart if skew. Otherwise they lie in one plane, and the projection along at least
+    /// one axis is injective on it. A projection never separates what meets, so they meet if and
+    /// only if they do along all axes.
     fn coplanar_meet(&self) -> bool {
         let Pair {
             a,
@@ -179,11 +187,13 @@ impl<'a> Pair<'a> {
             && (0..3).all(|axis| !self.separates(axis, a, 0, b) && !self.separates(axis, b, 0, a))
     }
 
-    /// Whether all of `t` is strictly on the outer side of an edge of `s`, projected along `axis`; `turn` is of `s`.
+    /// True if all of `t`, projected along `axis`, is strictly on the outer side of an edge of `s`.
+    /// `turn` is the orientation of `s`.
     ///
-    /// Closed convex sets in the plane are apart if and only if a line along an edge of one separates them so (the
-    /// edges of their Minkowski difference are theirs; a segment has two outer sides), or if they are pieces of one
-    /// line and their boxes are apart, which they are not.
+    /// Two closed convex sets in the plane are apart in two cases only. In the first, a line along
+    /// an edge of one separates them in this way: the edges of their Minkowski difference are their
+    /// edges, and a segment has two outer sides. In the second, they are pieces of one line and
+    /// their boxes are apart, which is not so here.
     fn separates(&self, axis: usize, s: &Triangle, turn: i8, t: &Triangle) -> bool {
         (0..3).any(|i| {
             let side = |p: DVec3| self.signs.turn(axis, &[s[i], s[(i + 1) % 3], p]);
@@ -193,13 +203,14 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Two of the points that are not on the same side; not all three are.
+/// Two of the points that are not on the same side. Not all three points are on one side.
 fn crossing_edge(s: &Triangle, sides: [i8; 3]) -> [DVec3; 2] {
     [s[0], if sides[0] == sides[1] { s[2] } else { s[1] }]
 }
 
-/// The corner alone on its side, and which side is to count as above: 1 or -1. For sides neither strict nor all zero.
-/// A corner in the plane is taken only if both others are strictly on one side; it counts as opposite to them.
+/// The corner that is alone on its side, and the side that counts as above: 1 or -1. The sides are
+/// neither strict nor all zero. A corner in the plane is taken only if both others are strictly on
+/// one side; it counts as opposite to them.
 fn lone_corner(sides: [i8; 3]) -> (usize, i8) {
     let others = |i: usize| [sides[(i + 1) % 3], sides[(i + 2) % 3]];
     let lone = (0..3).find(|&i| sides[i] != 0 && !others(i).contains(&sides[i]));
@@ -207,7 +218,7 @@ fn lone_corner(sides: [i8; 3]) -> (usize, i8) {
     lone.map_or_else(|| (zero(), -others(zero())[0]), |i| (i, sides[i]))
 }
 
-/// The triangle from its corner `first` on, against its order if `direction` is negative.
+/// The triangle from its corner `first` on, in reverse order if `direction` is negative.
 fn turned(t: &Triangle, first: usize, direction: i8) -> Triangle {
     let [q, r] = [t[(first + 1) % 3], t[(first + 2) % 3]];
     if direction < 0 {

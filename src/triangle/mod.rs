@@ -1,5 +1,6 @@
-//! Two triangles in, one answer out. Do they meet: a fast filter that is sometimes in doubt ([`batch`]), the same in `f64`
-//! ([`again`]), and signs that never are ([`exact`]). How far apart are they: bounds of their distance ([`distance`]).
+//! Predicates of two triangles. Intersection: a fast filter that leaves pairs in doubt ([`batch`]),
+//! the same filter in `f64` ([`again`]), and exact signs ([`exact`]). Distance: proven bounds
+//! ([`distance`]).
 
 pub(crate) mod again;
 pub(crate) mod batch;
@@ -11,11 +12,11 @@ pub(crate) mod swept;
 
 use glam::DVec3;
 
-/// Whether two closed triangles share at least one point, exactly for the given coordinates.
+/// True if two closed triangles share at least one point, exactly for the given coordinates.
 ///
-/// Touching is intersecting; a degenerate triangle is the hull of its points. The answer does not change when the
-/// triangles are swapped or their corners turned. Coordinates must be finite and at most 2^1003 in magnitude; with others
-/// the answer means nothing.
+/// Touching counts as intersecting. A degenerate triangle is the hull of its points. The answer
+/// does not depend on the order of the triangles or of their corners. Coordinates must be finite
+/// and at most 2^1003 in magnitude; otherwise the answer is meaningless.
 ///
 /// ```
 /// use punctual::glam::DVec3;
@@ -29,9 +30,12 @@ pub fn triangles_intersect(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
 
 /// The segment in which two closed triangles meet; `None` if [`triangles_intersect`] is false.
 ///
-/// Both ends are within 1e-12 times the largest coordinate of *both* triangles (or within 2^-1073, where all coordinates are
-/// denormal), whatever their shape: which corner or edge an end lies on is decided exactly. Triangles that touch in a point
-/// have a segment of length 0. Of triangles in one plane it is the longest in both. The order of the ends means nothing.
+/// Each end is close to *both* triangles, for all shapes: within 1e-12 times the largest
+/// coordinate, or within 2^-1073 if all coordinates are denormal. This holds because the corner or
+/// edge on which an end lies is decided exactly.
+///
+/// Triangles that touch in a point have a segment of length 0. For coplanar triangles it is the
+/// longest segment contained in both. The order of the ends has no meaning.
 ///
 /// Coordinates must be finite and at most 2^1003 in magnitude.
 ///

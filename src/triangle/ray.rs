@@ -1,9 +1,10 @@
-//! Does a ray meet a triangle, and where: eight triangles at a time in `f32` for certain misses ([`batch`]), then one at a
-//! time in `f64`, with exact signs where those are in doubt.
+//! Intersects rays with triangles: eight triangles at a time in `f32` to find certain misses
+//! ([`batch`]), then one at a time in `f64`, with exact signs where those are in doubt.
 //!
-//! A line that is not parallel to a triangle's plane meets it if it passes no two of its edges on different sides. On which
-//! side it passes an edge depends on the edge alone, and is decided exactly: so no ray slips through between two triangles
-//! that share an edge or a corner. Proof of the bounds: `docs/numerics.md`, "Rays".
+//! A line that is not parallel to a triangle's plane meets the triangle if it passes no two of its
+//! edges on different sides. The side on which it passes an edge depends on the edge alone, and is
+//! decided exactly. So no ray slips through between two triangles that share an edge or a corner.
+//! Proof of the bounds: `docs/numerics.md`, "Rays".
 
 pub(crate) mod batch;
 
@@ -17,34 +18,36 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Side {
-    /// The one from which the corners appear counterclockwise.
+    /// The side from which the corners appear counterclockwise.
     Front,
-    /// The other one.
+    /// The side from which the corners appear clockwise.
     Back,
-    /// None: the ray lies in the triangle's plane, or the triangle is a segment or a point.
+    /// Neither: the ray lies in the triangle's plane, or the triangle is a segment or a point.
     Edge,
 }
 
-/// A ray made ready for tests in `f64`.
+/// A ray prepared for tests in `f64`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Aim<'q> {
     pub ray: &'q Ray,
-    /// The direction times `unit`, its largest component within 1 and 2.
+    /// The direction times `unit`; its largest component is between 1 and 2.
     pub direction: DVec3,
-    /// log2 of what the direction is divided by.
+    /// log2 of the divisor of the direction.
     pub exponent: i32,
     unit: f64,
-    /// Relative error bound of a determinant; infinite where `f64` does not do.
+    /// Relative error bound of a determinant; infinite if the range of `f64` does not suffice.
     bound: f64,
 }
 
-/// Error of a determinant of three vectors, over the sum of the sizes of its six products: `docs/numerics.md`.
+/// Error of a determinant of three vectors, relative to the sum of the magnitudes of its six
+/// products: `docs/numerics.md`.
 const BOUND: f64 = 5.0 * f64::EPSILON;
 
-/// How far a hit may be off where `f64` is good enough, over the largest coordinate of the triangle seen from the origin.
+/// Error of a hit up to which `f64` suffices, relative to the largest coordinate of the triangle as
+/// seen from the origin.
 const TOLERANCE: f64 = 1e-11;
 
-/// Largest magnitude of the exponent of a direction that `f64` does for.
+/// Largest magnitude of the exponent of a direction for which `f64` suffices.
 pub(crate) const EXPONENTS: i32 = 300;
 
 impl<'q> Aim<'q> {
@@ -68,14 +71,15 @@ impl<'q> Aim<'q> {
         }
     }
 
-    /// Whether its numbers are within the range in which `f64` does.
+    /// True if the direction is within the range for which `f64` suffices.
     #[inline(always)]
     pub fn is_plain(&self) -> bool {
         self.bound < f64::INFINITY
     }
 
-    /// The least parameter of a point that ray and triangle share, if there is one within the limits, the side it comes from,
-    /// and whether that took exact arithmetic. `faces`: the side on which the line passes all three edges, if that is known.
+    /// The least parameter of a point that ray and triangle share, and the side the ray comes from,
+    /// if that parameter is within the limits. The last value is true if exact arithmetic was
+    /// needed. `faces`: the side on which the line passes all three edges, if known.
     #[inline(always)]
     pub fn hit(&self, corners: &[DVec3; 3], faces: Option<i8>) -> (Option<(f64, Side)>, bool) {
         let mut exact = Exact {
@@ -141,13 +145,15 @@ impl<'q> Aim<'q> {
         if self.ray.is_segment() {
             let left = along / self.unit - above;
             let error = along_error / self.unit + 2.0 * above_error;
-            // The end is after the plane if what is left has the sign of the way along the normal.
+            // The end lies after the plane if `left` has the sign of the direction along the
+            // normal.
             if sign(left, error).unwrap_or_else(|| -exact.line().above_end()) == -faces {
                 return None;
             }
         }
         let t = above / along;
-        // Where `f64` does not do, the errors are infinite, and so may be what they are compared with.
+        // If the range of `f64` does not suffice, the errors are infinite, and the right-hand side
+        // may be infinite too.
         let is_close =
             above_error + t.abs() * along_error < 0.4 * TOLERANCE * along.abs() * farthest;
         let t = if is_close {
@@ -156,7 +162,7 @@ impl<'q> Aim<'q> {
             exact.line().t()
         };
         let t = if self.ray.is_segment() { t.min(1.0) } else { t };
-        // Minus zero would be another answer for the same point.
+        // Minus zero would be a different answer for the same point.
         Some((
             t.max(0.0) + 0.0,
             if faces < 0 { Side::Front } else { Side::Back },
@@ -164,7 +170,7 @@ impl<'q> Aim<'q> {
     }
 }
 
-/// The exact line of a ray, made when it is needed first.
+/// The exact line of a ray, created when first needed.
 struct Exact<'q> {
     ray: &'q Ray,
     corners: &'q [DVec3; 3],
@@ -179,8 +185,9 @@ impl Exact<'_> {
     }
 }
 
-/// On which side a line passes the edges of a triangle, 0 if it passes all on none; nothing if it passes two of them on
-/// different sides. From determinants that are off by no more than `error`.
+/// The side on which a line passes the edges of a triangle, 0 if it passes all on none; `None` if
+/// it passes two of them on different sides. The determinants `passes` are off by no more than
+/// `error`.
 #[inline(always)]
 fn sides(passes: [f64; 3], error: f64, exact: &mut Exact) -> Option<i8> {
     let least = smaller(smaller(passes[0], passes[1]), passes[2]);
@@ -200,7 +207,7 @@ fn sides(passes: [f64; 3], error: f64, exact: &mut Exact) -> Option<i8> {
     }
 }
 
-/// The sign of a value that is off by no more than `error`, if that is certain.
+/// The sign of a value that is off by no more than `error`, if it is certain.
 #[inline(always)]
 fn sign(value: f64, error: f64) -> Option<i8> {
     if value > error {
@@ -212,7 +219,7 @@ fn sign(value: f64, error: f64) -> Option<i8> {
     }
 }
 
-/// The largest size of each component.
+/// The largest magnitude of each component.
 #[inline(always)]
 fn sizes(u: DVec3, v: DVec3, w: DVec3) -> DVec3 {
     let most = |x: f64, y: f64, z: f64| larger(larger(x.abs(), y.abs()), z.abs());
@@ -223,7 +230,8 @@ fn sizes(u: DVec3, v: DVec3, w: DVec3) -> DVec3 {
     )
 }
 
-/// Sizes of the products in the components of a cross product of vectors of these sizes.
+/// Sum of the magnitudes of the two products in each component of a cross product, for vectors of
+/// these magnitudes.
 #[inline(always)]
 fn products(u: DVec3, v: DVec3) -> DVec3 {
     DVec3::new(

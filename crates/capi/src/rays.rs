@@ -449,7 +449,9 @@ impl punctual_ray_batch<'_> {
                     clock,
                     outcome,
                     |workspace, _, budget| {
-                        find_room([(held.rays.len(), size_of::<Option<RayHit>>())])?;
+                        if held.rays.len() > workspace.first_hits().len() {
+                            find_room([(held.rays.len(), size_of::<Option<RayHit>>())])?;
+                        }
                         let batch = Query::rays(tree, &held.rays);
                         let batch = if any { batch.any() } else { batch };
                         let answer = if resumes {

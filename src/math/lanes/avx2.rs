@@ -5,7 +5,7 @@ use core::arch::x86_64::{__m128, __m256, __m256d, __m256i};
 use pulp::{NullaryFnOnce, cast};
 use wide::f32x4;
 
-/// AVX2; a value exists only where the machine has it.
+/// AVX2; a value of this type exists only on machines that have it.
 pub(crate) use pulp::x86::V3 as Avx2;
 
 const LESS_ORDERED_QUIET: i32 = 17;
@@ -239,7 +239,8 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn select_q(self, mask: __m256d, a: __m256d, b: __m256d) -> __m256d {
-        // Of bytes: one of `f64` would become a store of some lanes where it is stored, which the next load has to wait for.
+        // Blends bytes. The compiler turns a stored blend of `f64` into a masked store, and the
+        // next load has to wait for it.
         let [mask, a, b]: [__m256i; 3] = [cast(mask), cast(a), cast(b)];
         cast(self.avx2._mm256_blendv_epi8(b, a, mask))
     }

@@ -3,7 +3,7 @@
 use super::{Column, Lanes, columns, operators};
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Four `f64` of the instruction set `L`: what is done one at a time.
+/// Four `f64` of the instruction set `L`, for work on one pair at a time.
 #[derive(Clone, Copy)]
 pub(crate) struct D4<L: Lanes>(L::Q, L);
 
@@ -34,7 +34,7 @@ impl<L: Lanes> D4<L> {
     pub fn turned(self) -> Self {
         Self(self.1.turn_q(self.0), self.1)
     }
-    /// Lane `k`, in all of them.
+    /// Broadcasts lane `k` to all lanes.
     #[inline(always)]
     pub fn spread(self, k: usize) -> Self {
         Self(self.1.spread_q(self.0, k), self.1)

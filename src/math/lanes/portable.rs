@@ -1,10 +1,11 @@
-//! Eight lanes as pairs of 4-lane vectors, and four of them.
+//! Lanes made of 4-lane vectors: eight lanes as two of them, or four as one.
 
 use super::{Kernel, Lanes};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 use wide::{f32x4, f64x2};
 
-/// `N` vectors of four lanes, the first of which is lane `AT` of eight: SSE2, NEON or plain arrays.
+/// `N` vectors of four lanes (SSE2, NEON or plain arrays). The first lane is lane `AT` of the
+/// eight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quads<const N: usize, const AT: usize> {}
 
@@ -15,7 +16,7 @@ type F<const N: usize> = [f32x4; N];
 type D<const N: usize> = [[f64x2; 2]; N];
 type Q = [f64x2; 2];
 
-/// The bits that are set in each byte: SSE2 has no instruction for that.
+/// Number of set bits of each byte: SSE2 has no such instruction.
 const COUNTS: [u8; 256] = {
     let mut counts = [0; 256];
     let mut byte = 1;
@@ -31,8 +32,8 @@ fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> 
     core::array::from_fn(|i| f(a[i], b[i]))
 }
 
-/// The square root. Where there is neither an instruction for it nor `std`, that of `wide` is wrong for denormal
-/// numbers.
+/// The square root. Without a hardware instruction and without `std`, the one of `wide` is wrong
+/// for denormal numbers.
 #[inline(always)]
 fn root(x: f64x2) -> f64x2 {
     let is_right = cfg!(any(
@@ -83,7 +84,7 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
-        // Compiled once, as for other sets, wherever it is called from.
+        // Compiles the kernel once instead of at each call, as the other sets do.
         #[inline(never)]
         fn once<L: Lanes, K: Kernel>(lanes: L, kernel: K) -> K::Output {
             kernel.run(lanes)

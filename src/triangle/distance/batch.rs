@@ -1,4 +1,5 @@
-//! Eight pairs at a time in `f32`, relative to the first corners of A's triangles, where cancellation has been done in `f64`.
+//! Eight pairs at a time in `f32`, relative to the first corners of A's triangles. This subtraction
+//! cancels, so it is done in `f64`.
 
 use super::four::{Face, Features};
 use crate::math::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
@@ -7,18 +8,20 @@ use crate::triangle::batch::{
     EDGE_SLOP, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate,
 };
 
-/// What is known of the distances of eight pairs, in A's units.
+/// Bounds of the distances of eight pairs, in A's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Distances {
-    /// No two points of the triangles are closer than this; 0 where nothing is proven.
+    /// Proven lower bound: no two points of the triangles are closer. 0 if nothing is proven.
     pub low: [f32; 8],
-    /// About the distance of the closest features. Not proven, and meaningless if the triangles meet.
+    /// Approximate distance of the closest features. Not proven, and meaningless if the triangles
+    /// meet.
     pub about: [f32; 8],
-    /// Which features these are.
+    /// The closest features.
     pub closest: Chosen,
 }
 
-/// The closest features of eight pairs, a bit each: both bits of the order of the corners of A and B, and whose face it is.
+/// The closest features of eight pairs, as bit masks: the two bits of the corner order, for A and
+/// for B, and the side that has the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chosen {
     orders: [[u32; 2]; 2],
@@ -26,7 +29,7 @@ pub(crate) struct Chosen {
 }
 
 impl Chosen {
-    /// Edges: the second and the third of A and of B where a mask is set.
+    /// Two edges: the second or third of A and of B where the masks are set, else the first.
     #[inline(always)]
     fn edges<L: Lanes>([of_a, of_b]: [[F8<L>; 2]; 2]) -> Self {
         let [[a, b], [c, d]] = [
@@ -39,7 +42,8 @@ impl Chosen {
         }
     }
 
-    /// Where a face of one side is closer to a corner of the other: the second or the third where a mask is set.
+    /// Replaces the features where a face of `side` is closer to a corner of the other side: the
+    /// second or third corner where the masks are set, else the first.
     #[inline(always)]
     fn or_face<L: Lanes>(&mut self, side: usize, closer: F8<L>, [second, third]: [F8<L>; 2]) {
         let (closer, second, third) = (closer.mask(), second.mask(), third.mask());
@@ -94,9 +98,10 @@ pub(crate) fn distances<L: Lanes>(
     }
 }
 
-/// Squared lengths below this (A's units) count as this: no edge is so short and known.
+/// Squared lengths below this (A's units) are raised to it: no edge that short has a known length.
 const LEAST_SQUARE: f32 = 1e-28;
-/// 2^90: where the error of a gap is less, none of the terms that it is a rounding of is near overflow.
+/// 2^90. If the error of a gap is less, none of the terms whose rounding it bounds is near
+/// overflow.
 const LARGEST_ERROR: f32 = f32::from_bits((127 + 90) << 23);
 
 /// `a` where the mask is set, else `b`.
@@ -105,19 +110,20 @@ fn select<L: Lanes>(mask: F8<L>, a: V8<L>, b: V8<L>) -> V8<L> {
     per_axis!(k => mask.select(a[k], b[k]))
 }
 
-/// The larger magnitudes, component by component.
+/// The larger magnitude per component.
 #[inline(always)]
 fn reach<L: Lanes>([a, b]: [V8<L>; 2]) -> V8<L> {
     per_axis!(k => a[k].abs().max(b[k].abs()))
 }
 
-/// `x` brought into 0..=1.
+/// Clamps `x` to 0..=1.
 #[inline(always)]
 fn clamped<L: Lanes>(lanes: L, x: F8<L>) -> F8<L> {
     x.max(F8::splat(lanes, 0.0)).min(F8::splat(lanes, 1.0))
 }
 
-/// Masks of the lanes in which the second is the least of three, and the third; the first of equal ones.
+/// Masks of the lanes in which the second, or the third, of three values is least. Of equal values
+/// the first counts.
 #[inline(always)]
 fn least<L: Lanes>([a, b, c]: [F8<L>; 3]) -> [F8<L>; 2] {
     [b.less(a), c.less(a.min(b))]
@@ -130,7 +136,7 @@ pub(in crate::triangle) struct Pair<L: Lanes> {
     /// B's first corner, and its edges from there.
     pub q: V8<L>,
     pub f: [V8<L>; 2],
-    /// Bound on the error of a gap per component of the direction.
+    /// Error bound of a gap per component of the direction.
     pub error: V8<L>,
 }
 
@@ -159,7 +165,8 @@ impl<L: Lanes> Pair<L> {
         Self { p, q, f, error }
     }
 
-    /// The proven gap between the projections on the line along `n`, whatever its length; 0 if there is none.
+    /// Proven gap between the projections on a line along `n`, which may have any length; 0 if none
+    /// is proven.
     #[inline(always)]
     fn gap(&self, lanes: L, n: V8<L>) -> F8<L> {
         let (zero, underflow) = (F8::splat(lanes, 0.0), F8::splat(lanes, UNDERFLOW));
@@ -173,7 +180,7 @@ impl<L: Lanes> Pair<L> {
             dot(per_axis!(k => n[k].abs()), self.error) + sums * F8::splat(lanes, 2.51 * ROUNDING);
         let certain = gap - error - underflow;
         let length = (dot(n, n) + underflow).sqrt();
-        // False also where one of them is no number.
+        // Also false if an operand is NaN.
         let is_proven = zero
             .less(certain)
             .and(error.less(F8::splat(lanes, LARGEST_ERROR)));
@@ -188,7 +195,7 @@ impl<L: Lanes> Pair<L> {
 struct Closest<L: Lanes> {
     /// Squared distance.
     square: F8<L>,
-    /// In which they part the triangles, up to its sign and length.
+    /// Direction that separates the triangles there, up to its sign and length.
     direction: V8<L>,
     chosen: Chosen,
 }
@@ -197,12 +204,12 @@ struct Closest<L: Lanes> {
 struct Edge<L: Lanes> {
     start: V8<L>,
     step: V8<L>,
-    /// `|step|^2`, and one over it.
+    /// `|step|^2`, and its inverse.
     square: F8<L>,
     inverse: F8<L>,
 }
 
-/// The edges of triangles with a corner and the edges from there.
+/// The edges of triangles, from a corner and the two edges from there.
 #[inline(always)]
 fn edges<L: Lanes>(lanes: L, corner: V8<L>, [x, y]: [V8<L>; 2]) -> [Edge<L>; 3] {
     [
@@ -224,8 +231,9 @@ impl<L: Lanes> Edge<L> {
         }
     }
 
-    /// Its point closest to another edge and that one's to it: the solution for the lines, brought into the first edge, its
-    /// projection on the second brought into that, and that one's on the first.
+    /// Closest points of this edge and another. Solves for the lines and clamps to this edge.
+    /// Projects that point on the other edge and clamps it, then projects back on this edge and
+    /// clamps again.
     #[inline(always)]
     fn link(&self, lanes: L, other: &Self) -> Link<L> {
         let (d, e) = (self.step, other.step);
@@ -246,7 +254,7 @@ impl<L: Lanes> Edge<L> {
     }
 }
 
-/// The closest points of two edges: how far along each they lie, and their difference.
+/// The closest points of two edges: their parameters along the edges, and their difference.
 struct Link<L: Lanes> {
     s: F8<L>,
     t: F8<L>,
@@ -266,7 +274,7 @@ impl<L: Lanes> Link<L> {
     }
 }
 
-/// The closest two of three edges each.
+/// The closest pair of edges, one of each triangle.
 #[inline(always)]
 fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Closest<L> {
     let links = per_axis!(i => per_axis!(j => a[i].link(lanes, &b[j])));
@@ -285,7 +293,8 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
     let e = select(third, b[2].step, select(second, b[1].step, b[0].step));
     let e_inverse = third.select(b[2].inverse, second.select(b[1].inverse, b[0].inverse));
 
-    // Where a point lies inside its edge the difference is perpendicular to it, up to its rounding, which is taken off.
+    // If a point lies inside its edge, the difference is perpendicular to that edge up to rounding;
+    // subtract this rounding.
     let (zero, one) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0));
     let d_inside = zero.less(link.s).and(link.s.less(one));
     let e_inside = zero.less(link.t).and(link.t.less(one));
@@ -307,8 +316,10 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
 }
 
 impl<L: Lanes> Closest<L> {
-    /// A face, with the edges `x` and `y` from its first corner and `1 / |x|^2`, against the corners of the other triangle,
-    /// relative to that: only the one closest to the plane can be the closest point, as from the others a way leads closer.
+    /// Tests a face against the corners of the other triangle. The face has the edges `x` and `y`
+    /// from its first corner; `inverse` is `1 / |x|^2`, and `corners` are relative to its first
+    /// corner. Only the corner closest to the plane can be the closest point: the distance to the
+    /// face falls on the way from another corner to it.
     #[inline(always)]
     fn or_face(
         &mut self,

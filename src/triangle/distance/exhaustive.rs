@@ -1,22 +1,18 @@
-//! One pair in `f64`, by all of its features: for pairs on which the search for the closest ones went wrong.
+//! One pair in `f64`, by all of its features: for pairs on which the search for the closest ones
+//! failed.
 //!
-//! Two triangles that are apart are as far apart as a corner and a face, two edges, a corner and an edge, or two
-//! corners: 42
-//! candidates, one of which is the true one. Each proposes two points and a direction; the best bound from above and
-//! the best
-//! from below are kept, whichever candidates they come from. So it does not matter which candidate is the closest, only
-//! that
-//! the points and the direction of the true one are right up to a few roundings *of the extent of the pair*, whatever
-//! its
-//! shape. That takes two measures:
+//! Two triangles that are apart are as far apart as a corner and a face, two edges, a corner and an
+//! edge, or two corners. These are 42 candidates, and one of them is the true one. Each proposes
+//! two points and a direction. The best upper bound and the best lower bound are kept, whichever
+//! candidates they come from. So it does not matter which candidate is the closest. It only matters
+//! that the points and the direction of the true one are right up to a few roundings *of the extent
+//! of the pair*, for all shapes. That takes two measures:
 //!
-//! - Corners are brought to a grid of 2^-58 in the unit of the pair. That moves them by far less than a rounding, and
-//!   makes cross
-//!   products of their differences exact in integers of 128 bits: directions are right however thin a triangle is, or
-//!   how near to
-//!   parallel edges are.
-//! - A point in a face is found along its longest edge first and then across it, so that no error is divided by the
-//!   width.
+//! - Corners are rounded to a grid of 2^-58 in the unit of the pair. This moves them by far less
+//!   than a rounding, and makes cross products of their differences exact in 128-bit integers. So
+//!   directions are right for all thin triangles and nearly parallel edges.
+//! - A point in a face is found along its longest edge first and then across it, so that no error
+//!   is divided by the width.
 //!
 //! Constant time, about ten times that of [`closest`]. The bound is derived in `docs/numerics.md`.
 
@@ -25,12 +21,12 @@ use crate::triangle::triangles_intersect;
 use glam::DVec3;
 
 impl Closest {
-    /// The same of triangles with these corners that are known not to meet: `high - low` is no more than
-    /// [`TIGHT`](super::pair::TIGHT) times the reach of the pair, or than 2^-1021, whatever their shape.
+    /// Tightens the bounds of two triangles with these corners that are known not to meet. Then
+    /// `high - low` is no more than [`TIGHT`](super::pair::TIGHT) times the reach of the pair, or
+    /// than 2^-1021, for all shapes.
     ///
-    /// The reach is the length of a vector that has in each component the largest of A's triangle and the largest of
-    /// B's,
-    /// added, all relative to a corner.
+    /// The reach is the length of a vector. Each of its components is the largest one of A's
+    /// triangle plus the largest one of B's, all relative to a corner.
     #[inline]
     pub fn of_apart(self, a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
         if self.is_tight {
@@ -51,12 +47,12 @@ pub(crate) fn closest_or_meeting(a: &[DVec3; 3], b: &[DVec3; 3]) -> Closest {
     }
 }
 
-/// A corner on the grid, or a difference of two.
+/// A corner on the grid, or the difference of two.
 #[derive(Clone, Copy)]
 struct Whole([i64; 3]);
 
-/// 2^58: coordinates are below 2 in the unit of the pair, differences below 2^60 on the grid, and cross products below
-/// 2^121.
+/// 2^58. In the unit of the pair, coordinates are below 2. On the grid, differences are below 2^60,
+/// and cross products below 2^121.
 const GRID: f64 = (1_u64 << 58) as f64;
 
 impl Whole {
@@ -64,18 +60,18 @@ impl Whole {
         Self((v * GRID).to_array().map(|x| x as i64))
     }
 
-    /// From another point to this one.
+    /// Vector from another point to this one.
     fn from(self, other: Self) -> Self {
         let ([x, y, z], [u, v, w]) = (self.0, other.0);
         Self([x - u, y - v, z - w])
     }
 
-    /// Each component rounded once.
+    /// Rounds each component once.
     fn rounded(self) -> DVec3 {
         DVec3::from_array(self.0.map(|x| x as f64))
     }
 
-    /// Each component rounded once.
+    /// Rounds each component once.
     fn cross(self, other: Self) -> DVec3 {
         let ([x, y, z], [u, v, w]) = (self.0.map(i128::from), other.0.map(i128::from));
         DVec3::new(
@@ -86,15 +82,15 @@ impl Whole {
     }
 }
 
-/// The next corner.
+/// Index of the next corner.
 const NEXT: [usize; 3] = [1, 2, 0];
 
-/// An edge, which may have no length.
+/// An edge; its length may be 0.
 struct Edge {
     corners: [usize; 2],
     start: Whole,
     step: Whole,
-    /// The step, rounded.
+    /// The rounded step.
     along: DVec3,
     square: f64,
 }
@@ -147,7 +143,7 @@ impl<'t> Shape<'t> {
     }
 }
 
-/// Improves what is known of two triangles that do not meet, until their bounds are tight.
+/// Improves the bounds of two triangles that do not meet until they are tight.
 #[cold]
 #[inline(never)]
 fn by_all_features(pair: &Pair, found: Closest) -> Closest {
@@ -162,7 +158,7 @@ struct Best<'p> {
     found: Closest,
 }
 
-/// Two points in the order of A and B, given that of the triangle with this index first.
+/// Orders two points as A's and B's. `first` belongs to the triangle with index `side`.
 fn in_order(side: usize, first: DVec3, second: DVec3) -> [DVec3; 2] {
     if side == 0 {
         [first, second]
@@ -172,7 +168,7 @@ fn in_order(side: usize, first: DVec3, second: DVec3) -> [DVec3; 2] {
 }
 
 impl Best<'_> {
-    /// Takes note of two points, relative to the first corner of A.
+    /// Improves the upper bound by two points, relative to the first corner of A.
     fn or_points(&mut self, points: [DVec3; 2]) -> bool {
         let high = self.pair.high(points);
         if high < self.found.high {
@@ -184,7 +180,7 @@ impl Best<'_> {
         self.is_tight()
     }
 
-    /// Takes note of a direction.
+    /// Improves the lower bound by a direction.
     fn or_direction(&mut self, n: DVec3) -> bool {
         let (low, direction) = self.pair.low(n);
         if low > self.found.low {
@@ -198,8 +194,8 @@ impl Best<'_> {
         self.found.is_tight
     }
 
-    /// Each face with the corners of the other triangle. Where the foot lies outside, the point is brought into the
-    /// face.
+    /// Tests each face with the corners of the other triangle. If the foot lies outside, the point
+    /// is moved into the face.
     fn or_faces(&mut self, shapes: &[Shape; 2]) -> bool {
         for side in 0..2 {
             let (face, other) = (&shapes[side], &shapes[1 - side]);
@@ -208,7 +204,7 @@ impl Best<'_> {
             let apex = NEXT[end];
             let rise = face.on_grid[apex].from(base.start);
             let normal = base.step.cross(rise);
-            // The part of the third corner across the base, and how far along the base it lies.
+            // Component of the third corner across the base, and its position along the base.
             let across = normal.cross(base.along) / base.square;
             let (height, middle) = (
                 across.length_squared(),
@@ -233,7 +229,7 @@ impl Best<'_> {
         false
     }
 
-    /// Each two edges, both points inside.
+    /// Tests each pair of edges for closest points inside both.
     fn or_edges(&mut self, [a, b]: &[Shape; 2]) -> bool {
         for d in &a.edges {
             for e in &b.edges {
@@ -251,7 +247,7 @@ impl Best<'_> {
         false
     }
 
-    /// Each corner with the edges and the corners of the other triangle.
+    /// Tests each corner with the edges and the corners of the other triangle.
     fn or_corners(&mut self, shapes: &[Shape; 2]) -> bool {
         for side in 0..2 {
             let (shape, other) = (&shapes[side], &shapes[1 - side]);

@@ -1,16 +1,18 @@
-//! Pairs of which `f32` has found the closest features, four at a time in `f64`.
+//! Pairs whose closest features `f32` has found, four at a time in `f64`.
 //!
-//! Only these two features are looked at, and both bounds follow from them as ever. Where others are closer after all, or the
-//! numbers are bad, the bounds lie apart: then nothing is said, and the pair is one for [`closest`](super::closest).
+//! Only these two features are tested, and both bounds follow from them as for
+//! [one pair](super::pair). If others are closer after all, or numbers are out of range, the bounds
+//! are not tight. Then there is no result, and the caller uses [`closest`](super::closest).
 
 use super::pair::{Closest, TIGHT};
 use crate::math::lanes::{Column, D4, Kernel, Lanes, add, cross, dot, per_axis, scaled, sub};
 use glam::DVec3;
 
-/// Which features of two triangles are closest: an edge of each, or a face and a corner.
+/// The closest features of two triangles: an edge of each, or a face and a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Features {
-    /// For A and B, the [order](ORDERS) that begins with the corners of the edge, or with the corner. Any order of a face.
+    /// Index of an [order](ORDERS), for A and B. It begins with the corners of the edge, or with
+    /// the corner. For a face, any order.
     pub orders: [u8; 2],
     pub face: Face,
 }
@@ -22,28 +24,29 @@ impl Features {
     };
 }
 
-/// Whose face it is.
+/// The triangle that has the face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Face {
     Nobodys,
     Of { side: u8 },
 }
 
-/// Orders of corners: the first three begin with the edges as [eight pairs](super::batch) have them; the first and the last two
-/// begin with each corner.
+/// Orders of corners. The first three begin with the edges, in the order of
+/// [eight pairs](super::batch). The first and the last two begin with each corner.
 const ORDERS: [[usize; 3]; 4] = [[0, 1, 2], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
 
-/// Four pairs of triangles: triangle, corner, axis, pair. Those of a feature come first, and the face before the corner.
+/// Four pairs of triangles, indexed by triangle, corner, axis, pair. The corners of a feature come
+/// first; the triangle with the face comes first.
 pub(crate) struct Four {
     corners: [[[[f64; 4]; 3]; 3]; 2],
-    /// 1 where a face is one of the features.
+    /// 1 if a face is one of the features, else 0.
     faces: [f64; 4],
-    /// The pairs of which the face is B's, a bit each: there B is the first triangle.
+    /// Bit mask of the pairs whose face is B's. In these, B is the first triangle.
     turned: u32,
 }
 
 impl Four {
-    /// One pair alone.
+    /// A single pair.
     #[inline]
     pub fn one(features: Features, triangles: [&[DVec3; 3]; 2]) -> Self {
         let mut four = Self::NONE;
@@ -59,7 +62,7 @@ impl Four {
 
     #[inline]
     pub fn set(&mut self, pair: usize, features: Features, triangles: [&[DVec3; 3]; 2]) {
-        // So that the compiler need not check it again and again.
+        // Spares the compiler repeated bounds checks.
         let pair = pair % 4;
         let is_turned = features.face == Face::Of { side: 1 };
         self.faces[pair] = if features.face == Face::Nobodys {
@@ -79,19 +82,19 @@ impl Four {
     }
 }
 
-/// What is known of four pairs.
+/// Results for four pairs.
 pub(crate) struct Found {
     points: [[[f64; 4]; 3]; 2],
     direction: [[f64; 4]; 3],
     low: [f64; 4],
     high: [f64; 4],
-    /// Those of which anything is.
+    /// Bit mask of the pairs that have a result.
     known: u32,
     turned: u32,
 }
 
 impl Found {
-    /// Of one pair, as [`closest`](super::closest) would say, if it has been found out.
+    /// Result of one pair, as [`closest`](super::closest) would give it; `None` if there is none.
     #[inline]
     pub fn of(&self, pair: usize) -> Option<Closest> {
         let pair = pair % 4;
@@ -122,11 +125,11 @@ impl Found {
 
 type V4<L> = [D4<L>; 3];
 
-/// The largest reach of a pair and the least: beyond, products of four lengths leave the range of numbers.
+/// Largest and least reach of a pair. Outside, products of four lengths leave the range of `f64`.
 const LARGEST: f64 = 1e60;
 const LEAST: f64 = 1e-60;
 
-/// Squared length of a direction that no underflow has spoilt.
+/// Squared length above which no underflow has spoilt a direction.
 const LEAST_SQUARE: f64 = 1e-270;
 const LARGEST_SQUARE: f64 = 1e270;
 
@@ -192,18 +195,19 @@ fn select<L: Lanes>(mask: D4<L>, a: V4<L>, b: V4<L>) -> V4<L> {
     per_axis!(k => mask.select(a[k], b[k]))
 }
 
-/// `x` brought into 0..=1; 0 if it is no number.
+/// Clamps `x` to 0..=1; NaN becomes 0.
 #[inline(always)]
 fn clamped<L: Lanes>(lanes: L, x: D4<L>) -> D4<L> {
     let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));
     x.and(zero.less(x)).min(one)
 }
 
-/// The closest points of two features, relative to the first corner of the first triangle, and the direction that parts these.
+/// Closest points of two features, relative to the first corner of the first triangle, and the
+/// direction that separates the features.
 struct Linked<L: Lanes> {
     points: [V4<L>; 2],
     direction: V4<L>,
-    /// Where the points lie on the features.
+    /// Mask: the points lie on the features.
     valid: D4<L>,
 }
 
@@ -222,7 +226,8 @@ impl<L: Lanes> Linked<L> {
         }
     }
 
-    /// An edge that begins at the origin, and one from `o` to `end`: as for [one pair](super::pair).
+    /// Links an edge that begins at the origin and one from `o` to `end`, as for
+    /// [one pair](super::pair).
     #[inline(always)]
     fn edges(lanes: L, d: V4<L>, [o, end]: [V4<L>; 2]) -> Self {
         let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));
@@ -250,7 +255,7 @@ impl<L: Lanes> Linked<L> {
         }
     }
 
-    /// A face with these edges from the origin, and a corner.
+    /// Links a face with these edges from the origin and a corner.
     #[inline(always)]
     fn face(lanes: L, [x, y]: [V4<L>; 2], corner: V4<L>) -> Self {
         let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));
@@ -269,8 +274,8 @@ impl<L: Lanes> Linked<L> {
     }
 }
 
-/// The proven gap between the projections on the line along `n`, and the unit vector along it from the second triangle to the
-/// first; 0 if there is none.
+/// Proven gap between the projections on a line along `n`, and the unit vector along it from the
+/// second triangle to the first; 0 if none is proven.
 #[inline(always)]
 fn gap<L: Lanes>(lanes: L, p: [V4<L>; 2], q: [V4<L>; 3], reach: V4<L>, n: V4<L>) -> (D4<L>, V4<L>) {
     let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));

@@ -5,21 +5,22 @@ use glam::DVec3;
 
 type Triangle = [DVec3; 3];
 
-/// What is known of the distance of two triangles: `low <= distance <= high`.
+/// Bounds of the distance of two triangles: `low <= distance <= high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Closest {
-    /// The closest points found, of `a` and of `b`, rounded.
+    /// The closest points found, one of `a` and one of `b`, rounded.
     pub points: [DVec3; 2],
-    /// Unit vector from `b` to `a` along which they are at least `low` apart; zero if nothing is proven.
+    /// Unit vector from `b` to `a` along which they are at least `low` apart; zero if nothing is
+    /// proven.
     pub direction: DVec3,
     pub low: f64,
     pub high: f64,
-    /// Whether `high - low` is within the bound of [`Closest::of_apart`].
+    /// True if `high - low` is within the bound of [`Closest::of_apart`].
     pub is_tight: bool,
 }
 
 impl Closest {
-    /// Of triangles that meet in the segment with these ends: the middle of it, twice.
+    /// For triangles that meet in the segment with these ends: both points are its middle.
     pub fn meeting([start, end]: [DVec3; 2]) -> Self {
         let points = [0.5 * start + 0.5 * end; 2];
         Self {
@@ -32,15 +33,16 @@ impl Closest {
     }
 }
 
-/// How far apart both bounds are at most, over the reach of the pair.
+/// Largest difference of the two bounds, relative to the reach of the pair.
 pub(super) const TIGHT: f64 = 64.0 * f64::EPSILON;
 
-/// Closest points of two closed triangles, with bounds of their distance that hold for all finite coordinates up to 2^1003.
+/// Closest points of two closed triangles, with bounds of their distance that hold for all finite
+/// coordinates up to 2^1003.
 ///
-/// If the triangles meet, `low` is 0 and `high` may be anything. Which of both is for
-/// [`super::super::triangles_intersect`] to
-/// say. If they are apart, the bounds are tight as a rule, and by [`Closest::of_apart`] always.
-// Compiled for AVX2, in a kernel that it is inlined into, it takes three times as long.
+/// If the triangles meet, `low` is 0 and `high` may have any value.
+/// [`super::super::triangles_intersect`] decides whether they meet. If they are apart, the bounds
+/// are usually tight; [`Closest::of_apart`] always makes them tight.
+// Inlined into a kernel and so compiled for AVX2, it takes three times as long.
 #[inline(never)]
 pub(crate) fn closest(a: &Triangle, b: &Triangle) -> Closest {
     let pair = Pair::new(a, b);
@@ -57,14 +59,14 @@ pub(crate) fn closest(a: &Triangle, b: &Triangle) -> Closest {
     }
 }
 
-/// Two triangles relative to the first corner of `a`, in a unit that brings the largest coordinate between 1 and 2, or as
-/// near as possible.
+/// Two triangles relative to the first corner of `a`. Their unit brings the largest coordinate
+/// between 1 and 2, or as near as possible.
 pub(super) struct Pair {
     pub a: Triangle,
     pub b: Triangle,
     pub origin: DVec3,
     pub unit: f64,
-    /// The largest coordinates of `a` plus those of `b`, axis by axis.
+    /// Largest coordinates of `a` plus those of `b`, per axis.
     reach: DVec3,
 }
 
@@ -76,7 +78,7 @@ impl Pair {
         let reach_a = larger_components(p1.abs(), p2.abs());
         let reach_b = larger_components(larger_components(q0.abs(), q1.abs()), q2.abs());
         let size = larger(largest(reach_a), largest(reach_b));
-        // The exponent field of the largest, at least that of the least normal number.
+        // Exponent field of the largest coordinate, at least that of the least normal number.
         let exponent = (size.to_bits() >> 52).max(1);
         let (scale, unit) = (
             f64::from_bits((2046 - exponent) << 52),
@@ -95,7 +97,7 @@ impl Pair {
         }
     }
 
-    /// What is proven by two points, one of each triangle: how far apart they are at most.
+    /// Upper bound of the distance, proven by two points, one of each triangle.
     pub fn high(&self, points: [DVec3; 2]) -> f64 {
         let length = (points[0] - points[1]).length();
         let rounding = f64::EPSILON * self.reach.length();
@@ -103,11 +105,12 @@ impl Pair {
         high.max(f64::MIN_POSITIVE)
     }
 
-    /// What is proven by a direction: how far apart they are at least, and its unit vector from `b` to `a`.
+    /// Lower bound of the distance, proven by a direction, and that direction's unit vector from
+    /// `b` to `a`.
     pub fn low(&self, n: DVec3) -> (f64, DVec3) {
         let (gap, direction) = self.gap(n);
         let low = gap * self.unit;
-        // Units are powers of two, so what is above the least normal number is not rounded.
+        // The unit is a power of two, so a value above the least normal number is not rounded.
         (if low > f64::MIN_POSITIVE { low } else { 0.0 }, direction)
     }
 
@@ -121,7 +124,8 @@ impl Pair {
             points: [DVec3::ZERO; 2],
             direction: DVec3::ZERO,
         };
-        // Edges that face the other triangle are the closest features of most pairs, then corners and faces.
+        // For most pairs, the closest features are the edges that face the other triangle; next
+        // come corners and faces.
         let to_b = (self.b[0] + self.b[1] + self.b[2]) - (self.a[0] + self.a[1] + self.a[2]);
         if self.or_facing_edges(&mut best, to_b)
             || best.or_face(&self.a, &self.b, |foot, corner| [foot, corner])
@@ -149,13 +153,13 @@ impl Pair {
         best
     }
 
-    /// The two edges that face the other triangle, which lies in this direction from `a`.
+    /// Tests the two edges that face the other triangle. `to_b` is the direction from `a` to `b`.
     fn or_facing_edges(&self, best: &mut Features, to_b: DVec3) -> bool {
         best.or_edges(&Edge::facing(&self.a, to_b), &Edge::facing(&self.b, -to_b))
     }
 
-    /// The proven gap between the projections on the line along `n`, whatever its length, and its unit vector from `b` to `a`;
-    /// zero if there is none.
+    /// Proven gap between the projections on a line along `n`, which may have any length, and its
+    /// unit vector from `b` to `a`; zero if none is proven.
     fn gap(&self, n: DVec3) -> (f64, DVec3) {
         let n = n * (1.0 / largest(n.abs()));
         let (a_low, a_high) = range(&self.a, n);
@@ -163,7 +167,7 @@ impl Pair {
         let (above, below) = (a_low - b_high, b_low - a_high);
         let error = 2.01 * f64::EPSILON * n.abs().dot(self.reach) + 1e-300;
         let gap = larger(above, below) - error;
-        // False also for no number, from no direction.
+        // Also false for NaN, which a zero direction gives.
         if gap > 0.0 {
             let inverse = 1.0 / n.length();
             let towards_a = if above > below { inverse } else { -inverse };
@@ -178,49 +182,50 @@ fn larger_components(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z))
 }
 
-/// Least and largest projection.
+/// Least and largest projection on `n`.
 fn range(t: &Triangle, n: DVec3) -> (f64, f64) {
     let (x, y, z) = (t[0].dot(n), t[1].dot(n), t[2].dot(n));
     let (low, high) = if x < y { (x, y) } else { (y, x) };
     (if z < low { z } else { low }, larger(z, high))
 }
 
-/// `x` brought into 0..=1; 0 if it is no number.
+/// Clamps `x` to 0..=1; NaN becomes 0.
 pub(super) fn clamped(x: f64) -> f64 {
     let x = if x > 0.0 { x } else { 0.0 };
     if x < 1.0 { x } else { 1.0 }
 }
 
-/// The closest features found: points of `a` and `b`, their squared distance, and the direction between the features.
+/// The closest features found: points of `a` and `b`, their squared distance, and the direction
+/// between the features.
 struct Features {
     square: f64,
     points: [DVec3; 2],
     direction: DVec3,
 }
 
-/// An edge and what lies beside it.
+/// An edge, and the position of the third corner.
 struct Edge {
     start: DVec3,
     end: DVec3,
     step: DVec3,
     /// `1 / |step|^2`.
     inverse: f64,
-    /// From the start to the corner that is not on it.
+    /// Vector from the start to the corner that is not on the edge.
     aside: DVec3,
 }
 
-/// The next corner.
+/// Index of the next corner.
 const NEXT: [usize; 3] = [1, 2, 0];
 
 impl Edge {
-    /// The one opposite to the corner that is farthest back.
+    /// The edge opposite the corner that is farthest back.
     fn facing(t: &Triangle, forward: DVec3) -> Self {
         let (x, y, z) = (t[0].dot(forward), t[1].dot(forward), t[2].dot(forward));
         let (back, least) = if y < x { (1, y) } else { (0, x) };
         Self::new(t, NEXT[if z < least { 2 } else { back }])
     }
 
-    /// From a corner to the next.
+    /// The edge from a corner to the next.
     fn new(t: &Triangle, corner: usize) -> Self {
         let (start, end) = (t[corner], t[NEXT[corner]]);
         let step = end - start;
@@ -237,13 +242,14 @@ impl Edge {
         self.start * (1.0 - s) + self.end * s
     }
 
-    /// How far along this edge and another their closest points lie: the solution for the lines, brought into the first
-    /// edge, its projection on the second brought into that, and that one's on the first.
+    /// Parameters of the closest points of this edge and another. Solves for the lines and clamps
+    /// to this edge. Projects that point on the other edge and clamps it, then projects back on
+    /// this edge and clamps again.
     fn parameters(&self, other: &Self) -> [f64; 2] {
         let (d, e, from) = (self.step, other.step, self.start - other.start);
         let (d_e, d_from, e_from) = (d.dot(e), d.dot(from), e.dot(from) * other.inverse);
         let ratio = d_e * other.inverse;
-        // sin^2 of the angle.
+        // Squared sine of the angle.
         let sine = 1.0 - d_e * ratio * self.inverse;
         let s = if sine < 1e-4 {
             let across = d.cross(e);
@@ -255,8 +261,9 @@ impl Edge {
         [clamped((d_e * t - d_from) * self.inverse), t]
     }
 
-    /// The direction between two edges whose closest points lie at these parameters and differ by `between`: perpendicular
-    /// to each edge that has its point inside. Whether it is as exact where the edges nearly meet.
+    /// Separating direction of two edges whose closest points have these parameters and differ by
+    /// `between`. It is perpendicular to each edge that has its point inside. The flag is true if
+    /// the direction is exact even where the edges nearly meet.
     fn direction(&self, other: &Self, parameters: [f64; 2], between: DVec3) -> (DVec3, bool) {
         let (d, e) = (self.step, other.step);
         let is_inside = |s: f64| s > 0.0 && s < 1.0;
@@ -278,8 +285,10 @@ impl Edge {
 }
 
 impl Features {
-    /// A face against the corners of the other triangle: only the one closest to its plane can be the closest point, as from
-    /// the others a way leads closer. Whether these are the closest features of all: then all corners are on one side.
+    /// Tests a face against the corners of the other triangle. Only the corner closest to its plane
+    /// can be the closest point: the distance to the face falls on the way from another corner to
+    /// it. Returns true if the best features are certainly the closest of all, because all corners
+    /// are on one side.
     fn or_face(
         &mut self,
         face: &Triangle,
@@ -298,7 +307,8 @@ impl Features {
         };
         let corner = other[lower(lower(0, 1), 2)];
         let (mut s, mut t, mut foot, area) = (0.0, 0.0, face[0], normal.length_squared());
-        // Twice: on a sliver the first foot is off by as many roundings as the sliver is longer than wide.
+        // Twice: on a sliver, the error of the first foot is as many roundings as the sliver is
+        // longer than wide.
         for _ in 0..2 {
             s += y.cross(normal).dot(corner - foot) / area;
             t += normal.cross(x).dot(corner - foot) / area;
@@ -319,8 +329,8 @@ impl Features {
         heights.iter().all(|height| *height > 0.0) || heights.iter().all(|height| *height < 0.0)
     }
 
-    /// Two edges. Whether these are the closest features of all: then the planes through both points, perpendicular to the
-    /// direction, part the corners beside the edges too.
+    /// Tests two edges. Returns true if they are certainly the closest features of all: the planes
+    /// through both points, perpendicular to the direction, also separate the third corners.
     fn or_edges(&mut self, d: &Edge, e: &Edge) -> bool {
         let [s, t] = d.parameters(e);
         let (on_d, on_e) = (d.step * s, e.step * t);
@@ -346,7 +356,8 @@ impl Features {
     }
 }
 
-/// Squared distance, in the unit of a pair, below which the difference of two points is too inexact to tell sides.
+/// Squared distance, in the unit of a pair, below which the difference of two points is too inexact
+/// to decide sides.
 const NEAR: f64 = 1e-6;
 
 /// Squared sine below which two edges have no perpendicular direction.

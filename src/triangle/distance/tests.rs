@@ -1,4 +1,4 @@
-//! Both kernels against exact distances.
+//! Compares both kernels with exact distances.
 
 use core::array::from_fn;
 use core::cmp::Ordering;
@@ -133,14 +133,14 @@ impl Family {
     }
 }
 
-/// The second moved towards the first until about this distance is left.
+/// Moves the second triangle towards the first until about this distance is left.
 fn moved_close([a, b]: [Triangle; 2], distance: f64) -> [Triangle; 2] {
     let found = closest(&a, &b);
     let step = found.direction * (found.low - distance);
     [a, b.map(|x| x + step)]
 }
 
-/// The largest coordinate relative to the first corner of `a`.
+/// Largest coordinate relative to the first corner of `a`.
 fn size([a, b]: &[Triangle; 2]) -> f64 {
     a.iter()
         .chain(b)
@@ -164,7 +164,8 @@ fn assert_bounds(found: &Closest, exact: &Distance) {
     );
 }
 
-/// How far the bounds are from the distance, relative to the size; `None` where they must be 0 and anything.
+/// Errors of both bounds, relative to the size; `None` where `low` must be 0 and `high` may have
+/// any value.
 fn slack(pair: &[Triangle; 2]) -> Option<[f64; 2]> {
     let (found, exact) = (
         closest_or_meeting(&pair[0], &pair[1]),
@@ -191,7 +192,7 @@ fn bounds_hold_and_are_tight() {
                 let Some([low, high]) = slack(&pair) else {
                     continue;
                 };
-                // Of denormal numbers a few bits are all there is.
+                // Denormal numbers have only a few bits.
                 if family != Family::Tiny {
                     assert!(
                         low < 2e-14 && high < 5e-15,
@@ -203,7 +204,8 @@ fn bounds_hold_and_are_tight() {
     }
 }
 
-/// The last resort needs no beginning: one of all features is the closest, whatever the triangles.
+/// The exhaustive search needs no first result: for all triangles, one of all features is the
+/// closest.
 #[test]
 fn every_feature_is_enough() {
     let none = Closest {
@@ -233,7 +235,8 @@ fn every_feature_is_enough() {
     }
 }
 
-/// As triangles of one point they are close to the triangles, and as far apart as was said.
+/// The reported points are close to the triangles, and as far apart as reported. Tests them as
+/// triangles of one point.
 #[test]
 fn points_lie_on_the_triangles() {
     for family in [
@@ -257,7 +260,7 @@ fn points_lie_on_the_triangles() {
                     "{family:?} {point} {triangle:?}"
                 );
             }
-            // Halves, as the square of the largest coordinates is more than there is.
+            // Halved, because the square of the largest coordinates overflows.
             let length = 2.0
                 * (found.points[0] * 0.5 - found.points[1] * 0.5)
                     .abs()
@@ -271,7 +274,7 @@ fn corners(pair: &HardPair) -> [Triangle; 2] {
     pair.triangles.map(|triangle| triangle.map(DVec3::from))
 }
 
-/// The truth in the file comes from elsewhere, so this tests the judge too.
+/// The distances in the file come from another source, so this also tests the reference.
 fn check_pairs(pairs: &[HardPair]) {
     for pair in pairs {
         let (
@@ -287,7 +290,7 @@ fn check_pairs(pairs: &[HardPair]) {
         assert_bounds(&closest(&a, &b), &exact);
         assert_bounds(&closest(&b, &a), &exact);
         assert_eq!(exact.is_zero(), *meet, "{family} {a:?} {b:?}");
-        // Fewer digits of denormal distances.
+        // Denormal distances have fewer digits.
         let distance = exact.rounded();
         let is_same = (margin - distance).abs() <= 1e-3 * distance;
         assert!(
@@ -311,7 +314,7 @@ fn all_hard_pairs() {
     assert_eq!(pairs.len(), 48_100);
 }
 
-/// The nine pairs of edges, and each corner with the face of the other.
+/// The nine pairs of edges, and each corner with the face of the other triangle.
 fn all_features() -> impl Iterator<Item = Features> {
     let edges = (0..9).map(|k| Features {
         orders: [k / 3, k % 3],
@@ -327,7 +330,7 @@ fn all_features() -> impl Iterator<Item = Features> {
     }))
 }
 
-/// Whatever features are said to be closest; and where they are, that is found out.
+/// Tests all claims of closest features. Where the claim is right, there must be a result.
 #[test]
 fn four_pairs_of_known_features() {
     let sets = [Instructions::detect(), Instructions::PORTABLE];
@@ -385,7 +388,7 @@ fn four_pairs_of_known_features() {
     }
 }
 
-/// The table in `docs/numerics.md`.
+/// Prints the table in `docs/numerics.md`.
 #[test]
 #[ignore = "prints how tight the bounds are"]
 fn tightness() {
@@ -433,7 +436,7 @@ impl Kernel for Batch<'_> {
     }
 }
 
-/// Rows with edges of the given length; `first` at most 1.
+/// Rows with edges of the given length; `first` is at most 1.
 fn rows(length: f64, random: &mut Random) -> Rows {
     let mut number = |scale: f64| (scale * random.between(-1.0, 1.0)) as f32;
     let [x, y, z] = from_fn(|_| number(1.0));
@@ -470,7 +473,7 @@ fn all_instruction_sets_give_the_same_bits() {
     }
 }
 
-/// What is no number, or more than there is room for, proves nothing.
+/// NaN, infinities and numbers out of range prove nothing.
 #[test]
 fn nonsense_proves_nothing() {
     let mut random = Random::new(4);
@@ -484,7 +487,7 @@ fn nonsense_proves_nothing() {
             f32::MAX,
             -f32::MAX,
         ][round % 5];
-        // Any number but the rest, which is known to be small.
+        // Any entry but the residual, which is known to be small.
         let (lane, place) = (round / 2 % 8, round / 16 % 9);
         bad[round % 2][lane].as_flattened_mut()[place] = nonsense;
         for set in [Instructions::detect(), Instructions::PORTABLE] {

@@ -1,5 +1,6 @@
-//! A ray or a segment and a triangle, exactly: on which side it passes an edge, whether and where it meets the plane, and what
-//! they share if they lie in one plane. Only asked where `f64` is in doubt ([`crate::triangle::ray`]).
+//! Exact tests of a ray or a segment against a triangle: the side on which it passes an edge,
+//! whether and where it meets the plane, and what they share if they lie in one plane. Used only
+//! where `f64` is in doubt ([`crate::triangle::ray`]).
 
 use super::sum::{Sum, Term, on_grid};
 use crate::math::Ray;
@@ -7,32 +8,35 @@ use arrayvec::ArrayVec;
 use core::array::from_fn;
 use glam::DVec3;
 
-/// The points of a ray and a triangle on one grid: origin, base and target of the direction, three corners.
+/// Points of a ray and a triangle on one grid: origin, base and target of the direction, three
+/// corners.
 pub(crate) struct Line {
     points: [[Term; 3]; 6],
     width: u32,
     is_segment: bool,
 }
 
-/// A difference of two points: from the second to the first.
+/// A difference of two points, by index: the first minus the second.
 type Row = [usize; 2];
 
 const ORIGIN: usize = 0;
-/// Of a segment; else the target of the direction.
+/// End of a segment; of a ray, the target of the direction.
 const END: usize = 2;
 const DIRECTION: Row = [END, 1];
 
-/// Number of a corner.
+/// Index of a corner.
 const fn corner(i: usize) -> usize {
     3 + i % 3
 }
 
-/// The plane's parameter on the line is `above / along`; both are products with the normal of the triangle.
+/// Rows of the product of a vector with the triangle's normal. The plane's parameter on the line is
+/// `above / along`; both are such products.
 const fn rows(first: Row) -> [Row; 3] {
     [first, [corner(1), corner(0)], [corner(2), corner(0)]]
 }
 
-/// A point of the line: 1 if it lies after the origin, and after the end of a segment, -1 if before; and its parameter.
+/// A point of the line, with its parameter `t`. The signs are 1 if it lies after the origin, or
+/// after the end of a segment, and -1 if before.
 struct Point {
     after_origin: i8,
     after_end: i8,
@@ -40,7 +44,8 @@ struct Point {
 }
 
 impl Point {
-    /// The parameter of `p` is the measure from the origin to it over that of the direction.
+    /// The parameter of `p` is the measure from the origin to `p`, divided by the measure of the
+    /// direction.
     fn new(measure: impl Fn(Row) -> Sum, p: usize) -> Self {
         let (above, along) = (measure([p, ORIGIN]), measure(DIRECTION));
         let sign = along.sign();
@@ -65,33 +70,35 @@ impl Line {
         }
     }
 
-    /// On which side the line passes the edge from corner `i` to the next: the sign of `det(d, p - o, q - o)`.
+    /// The side on which the line passes the edge from corner `i` to the next: the sign of
+    /// `det(d, p - o, q - o)`.
     pub fn side(&self, i: usize) -> i8 {
         self.volume([DIRECTION, [corner(i), ORIGIN], [corner(i + 1), ORIGIN]])
             .sign()
     }
 
-    /// The sign of how far the plane is from the origin along the normal.
+    /// Sign of the distance from the origin to the plane, along the normal.
     pub fn above(&self) -> i8 {
         self.volume(rows([corner(0), ORIGIN])).sign()
     }
 
-    /// The same from the end of a segment.
+    /// Sign of the distance from the end of a segment to the plane, along the normal.
     pub fn above_end(&self) -> i8 {
         self.volume(rows([corner(0), END])).sign()
     }
 
-    /// Where the line meets the plane, which it is not parallel to.
+    /// Parameter at which the line meets the plane. The line is not parallel to the plane.
     pub fn t(&self) -> f64 {
         self.volume(rows([corner(0), ORIGIN]))
             .quotient(&self.volume(rows(DIRECTION)))
     }
 
-    /// The least parameter of a common point, if there is one, where the line lies in one plane with the triangle, or with the
-    /// segment or the point that it is; that is, where it passes all edges on no side.
+    /// The least parameter of a common point, if there is one. The line lies in one plane with the
+    /// triangle, or with the segment or point to which it degenerates. That is, it passes all edges
+    /// on no side.
     ///
-    /// Along an axis along which not all turns about the line vanish, what is in that plane is seen without loss. If there is
-    /// none, the triangle is a part of the line.
+    /// The projection along an axis is injective on that plane if not all orientations about the
+    /// line vanish. If they vanish for all axes, the triangle is a part of the line.
     pub fn t_in_plane(&self) -> Option<f64> {
         let along = (0..3).find(|&axis| self.length(axis, DIRECTION).sign() != 0)?;
         let turns =
@@ -133,7 +140,7 @@ impl Line {
         sum
     }
 
-    /// The area that two differences span, seen along an axis.
+    /// The area that two differences span, projected along an axis.
     fn area(&self, axis: usize, rows: [Row; 2]) -> Sum {
         let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
         let mut sum = Sum::new(self.width);
@@ -146,7 +153,7 @@ impl Line {
         sum
     }
 
-    /// A difference along an axis.
+    /// A difference of coordinates along an axis.
     fn length(&self, axis: usize, [to, from]: Row) -> Sum {
         let mut sum = Sum::new(self.width);
         sum.add([self.points[to][axis], Term::ONE, Term::ONE]);

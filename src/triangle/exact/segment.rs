@@ -1,14 +1,16 @@
-//! Where two triangles meet.
+//! The segment in which two triangles meet.
 //!
-//! Each end is a corner, or the point of an edge in the other triangle's plane. Which one it is follows from exact signs, how
-//! far along the edge it is from volumes that are exact where `f64` is in doubt. So nothing is amplified: the ends are off by
-//! the rounding of their coordinates, however thin, flat or nearly parallel the triangles are.
+//! Each end is a corner, or the point of an edge in the other triangle's plane. Exact signs decide
+//! which one. The position along the edge comes from volumes, which are exact where `f64` is in
+//! doubt. So no error is amplified: the ends are off by the rounding of their coordinates, even if
+//! the triangles are thin, flat or nearly parallel.
 
 use super::{Pair, Position, Triangle, crossing_edge, intersects, lone_corner, turned};
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-/// How far an end may be off along an axis where `f64` is good enough, over the largest coordinate: less than 1e-12 / sqrt 3.
+/// Error of an end along an axis up to which `f64` suffices, relative to the largest coordinate:
+/// less than 1e-12 / sqrt 3.
 const TOLERANCE: f64 = 5e-13;
 
 /// The segment in which the closed triangles meet; see [`crate::triangle_segment`].
@@ -38,16 +40,16 @@ pub(crate) fn segment(a: &Triangle, b: &Triangle) -> Option<[DVec3; 2]> {
     }
 }
 
-/// For two triangles that meet.
+/// Computes the ends for two triangles that meet.
 struct Ends<'a> {
     pair: &'a Pair<'a>,
-    /// How far an end may be off.
+    /// Allowed error of an end along an axis.
     tolerance: f64,
 }
 
 impl Ends<'_> {
-    /// The later of the points k' and i, and the earlier of k and i', in the names of [`Pair::crossing_meet`]; they are put
-    /// in order by the same volumes.
+    /// The later of the points k' and i, and the earlier of k and i', in the names of
+    /// [`Pair::crossing_meet`]. The signs of volumes order them, as they do there.
     fn of_crossing(&self, a_sides: [i8; 3], b_sides: [i8; 3]) -> [DVec3; 2] {
         let Pair { a, b, signs, .. } = self.pair;
         let (p, a_above) = lone_corner(a_sides);
@@ -67,7 +69,7 @@ impl Ends<'_> {
         [start, end]
     }
 
-    /// The point of an edge in the plane of `face`.
+    /// The point at which an edge crosses the plane of `face`.
     fn in_plane(&self, face: &Triangle, edge: [DVec3; 2]) -> DVec3 {
         between(
             edge,
@@ -75,13 +77,13 @@ impl Ends<'_> {
         )
     }
 
-    /// What the tolerance is of an edge's length.
+    /// The tolerance as a fraction of an edge's length.
     fn share(&self, [p, q]: [DVec3; 2]) -> f64 {
         self.tolerance / (q - p).abs().max_element()
     }
 
-    /// The two points farthest apart of a common polygon: its corners are corners of one triangle in the other, and points
-    /// where edges cross.
+    /// The two points of the common polygon that are farthest apart. Its corners are corners of one
+    /// triangle in the other, and points where edges cross.
     fn of_chord(&self) -> Option<[DVec3; 2]> {
         let Pair { a, b, extent, .. } = self.pair;
         let mut corners = ArrayVec::<DVec3, 15>::new();
@@ -105,8 +107,8 @@ impl Ends<'_> {
         longest.map(|(_, chord)| chord)
     }
 
-    /// Where edges in one plane cross, if they do so inside both. Seen along an axis in the plane all turns are 0, along any
-    /// other axis they are those of the plane.
+    /// The point at which two edges in one plane cross, if it is inside both. Projected along an
+    /// axis in the plane, all orientations are 0. Along any other axis they are those of the plane.
     fn crossing(&self, e: [DVec3; 2], f: [DVec3; 2]) -> Option<DVec3> {
         let signs = &self.pair.signs;
         let crosses = |axis: usize, [p, q]: [DVec3; 2], points: [DVec3; 2]| {
@@ -122,7 +124,8 @@ fn edge(t: &Triangle, i: usize) -> [DVec3; 2] {
     [t[i], t[(i + 1) % 3]]
 }
 
-/// The point of a segment that is so far along it, counted from the closer end, so that it is an end for 0 and 1.
+/// The point of a segment at this fraction, computed from the closer end. So fractions 0 and 1 give
+/// the ends.
 fn between([p, q]: [DVec3; 2], share: f64) -> DVec3 {
     let point = if share <= 0.5 {
         p + (q - p) * share

@@ -1,7 +1,8 @@
-//! Signs of volumes (3x3 determinants of coordinate differences) and of areas (2x2), never wrong.
+//! Exact signs of volumes (3x3 determinants of coordinate differences) and of areas (2x2).
 //!
-//! A sign is read from plain `f64` arithmetic if the result exceeds a proven error bound. Else it is computed again by crate
-//! `robust` (adaptive floating-point expansions), and where those could overflow or underflow, as a [`Sum`] of products.
+//! A sign comes from plain `f64` arithmetic if the result exceeds a proven error bound. Otherwise
+//! crate `robust` computes it again (adaptive floating-point expansions). Where those could
+//! overflow or underflow, it is computed as a [`Sum`] of products.
 
 use core::array::from_fn;
 
@@ -12,14 +13,18 @@ use super::sum::{Sum, Term, on_grid};
 
 /// Signs of determinants of points in a box.
 ///
-/// The error bounds: let E be the computed extents of the box, e half the machine epsilon. Rounding is monotone, so no
-/// computed difference exceeds E. A volume has 6 products of 3 differences, each rounded at most 8 times on its way
-/// (3 differences, 2 products, 3 sums), so its error is below `6 * 8.1 e Ex Ey Ez`; the bound takes 64 for 48.6. An
-/// area has 2 products of 2 differences, rounded 4 times: error below `2 * 4.1 e Ei Ej`; the bound takes 16. If
-/// E <= 2^300, nothing overflows. Underflow adds less than `2^-1071 (1 + max E)`, and less than `2^-1016 (1 + max E)^2` where
-/// denormal numbers are flushed to zero; padding each E by 2^-300 adds more than that to the bounds.
+/// Error bounds: let E be the computed extents of the box, and e half the machine epsilon. Rounding
+/// is monotone, so no computed difference exceeds E. A volume has 6 products of 3 differences, each
+/// rounded at most 8 times (3 differences, 2 products, 3 sums), so its error is below
+/// `6 * 8.1 e Ex Ey Ez`; the bound takes 64 for 48.6. An area has 2 products of 2 differences,
+/// rounded 4 times, so its error is below `2 * 4.1 e Ei Ej`; the bound takes 16.
+///
+/// If E <= 2^300, nothing overflows. Underflow adds less than `2^-1071 (1 + max E)`, and less than
+/// `2^-1016 (1 + max E)^2` if denormal numbers are flushed to zero. Each E is padded by 2^-300,
+/// which adds more than that to the bounds.
 pub(super) struct Signs {
-    /// Padded extents; infinite if a determinant might overflow, so that no `f64` result exceeds its bound.
+    /// Padded extents. Infinite if a determinant might overflow, so that no `f64` result exceeds
+    /// its bound.
     extent: DVec3,
 }
 
@@ -41,7 +46,8 @@ impl Signs {
         }
     }
 
-    /// Sides of the points relative to the plane of `t`: 1 where the normal `(t1 - t0) x (t2 - t0)` points.
+    /// Sides of the points relative to the plane of `t`: 1 on the side to which the normal
+    /// `(t1 - t0) x (t2 - t0)` points.
     pub fn sides<const N: usize>(&self, t: &[DVec3; 3], points: &[DVec3; N]) -> [i8; N] {
         let bound = VOLUME_BOUND * self.extent.x * self.extent.y * self.extent.z;
         let volumes = volumes(t.map(|p| p.to_array()), points.map(|p| p.to_array()));
@@ -51,12 +57,14 @@ impl Signs {
         })
     }
 
-    /// Side of one point relative to a plane. It is also the side on which line `t0 t1` passes line `t2 point`.
+    /// Side of one point relative to a plane. This is also the side on which line `t0 t1` passes
+    /// line `t2 point`.
     pub fn side(&self, t: [DVec3; 3], point: DVec3) -> i8 {
         self.sides(&t, &[point])[0]
     }
 
-    /// Orientation of three points projected along `axis`: 1 if counterclockwise, seen against it.
+    /// Orientation of three points projected along `axis`: 1 if counterclockwise, seen against the
+    /// axis.
     pub fn turn(&self, axis: usize, points: &[DVec3; 3]) -> i8 {
         let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
         let points = points.map(|p| [p[i], p[j]]);
@@ -66,8 +74,9 @@ impl Signs {
         }
     }
 
-    /// How far along `p q` the plane of `t` is, as a share of its length. The points are not strictly on one side of the plane,
-    /// nor both in it. The share is off by less than `tolerance` or by a few roundings, or a share of 0 is as good.
+    /// Position of the plane of `t` along `p q`, as a fraction of the length. The points are not
+    /// strictly on one side of the plane, and not both in it. The fraction is off by less than
+    /// `tolerance` or by a few roundings, or 0 is as good a result.
     pub fn share_to_plane(&self, t: &[DVec3; 3], [p, q]: [DVec3; 2], tolerance: f64) -> f64 {
         let bound = VOLUME_BOUND * self.extent.x * self.extent.y * self.extent.z;
         let points = [t[0], t[1], t[2], p, q].map(|p| p.to_array());
@@ -80,7 +89,9 @@ impl Signs {
         })
     }
 
-    /// The same for the line `r s`, projected along `axis`, for points strictly on different sides.
+    /// Position of the line `r s` along `p q`, projected along `axis`, as a fraction of the length.
+    /// The points are strictly on different sides. The error is that of
+    /// [`share_to_plane`](Self::share_to_plane).
     pub fn share_to_line(
         &self,
         axis: usize,
@@ -105,8 +116,10 @@ impl Signs {
     }
 }
 
-/// Where a value that goes from one number to another, of different signs and each off by `bound` at most, is zero: if that is
-/// certain to less than the tolerance. With errors `d` and `e`, the share is off by `((1 - share) d + share e) / span`.
+/// Fraction of the way at which a value that changes linearly from one number to another is zero.
+/// The numbers have different signs, and each is off by at most `bound`. `None` if the fraction is
+/// not certain to less than the tolerance. With errors `d` and `e`, it is off by
+/// `((1 - share) d + share e) / span`.
 fn fast_share(from: f64, to: f64, bound: f64, tolerance: f64) -> Option<f64> {
     let span = from - to;
     (bound < tolerance * span.abs()).then(|| (from / span).clamp(0.0, 1.0))
@@ -137,11 +150,12 @@ fn sign(value: f64) -> i8 {
     i8::from(value > 0.0) - i8::from(value < 0.0)
 }
 
-/// Whether `robust` is exact for these coordinates.
+/// True if `robust` is exact for these coordinates.
 ///
-/// It adds up products of three differences. With all magnitudes below 2^300 no product exceeds 2^910. With all of them zero
-/// or at least 2^-288, every coordinate is a multiple of 2^-340 and every product one of 2^-1020, above the least denormal
-/// 2^-1074. So nothing overflows or underflows, and its error-free transformations are error-free.
+/// It adds products of three differences. If all magnitudes are below 2^300, no product exceeds
+/// 2^910. If all are zero or at least 2^-288, every coordinate is a multiple of 2^-340 and every
+/// product a multiple of 2^-1020, above the least denormal 2^-1074. So nothing overflows or
+/// underflows, and its error-free transformations are error-free.
 fn is_safe(coordinates: &[f64]) -> bool {
     let in_range = |x: f64| {
         x.to_bits() << 1 == 0 || (1023 - 288..1023 + 300).contains(&(x.abs().to_bits() >> 52))
@@ -149,9 +163,9 @@ fn is_safe(coordinates: &[f64]) -> bool {
     coordinates.iter().all(|&x| in_range(x))
 }
 
-/// Whether the points share a coordinate, or are at most two seen along one of the axes: then they lie in a plane. So do the
-/// corners of floors and walls, which made parts are full of. Where copies of such parts coincide, nearly all points that are
-/// in doubt do.
+/// True if the points share a coordinate, or are at most two points when seen along an axis: then
+/// they lie in a plane. The corners of floors and walls do, and manufactured parts have many of
+/// those. Where copies of such parts coincide, nearly all points in doubt do.
 fn share_floor_or_wall(points: &[[f64; 3]; 4]) -> bool {
     (0..3).any(|i| {
         let [p, q, r, s] = points.map(|p| [p[i], p[(i + 1) % 3]]);
@@ -169,7 +183,7 @@ fn exact_side(points: [[f64; 3]; 4]) -> i8 {
     }
     if is_safe(points.as_flattened()) {
         let [p, q, r, s] = points.map(|[x, y, z]| Coord3D { x, y, z });
-        // Positive below the plane, where the corners appear clockwise.
+        // `robust` is positive below the plane, where the corners appear clockwise.
         return -sign(robust::orient3d(p, q, r, s));
     }
     let (points, width) = on_grid(points);
@@ -229,7 +243,7 @@ mod tests {
             let signs = Signs::within(DVec3::splat(8.0));
             let side = signs.side([vectors[0], vectors[1], vectors[2]], vectors[3]);
             let turn = signs.turn(0, &[vectors[0], vectors[1], vectors[2]]);
-            // Another scale along each axis, a power of two or a denormal, leaves the signs as they are.
+            // Scaling each axis by a power of two or a denormal does not change the signs.
             let power = |exponent: u64| f64::from_bits((1023 + exponent) << 52);
             for scale in [
                 [1.0; 3],
@@ -273,7 +287,8 @@ mod tests {
         assert!(flat > 1000 && spatial > 1000, "{flat} {spatial}");
     }
 
-    /// A regular tetrahedron and a right triangle in the corners of a cube: the largest volume and area of each width.
+    /// A regular tetrahedron and a right triangle in the corners of a cube: the largest volume and
+    /// area of each width.
     #[test]
     fn largest_volumes_of_all_widths() {
         for exponent in 1..1024 {
@@ -298,7 +313,7 @@ mod tests {
         }
     }
 
-    /// Also the widest possible grid: the denormal decides all but the zeros.
+    /// Also covers the widest possible grid: the denormal decides all signs but the zeros.
     #[test]
     fn largest_and_least_values_together() {
         let (m, t) = (f64::MAX, TINY);

@@ -1,8 +1,8 @@
 //! Exact sums of products of `f64` values, over their whole range.
 //!
-//! A value is an odd integer times a power of two. A product of three such is an integer of at most 159 bits, and is
-//! added at its place to an accumulator with a digit for every power that can occur. So the cost depends on the number
-//! of products, not on how far apart their exponents are.
+//! A value is an odd integer times a power of two. The integer of a product of three values has at
+//! most 159 bits. It is added at its place to an accumulator with a digit for every power that can
+//! occur. So the cost depends on the number of products, not on the spread of their exponents.
 
 use core::array::from_fn;
 
@@ -32,8 +32,8 @@ impl Term {
     }
 }
 
-/// The coordinates in units of the coarsest power of two that makes integers of all, and their width: each is below
-/// `2^width`. Over all of `f64` it is at most 1024 + 1074.
+/// The coordinates in units of the largest power of two that makes integers of all, and their
+/// width: each is below `2^width`. Over all of `f64` the width is at most 1024 + 1074.
 pub(super) fn on_grid<const D: usize, const N: usize>(
     points: [[f64; D]; N],
 ) -> ([[Term; D]; N], u32) {
@@ -59,9 +59,9 @@ pub(super) fn on_grid<const D: usize, const N: usize>(
 
 /// A sum of at most 48 products of three terms from a grid, added or subtracted.
 pub(super) struct Sum {
-    /// What was added, and what was subtracted; least limb first.
+    /// The sum of what was added, and of what was subtracted; least limb first.
     parts: [[u64; LIMBS]; 2],
-    /// Limbs that may be in use.
+    /// Number of limbs that may be in use.
     limbs: usize,
 }
 
@@ -69,7 +69,8 @@ const LIMBS: usize = limbs(1024 + 1074);
 
 const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
 
-/// A product is below 2^(3 width); 48 of them, should signs gather all in one part, below 2^(3 width + 6).
+/// A product is below 2^(3 width). 48 of them, if their signs gather all in one part, are below
+/// 2^(3 width + 6).
 const fn limbs(width: u32) -> usize {
     (3 * width as usize + 6).div_ceil(64)
 }
@@ -90,7 +91,7 @@ impl Sum {
         self.accumulate(factors, true);
     }
 
-    /// Adds a product, or subtracts it.
+    /// Adds a product, or subtracts it if `negate`.
     pub fn accumulate(&mut self, factors: [Term; 3], negate: bool) {
         let negative = factors
             .iter()
@@ -131,27 +132,28 @@ impl Sum {
         added.cmp(subtracted) as i8
     }
 
-    /// `|self| / (|self| + |other|)` for sums of the same width that are not both 0, off by a few roundings of 1.
+    /// `|self| / (|self| + |other|)` for sums of equal width that are not both 0, off by a few
+    /// roundings of 1.
     pub fn share_of_sizes(&self, other: &Self) -> f64 {
         let sizes = [self.size(), other.size()];
         let top = (0..self.limbs)
             .rev()
             .find(|&i| sizes.iter().any(|size| size[i] != 0))
             .unwrap_or(0);
-        // Of both the same two limbs: what is below is less than 2^-64 of the larger size.
+        // Takes the same two limbs of both. The limbs below are less than 2^-64 of the larger size.
         let [size, rest] = sizes.map(|size| {
             size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64
         });
         size / (size + rest)
     }
 
-    /// `self / other` for an `other` that is not 0, of the same width, off by a few roundings; infinite beyond the range of
-    /// `f64`.
+    /// `self / other` for a nonzero `other` of equal width, off by a few roundings; infinite beyond
+    /// the range of `f64`.
     pub fn quotient(&self, other: &Self) -> f64 {
         let [(upper, top), (lower, bottom)] = [self, other].map(|sum| {
             let size = sum.size();
             let top = (1..sum.limbs).rev().find(|&i| size[i] != 0).unwrap_or(0);
-            // Two limbs have more digits than `f64`, unless there are no more.
+            // Two limbs hold more digits than `f64`, or all digits of the sum.
             (
                 size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64,
                 top,

@@ -1,9 +1,10 @@
-//! Which of eight triangles a ray certainly misses, in `f32`.
+//! Finds which of eight triangles a ray certainly misses, in `f32`.
 //!
-//! With the edges `e`, `f` of a triangle and `s` from its first corner to the ray's origin, let `det = (d x f) . e`,
-//! `u = (d x f) . s` and `v = (s x e) . d`. The signs of `u`, `v` and `det - u - v` say on which sides the line passes the
-//! edges, and it meets the plane at `t = (s x e) . f / det`. Each value has an error bound from the largest components of the
-//! edges and of `s`, derived in `docs/numerics.md`, "Rays".
+//! Let `e`, `f` be the edges of a triangle and `s` the vector from its first corner to the ray's
+//! origin. Let `det = (d x f) . e`, `u = (d x f) . s` and `v = (s x e) . d`. The signs of `u`, `v`
+//! and `det - u - v` give the sides on which the line passes the edges. The line meets the plane at
+//! `t = (s x e) . f / det`. Each value has an error bound, computed from the largest components of
+//! the edges and of `s`; `docs/numerics.md`, "Rays", derives it.
 
 use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, sub};
 use crate::math::tolerance::ROUNDING;
@@ -13,27 +14,28 @@ use crate::triangle::batch::{EDGE_SLOP, Rows, Transposed, UNDERFLOW, largest};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shaft {
     pub origin: [f32; 3],
-    /// Its components are below 2 in size.
+    /// Its components are below 2 in magnitude.
     pub direction: [f32; 3],
-    /// How far the origin may be off besides its rounding.
+    /// Error bound of the origin beyond its rounding.
     pub slop: f32,
 }
 
-/// Most that a parameter which is asked for may be.
+/// Largest parameter that a test may ask for.
 pub(crate) const LARGEST_PARAMETER: f32 = 4.0;
 
-/// What is known of eight triangles, a bit for each.
+/// Results for eight triangles, one bit each.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidates {
-    /// The ray may meet them at the parameters that are asked for.
+    /// The ray may meet the triangle at a parameter within the tested range.
     pub may_meet: u32,
-    /// The line certainly passes all three edges counterclockwise (as seen from [`super::Side::Front`]), or all clockwise.
+    /// The line certainly passes all three edges counterclockwise (as seen from
+    /// [`super::Side::Front`]), or all clockwise.
     pub front: u32,
     pub back: u32,
 }
 
 impl Candidates {
-    /// On which side the line passes all three edges of a triangle, if that is certain.
+    /// The side on which the line passes all three edges of a triangle, if it is certain.
     #[inline(always)]
     pub fn faces(&self, lane: usize) -> Option<i8> {
         let [front, back] = [self.front, self.back].map(|bits| bits >> lane & 1);
@@ -41,7 +43,7 @@ impl Candidates {
     }
 }
 
-/// Tests eight triangles for parameters between `from` and `to`.
+/// Tests eight triangles for hits at parameters between `from` and `to`.
 #[inline(always)]
 pub(crate) fn candidates<L: Lanes>(
     lanes: L,

@@ -6,8 +6,9 @@ use crate::math::tolerance::ROUNDING;
 use crate::triangle::batch::{Placement, Rows, Transposed, UNDERFLOW};
 use crate::triangle::distance::Pair;
 
-/// When `a[i]` and `b[i]` may meet first, for the eight lanes, and those that may before `cut`, a bit each. If they are `spread`,
-/// all lanes hold one pair, and each is for an eighth of the time.
+/// Earliest times at which `a[i]` and `b[i]` may meet, for the eight lanes, and a bit mask of the
+/// lanes that may meet before `cut`. If `spread`, all lanes hold one pair, and each covers an
+/// eighth of the time.
 #[inline(always)]
 pub(crate) fn windows<L: Lanes>(
     lanes: L,
@@ -31,15 +32,15 @@ pub(crate) fn windows<L: Lanes>(
     (enter.store(), alive)
 }
 
-/// Eight pairs, of which those of B move.
+/// Eight pairs; the triangles of B move.
 struct Gliding<L: Lanes> {
     of: Pair<L>,
-    /// The way of each corner of B in half of the time, and what its line bends by then.
+    /// Displacement of each corner of B in half of the time, and the bend of its line by then.
     ways: [V8<L>; 3],
     bend: V8<L>,
     /// A quarter of the acceleration in the whole of the time.
     acceleration: V8<L>,
-    /// The time that it is about, in pieces: its middle and its length.
+    /// Middle and length of the time covered, in substeps.
     middle: F8<L>,
     length: F8<L>,
 }
@@ -90,7 +91,7 @@ impl<L: Lanes> Gliding<L> {
         }
     }
 
-    /// Each lane for an eighth of the time.
+    /// Assigns an eighth of the time to each lane.
     #[inline(always)]
     fn spread(&mut self, lanes: L) {
         let middle = F8::load(
@@ -121,12 +122,13 @@ impl<L: Lanes> Gliding<L> {
         (self.middle, self.length) = (middle, eighth);
     }
 
-    /// When windows begin, rounded down, and those that are not empty and begin before `cut`.
+    /// Begin of each window, rounded down, and a bit mask of the windows that are not empty and
+    /// begin before `cut`.
     #[inline(always)]
     fn alive(&self, lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
         let slop = F8::splat(lanes, 8.0 * ROUNDING);
         let from = self.middle + enter * self.length - slop;
-        // Where one of them is no number nothing is known.
+        // Comparisons with NaN are false, so a lane with NaN stays alive.
         let gone = (leave + slop)
             .less(enter - slop)
             .or(F8::splat(lanes, cut).less(from));
@@ -134,40 +136,43 @@ impl<L: Lanes> Gliding<L> {
     }
 }
 
-/// The same pairs at both ends of their time: on directions that turn with B, or not.
+/// Eight pairs at both ends of their time. The directions turn with B if `SWINGS`.
 struct Ends<L: Lanes, const SWINGS: bool> {
-    /// The edges of A: from its first corner, and the third.
+    /// Edges of A: two from its first corner, and the third.
     p: [V8<L>; 3],
-    /// The first corner of B, and its edges, at the begin and at the end.
+    /// First corner of B, and its edges, at the begin and at the end.
     q: [V8<L>; 2],
     f: [[V8<L>; 3]; 2],
-    /// Its edges in between.
+    /// Edges of B in the middle of the time.
     middle: [V8<L>; 3],
     bend: V8<L>,
-    /// By what the first corner is off the line between both ends, in between, for what a direction changes.
+    /// Deviation of the first corner from the line between its two end positions, per component of
+    /// the direction's change.
     sag: V8<L>,
-    /// Bound on the error of a gap per component of the direction, and of what that changes.
+    /// Error bound of a gap per component of the direction, and per component of the direction's
+    /// change.
     error: V8<L>,
     give: V8<L>,
-    /// How far the ends of an edge are from the same place on a direction made of it and another one: both of A, both of B, or one
-    /// of each.
+    /// Rounding error: the distance between the projections of an edge's two ends on the cross
+    /// product of this edge and another one. Both edges are of A, both of B, or one of each.
     slop: [F8<L>; 3],
 }
 
-/// The length of the longest.
+/// Length of the longest of three vectors.
 #[inline(always)]
 fn longest<L: Lanes>([x, y, z]: [V8<L>; 3]) -> F8<L> {
     dot(x, x).max(dot(y, y)).max(dot(z, z)).sqrt()
 }
 
-/// The least and the greatest projection of a triangle, by those of its edges from the first corner.
+/// Least and greatest projection of a triangle, relative to its first corner, from the projections
+/// of its edges from there.
 #[inline(always)]
 fn extent<L: Lanes>(lanes: L, x: F8<L>, y: F8<L>) -> [F8<L>; 2] {
     let zero = F8::splat(lanes, 0.0);
     [zero.min(x).min(y), zero.max(x).max(y)]
 }
 
-/// The same where the other two corners are in one place.
+/// Extent of a triangle if its other two corners project to one point.
 #[inline(always)]
 fn to_corner<L: Lanes>(lanes: L, x: F8<L>) -> [F8<L>; 2] {
     let zero = F8::splat(lanes, 0.0);
@@ -222,7 +227,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         }
     }
 
-    /// When they may meet: [`Gliding::alive`].
+    /// Begin of the window in which each pair may meet, and the bit mask: see [`Gliding::alive`].
     #[inline(always)]
     fn window(&self, lanes: L, pair: &Gliding<L>, cut: f32) -> (F8<L>, u32) {
         let all = [F8::splat(lanes, -0.5), F8::splat(lanes, 0.5)];
@@ -242,7 +247,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         pair.alive(lanes, window, cut)
     }
 
-    /// How far B extends from its first corner on a direction, at the begin and at the end.
+    /// Extents of B from its first corner on a direction, at the begin and at the end.
     #[inline(always)]
     fn extents_of_b(&self, lanes: L, n: V8<L>) -> [[F8<L>; 2]; 2] {
         let [e, f] = &self.f;
@@ -290,7 +295,8 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         }
     }
 
-    /// On the product of edge `i` of A and edge `j` of B. The ends of an edge are in the same place there.
+    /// Narrows a window by the product of edge `i` of A and edge `j` of B. Both ends of an edge
+    /// project to one point there.
     #[inline(always)]
     fn on_edges(&self, lanes: L, i: usize, j: usize, window: [F8<L>; 2]) -> [F8<L>; 2] {
         let [e, f] = &self.f;
@@ -321,8 +327,9 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         }
     }
 
-    /// What is left of a window on a direction that goes from one to another, whatever its length; with the extents of both
-    /// triangles at both ends, which may be off by `slop`.
+    /// Narrows a window by a direction of any length that changes from `m` to `n`. `of_a` and
+    /// `of_b` are the extents of the triangles at both ends of the time; they are off by at most
+    /// `slop`.
     #[inline(always)]
     fn on(
         &self,
@@ -343,7 +350,8 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         }
         let (up, down) = (bend.min(sag) - error, bend.max(sag) + error);
         let (b, c) = (dot(self.q[0], m), dot(self.q[1], n));
-        // How far B is above A, and below, when the piece begins and when it ends: in between it is no less than in proportion.
+        // Gap of B above A, and below, at the begin and at the end. In between it is at least the
+        // linear interpolation.
         let (above, below) = (
             b + (of_b[0][0] - of_a[0][1]) + up,
             (of_a[0][0] - of_b[0][1]) - b - down,

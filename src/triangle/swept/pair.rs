@@ -4,40 +4,40 @@ use crate::math::{larger, largest, smaller};
 use core::array;
 use glam::DVec3;
 
-/// A pair of triangles in `f64`, of which the corners of the second move, each along its own straight line.
+/// A pair of triangles in `f64`. The corners of the second move, each along its own straight line.
 #[derive(Clone, Debug)]
 pub(crate) struct Swept {
-    /// Both relative to the first corner of A.
+    /// Both triangles relative to the first corner of A.
     a: [DVec3; 3],
     b: [DVec3; 3],
     velocities: [DVec3; 3],
-    /// By what their lines bend at the ends of the time, and the largest components of that.
+    /// Bends of these lines at the ends of the time, and the largest components of the bends.
     bends: [DVec3; 3],
     most_bent: DVec3,
-    /// By how much the corners may be off besides, thickness included.
+    /// Further error bound of the corners, including thickness.
     error: f64,
-    /// The largest coordinates of both, and of the way.
+    /// Largest coordinates of both triangles and of the displacement, added per axis.
     reach: DVec3,
     half: f64,
-    /// Whether all corners have the same velocity.
+    /// True if all corners have the same velocity.
     is_straight: bool,
 }
 
-/// From when to when two triangles may meet.
+/// Begin and end of the time in which two triangles may meet.
 pub(crate) type Window = [f64; 2];
 
-/// The largest coordinates of three.
+/// Largest magnitude per axis.
 fn most([x, y, z]: [DVec3; 3]) -> DVec3 {
     x.abs().max(y.abs()).max(z.abs())
 }
 
-/// The edges of a triangle, or how they turn.
+/// The edges of a triangle, or the velocities of its edges.
 fn edges([x, y, z]: &[DVec3; 3]) -> [DVec3; 3] {
     [*y - *x, *z - *x, *z - *y]
 }
 
 impl Swept {
-    /// For times from `-half` to `half`; at time 0 it is where it is given.
+    /// Motion for times from `-half` to `half`; the triangles are given at time 0.
     pub fn new(
         a: &[DVec3; 3],
         b: &[DVec3; 3],
@@ -67,14 +67,14 @@ impl Swept {
         }
     }
 
-    /// When they may meet by the normals of both and the products of their edges, which turn with B; `None`: never. Once that is
-    /// not before `latest` the rest of them is left out. Of triangles in planes that are all but parallel these say
-    /// little of
-    /// what lies beside what, so the directions across the edges in the planes are added.
+    /// Window in which the triangles may meet; `None` if they never do. Tests both normals and the
+    /// products of their edges, which turn with B. Stops once the window does not begin before
+    /// `latest`. If the planes are nearly parallel, these directions separate little within the
+    /// planes. So it adds the directions across the edges in the planes.
     pub fn window(&self, latest: f64) -> Option<Window> {
         let (of_a, of_b, turns) = (edges(&self.a), edges(&self.b), edges(&self.velocities));
         let size = largest(most(of_a).max(most(of_b)));
-        // About what it adds to projections that a direction turns.
+        // Approximate amount that the turn of a direction adds to projections.
         let turned = if self.is_straight {
             0.0
         } else {
@@ -105,13 +105,13 @@ impl Swept {
         Some(window)
     }
 
-    /// What is left of a window on the direction `n`, whatever its length.
+    /// Narrows a window by the direction `n` of any length.
     pub fn on(&self, n: DVec3, window: Window) -> Option<Window> {
         self.on_turning_with_b(n, || DVec3::ZERO, 0.0, window)
     }
 
-    /// The same for a direction that is `n` in the middle of the time and turns by `turn` in a unit of it, which adds about `turned`
-    /// to projections.
+    /// Narrows a window by a direction that is `n` in the middle of the time and turns by `turn`
+    /// per unit of time. The turn adds about `turned` to projections.
     fn on_turning_with_b(
         &self,
         n: DVec3,
@@ -132,7 +132,8 @@ impl Swept {
         }
     }
 
-    /// How much projections on `n`, of this squared length, may be off; `None`: nothing is known.
+    /// Error bound of projections on `n`, which has this squared length; `None` if nothing is
+    /// known.
     #[inline(always)]
     fn error_on(&self, n: DVec3, square: f64) -> Option<f64> {
         let error = n.abs().dot(self.reach) * ROUNDINGS
@@ -141,7 +142,7 @@ impl Swept {
         error.is_finite().then_some(error)
     }
 
-    /// Where all corners have the same velocity.
+    /// Narrows a window if all corners have the same velocity.
     #[inline(always)]
     fn on_straight(&self, n: DVec3, [enter, leave]: Window) -> Option<Window> {
         let Some(error) = self.error_on(n, n.dot(n)) else {
@@ -186,11 +187,12 @@ impl Swept {
         let is_below = |j: usize| stays(high - of_b[j] - smaller(bends[j], 0.0), j);
         let is_above = |j: usize| stays(of_b[j] - low + larger(bends[j], 0.0), j);
         if (0..3).any(is_below) && (0..3).any(is_above) {
-            // They overlap all the time, as mostly, and no less if the direction turns.
+            // The usual case: the projections overlap all the time, and no less if the direction
+            // turns.
             return Some([enter, leave]);
         }
         let turn = turn();
-        // Across `n`, so that its length changes little.
+        // Perpendicular to `n`, so that its length changes little.
         let turn = turn - n * (turn.dot(n) / square);
         let square = square + (2.0 * turn.dot(n).abs() + turn.dot(turn) * half) * half;
         let Some(error) = self.error_on(n, square) else {
@@ -201,7 +203,8 @@ impl Swept {
         let speeds_of_b: [f64; 3] = array::from_fn(|j| speeds[j] + self.b[j].dot(turn));
         let bends: [f64; 3] =
             array::from_fn(|j| bends[j] + self.velocities[j].dot(turn) * (half * half));
-        // As long as a corner of B is below one of A, and one above one.
+        // The triangles may meet while a corner of B is below one of A and a corner of B is above
+        // one of A.
         let below = self.while_any(|i, j| {
             (
                 of_a[i] - of_b[j] + error - smaller(bends[j], 0.0),
@@ -220,7 +223,8 @@ impl Swept {
         )
     }
 
-    /// When one of nine things, which have rooms and speeds, has not gone farther than its room.
+    /// Hull of the times at which one of nine points has not moved farther than its room. `thing`
+    /// gives room and speed of a point.
     fn while_any(&self, thing: impl Fn(usize, usize) -> (f64, f64)) -> Window {
         let half = self.half;
         let things = (0..9).map(|k| thing(k / 3, k % 3));
@@ -235,7 +239,7 @@ impl Swept {
         })
     }
 
-    /// When something that moves with this speed has not gone farther than `room`.
+    /// Times at which a point with this speed has not moved farther than `room`.
     fn until(&self, room: f64, speed: f64) -> Window {
         let half = self.half;
         let window = if speed > 0.0 {
@@ -255,10 +259,10 @@ impl Swept {
     }
 }
 
-/// The square of the sine of the angle up to which planes are all but parallel.
+/// Squared sine of the angle up to which planes count as nearly parallel.
 const PARALLEL: f64 = 0.01;
 
-/// Of sums of projections.
+/// Relative rounding of sums of projections.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
 const NEVER: Window = [f64::INFINITY, f64::NEG_INFINITY];
@@ -267,7 +271,7 @@ fn some_window(enter: f64, leave: f64) -> Option<Window> {
     (enter <= leave).then_some([enter, leave])
 }
 
-/// The window around two.
+/// The smallest window that contains both.
 fn hull(one: Window, other: Window) -> Window {
     [one[0].min(other[0]), one[1].max(other[1])]
 }
