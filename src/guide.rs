@@ -1,7 +1,8 @@
-//! Guides and figures: the pages of `docs` in the repository, whose programs are compiled and run as tests.
+//! Guides and figures: the pages of `docs` in the repository. Their programs are compiled and run
+//! as tests.
 
-/// Makes a module of a page. The first definition of a link wins: these lead to modules, those at the end of the page
-/// serve readers of the repository.
+/// Makes a module of a page. The first definition of a link wins: these lead to modules, those at
+/// the end of the page lead to files of the repository.
 macro_rules! page {
     ($name:ident, $path:literal) => {
         /// [benchmarking]: crate::guide::benchmarking
@@ -19,7 +20,6 @@ macro_rules! page {
         /// [scene-guaranteed]: crate::guide::scenes#what-is-guaranteed
         /// [scene-threads]: crate::guide::scenes#threads
         /// [scenes]: crate::guide::scenes
-        ///
         #[doc = include_str!(concat!("../docs/", $path))]
         pub mod $name {}
     };

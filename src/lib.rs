@@ -1,7 +1,8 @@
 //! Mesh collision detection that answers by the deadline, and says how sure it is.
 //!
-//! A [`Mesh`] is checked once, and its [`Tree`] is built once. A [`Query`] asks about two trees, within a [`Budget`], in a
-//! [`Workspace`] that the caller keeps. The [`Answer`] tells what is proven, never a bare `bool`.
+//! A [`Mesh`] is checked once, and its [`Tree`] is built once. A [`Query`] asks about two trees,
+//! within a [`Budget`], in a [`Workspace`] that the caller keeps. The [`Answer`] states what is
+//! proven, never a bare `bool`.
 //!
 //! ```
 //! use punctual::glam::{DMat3, DVec3};
@@ -25,28 +26,36 @@
 //!
 //! # Guarantees
 //!
-//! - **No false answer.** [`Verdict::Intersecting`] has a witness, two triangles that do intersect; [`Verdict::Within`]
-//!   one
-//!   that is within the margins of two bodies of a scene; [`Verdict::Separated`] is said when nothing is left to visit;
-//!   everything else is [`Verdict::Undecided`]. The answer is exact for the pose as given.
-//! - **It stops.** A budget of work is passed by at most [`MAX_STEP_WORK`]; under a budget of time the clock is looked at more
-//!   often the nearer the deadline, in the end every [`Budget::poll_interval`] units of work.
-//! - **What is missing is named**, by the [`Certificate`]: an upper bound, and boxes that hold every intersection not reported.
-//! - **Nothing is lost.** A stopped query can be resumed ([`Query::resume`]); cut in any way by budgets of work, it ends in the
-//!   same bits.
-//! - **No surprise.** A query does not allocate, lock or panic. The same input and budget of work give the same bits.
+//! - **No false answer.** [`Verdict::Intersecting`] carries a witness: two triangles that
+//!   intersect. [`Verdict::Within`] carries two triangles that are within the margins of two bodies
+//!   of a scene. [`Verdict::Separated`] is returned only when nothing is left to visit. Everything
+//!   else is [`Verdict::Undecided`]. The answer is exact for the pose as given.
+//! - **It stops.** A query exceeds a budget of work by at most [`MAX_STEP_WORK`]. Under a budget of
+//!   time it reads the clock more often the nearer the deadline, in the end every
+//!   [`Budget::poll_interval`] units of work.
+//! - **The [`Certificate`] bounds what is missing**: an upper bound of the number of intersections,
+//!   and boxes that hold every intersection not reported.
+//! - **Nothing is lost.** A stopped query can be resumed ([`Query::resume`]). However budgets of
+//!   work cut it, it ends with the same bits.
+//! - **Deterministic and quiet.** A query does not allocate, lock or panic. The same input and
+//!   budget of work give the same bits.
 //!
-//! What is not guaranteed is estimated: the cost of a query ([`Query::predict`]), and of a stopped one the work left, the
-//! probability that the surfaces meet, and the share of the intersections found ([`Query::estimate`]).
+//! The rest is estimated: the cost of a query ([`Query::predict`]), and for a stopped query the
+//! work left, the probability that the surfaces intersect, and the share of the intersections found
+//! ([`Query::estimate`]).
 //!
 //! # Further
 //!
-//! - How far apart: [`Query::distance`]. Where, and which way out: [`Query::contacts`], [`Patches`], [`PushOutQuery`]. Free
-//!   until when: [`Query::impact`]. What a ray hits: [`Query::ray`], [`Query::rays`]; in a scene, [`Scene::cast`].
+//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`], [`Patches`]. A
+//!   translation that separates the surfaces: [`PushOutQuery`]. Time of impact: [`Query::impact`].
+//!   Ray casts: [`Query::ray`], [`Query::rays`]; in a scene, [`Scene::cast`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
-//! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the crate `punctual-io`.
-//! - What one frame tells the next: [`PairMemory`]. Without a system clock: [`Budget::time`], [`Clock`].
-//! - Guides and measurements are the pages of [`guide`] and the folder `docs`; the code is explained from `ARCHITECTURE.md` on.
+//! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
+//!   crate `punctual-io`.
+//! - State kept from frame to frame: [`PairMemory`]. Without a system clock: [`Budget::clock`],
+//!   [`Clock`].
+//! - The guides and measurements are the pages of [`guide`] and of the folder `docs`.
+//!   `ARCHITECTURE.md` explains the code.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
@@ -77,10 +86,11 @@ mod tree;
 mod triangle;
 
 pub use contact::{Contact, Patch, Patches};
-/// The version of glam whose vectors and matrices are handed out.
+/// The version of glam whose vectors and matrices the results contain.
 ///
-/// Those that make a [`Pose`], a [`Mesh`] or a shape may be of any version, or plain arrays. Results go over to another version
-/// by `to_array` and `to_cols_array`, which all versions have: a program that does so does not notice which one is used here.
+/// The arguments of a [`Pose`], a [`Mesh`] or a shape may be of any glam version, or plain arrays.
+/// To convert results to another version, use `to_array` and `to_cols_array`, which all versions
+/// have; the program then does not depend on the version used here.
 pub use glam;
 pub use math::{Aabb, Motion, MotionError, Pose, PoseError, Ray, RayError};
 pub use mesh::{Mesh, MeshError, shapes};

@@ -1,37 +1,41 @@
-//! The contacts that a query has found, in the order of their distances: a list of limited room that never moves them.
+//! Fixed-capacity list of the contacts that a query has found, sorted by distance. Contacts never
+//! move; only their order does.
 
 use super::Contact;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 
-/// Contacts that are sorted in together: enough that moving the others costs little, and few enough for one step.
+/// Contacts that are inserted together. A larger block moves the other contacts less often; a
+/// smaller one keeps the step short.
 const BLOCK: usize = 16;
 
 /// Contacts, nearest first once they are [sorted](Self::sort).
 ///
-/// Under a budget of time they are sorted block by block as they come, so that no call ends with much to sort. Otherwise all
-/// are sorted at the end, which takes less.
+/// Under a budget of time the list is sorted block by block as contacts arrive, so that no call
+/// ends with a long sort. Otherwise it is sorted once at the end, which costs less.
 #[derive(Debug, Default)]
 pub(crate) struct ContactList {
-    /// In the order in which they were found. Those of a list that was drained stay until the next is added.
+    /// In order of discovery. Drained contacts stay here until the next one is added.
     contacts: Vec<Contact>,
-    /// Their places: those that are sorted, nearest first, then the latest.
+    /// The sort keys: the first `sorted` keys nearest first, then the latest in order of discovery.
     order: Vec<Place>,
     sorted: usize,
-    /// For the sorting: where the contacts of each part of the margin begin.
+    /// Scratch of `sort_all`: the start of each bucket.
     starts: Vec<u32>,
-    /// Whether the call has a budget of time.
+    /// True if the call has a budget of time.
     is_timed: bool,
-    /// Most contacts at a time, if there is room for them.
+    /// Maximum number of contacts, if the capacity allows it.
     limit: usize,
-    /// Triangle pairs this close are contacts; `None` if the query at hand does not look for any.
+    /// Triangle pairs no farther apart than this are contacts. `None` if the query does not search
+    /// for contacts.
     margin: Option<f64>,
 }
 
-/// Where a contact stands, in the order of distances and then of triangles.
+/// Sort key of a contact: by distance, then by triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
-    /// The bits of the distance, which is not negative, and both triangles: compared without a look at the contact.
+    /// The bits of the distance, which is not negative, and both triangles: the comparison does not
+    /// read the contact.
     distance: u64,
     triangles: u64,
     contact: u32,
@@ -66,7 +70,7 @@ impl ContactList {
             .min(self.starts.capacity())
     }
 
-    /// Forgets all contacts, and what is looked for.
+    /// Removes all contacts and the margin.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.order.clear();
@@ -74,29 +78,29 @@ impl ContactList {
         self.margin = None;
     }
 
-    /// Looks for triangle pairs this close, at most `limit` at a time.
+    /// Starts a search for triangle pairs within `margin`, at most `limit` in the list at a time.
     pub fn begin(&mut self, margin: f64, limit: usize) {
         (self.margin, self.limit) = (Some(margin), limit);
     }
 
-    /// Before a call, with a limit of time or without.
+    /// Call before each call of a query. `is_timed`: the call has a budget of time.
     pub fn hurry(&mut self, is_timed: bool) {
         self.is_timed = is_timed;
     }
 
-    /// How close a contact is, at most; `None` if contacts are not looked for.
+    /// Maximum distance of a contact. `None` if the query does not search for contacts.
     #[inline(always)]
     pub fn margin(&self) -> Option<f64> {
         self.margin
     }
 
-    /// Whether contacts are looked for, and there is no room for any more.
+    /// True if the query searches for contacts and the list is full.
     #[inline(always)]
     pub fn is_full(&self) -> bool {
         self.margin.is_some() && self.room() == 0
     }
 
-    /// How many more there is room for.
+    /// Number of contacts that can be added.
     #[inline(always)]
     pub fn room(&self) -> usize {
         self.limit
@@ -118,7 +122,8 @@ impl ContactList {
         }
     }
 
-    /// Sorts the latest in. A few are inserted, the farthest first: a search for each, and each of the others moves once.
+    /// Sorts the latest contacts in. Up to [`BLOCK`] contacts are inserted, the farthest first: one
+    /// binary search for each, and every other key moves once.
     pub fn sort(&mut self) {
         let mut end = core::mem::replace(&mut self.sorted, self.order.len());
         let latest = &mut self.order[end..];
@@ -135,8 +140,8 @@ impl ContactList {
         }
     }
 
-    /// Sorts all: each into its part of the margin, of which there are as many as contacts, then those of each part. Expected
-    /// linear time where distances are spread over the margin.
+    /// Bucket sort: the margin is divided into as many buckets as there are contacts, and each
+    /// bucket is sorted. Expected linear time if distances are spread over the margin.
     fn sort_all(&mut self) {
         let Self {
             contacts,
@@ -160,7 +165,7 @@ impl ContactList {
             end += *start;
             *start = end;
         }
-        // Each moves down from the end of its part to its place.
+        // Fills each bucket from its end.
         for (index, contact) in contacts.iter().enumerate().take(count) {
             let place = Place::new(contact, index);
             let start = &mut starts[part(&place)];
@@ -176,7 +181,7 @@ impl ContactList {
         }
     }
 
-    /// All of them, nearest first, if they are sorted.
+    /// All contacts, nearest first. The list must be sorted.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
         debug_assert!(self.sorted == self.order.len());
         self.order
@@ -184,7 +189,7 @@ impl ContactList {
             .map(|place| &self.contacts[place.contact as usize])
     }
 
-    /// Takes all of them out, nearest first, if they are sorted.
+    /// Removes and returns all contacts, nearest first. The list must be sorted.
     pub fn drain(&mut self) -> impl ExactSizeIterator<Item = Contact> {
         debug_assert!(self.sorted == self.order.len());
         self.sorted = 0;

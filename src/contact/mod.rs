@@ -1,7 +1,7 @@
-//! Contacts: where two surfaces meet or come close, and which way they face each other there.
+//! Contacts: pairs of triangles that meet or are close, with their points and normals.
 //!
-//! A [`Contact`] is what is known of one pair of triangles, [`list`] keeps those that a query has found, nearest first, and
-//! [`patch`] tells which of them hang together.
+//! A [`Contact`] describes one pair of triangles, [`list`] keeps the contacts of a query, nearest
+//! first, and [`patch`] groups connected contacts.
 
 mod list;
 mod patch;
@@ -13,34 +13,37 @@ pub(crate) use list::ContactList;
 pub(crate) use patch::PatchMemory;
 pub use patch::{Patch, Patches};
 
-/// A triangle of A and one of B that meet or are close to one another. All of it is in A's frame, rounded, in the length unit
-/// of the meshes.
+/// A triangle of A and one of B that intersect or are close. All vectors are in A's frame and
+/// rounded. Lengths are in the length unit of the meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Contact {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
-    /// Their closest points, of A and of B. Of triangles that meet both are the middle of the segment.
+    /// Their closest points, of A and of B. For triangles that intersect, both are the middle of
+    /// the segment.
     pub points: [DVec3; 2],
-    /// Unit vector from B to A: moved along it, A parts from B.
+    /// Unit vector from B to A: moving A along it separates A from B.
     ///
-    /// Of triangles that are apart it is the direction of least distance, if `f64` can tell that. Of triangles that meet it
-    /// is the direction of `n - m`, where `m` is the unit normal of A's triangle and `n` that of B's, each by the
-    /// right-hand rule, so that it points out of meshes whose normals do. Where these are equal, it is `n`; a triangle
-    /// without area has no normal, and if that is so of both, the direction is the x axis.
+    /// For separated triangles it is the direction of least distance, if `f64` can resolve it. For
+    /// triangles that intersect it is the direction of `n - m`, where `m` is the unit normal of A's
+    /// triangle and `n` that of B's, each by the right-hand rule, so that it points out of meshes
+    /// whose normals do. If `m` and `n` are equal, it is `n`. A triangle without area has no
+    /// normal; if neither triangle has one, the direction is the x axis.
     pub normal: DVec3,
-    /// How far apart they are, as proven: the true distance is not more, and less by no more than 4e-14 times the
-    /// diagonal of
-    /// the box around both triangles, whatever their shape. 0 only if they meet.
+    /// Proven upper bound of the distance. The true distance is smaller by at most 4e-14 times the
+    /// diagonal of the box around both triangles, whatever their shape. 0 only if they intersect.
     pub distance: f64,
-    /// Where triangles that meet do so: [`triangle_segment`](crate::triangle_segment), directed along the cross product of
-    /// the normals of A's triangle and of B's, so that those of closed surfaces follow one another. `None` if they are apart.
+    /// The segment in which the triangles intersect: [`triangle_segment`](crate::triangle_segment),
+    /// directed along the cross product of the normals of A's triangle and of B's. So the segments
+    /// of closed surfaces follow one another. `None` if the triangles are separated.
     pub segment: Option<[DVec3; 2]>,
 }
 
 impl Contact {
-    /// Of triangles with these corners; `None` if they do not meet, exactly.
+    /// The contact of triangles with these corners. `None` if they do not intersect; the test is
+    /// exact.
     pub(crate) fn touching(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2]) -> Option<Self> {
         let [start, end] = triangle_segment(a, b)?;
         let normals @ [of_a, of_b] = [a, b].map(face_normal);
@@ -60,7 +63,7 @@ impl Contact {
         })
     }
 
-    /// Of triangles that do not meet and are known to be parted in a direction.
+    /// The contact of triangles that a known direction separates.
     #[inline]
     pub(crate) fn parted(
         triangles: [u32; 2],
@@ -80,7 +83,7 @@ impl Contact {
         }
     }
 
-    /// Of triangles with these corners that do not meet.
+    /// The contact of triangles with these corners that do not intersect.
     pub(crate) fn apart(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest) -> Self {
         let Closest {
             points, direction, ..
@@ -100,19 +103,19 @@ impl Contact {
     }
 }
 
-/// The direction in which a face with the normal `a` parts from one with the normal `b` that it meets.
+/// Contact normal of two faces that intersect, from their normals `a` and `b`.
 fn parting(a: Option<DVec3>, b: Option<DVec3>) -> DVec3 {
     let difference = b.unwrap_or(DVec3::ZERO) - a.unwrap_or(DVec3::ZERO);
     unit(difference).or(b).unwrap_or(DVec3::X)
 }
 
-/// The unit normal of a triangle, if it has an area that `f64` can tell.
+/// The unit normal of a triangle. `None` if `f64` cannot resolve its area.
 pub(crate) fn face_normal([p, q, r]: &[DVec3; 3]) -> Option<DVec3> {
     let (x, y) = (*q - *p, *r - *p);
     common_unit(x.cross(y)).or_else(|| unit(unit(x)?.cross(unit(y)?)))
 }
 
-/// A vector of any finite length brought to length 1; `None` if it is zero.
+/// Normalizes a vector of any finite length. `None` if it is zero.
 fn unit(v: DVec3) -> Option<DVec3> {
     common_unit(v).or_else(|| {
         let largest = v.abs().max_element();
@@ -120,7 +123,8 @@ fn unit(v: DVec3) -> Option<DVec3> {
     })
 }
 
-/// The same of common lengths, where the square neither overflows nor loses digits.
+/// Normalizes a vector whose squared length neither overflows nor loses digits. `None` for other
+/// lengths.
 fn common_unit(v: DVec3) -> Option<DVec3> {
     let square = v.length_squared();
     (1e-200..=1e200).contains(&square).then(|| v.normalize())

@@ -1,32 +1,35 @@
-//! Translations of B at which two known triangles meet: a pool of convex bodies that a push has to leave.
+//! Translations of B for which two known triangles intersect: a pool of convex sets that a push has
+//! to leave.
 //!
-//! A triangle `t` of A meets a triangle `u` of B moved by `v` if and only if `v` is in `{p - q: p in t, q in u}`, which is a
-//! polytope with at most 22 faces: parallel to `t`, to `u`, or to an edge of each. So for every direction there is a length
-//! below which the surfaces meet, at the price of some dot products. Triangle pairs that kept a push from parting the surfaces
-//! are kept here, so that no query asks again what they tell. They only ever spare queries: what rounding makes of a
-//! degenerate pair may cost a shorter push, never a proof.
+//! A triangle `t` of A intersects a triangle `u` of B moved by `v` if and only if `v` is in `{p -
+//! q: p in t, q in u}`. This is a polytope with at most 22 faces: parallel to `t`, to `u`, or to an
+//! edge of each. So for every direction a few dot products give a length below which the surfaces
+//! intersect. The pool keeps triangle pairs that blocked a push, and saves queries whose answer
+//! they imply. It only ever saves queries: rounding in a degenerate pair may miss a shorter push,
+//! but never affects a proof.
 
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-/// Pairs that are kept.
+/// Capacity of the pool.
 pub(super) const ROOM: usize = 16;
 
-/// Work of taking note of a pair, and of asking one of them.
+/// Work to add a pair, and to evaluate one.
 pub(super) const WORK_PER_ADDED: u64 = 500;
 const WORK_PER_ASKED: u64 = 120;
 
-/// The translations at which one pair of triangles meets.
+/// The translations for which one pair of triangles intersects.
 #[derive(Clone, Copy, Debug)]
 struct Blocked {
-    /// Normals of pairs of parallel faces, of any length, 0 where there are none; and where these faces are along them.
+    /// For each pair of parallel faces the normal, of any length, and the offsets of both faces
+    /// along it. Zero if there is no such pair.
     slabs: [(DVec3, f64, f64); 11],
 }
 
 impl Blocked {
     fn of(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
         let [mut e, mut f] = [a, b].map(|t| [t[1] - t[0], t[2] - t[1], t[0] - t[2]]);
-        // With lengths up to 1, products of them keep within `f64`.
+        // With edges up to length 1, their products stay within the range of `f64`.
         let longest = |edges: &[DVec3; 3]| {
             edges
                 .iter()
@@ -54,7 +57,7 @@ impl Blocked {
         }
     }
 
-    /// From where to where a push in this direction stays inside.
+    /// The lengths at which a push in this direction enters and leaves the polytope.
     fn along(&self, direction: DVec3) -> [f64; 2] {
         let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
         for &(normal, least, most) in &self.slabs {
@@ -75,16 +78,16 @@ impl Blocked {
     }
 }
 
-/// The latest pairs, up to [`ROOM`] of them.
+/// The latest [`ROOM`] pairs.
 #[derive(Debug, Default)]
 pub(super) struct Pool {
     pairs: ArrayVec<Blocked, ROOM>,
-    /// The place that the next one takes once all are in use.
+    /// The slot that the next pair overwrites once the pool is full.
     next: usize,
 }
 
 impl Pool {
-    /// Takes note of triangles of A and of B, the latter where it is before it is moved.
+    /// Adds a triangle of A and one of B, the latter before the push.
     pub fn add(&mut self, a: &[DVec3; 3], b: &[DVec3; 3]) {
         let pair = Blocked::of(a, b);
         if self.pairs.try_push(pair).is_err() {
@@ -93,13 +96,14 @@ impl Pool {
         }
     }
 
-    /// Most work of [`Pool::free_from`].
+    /// Maximum work of [`Pool::free_from`].
     pub fn work(&self) -> u64 {
         self.pairs.len() as u64 * WORK_PER_ASKED
     }
 
-    /// A length, no less than `from`, below which a push meets some of the pairs, up to rounding; done as soon as it is
-    /// `enough`. And the work that it took.
+    /// Returns a length, at least `from`, below which a push in this direction intersects some pair
+    /// of the pool, up to rounding, and the work done. Stops as soon as the length reaches
+    /// `enough`.
     pub fn free_from(&mut self, direction: DVec3, from: f64, enough: f64) -> (f64, u64) {
         let mut length = from;
         for i in 0..self.pairs.len() {
@@ -107,7 +111,7 @@ impl Pool {
             if enter <= length && length < leave && leave < f64::INFINITY {
                 length = leave;
                 if length >= enough {
-                    // What blocks much is asked sooner next time.
+                    // A pair that blocks far moves to the front, to be evaluated sooner next time.
                     self.pairs.swap(i, i / 2);
                     return (length, (i as u64 + 1) * WORK_PER_ASKED);
                 }
@@ -117,7 +121,7 @@ impl Pool {
     }
 }
 
-/// The direction of a vector of any length; 0 if it has none.
+/// Normalizes a vector of any length; 0 if it has no direction.
 pub(super) fn unit(v: DVec3) -> DVec3 {
     let largest = v.abs().max_element();
     if largest > 0.0 && largest < f64::INFINITY {
@@ -174,7 +178,7 @@ mod tests {
             DVec3::new(0.25, 0.25, 0.0),
         ];
         assert!((blocked(&a, &segment, DVec3::Z) - 1.0).abs() < 1e-12);
-        // Two points have no faces, and so no length is known to be blocked.
+        // Two points have no faces, so no length is known to be blocked.
         assert_eq!(blocked(&[DVec3::ONE; 3], &[DVec3::ONE; 3], DVec3::Z), 0.0);
     }
 }

@@ -1,4 +1,5 @@
-//! Directions in which a push is likely to part two surfaces: some from where they meet, then some all around.
+//! Directions in which a push is likely to separate two surfaces: some from the intersection curve,
+//! then some spread over the sphere.
 
 use super::blocked::unit;
 use crate::triangle::triangle_segment;
@@ -8,20 +9,21 @@ use glam::{DMat3, DVec3};
 /// Work of adding a segment.
 pub(super) const WORK_PER_SEGMENT: u64 = 600;
 
-/// What the segments in which triangles meet say together. Lengths are in units of `size`, points from `origin`, so that
-/// products of them keep within `f64`.
+/// Sums over the segments in which triangles intersect. Lengths are in units of `size`, points
+/// relative to `origin`, so that products stay within the range of `f64`.
 #[derive(Debug)]
 pub(super) struct Segments {
     origin: DVec3,
     size: f64,
-    /// Sums over the segments, by length: of the normals of A less those of B, and of those of B.
+    /// Sums over the segments, weighted by length: the normals of A minus those of B, and the
+    /// normals of B.
     difference: DVec3,
     of_b: DVec3,
-    /// Twice the area that the curves surround, as a vector. Curves that are closed need no linking for it.
+    /// Twice the vector area of the curves. Closed curves need no linking for it.
     area: DVec3,
-    /// Sum of `u u^T` over the directions, by length.
+    /// Sum of `u u^T` over the directions `u` of the segments, weighted by length.
     spread: DMat3,
-    /// Box around them.
+    /// Box around the segments.
     min: DVec3,
     max: DVec3,
 }
@@ -42,14 +44,14 @@ impl Segments {
         }
     }
 
-    /// Adds where a triangle of A meets one of B.
+    /// Adds the segment in which a triangle of A intersects one of B.
     pub fn add(&mut self, a: &[DVec3; 3], b: &[DVec3; 3]) {
         let Some(ends) = triangle_segment(a, b) else {
             return;
         };
         let (of_a, of_b) = (normal(a), normal(b));
         let mut ends = ends.map(|end| (end - self.origin) / self.size);
-        // So that those of closed surfaces follow one another.
+        // This direction makes the segments of closed surfaces follow one another.
         if (ends[1] - ends[0]).dot(of_a.cross(of_b)) < 0.0 {
             ends.reverse();
         }
@@ -64,7 +66,7 @@ impl Segments {
         self.max = self.max.max(p).max(q);
     }
 
-    /// Likely ones first, unit vectors.
+    /// Unit vectors, the most promising first.
     pub fn directions(&self) -> ArrayVec<DVec3, 4> {
         let axis = least_axis(self.spread);
         let axis = if axis.dot(self.difference) < 0.0 {
@@ -79,20 +81,20 @@ impl Segments {
             .collect()
     }
 
-    /// How long they are along a direction.
+    /// Length of the box of the segments along a direction.
     pub fn extent(&self, direction: DVec3) -> f64 {
         let extent = direction.abs().dot(self.max - self.min) * self.size;
         if extent > 0.0 { extent } else { 0.0 }
     }
 }
 
-/// The unit normal by the right-hand rule; 0 of a triangle without area.
+/// The unit normal by the right-hand rule; 0 for a triangle without area.
 fn normal(t: &[DVec3; 3]) -> DVec3 {
     unit(unit(t[1] - t[0]).cross(unit(t[2] - t[0])))
 }
 
-/// Along which a symmetric matrix without negative eigenvalues is least: by powers of its adjugate, of which that
-/// eigenvalue is the largest.
+/// Eigenvector of the least eigenvalue of a positive semidefinite symmetric matrix: powers of the
+/// adjugate converge to it.
 fn least_axis(m: DMat3) -> DVec3 {
     let DMat3 {
         x_axis: x,
@@ -115,7 +117,8 @@ fn least_axis(m: DMat3) -> DVec3 {
     longest.map_or(DVec3::ZERO, unit)
 }
 
-/// 42 all around: the corners of a regular icosahedron and the middles of its edges, 31 to 36 degrees apart.
+/// 42 directions over the sphere: the corners of a regular icosahedron and the midpoints of its
+/// edges, 31 to 36 degrees apart.
 pub(super) fn all_around() -> [DVec3; 42] {
     const PHI: f64 = 1.618_033_988_749_895;
     const SEEDS: [[f64; 3]; 7] = [

@@ -1,7 +1,9 @@
-//! Push-out: the shortest translation found that parts two surfaces, and proof that it does.
+//! Push-out (depenetration): the shortest translation found that separates two surfaces, and the
+//! proof that it does.
 //!
-//! It is a caller of [`Query`](crate::Query): contacts give the [`directions`], the [`search`] finds how far, and each
-//! length is checked by an exact query. [`blocked`] remembers what those that met have shown.
+//! It is a caller of [`Query`](crate::Query): contacts give the [`directions`], the [`search`]
+//! finds the lengths, and an exact query checks each length. [`blocked`] remembers the pairs that
+//! blocked a push.
 
 mod blocked;
 mod directions;
@@ -14,11 +16,13 @@ use core::time::Duration;
 use glam::DVec3;
 use search::Search;
 
-/// The question which way, and how far, B has to be moved until the surfaces no longer meet. Cheap to make; one for each pose.
+/// Asks in which direction, and how far, B has to move until the surfaces no longer intersect.
+/// Cheap to make; make one for each pose.
 ///
-/// **Guarantee.** Whenever it stops, a push that it returns has been checked: an exact query, run to its end at the very pose
-/// that the push leads to, found that no triangle of A shares a point with one of B. More budget of work never gives a longer
-/// push. There may be a shorter one (`docs/guide/push_out.md`).
+/// **Guarantee.** Every push that it returns has been checked, whenever it stops: an exact query,
+/// run to its end at the pose after the push, found that no triangle of A shares a point with one
+/// of B. More budget of work never gives a longer push. A shorter push may exist
+/// (`docs/guide/push_out.md`).
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -40,16 +44,19 @@ pub struct PushOutQuery<'t> {
     query_limit: u32,
 }
 
-/// A translation that parts the surfaces.
+/// A translation that separates the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Push {
-    /// Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
+    /// Direction in which B moves: a unit vector in A's frame. The x axis if the surfaces do not
+    /// intersect.
     pub direction: DVec3,
-    /// How far, in the length unit of the meshes; 0 if the surfaces do not meet anyway.
+    /// Length of the translation, in the length unit of the meshes. 0 if the surfaces do not
+    /// intersect.
     pub distance: f64,
-    /// The pose after the push, at which the surfaces are apart: `direction * distance` is added to the translation.
+    /// The pose after the push, at which the surfaces are separated: `direction * distance` is
+    /// added to the translation.
     pub b_in_a: Pose,
 }
 
@@ -59,15 +66,15 @@ pub struct Push {
 #[must_use]
 #[non_exhaustive]
 pub struct PushOut {
-    /// The shortest push found; `None` if the budget ended before there was one.
+    /// The shortest push found. `None` if the budget ended before one was found.
     pub push: Option<Push>,
-    /// Exact queries that were run, the one that found the contacts included.
+    /// Exact queries that were run, including the one that found the contacts.
     pub queries: u32,
-    /// Why it returned; [`StopReason::Finished`] also at the limit of queries.
+    /// Why it returned. [`StopReason::Finished`] also at the limit of queries.
     pub stop: StopReason,
     /// Units of work, see [`Budget::work`](crate::Budget::work).
     pub work: u64,
-    /// Time; measured only under a time budget.
+    /// Duration of the call; measured only under a time budget.
     pub elapsed: Option<Duration>,
 }
 
@@ -83,16 +90,17 @@ impl<'t> PushOutQuery<'t> {
         }
     }
 
-    /// Stop after this many exact queries. By default the search ends by itself, after about 40 at a shallow
-    /// contact and 110 at a deep one (means over many meshes).
+    /// Stops after this many exact queries. By default there is no limit: the search ends by
+    /// itself, after about 40 queries at a shallow contact and 110 at a deep one (means over many
+    /// meshes).
     #[must_use]
     pub fn query_limit(mut self, queries: u32) -> Self {
         self.query_limit = queries;
         self
     }
 
-    /// Runs within a budget. It does not allocate, lock or panic. Afterwards the workspace holds nothing that could be
-    /// resumed.
+    /// Runs within a budget. It does not allocate, lock or panic. Afterwards the workspace holds no
+    /// run that could be resumed.
     pub fn run<'c>(
         &self,
         workspace: &mut Workspace,

@@ -1,9 +1,11 @@
-//! The search for a short push: one direction after the other, and along each the least length that is apart.
+//! The search for a short push: one direction after another, and for each the least length that
+//! separates the surfaces.
 //!
-//! A direction is taken up only if a push along it is apart that is shorter than the best so far; then its length is bisected.
-//! The pool of [`blocked`](super::blocked) translations spares queries whose answer is known. In the end the best direction
-//! is turned this way and that. Where the search stops depends on the budget, what it does before does not: so more of a
-//! budget of work never gives a longer push.
+//! A direction is searched only if a push along it that is shorter than the best so far separates
+//! the surfaces. Then its length is bisected. The pool of [`blocked`](super::blocked) translations
+//! saves queries whose answer is known. In the end the best direction is varied. The budget decides
+//! only where the search stops, not what it does before, so more budget of work never gives a
+//! longer push.
 
 use super::blocked::{Pool, ROOM, WORK_PER_ADDED, unit};
 use super::directions::{Segments, WORK_PER_SEGMENT, all_around};
@@ -14,38 +16,43 @@ use crate::tree::Tree;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-/// Contacts that are looked for; how many of them have their segments computed, and how many begin the pool.
+/// Maximum number of contacts searched for; of these, how many have their segments computed, and
+/// how many start the pool.
 const CONTACTS: usize = 1024;
 const SEGMENTS: usize = 128;
 const BLOCKED: usize = ROOM / 2;
 
-/// The first push is at most this many times as long as what is known to be blocked.
+/// The first push is at most this many times as long as the length known to be blocked.
 const FIRST: f64 = 3.0;
 
-/// A push that is too short becomes longer by this factor, which grows by the next each time.
+/// A push that is too short is lengthened by this factor, which itself grows by the next factor
+/// each time.
 const GROWTH: f64 = 1.6;
 const GROWTH_OF_GROWTH: f64 = 1.25;
 
-/// A push in another direction has to be shorter by this factor, and one beside the best direction by the next.
+/// A push in another direction must be shorter by this factor, and one in a variation of the best
+/// direction by the next.
 const SHORTER: f64 = 0.97;
 const SHORTER_BESIDE: f64 = 0.98;
 
-/// A bisected length counts if the surfaces are also apart after a push this many times as long.
+/// A bisected length is accepted if the surfaces are separated also after a push this many times as
+/// long.
 const BEYOND: f64 = 1.02;
 
-/// How close lengths are bisected, and the last of all.
+/// Relative tolerances of the bisection, and of the last one.
 const TOLERANCE: f64 = 0.05;
 const LAST_TOLERANCE: f64 = 0.005;
 
-/// How far the best direction is turned, in the end and at first, radians.
+/// Smallest and first angle by which the best direction is varied, radians.
 const LEAST_TURN: f64 = 0.01;
 const TURN: f64 = 0.3;
 
-/// The least push, over the extent of the smaller mesh, and over the largest coordinate.
+/// The least push, relative to the extent of the smaller mesh, and relative to the largest
+/// coordinate.
 const LEAST_PUSH: f64 = 1e-9;
 const LEAST_STEP: f64 = 16.0 * f64::EPSILON;
 
-/// The error is why the search has to end.
+/// The error is the reason why the search ends.
 type Step<T> = Result<T, StopReason>;
 
 pub(super) struct Search<'q, 'c> {
@@ -54,11 +61,11 @@ pub(super) struct Search<'q, 'c> {
     deadline: &'q mut Deadline<'c>,
     memory: PairMemory,
     blocked: Pool,
-    /// Around A and B, A's frame.
+    /// Boxes around A and B, in A's frame.
     boxes: [Aabb; 2],
-    /// The longest extent of the larger one.
+    /// The longest extent of the larger box.
     size: f64,
-    /// The least length of a push that is tried.
+    /// The least length of a push.
     least: f64,
     pub best: Option<Push>,
     pub queries: u32,
@@ -112,7 +119,8 @@ impl<'q, 'c> Search<'q, 'c> {
         for &direction in &likely {
             self.explore(direction, segments.extent(direction), SHORTER)?;
         }
-        // Normals cannot be trusted on meshes that are inside out or open: the opposites too.
+        // Normals are unreliable on meshes that are inside out or open, so the opposite directions
+        // are tried too.
         let others = likely
             .into_iter()
             .map(|direction| -direction)
@@ -146,7 +154,7 @@ impl<'q, 'c> Search<'q, 'c> {
         self.shorten(direction, [low, distance], LAST_TOLERANCE)
     }
 
-    /// Where the surfaces meet; `None` if they do not.
+    /// Sums over the segments of the contacts; `None` if the surfaces do not intersect.
     fn contacts(&mut self) -> Step<Option<Segments>> {
         let PushOutQuery { a, b, b_in_a, .. } = *self.asked;
         let query = Query::all_pairs(a, b, b_in_a).pair_limit(CONTACTS);
@@ -175,8 +183,8 @@ impl<'q, 'c> Search<'q, 'c> {
         Ok(Some(segments))
     }
 
-    /// Finds the least push in a direction if it is less than this share of the best, or any if there is none. `guess` is
-    /// about how long it may be.
+    /// Finds the least push in a direction, if it is shorter than `share` times the best or there
+    /// is no best yet. `guess` is its approximate length.
     fn explore(&mut self, direction: DVec3, guess: f64, share: f64) -> Step<()> {
         let Some(Push { distance, .. }) = self.best else {
             return self.explore_first(direction, guess);
@@ -190,9 +198,9 @@ impl<'q, 'c> Search<'q, 'c> {
         Ok(())
     }
 
-    /// Makes a push longer until it is apart.
+    /// Lengthens a push until the surfaces are separated.
     fn explore_first(&mut self, direction: DVec3, guess: f64) -> Step<()> {
-        // The boxes are apart then.
+        // At this length the boxes are apart.
         let longest = 1.001 * self.parting_length(direction) + self.least;
         let mut low = self.free_from(direction, self.least, f64::INFINITY)?;
         let mut length = (1.1 * low).max(guess.min(FIRST * low)).min(longest);
@@ -209,7 +217,8 @@ impl<'q, 'c> Search<'q, 'c> {
         self.shorten(direction, [low, length], TOLERANCE)
     }
 
-    /// Bisects the length of a push between one that meets and one that is apart, and goes back where a gap is too narrow.
+    /// Bisects the length of a push between one that intersects and one that separates. If the gap
+    /// found is too narrow, it continues beyond the gap.
     fn shorten(
         &mut self,
         direction: DVec3,
@@ -241,7 +250,7 @@ impl<'q, 'c> Search<'q, 'c> {
         }
     }
 
-    /// Turns the best direction by less and less.
+    /// Varies the best direction by smaller and smaller angles.
     fn refine(&mut self) -> Step<()> {
         let mut turn = TURN;
         while let Some(best) = self.best
@@ -263,7 +272,7 @@ impl<'q, 'c> Search<'q, 'c> {
         Ok(())
     }
 
-    /// Takes a push that is known to part the surfaces.
+    /// Accepts a push that is known to separate the surfaces.
     fn accept(&mut self, direction: DVec3, distance: f64) {
         let push = self.pushed(direction, distance).map(|b_in_a| Push {
             direction,
@@ -278,7 +287,8 @@ impl<'q, 'c> Search<'q, 'c> {
         Pose::new(pose.rotation(), pose.translation() + direction * distance).ok()
     }
 
-    /// Whether the surfaces are proven to be apart after a push; false if it leads too far for a pose.
+    /// True if the surfaces are proven separated after a push; false also if the push leads out of
+    /// the range of poses.
     fn parts(&mut self, direction: DVec3, distance: f64) -> Step<bool> {
         let Some(pose) = self.pushed(direction, distance) else {
             return Ok(false);
@@ -290,7 +300,7 @@ impl<'q, 'c> Search<'q, 'c> {
         Ok(witness.is_none())
     }
 
-    /// Two triangles that meet, by an exact query; `None` is proof that none do.
+    /// Two triangles that intersect, by an exact query; `None` proves that there are none.
     fn witness(&mut self, query: &Query<Intersection>, complete: bool) -> Step<Option<[u32; 2]>> {
         if self.queries >= self.asked.query_limit {
             return Err(StopReason::Finished);
@@ -317,7 +327,7 @@ impl<'q, 'c> Search<'q, 'c> {
         Ok(())
     }
 
-    /// [`Pool::free_from`], paid for.
+    /// [`Pool::free_from`], with its work charged to the budget.
     fn free_from(&mut self, direction: DVec3, from: f64, enough: f64) -> Step<f64> {
         self.need_room(self.blocked.work())?;
         let (length, work) = self.blocked.free_from(direction, from, enough);
@@ -325,7 +335,7 @@ impl<'q, 'c> Search<'q, 'c> {
         Ok(length)
     }
 
-    /// Whether there is room for work besides that of queries.
+    /// An error if there is no room for work outside of queries.
     fn need_room(&mut self, work: u64) -> Step<()> {
         if self.deadline.has_room(work) {
             Ok(())
@@ -345,7 +355,7 @@ impl<'q, 'c> Search<'q, 'c> {
         self.work += work;
     }
 
-    /// The corners of a triangle of A and of one of B, A's frame, before the push.
+    /// The corners of a triangle of A and of one of B, in A's frame, before the push.
     fn corners(&self, [x, y]: [u32; 2]) -> [[DVec3; 3]; 2] {
         let PushOutQuery { a, b, b_in_a, .. } = self.asked;
         [
@@ -356,7 +366,7 @@ impl<'q, 'c> Search<'q, 'c> {
         ]
     }
 
-    /// After a push this long the boxes are apart, up to rounding.
+    /// Length of a push after which the boxes are apart, up to rounding.
     fn parting_length(&self, direction: DVec3) -> f64 {
         let farthest =
             |aabb: &Aabb, d: DVec3| DVec3::select(d.cmpgt(DVec3::ZERO), aabb.max, aabb.min).dot(d);

@@ -1,4 +1,5 @@
-//! What is found without a query proves no more than is true: the [`root_test`], and planes ([`Parting`]).
+//! Bounds found without a query are never above the true distance: the [`root_test`], and planes
+//! ([`Parting`]).
 
 use super::parting::Parting;
 use super::{Budget, ManualClock, Query, Verdict, Workspace, root_test};
@@ -8,7 +9,7 @@ use crate::mesh::{Mesh, shapes};
 use crate::tree::{BuildOptions, Tree};
 use glam::{DMat3, DQuat, DVec3};
 
-/// How far two meshes are apart at least, by one of two ways to find out.
+/// A lower bound of the distance of two meshes, from one of the two tests.
 type Bound = fn([&Tree; 2], &Pose, &Workspace) -> f64;
 
 const BOUNDS: [Bound; 2] = [root_test::distance, |trees, pose, workspace| {
@@ -30,8 +31,8 @@ fn rotation(random: &mut Random) -> DMat3 {
     DMat3::from_quat(DQuat::from_axis_angle(axis, random.between(-3.0, 3.0)))
 }
 
-/// What is proven, which is no more than the distance that two triangles have, and nothing where some meet; with both kinds of
-/// instructions, from both sides.
+/// The bound, after checks with both kinds of instructions, from both sides: it is not above the
+/// distance of two triangles, and it is 0 if some intersect.
 fn proven(bound: Bound, a: &Tree, b: &Tree, pose: &Pose) -> f64 {
     let (clock, mut workspace) = (ManualClock::new(), Workspace::new());
     let met = Query::intersection(a, b, *pose)
@@ -116,7 +117,8 @@ fn touching_surfaces_are_not_apart() {
             DMat3::from_rotation_y(core::f64::consts::FRAC_PI_4),
             rotation(random),
         ] {
-            // Face to face, edge to face, and corner to face: the corner that is the farthest back, in the middle of a face.
+            // Face to face, edge to face, and corner to face: the rearmost corner touches the
+            // middle of a face.
             let corner = -turn.transpose().x_axis.signum();
             let pose = Pose::new(turn, DVec3::new(1.0 + gap, 0.0, 0.0) - turn * corner).unwrap();
             for bound in BOUNDS {
@@ -180,7 +182,7 @@ fn of_units_that_do_not_compare_and_of_no_triangles_nothing_is_known() {
     }
 }
 
-/// Convex bodies at any angle and this far apart, along the shortest way from one to the other.
+/// Convex bodies at any angle and this far apart, along their shortest connection.
 #[test]
 fn a_plane_parts_what_is_convex_and_all_but_touches() {
     let random = &mut Random::new(4);
@@ -212,13 +214,14 @@ fn a_plane_parts_what_is_convex_and_all_but_touches() {
                 parted += usize::from(proven(BOUNDS[1], a, b, &pose) > 0.0);
             }
         }
-        // What rounding cannot tell is left to a query.
+        // Where rounding exceeds the gap, a query has to decide.
         let all = if gap < 1e-4 { 0 } else { tried - tried / 20 };
         assert!(parted >= all, "{gap:e}: {parted} of {tried}");
     }
 }
 
-/// A ball that a ring goes around is apart from it, but no plane tells; nor does one of a mesh whose corners have moved.
+/// No plane separates a ball from a ring around it, although they are separated. A plane of a mesh
+/// whose corners have moved proves nothing either.
 #[test]
 fn where_no_plane_parts_two_surfaces_none_is_found() {
     let (mut ball, ring) = (

@@ -1,8 +1,9 @@
 //! The box tests: eight boxes at a time, on the six face axes.
 //!
-//! A box with centre `c` and half extents `h` lies, seen from the orientation of a node of the other side ([`View`]), within
-//! `M c + t ± (|M| h + m)`; `m` covers every rounding and is proven in `docs/numerics.md`. So no overlap is ever lost, and
-//! a box kept in vain only costs time. The other nine axes: [`edge_axes`](super::edge_axes). All is in A's units.
+//! A box with centre `c` and half extents `h`, seen from the orientation of a node of the other
+//! side ([`View`]), lies within `M c + t ± (|M| h + m)`. `m` covers every rounding and is proven in
+//! `docs/numerics.md`. So no overlap is lost; a box kept needlessly only costs time. The other nine
+//! axes are in [`edge_axes`](super::edge_axes). All lengths are in A's units.
 
 mod planes;
 mod reach;
@@ -34,7 +35,7 @@ impl<L: Lanes> Boxes<L> {
         }
     }
 
-    /// With half extents times `factor`.
+    /// Multiplies the half extents by `factor`.
     #[inline(always)]
     pub(super) fn swollen(self, lanes: L, factor: f32) -> Self {
         Self {
@@ -51,7 +52,7 @@ impl<L: Lanes> Boxes<L> {
         }
     }
 
-    /// The boxes around these along the axes of the other side.
+    /// Bounding boxes of these boxes along the axes of the other side.
     #[inline(always)]
     pub(super) fn seen(&self, lanes: L, view: &View) -> Self {
         let seen = per_axis!(k => self.seen_along(lanes, view, k));
@@ -61,7 +62,7 @@ impl<L: Lanes> Boxes<L> {
         }
     }
 
-    /// Their centres and half extents along an axis of the other side.
+    /// Centres and half extents along an axis of the other side.
     #[inline(always)]
     fn seen_along(&self, lanes: L, view: &View, k: usize) -> (F8<L>, F8<L>) {
         let row = per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k]));
@@ -74,7 +75,7 @@ impl<L: Lanes> Boxes<L> {
     }
 }
 
-/// Eight boxes by their ends on three axes.
+/// Eight boxes by their lower and upper ends on three axes.
 #[derive(Clone, Copy)]
 pub(super) struct Slabs<L: Lanes> {
     pub low: V8<L>,
@@ -82,7 +83,7 @@ pub(super) struct Slabs<L: Lanes> {
 }
 
 impl<L: Lanes> Slabs<L> {
-    /// [`depth`](Self::depth) with lane `i` of the stored boxes.
+    /// [`depth`](Self::depth) with stored box `i`.
     #[inline(always)]
     pub(super) fn depth_at(&self, lanes: L, other: &Stored, i: usize) -> F8<L> {
         self.depth(
@@ -92,7 +93,8 @@ impl<L: Lanes> Slabs<L> {
         )
     }
 
-    /// How deep each lane overlaps the given box, the least over the axes; negative where they are apart.
+    /// Overlap depth of every lane with the given box, the least over the axes; negative means a
+    /// gap.
     #[inline(always)]
     pub(super) fn depth(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> F8<L> {
         let [x, y, z] = per_axis!(k => {
@@ -102,13 +104,13 @@ impl<L: Lanes> Slabs<L> {
         x.min(y).min(z)
     }
 
-    /// How far each lane lies from the given box, axis by axis; negative where they overlap.
+    /// Gap of every lane to the given box, axis by axis; negative means an overlap.
     #[inline(always)]
     pub(super) fn gaps(&self, lanes: L, low: [f32; 3], high: [f32; 3]) -> V8<L> {
         per_axis!(k => (F8::splat(lanes, low[k]) - self.high[k]).max(self.low[k] - F8::splat(lanes, high[k])))
     }
 
-    /// The same for lane `i` of the stored boxes.
+    /// Gap of every lane to stored box `i`, axis by axis; negative means an overlap.
     #[inline(always)]
     pub(super) fn gaps_at(&self, lanes: L, other: &Stored, i: usize) -> V8<L> {
         self.gaps(
@@ -127,7 +129,7 @@ impl<L: Lanes> Slabs<L> {
     }
 }
 
-/// Eight boxes, to be read one at a time.
+/// Eight boxes, stored for access one at a time.
 pub(super) struct Stored {
     pub low: [[f32; 8]; 3],
     pub high: [[f32; 8]; 3],
@@ -140,30 +142,31 @@ impl Stored {
     };
 }
 
-/// The ends, on three axes, of a box given by centre and half extents.
+/// Lower and upper ends, on three axes, of a box given by centre and half extents.
 #[inline(always)]
 pub(super) fn ends(center: f32x4, half: f32x4) -> ([f32; 3], [f32; 3]) {
     (xyz(center - half), xyz(center + half))
 }
 
-/// The same vector eight times.
+/// A vector, eight times.
 #[inline(always)]
 pub(super) fn splat<L: Lanes>(lanes: L, v: f32x4) -> V8<L> {
     per_axis!(k => F8::splat(lanes, v.as_array()[k]))
 }
 
-/// Two nodes, the first of which is opened, each with its view from the other and the length of its unit in A's.
+/// Two nodes, of which the first is opened, each with its view from the other and the length of its
+/// unit in A's units.
 #[derive(Clone, Copy)]
 pub(super) struct Facing<'n> {
     pub nodes: [&'n Node; 2],
     pub views: [&'n View; 2],
     pub scales: [f32; 2],
-    /// Whether the first is of A.
+    /// True if the first node is of A.
     pub is_a: bool,
 }
 
 impl Facing<'_> {
-    /// The own box of the other node: centre and half extents, A's units.
+    /// The own box of the other node: centre and half extents, in A's units.
     #[inline(always)]
     pub(super) fn other(&self) -> (f32x4, f32x4) {
         let scale = f32x4::splat(self.scales[1]);
@@ -174,47 +177,49 @@ impl Facing<'_> {
     }
 }
 
-/// What the box tests say of each pair of children that is of interest.
+/// The keys that box tests assign to pairs of children of interest.
 pub(super) type Keys = [[f32; WIDTH]; WIDTH];
 
-/// A question in terms of boxes: which pairs of children are of interest, and how much. Bit `8 i + j` of an answer stands for
-/// child `i` of the opened node and child `j` of the other, and so does entry `[i][j]` of the keys.
+/// A question in terms of boxes: selects the pairs of children of interest and assigns keys to
+/// them. Bit `8 i + j` of a result, and entry `[i][j]` of the keys, stand for child `i` of the
+/// opened node and child `j` of the other.
 pub(super) trait BoxTest {
-    /// Whether overlap alone is asked: then edge axes part, and keys are depths.
+    /// True if the question is overlap alone: then edge axes can separate boxes, and keys are
+    /// depths.
     const IS_OVERLAP: bool;
 
-    /// Whether kernels read the views that they are given.
+    /// True if the kernels read the views that they are given.
     const READS_VIEWS: bool = true;
 
-    /// Whether two clusters are opened as other nodes are.
+    /// True if two clusters are opened like other nodes.
     const OPENS_CLUSTERS_ALIKE: bool = Self::IS_OVERLAP;
 
-    /// How both nodes see one another.
+    /// The map between the orientations of both nodes.
     #[inline(always)]
     fn views<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, relation: &Relation) -> Views {
         Views::between(a, b, relation)
     }
 
-    /// Whether a pair is of interest, by the own boxes of both nodes. A child first passes the test along its parent's axes;
-    /// this one is along its own.
+    /// True if a pair is of interest by the own boxes of both nodes. A child first passes the test
+    /// along its parent's axes; this test is along its own axes.
     fn own<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool;
 
-    /// Whether it is so by the margins of `f32` alone.
+    /// True if the pair is of interest only because of the margins of `f32`.
     #[inline(always)]
     fn is_in_doubt(&self) -> bool {
         false
     }
 
-    /// Whether a pair in doubt is of no interest, as `f64` tells.
+    /// True if `f64` shows that a pair in doubt is of no interest.
     #[inline(always)]
     fn is_parted(&mut self, _a: &Node, _b: &Node, _views: &Views, _relation: &Relation) -> bool {
         false
     }
 
-    /// The given children of both nodes.
+    /// Tests the active children of both nodes against each other.
     fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64;
 
-    /// The given triangles of two clusters.
+    /// Tests the active triangles of two clusters against each other.
     #[inline(always)]
     fn clusters<'t, L: Lanes>(
         &self,
@@ -227,10 +232,12 @@ pub(super) trait BoxTest {
         self.both(lanes, facing, alive, keys)
     }
 
-    /// The children of the opened node against the box of the other; the first row of keys.
+    /// Tests the children of the opened node against the box of the other. Writes the first row of
+    /// keys.
     fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32;
 
-    /// The given triangles of a cluster, the opened node, against the children of the other one.
+    /// Tests the active triangles of a cluster, the opened node, against the children of the other
+    /// node.
     fn triangles<'t, L: Lanes>(
         &self,
         lanes: L,
@@ -241,14 +248,14 @@ pub(super) trait BoxTest {
     ) -> u64;
 }
 
-/// Triangles of a cluster, and how they are seen from the other node.
+/// Triangles of a cluster, and their view from the other node.
 pub(super) struct Triangles<'t> {
     pub rows: [&'t Rows; WIDTH],
     pub view: View,
     pub skew: f32,
 }
 
-/// Whether boxes overlap, on the six face axes; keys tell how deep.
+/// Overlap of boxes on the six face axes; keys are depths.
 pub(super) struct Overlap {
     least_gap: f32x4,
     in_doubt: bool,
@@ -273,7 +280,7 @@ impl BoxTest for Overlap {
         let a = (a.own_center, a.own_half);
         let b = (b.own_center * scale, b.own_half * scale);
         let (in_a, in_b) = (views.of_b.gaps(b, a), views.of_a.gaps(a, b));
-        // One branch for both: neither can be guessed.
+        // One branch for both views, because neither branch is predictable.
         self.in_doubt = self.least_gap.simd_lt(in_a.fast_max(in_b)).any();
         !(self.in_doubt
             && (views.of_b.margin.simd_lt(in_a) | views.of_a.margin.simd_lt(in_b)).any())
@@ -307,7 +314,7 @@ impl BoxTest for Overlap {
         let mut reach_a = Reach::<L>::NONE;
         alive_a &=
             !Reach::children::<true>(lanes, (a, of_a, scales[0]), (center, half), &mut reach_a);
-        // Else a branch that cannot be guessed costs more than it saves.
+        // Without whole registers, an unpredictable branch costs more than it saves.
         if !L::IS_WHOLE && alive_a == 0 {
             return 0;
         }
@@ -354,7 +361,8 @@ impl BoxTest for Overlap {
         !depth.mask() & opened.valid()
     }
 
-    /// On the three axes of the boxes and on the triangles' normals; keys for a single triangle only.
+    /// Tests on the three axes of the boxes and on the triangles' normals. Writes keys only for a
+    /// single triangle.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,

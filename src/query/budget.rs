@@ -1,10 +1,10 @@
-//! What a query may spend, and who tells the time.
+//! Budgets, and the clocks that measure them.
 
 use crate::model::cost::MAX_STEP_WORK;
 use core::cell::Cell;
 use core::time::Duration;
 
-/// What one call may spend.
+/// The limits of one call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -19,8 +19,8 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// As much as it takes. Since nothing can cut the query short, the default order goes plainly depth-first, which costs
-    /// least; every order finds the same in the end.
+    /// No limit. Since nothing can cut the query short, the default order runs plainly depth-first,
+    /// which costs least. Every order finds the same in the end.
     pub const fn unlimited() -> Self {
         Self {
             time: None,
@@ -29,13 +29,12 @@ impl Budget {
         }
     }
 
-    /// Stop within this time from the start of the call.
+    /// Stops within this time from the start of the call.
     ///
-    /// Calls that are handed no clock go by the system's. Where it has none, without `std` and on
-    /// `wasm32-unknown-unknown`, they
-    /// take the time as over at once ([`StopReason::Deadline`](crate::StopReason::Deadline)) and do nothing: hand them
-    /// a
-    /// [`Clock`], or give them a budget of work.
+    /// Without [`Budget::clock`] the system clock measures the time. If the system has none,
+    /// without `std` and on `wasm32-unknown-unknown`, the call ends at once with
+    /// [`StopReason::Deadline`](crate::StopReason::Deadline) and does nothing. Give the budget a
+    /// [`Clock`], or use a budget of work.
     pub const fn time(limit: Duration) -> Self {
         Self {
             time: Some(limit),
@@ -43,13 +42,17 @@ impl Budget {
         }
     }
 
-    /// Stop after this much work: BV tests, plus [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
-    /// [`WORK_PER_EDGE_TEST`](crate::WORK_PER_EDGE_TEST), [`WORK_PER_TRIANGLE_TEST`](crate::WORK_PER_TRIANGLE_TEST) and
-    /// [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST).
-    /// Where it stops depends on the input alone: the same bits on every machine, in every run.
+    /// Stops after this much work. The unit is a BV test of an intersection query. Expansions,
+    /// tests on edge axes, triangle tests and exact tests count
+    /// [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
+    /// [`WORK_PER_EDGE_TEST`](crate::WORK_PER_EDGE_TEST),
+    /// [`WORK_PER_TRIANGLE_TEST`](crate::WORK_PER_TRIANGLE_TEST) and
+    /// [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST). The place where it stops depends on the
+    /// input alone: the same bits on every machine, in every run.
     ///
-    /// The step at hand is finished, so up to [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units more are spent (by a query of
-    /// distance, contacts or motion, [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)); a budget of 0 does nothing.
+    /// The current step is finished, so the query may exceed the limit by up to
+    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units (queries of distance, contacts or motion by up
+    /// to [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)). A budget of 0 does nothing.
     pub const fn work(limit: u64) -> Self {
         Self {
             work: Some(limit),
@@ -57,9 +60,9 @@ impl Budget {
         }
     }
 
-    /// With another least work between looks at the clock, which come closer together towards the deadline; default
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget of time can end. A frame of a scene goes by the
-    /// default.
+    /// Sets the least work between two readings of the clock; readings become more frequent towards
+    /// the deadline. Default [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget
+    /// of time can end. A frame of a scene uses the default.
     pub const fn poll_interval(self, work: u64) -> Self {
         Self {
             poll_interval: work,
@@ -67,27 +70,26 @@ impl Budget {
         }
     }
 
-    /// Whether nothing can end the call early.
+    /// True if nothing can end the call early.
     pub(crate) fn is_unlimited(self) -> bool {
         self.time.is_none() && self.work.is_none()
     }
 }
 
-/// Tells the time. The engine never asks the operating system itself.
+/// Measures time. The engine never asks the operating system itself.
 pub trait Clock {
-    /// Time since some fixed moment; never less than the call before.
+    /// Time since a fixed moment. It must not decrease from call to call.
     fn now(&self) -> Duration;
 
-    /// True if calls by this clock have to end now, whatever their budget: a user has cancelled them. They end as at a
-    /// deadline, with [`StopReason::Cancelled`](crate::StopReason::Cancelled).
-    /// Asked
-    /// about once a millisecond.
+    /// True if calls with this clock must end now, whatever their budget, because a user has
+    /// cancelled them. They end as at a deadline, with
+    /// [`StopReason::Cancelled`](crate::StopReason::Cancelled). Called about once a millisecond.
     fn is_cancelled(&self) -> bool {
         false
     }
 }
 
-/// A clock that is moved by hand, for tests.
+/// A clock set by hand, for tests.
 #[derive(Clone, Debug, Default)]
 pub struct ManualClock {
     now: Cell<Duration>,
@@ -95,12 +97,12 @@ pub struct ManualClock {
 }
 
 impl ManualClock {
-    /// Stands still until it is advanced.
+    /// Starts at 0 and stands still until it is advanced.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Advances by `step` at every look.
+    /// Advances by `step` at every reading.
     pub fn ticking(step: Duration) -> Self {
         Self {
             now: Cell::default(),
@@ -108,7 +110,7 @@ impl ManualClock {
         }
     }
 
-    /// Moves on by `time`.
+    /// Advances by `time`.
     pub fn advance(&self, time: Duration) {
         self.now.set(self.now.get().saturating_add(time));
     }

@@ -1,4 +1,4 @@
-//! What an unfinished query can still say: how much it may have missed, and where.
+//! Bounds on what a stopped query may have missed: how much, and where.
 
 use super::motion::ahead::Ahead;
 use super::options::MotionOptions;
@@ -10,9 +10,10 @@ use crate::math::{Aabb, Pose};
 use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
 
-/// Bounds on what the last run of a query left open: triangle pairs that intersect, or of a distance query, those that are
-/// closer than its upper bound by more than the tolerance, or of a motion, those that may meet first. Looks at the workspace
-/// when asked, in time linear in the open pairs.
+/// Bounds on what the last run of a query left open. For an intersection query these are triangle
+/// pairs that intersect; for a distance query, pairs closer than its upper bound by more than the
+/// tolerance; for a motion, pairs that may meet first. Each method reads the workspace when it is
+/// called, in time linear in the open pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct Certificate<'w> {
     pub(super) a: &'w Tree,
@@ -21,10 +22,10 @@ pub struct Certificate<'w> {
     pub(super) workspace: &'w Workspace,
 }
 
-/// Where B is.
+/// Pose or motion of B.
 #[derive(Clone, Copy, Debug)]
 pub enum Place<'w> {
-    /// At a pose; and the largest distance of the points of a missed pair.
+    /// The pose, and the largest distance of the points of a missed pair.
     Still(&'w Pose, f64),
     Moving(&'w MotionOptions),
 }
@@ -39,15 +40,17 @@ impl<'w> Certificate<'w> {
         }
     }
 
-    /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. Of a turning motion, which a query cuts into
-    /// pieces, each of those it has not come to counts as one, unless the meshes are too far apart in it.
+    /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. A query
+    /// divides a turning motion into pieces; each piece not reached counts as one pair, unless the
+    /// meshes are too far apart in it.
     #[must_use]
     pub fn open_pairs(&self) -> usize {
         self.open().count()
     }
 
-    /// No more triangle pairs than this intersect (or are closer): those found, and for each open pair the product of its
-    /// triangles. It never grows while a query goes on.
+    /// Upper bound of the number of triangle pairs that intersect (or are closer): those found,
+    /// plus for each open pair the product of its numbers of triangles. It never grows while a
+    /// query continues.
     #[must_use]
     pub fn upper_bound(&self) -> u64 {
         let count = |tree: &Tree, node: u32, alive: u8| {
@@ -74,7 +77,8 @@ impl<'w> Certificate<'w> {
             doubtful,
             ..
         } = self.workspace;
-        // Pairs found along curves that the boxes have not come to are in the product of an open pair too.
+        // Pairs found along curves that the boxes have not reached are also counted in the product
+        // of an open pair.
         let waits = waiting
             .as_slice()
             .iter()
@@ -88,15 +92,16 @@ impl<'w> Certificate<'w> {
             .min(all)
     }
 
-    /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its points in one of them. An
-    /// open pair of nodes whose boxes are apart has none.
+    /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its
+    /// points in one of them. An open pair of nodes whose boxes are separated has no box.
     ///
-    /// Of a distance query, two points of the surfaces that are closer than the upper bound, by more than the tolerance, have
-    /// their middle in one of them; boxes reach as far as that bound beyond the surfaces, and without one there are no finite
-    /// boxes.
+    /// For a distance query: if two points of the surfaces are closer than the upper bound by more
+    /// than the tolerance, their middle is in one of the boxes. The boxes extend as far as that
+    /// bound beyond the surfaces; without an upper bound there are no finite boxes.
     ///
-    /// Of a motion, where the surfaces meet before the contact that was found, if any, they do in one of them: all points of A
-    /// there that B touches, or comes as close to as the margins are.
+    /// For a motion: if the surfaces meet before the contact that was found, if any, they meet in
+    /// one of the boxes. The boxes hold all points of A that B touches there, or approaches within
+    /// the margins.
     pub fn boxes(&self) -> impl Iterator<Item = Aabb> + 'w {
         let certificate = *self;
         self.open().filter_map(move |open| match certificate.place {
@@ -105,10 +110,12 @@ impl<'w> Certificate<'w> {
         })
     }
 
-    /// Where points of an open pair may be that are within `reach` of one another.
+    /// A box around the points of an open pair that may be within `reach` of one another; `None` if
+    /// there are none.
     fn box_of(&self, open: Open, b_in_a: &Pose, reach: f64) -> Option<Aabb> {
         let Self { a, b, .. } = *self;
-        // The rounding of B's placed vertices, and twice as much for the boxes computed here (`docs/numerics.md`).
+        // Covers the rounding of B's placed vertices, and twice as much for the boxes computed here
+        // (`docs/numerics.md`).
         let rounding =
             3.0 * rounding(a.unit(), b.unit(), b_in_a) + 8.0 * f64::EPSILON * a.unit().length();
         let margin = rounding + 0.5 * reach;
@@ -126,7 +133,7 @@ impl<'w> Certificate<'w> {
         }
     }
 
-    /// Where an open pair may meet on the way.
+    /// A box around the points where an open pair may meet during the motion.
     fn box_ahead(&self, open: Open, ahead: &Ahead) -> Option<Aabb> {
         let Self { a, b, .. } = *self;
         let node = |tree: &Tree, node: u32, pose: &Pose| {
@@ -161,7 +168,7 @@ impl<'w> Certificate<'w> {
 
     fn open(&self) -> impl Iterator<Item = Open> + 'w {
         let workspace = self.workspace;
-        // Some that wait were found along a curve since.
+        // Pairs that wait may have been found along a curve in the meantime.
         let trees = [self.a, self.b];
         let is_open = move |pair: &[u32; 2]| !workspace.march.knows(trees, *pair);
         let triangles = workspace
@@ -188,19 +195,20 @@ impl<'w> Certificate<'w> {
         nodes.chain(triangles).chain(later).take(self.most())
     }
 
-    /// What is left of a motion.
+    /// The part of a motion that is left.
     fn ahead(&self, options: &'w MotionOptions) -> Ahead<'w> {
         Ahead::new([self.a, self.b], options, &self.workspace.motion)
     }
 
-    /// Most open pairs that count: none of a finished motion, whatever is still in the buffers.
+    /// Maximum number of open pairs that count: none for a finished motion, whatever the buffers
+    /// still hold.
     fn most(&self) -> usize {
         let is_finished = matches!(self.place, Place::Moving(_)) && !self.workspace.run.stopped;
         if is_finished { 0 } else { usize::MAX }
     }
 }
 
-/// As a structure of `open_pairs`, `upper_bound`, `largest_extent` and the list `boxes`.
+/// Serialized as a structure of `open_pairs`, `upper_bound`, `largest_extent` and the list `boxes`.
 #[cfg(feature = "serde")]
 impl serde::Serialize for Certificate<'_> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -214,16 +222,16 @@ impl serde::Serialize for Certificate<'_> {
     }
 }
 
-/// A pair that was not finished.
+/// An open pair.
 enum Open {
     Nodes(Pair),
     /// Ids of the input meshes.
     Triangles([u32; 2]),
-    /// All of both meshes, in a piece of a motion that the query has not come to.
+    /// Both whole meshes, in a piece of a motion that the query has not reached.
     Piece(u32),
 }
 
-/// The box, in A's frame, of a triangle (an id of the input mesh) whose mesh lies at `pose`.
+/// The box in A's frame of a triangle (an id of the input mesh) whose mesh is at `pose`.
 fn triangle_bounds(tree: &Tree, triangle: u32, pose: &Pose) -> Aabb {
     Aabb::from_points(
         tree.mesh()
@@ -232,7 +240,7 @@ fn triangle_bounds(tree: &Tree, triangle: u32, pose: &Pose) -> Aabb {
     )
 }
 
-/// The box of a node, as it lies in A's frame: `center + axes * x` for all `x` within `half`.
+/// The box of a node, oriented in A's frame: `center + axes * x` for all `x` within `half`.
 struct Block {
     center: DVec3,
     axes: DMat3,
@@ -240,7 +248,7 @@ struct Block {
 }
 
 impl Block {
-    /// That of a node whose mesh lies at `pose`.
+    /// The box of a node whose mesh is at `pose`.
     fn new(tree: &Tree, node: u32, pose: &Pose) -> Self {
         let node = &tree.nodes()[node as usize];
         let (unit, rotation) = (tree.unit(), node.rotation().as_dmat3());
@@ -255,7 +263,8 @@ impl Block {
         }
     }
 
-    /// A box around all that two blocks have in common, by the axes of A and of both; `None` if that is nothing.
+    /// A box around the intersection of two blocks, from the axes of A and of both blocks; `None`
+    /// if it is empty.
     fn overlap(&self, other: &Self, margin: f64) -> Option<Aabb> {
         let [a, b] = [self, other].map(|block| block.bounds(DVec3::ZERO, block.half));
         let [c, d] = [self.part(other, margin)?, other.part(self, margin)?];
@@ -266,7 +275,7 @@ impl Block {
         (!common.is_empty()).then_some(common)
     }
 
-    /// A box around the part of this block that another one may reach.
+    /// A box around the part of this block that the other one may reach.
     fn part(&self, other: &Self, margin: f64) -> Option<Aabb> {
         let inverse = self.axes.inverse();
         let center = inverse * (other.center - self.center);
@@ -280,7 +289,7 @@ impl Block {
             .then(|| self.bounds((min + max) * 0.5, (max - min) * 0.5))
     }
 
-    /// A box in A's frame around a part of this block, in its own axes.
+    /// A box in A's frame around a part of this block, given in its own axes.
     fn bounds(&self, center: DVec3, half: DVec3) -> Aabb {
         let (center, half) = (self.center + self.axes * center, self.axes.abs() * half);
         Aabb {

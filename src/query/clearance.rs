@@ -1,24 +1,25 @@
-//! A distance that was proven once, and what is left of it after B has moved.
+//! A proven distance, and what remains of it after B has moved.
 
 use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Pose, largest, length};
 use crate::tree::Tree;
 
-/// Two surfaces that were at least so far apart.
+/// A lower bound of the distance of two surfaces at one pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Clearance {
-    /// Identities: a tree that was refitted is another surface.
+    /// Identities: a refitted tree counts as another surface.
     trees: [usize; 2],
     b_in_a: Pose,
     distance: f64,
 }
 
-/// What rounding adds to the way of a point, relative to the magnitudes of its coordinates and of both translations: a point
-/// takes less than 8 roundings to each of its places, and the bound on the way between them less than 16.
+/// Rounding added to the displacement of a point, relative to the magnitudes of its coordinates and
+/// of both translations. Each of a point's two positions takes less than 8 roundings, and the bound
+/// on the displacement between them less than 16.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl Clearance {
-    /// Of no trees.
+    /// Matches no trees.
     pub const NOTHING: Self = Self {
         trees: [usize::MAX; 2],
         b_in_a: Pose::IDENTITY,
@@ -33,8 +34,8 @@ impl Clearance {
         }
     }
 
-    /// How far apart the same surfaces are at least at another pose: less by the longest way of a point of B. Not more than 0:
-    /// nothing is known.
+    /// Lower bound of the distance of these surfaces at another pose: the longest displacement of a
+    /// point of B is subtracted. Nothing is known if it is 0 or negative.
     pub fn at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
         let are_same = self.trees == [a.identity(), b.identity()];
         if are_same {
@@ -45,9 +46,9 @@ impl Clearance {
     }
 }
 
-/// A bound on the way of a mesh's points from one pose to another. With `D` the difference of the rotations and `d` that of the
-/// translations a point `c + h` goes by `D c + d + D h`, where `c` is the middle of the mesh's box and `h` within its half
-/// extents.
+/// Upper bound of the displacement of a mesh's points from one pose to another. `D` is the
+/// difference of the rotations and `d` that of the translations. A point `c + h` moves by `D c + d
+/// + D h`, where `c` is the middle of the mesh's box and `h` is within its half extents.
 pub(crate) fn displacement(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
     let bounds = mesh.mesh().aabb();
     let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);

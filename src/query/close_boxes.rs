@@ -1,8 +1,9 @@
-//! Boxes that are apart, but by less than the margins of `f32`: their gap along one direction, in `f64`.
+//! Boxes that are separated by less than the margins of `f32`: their gap along one direction, in
+//! `f64`.
 //!
-//! Those margins are relative to the meshes, however small the nodes are. Here little is left but the rounding of the boxes
-//! themselves, so that parallel sheets are parted high up in the trees. The proof is in `docs/numerics.md`, "Boxes that are
-//! close".
+//! Those margins are relative to the meshes, however small the nodes are. Here little more than the
+//! rounding of the boxes themselves remains, so parallel sheets are separated high up in the trees.
+//! The proof is in `docs/numerics.md`, "Boxes that are close".
 
 use super::views::{Relation, Views};
 use crate::math::tolerance;
@@ -10,8 +11,8 @@ use crate::tree::{Node, xyz};
 use glam::DVec3;
 use wide::f32x4;
 
-/// How far apart the own boxes of two nodes are at least, A's units, by the face axis along which they are farthest apart, as
-/// `f32` tells; negative if they may overlap.
+/// Lower bound of the gap between the own boxes of two nodes, in A's units, along the face axis
+/// with the largest gap in `f32`; negative if they may overlap.
 #[cold]
 #[inline(never)]
 pub(super) fn gap(a: &Node, b: &Node, views: &Views, relation: &Relation) -> f64 {
@@ -36,7 +37,7 @@ pub(super) fn gap(a: &Node, b: &Node, views: &Views, relation: &Relation) -> f64
     gap_of([a, b], relation, axis, ROUNDING)
 }
 
-/// The same by a direction in A's unit coordinates.
+/// Lower bound of the gap along a direction in A's unit coordinates.
 #[cold]
 #[inline(never)]
 pub(super) fn gap_along(a: &Node, b: &Node, relation: &Relation, direction: f32x4) -> f64 {
@@ -52,20 +53,22 @@ fn gap_of([a, b]: [&Node; 2], relation: &Relation, direction: DVec3, rounding: f
     (between.abs() - (from_a + from_b)) / direction.length() - slop
 }
 
-/// A rounding of `f32`.
+/// One rounding of `f32`.
 const ROUNDING: f64 = tolerance::ROUNDING as f64;
 
-/// 2^-37: more than all terms with the square of a rounding, and the rounding of `f64`, unit coordinates.
+/// 2^-37, in unit coordinates: more than all terms with the square of a rounding plus the rounding
+/// of `f64`.
 const SECOND_ORDER: f64 = 1.0 / (1u64 << 37) as f64;
 
-/// Middle and half length of what holds all triangles of a node along a direction in its mesh's unit coordinates.
+/// Middle and half length of an interval that contains the projections of all triangles of a node
+/// on a direction, in its mesh's unit coordinates.
 fn shadow(node: &Node, direction: DVec3, rounding: f64) -> [f64; 2] {
     let (center, half, axes) = (
         wide(node.own_center),
         wide(node.own_half),
         node.rotation().as_dmat3(),
     );
-    // The axes are not quite orthonormal: one step of Newton's method towards their inverse.
+    // The axes are not exactly orthonormal: one step of Newton's method towards their inverse.
     let first = axes.transpose() * direction;
     let along = 2.0 * first - axes.transpose() * (axes * first);
     // Corners were rounded along the axes of the mesh.

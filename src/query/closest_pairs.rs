@@ -1,9 +1,10 @@
-//! Triangle pairs of a search for what is closest, or for all that is within a margin.
+//! Tests of triangle pairs in a search for the closest pair, or for all pairs within a margin.
 //!
-//! They go through two tests: eight pairs at a time in `f32` for lower bounds, and one pair at a time in `f64`, for those
-//! that may be closer than the closest so far, by the features that `f32` has found closest. Those that may only raise the
-//! lower bound are put off to the end. Within a margin there is no closest: each pair counts, and those that are apart are
-//! looked at in `f64` four at a time.
+//! Triangle pairs pass two tests. The first gives lower bounds in `f32`, eight pairs at a time. The
+//! second, in `f64` and one pair at a time, is for pairs that may be closer than the closest so
+//! far; it uses the features that `f32` found closest. Pairs that can only raise the lower bound
+//! are put off to the end. Within a margin there is no closest: each pair counts, and separated
+//! pairs are tested in `f64` four at a time.
 
 use super::nearest::Nearness;
 use super::outcome::Stats;
@@ -25,7 +26,7 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 
 impl Traversal<'_, '_, Nearness> {
-    /// Whether there may be no room for what the next step finds.
+    /// True if there may be no room for the results of the next step.
     #[cold]
     #[inline(never)]
     pub(super) fn is_full(&self) -> bool {
@@ -35,7 +36,7 @@ impl Traversal<'_, '_, Nearness> {
         contacts.is_full() && !(search.proposed.is_empty() && search.linked.is_empty())
     }
 
-    /// Lower bounds of up to eight waiting pairs.
+    /// Computes lower bounds of up to eight waiting pairs.
     #[inline(always)]
     pub(super) fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let search = &mut self.workspace.search;
@@ -55,13 +56,13 @@ impl Traversal<'_, '_, Nearness> {
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
         stats.work += count as u64 * WORK_PER_DISTANCE_TEST;
-        // Boxes may have proven more: what is proven stays so.
+        // The boxes may have proven a larger bound; keep it.
         let proven = F8::load(lanes, &keys).max(F8::splat(lanes, 0.0)).sqrt()
             * F8::splat(lanes, 1.0 - f32::EPSILON);
         let low = F8::load(lanes, &found.low).max(proven);
         if self.workspace.contacts.margin().is_some() {
             let meet = !F8::splat(lanes, 0.0).less(low).mask();
-            // More than the root, which is rounded.
+            // Larger than the rounded root.
             let cut = F8::splat(lanes, self.question.cut).sqrt()
                 * F8::splat(lanes, 1.0 + 4.0 * f32::EPSILON);
             let near = (low.less(cut).mask() | meet) & ((1 << count) - 1);
@@ -71,7 +72,8 @@ impl Traversal<'_, '_, Nearness> {
         }
     }
 
-    /// Pairs that may be within the margin wait for their closest points, those that may meet for an exact test.
+    /// Pairs that may be within the margin wait for their closest points. Pairs that may intersect
+    /// wait for an exact test.
     #[inline(never)]
     fn link(
         &mut self,
@@ -98,7 +100,7 @@ impl Traversal<'_, '_, Nearness> {
         }
     }
 
-    /// Closest points of a few linked pairs, as far as there is room for the contacts.
+    /// Computes the closest points of a few linked pairs, as far as there is room for the contacts.
     #[inline(never)]
     pub(super) fn test_linked<L: Lanes>(&mut self, lanes: L) {
         let Workspace {
@@ -138,7 +140,8 @@ impl Traversal<'_, '_, Nearness> {
         self.deadline.allow_for_long_step();
     }
 
-    /// What may be closest is looked at next, the most likely first; what may only bound the distance is put off.
+    /// Pairs that may be the closest are tested next, the most likely first. Pairs that can only
+    /// raise the lower bound are put off.
     #[inline(never)]
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], found: &Distances) {
         let search = &mut self.workspace.search;
@@ -153,7 +156,7 @@ impl Traversal<'_, '_, Nearness> {
                 search.interval.pass(bound);
             }
         }
-        // Whatever the sign of what is no number.
+        // NaN of either sign becomes infinity.
         let about = found.about.map(|about| {
             if about < f32::INFINITY {
                 about
@@ -176,7 +179,7 @@ impl Traversal<'_, '_, Nearness> {
         }
     }
 
-    /// Looks at a pair in `f64`, unless it does not matter any more.
+    /// Tests a pair in `f64`, unless it no longer matters.
     #[inline(never)]
     pub(super) fn consider<L: Lanes>(
         &mut self,
@@ -244,7 +247,8 @@ impl Traversal<'_, '_, Nearness> {
     }
 }
 
-/// What is known of two triangles that are at least `proven` apart, if that is within the margin.
+/// The contact of two triangles that are at least `proven` apart, if their distance is within the
+/// margin.
 fn contact(
     triangles: [u32; 2],
     corners: [&[DVec3; 3]; 2],

@@ -1,8 +1,9 @@
-//! Where two meshes meet or come close: all pairs of triangles within a margin, the nearest first.
+//! Contacts of two meshes: all pairs of triangles within a margin, the nearest first.
 //!
-//! It is the question of the distance with a cut that stays where it is ([`nearest`]): nothing is said of pairs beyond the
-//! margin, and every pair within is written to the list of the workspace. With margin 0 it is that of the intersection
-//! ([`meeting`](super::meeting)), whose boxes and triangle tests cost less.
+//! This is the distance question with a fixed cut ([`nearest`]): pairs beyond the margin are
+//! dropped, and every pair within is written to the list of the workspace. With margin 0 it is the
+//! question of the intersection ([`meeting`](super::meeting)), whose boxes and triangle tests cost
+//! less.
 
 use super::budget::Budget;
 use super::certificate::Place;
@@ -26,17 +27,18 @@ use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// The question where two surfaces meet, or come within a margin of each other ([`Query::contacts`]).
+/// Asks where two surfaces intersect, or come within a margin of each other ([`Query::contacts`]).
 ///
-/// The answer is a set of [`Contact`](crate::Contact)s: all pairs of triangles that are no farther apart than the margin. They
-/// stay in the workspace, nearest first ([`Workspace::contacts`]).
+/// The answer is a set of [`Contact`](crate::Contact)s: all pairs of triangles no farther apart
+/// than the margin. They stay in the workspace, nearest first ([`Workspace::contacts`]).
 ///
-/// **Guarantee.** No pair within the margin is missing from the set of a finished query. With margin 0 the set has exactly the
-/// pairs that meet; otherwise also those that `f64` cannot tell from such: they are farther apart than the margin by no more
-/// than 4e-14 times the diagonal of the box around both triangles, whatever their shape. The set of a stopped query is
-/// a part of that, and every contact that
-/// it lacks is at least [`ContactBounds::low`] away and has its middle in one of the boxes of [`Query::certificate`].
-/// Overlapping boxes are opened first and then the closest, so that what was found is mostly the nearest part.
+/// **Guarantee.** The set of a finished query misses no pair within the margin. With margin 0 the
+/// set has exactly the pairs that intersect. Otherwise it also has pairs that `f64` cannot tell
+/// from pairs within: they are farther apart than the margin by at most 4e-14 times the diagonal of
+/// the box around both triangles, whatever their shape. The set of a stopped query is a part of
+/// that set. Every missing contact is at least [`ContactBounds::low`] away and has its middle in
+/// one of the boxes of [`Query::certificate`]. Overlapping boxes are opened first, then the
+/// closest, so what was found is mostly the nearest part.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -57,19 +59,19 @@ pub struct Contacts {
 }
 
 impl Question for Contacts {
-    /// [`Workspace::contacts`] has the contacts that were found.
+    /// The contacts themselves are in [`Workspace::contacts`].
     type Value = ContactBounds;
 }
 
-/// Room that the first contact query makes in a workspace that has none.
+/// Room that the first contact query reserves in a workspace without any.
 const DEFAULT_ROOM: usize = 4096;
 
 /// No two points are farther apart than this.
 const LARGEST_MARGIN: f64 = 1024.0 * COORDINATE_LIMIT;
 
 impl<'t> Query<'t, Contacts> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The margin is 0: only triangles
-    /// that meet are in contact.
+    /// Asks for the contacts of the meshes of `a` and `b`, where `b_in_a` maps B's coordinates into
+    /// A's. The default margin is 0: only triangles that intersect are contacts.
     #[must_use]
     pub fn contacts(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let options = ContactOptions {
@@ -79,8 +81,8 @@ impl<'t> Query<'t, Contacts> {
         Self::of([a, b], Contacts { b_in_a, options })
     }
 
-    /// Pairs of triangles this close are contacts, in the length unit of the meshes. Less than 0 (and NaN) counts as 0; with
-    /// infinity all pairs are.
+    /// Pairs of triangles no farther apart than this are contacts, in the length unit of the
+    /// meshes. Negative values and NaN count as 0. With infinity all pairs are contacts.
     #[must_use]
     pub fn margin(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "margin", distance, f64::INFINITY);
@@ -92,17 +94,19 @@ impl<'t> Query<'t, Contacts> {
         self
     }
 
-    /// Stop with [`StopReason::PairsFull`] when this many contacts are in the workspace; by default, when it is full.
+    /// Stops with [`StopReason::PairsFull`] when this many contacts are in the workspace. By
+    /// default, when the workspace is full.
     #[must_use]
     pub fn contact_limit(mut self, contacts: usize) -> Self {
         self.asked.options.limit = contacts.max(1);
         self
     }
 
-    /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame: which way the two faces of a
-    /// [`Contact`](crate::Contact) look. `None` for a triangle without an area that `f64` can tell.
+    /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame:
+    /// the orientations of the two faces of a [`Contact`](crate::Contact). `None` for a triangle
+    /// whose area `f64` cannot resolve.
     ///
-    /// The query need not have been run. Contacts don't hold these normals, so that they stay small.
+    /// The query need not have been run. Contacts do not store these normals, to stay small.
     ///
     /// ```
     /// use punctual::glam::{DMat3, DVec3, Vec3};
@@ -132,7 +136,7 @@ impl<'t> Query<'t, Contacts> {
         ]
     }
 
-    /// Whether a contact proves that the surfaces come within the margin.
+    /// True if a contact proves that the surfaces come within the margin.
     pub(crate) fn is_within(&self, contact: &Contact) -> bool {
         contact.distance <= self.asked.options.margin
     }
@@ -237,14 +241,15 @@ impl Ask for Query<'_, Contacts> {
     }
 }
 
-/// The answer of a contact query. Plain data; the contacts stay in the workspace ([`Workspace::contacts`]).
+/// The answer to a contact query. Plain data; the contacts stay in the workspace
+/// ([`Workspace::contacts`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
 pub struct ContactBounds {
-    /// Proven: every contact that was not found is at least this far apart, in the length unit of the meshes. Infinite if the
-    /// query is finished: none is missing.
+    /// Proven: every contact not found is at least this far apart, in the length unit of the
+    /// meshes. Infinite if the query is finished: none is missing.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
 }

@@ -1,17 +1,17 @@
-//! Triangles as the tests in `f64` need them, kept for the next one: where surfaces coincide, the pairs of two clusters are
-//! tested one after the other.
+//! Cache of placed triangle corners in `f64`. Where surfaces coincide, the pairs of two clusters
+//! are tested one after the other and use the same corners.
 
 use crate::tree::{Tree, WIDTH};
 use crate::triangle::again::Columns;
 use glam::DVec3;
 
-/// The corners of the last triangles, one for each place in a cluster.
+/// The corners of the last triangles, one for each position in a cluster.
 #[derive(Clone, Debug)]
 pub(super) struct Corners {
     /// In tree order.
     triangles: [u32; WIDTH],
     corners: [[DVec3; 3]; WIDTH],
-    /// Those of eight pairs.
+    /// Corners of the triangles of up to eight pairs.
     pub columns: Columns,
 }
 
@@ -24,12 +24,12 @@ impl Corners {
         columns: Columns::ZERO,
     };
 
-    /// Forgets all; to be called whenever the tree or the pose may have changed.
+    /// Clears the cache. Call it whenever the tree or the pose may have changed.
     pub fn clear(&mut self) {
         self.triangles = [Self::NONE; WIDTH];
     }
 
-    /// The corners of a triangle (tree order), each brought to its place.
+    /// The corners of a triangle (tree order), mapped by `place`.
     #[inline]
     pub fn of(
         &mut self,
@@ -46,7 +46,7 @@ impl Corners {
         &self.corners[slot]
     }
 
-    /// Makes a triangle one of those of eight pairs.
+    /// Copies a triangle into a lane of the columns.
     #[inline]
     pub fn fill(
         &mut self,

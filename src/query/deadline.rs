@@ -1,11 +1,13 @@
-//! When a call has to stop: after so much time, after so much work, or both. Queries and scenes share this one notion.
+//! The stop rule of a call: a limit of time, of work, or both. Queries and scenes share it.
 //!
-//! Looking at the clock costs as much as a hundred units of work. So from the time that is left follows how much work
-//! cannot pass the deadline, and the clock is asked again only when that is done. A unit is assumed to take no more than
-//! [`SLOWEST_UNIT`], or [`SLOWEST_TO_MEAN`] times the mean so far if that is more, as on a slow or a busy machine; the first
-//! ones [`FIRST_TO_SLOWEST`] times that, since what they need may have to be fetched from far.
+//! Reading the clock costs as much as a hundred units of work. So the time left is converted to the
+//! work that cannot exceed the deadline, and the clock is read again only when that work is done. A
+//! unit is assumed to take at most [`SLOWEST_UNIT`], or [`SLOWEST_TO_MEAN`] times the mean so far
+//! if that is more, as on a slow or a busy machine. The first units are assumed to take
+//! [`FIRST_TO_SLOWEST`] times that, because their data may not be in the cache.
 //!
-//! Whatever the budget, the clock is asked after [`BETWEEN_LOOKS`] whether the caller cancels the call.
+//! Whatever the budget, the clock is asked every [`BETWEEN_LOOKS`] units whether the caller cancels
+//! the call.
 
 use super::budget::Clock;
 use super::outcome::StopReason;
@@ -17,41 +19,44 @@ use crate::model::cost::{
 };
 use core::time::Duration;
 
-/// The most work between two looks at the clock: a millisecond or so.
+/// Maximum work between two readings of the clock: about a millisecond.
 const BETWEEN_LOOKS: u64 = 1 << 20;
 
-/// Watches the end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
+/// The end of a call, or of all queries of a frame. The stop rule is [`Deadline::stop`].
 ///
-/// The clock is not a type parameter: the loop would be compiled once for each type, to save a call that costs far less than
-/// the look at the clock itself.
+/// The clock is not a type parameter: the loop would be compiled once for each type, to save a call
+/// that costs far less than reading the clock.
 pub struct Deadline<'c> {
     clock: &'c dyn Clock,
     started: Option<Duration>,
     end: Option<Duration>,
-    /// Work that may still be done, and how much of it queries leave for their last step and for what comes after them.
+    /// Work left; the part of it that queries leave for their last step and for the work after
+    /// them; and the latter alone.
     left: u64,
     reserve: u64,
     after: u64,
-    /// Work that cannot pass the end, at the slowest pace that is assumed, and that may be done before the next look.
+    /// Work that cannot exceed the end at the slowest assumed pace, and that may be done before the
+    /// next reading.
     safe: u64,
-    /// That pace: nanoseconds for a unit, or this many times the mean so far.
+    /// The slowest assumed pace: nanoseconds per unit, or this many times the mean so far.
     slowest: [f64; 2],
-    /// Of the work that cannot pass the end, one part in so many is done before the next look at the clock.
+    /// The work until the next reading is the safe work divided by this.
     stretch: u64,
-    /// The first look and the work since.
+    /// Time of the first reading, and the work since.
     first_look: Option<Duration>,
     done: u64,
-    /// Work of the query at hand when `left` and `safe` were last brought up to date, and when the stop rule looks again.
+    /// Work of the current query when `left` and `safe` were last updated, and at which the stop
+    /// rule reads the clock next.
     at: u64,
     next_look: u64,
     poll_interval: u64,
-    /// Whether the clock said so.
+    /// True if the clock reported a cancellation.
     is_cancelled: bool,
 }
 
 impl<'c> Deadline<'c> {
-    /// The end of a budget that begins now. Unless it is so short that it might be over before the first step, its start is the
-    /// first look.
+    /// The end of a budget that begins now. Its start counts as the first reading, unless the
+    /// budget is so short that it may end before the first step.
     #[inline(always)]
     pub fn of(budget: ClockedBudget<'c>) -> Self {
         let (budget, clock) = budget.parts();
@@ -79,7 +84,8 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// The end at a moment of the clock, if any, and after so much work, the last step of a query included.
+    /// The end at a time of the clock, if any, and after `work`, including the last step of a
+    /// query.
     pub fn at(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         Self {
             clock,
@@ -100,8 +106,9 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// The end of a part of a call, which may be passed a little: a look at the clock may cost as much as what it watches over.
-    /// Units of a part are of many kinds, some several times slower than its mean: so half of what is left is done between looks.
+    /// The end of a part of a call, which may be exceeded a little: a reading of the clock may cost
+    /// as much as the work it limits. Units of a part are of many kinds, some several times slower
+    /// than the mean, so half of the safe work is done between readings.
     pub fn of_a_part(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         Self {
             slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART],
@@ -110,23 +117,24 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// From now on queries leave room for a last step of so much work.
+    /// From here on queries leave room for a last step of `work`.
     pub fn leave(&mut self, work: u64) {
         self.leave_after(work, 0);
     }
 
-    /// The same, and for so much work `after` them.
+    /// From here on queries leave room for a last step of `work`, and for `after` units after them.
     pub fn leave_after(&mut self, work: u64, after: u64) {
         (self.reserve, self.after) = (work - 1 + after, after);
     }
 
-    /// Begins or resumes a query that has done `work`.
+    /// Starts or resumes a query that has done `work`.
     pub fn begin(&mut self, work: u64) {
         self.at = work;
         self.next_look = work.saturating_add(self.safe.min(self.left.saturating_sub(self.reserve)));
     }
 
-    /// Whether the query has to stop, having done `work`: the only place where a budget ends a query.
+    /// Returns a reason if the query, having done `work`, must stop. This is the only place where a
+    /// budget ends a query.
     #[inline(always)]
     pub fn stop(&mut self, work: u64) -> Option<StopReason> {
         if work < self.next_look {
@@ -162,14 +170,14 @@ impl<'c> Deadline<'c> {
         self.at = work;
     }
 
-    /// Counts work that no query did.
+    /// Adds work that was done outside of a query.
     pub fn spend(&mut self, work: u64) {
         self.left = self.left.saturating_sub(work);
         self.safe = self.safe.saturating_sub(work);
         self.done += work;
     }
 
-    /// Whether there is room for `work` more, at the slowest pace that is assumed.
+    /// True if there is room for `work` more, at the slowest assumed pace.
     pub fn has_room(&mut self, work: u64) -> bool {
         if self.safe < work {
             let safe = self.safe_work().unwrap_or(0);
@@ -178,7 +186,7 @@ impl<'c> Deadline<'c> {
         self.left >= work && self.safe >= work
     }
 
-    /// Why there is no room for so much work.
+    /// The reason why there is no room for `work`.
     pub fn why(&self, work: u64) -> StopReason {
         if self.left < work {
             StopReason::WorkLimit
@@ -195,14 +203,15 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// Work that there is room for, at the slowest pace that is assumed.
+    /// Work that there is room for, at the slowest assumed pace.
     pub fn room(&mut self) -> u64 {
         let safe = self.safe_work().unwrap_or(0);
         self.safe = safe.min(BETWEEN_LOOKS);
         self.left.min(safe)
     }
 
-    /// Allows for a step that may take some dozen times as long as its work tells: near the end, the clock is asked after it.
+    /// Prepares for a step that may take some dozen times as long as its work suggests: near the
+    /// end, the clock is read after it.
     pub fn allow_for_long_step(&mut self) {
         if self.is_timed() {
             self.safe = self.safe.saturating_sub(LONGEST_STEP);
@@ -225,7 +234,8 @@ impl<'c> Deadline<'c> {
             .map(|started| self.clock.now().saturating_sub(started))
     }
 
-    /// Work that is done before the next look at the clock. How fast units are is not known before the first of them.
+    /// Work until the next reading of the clock. Before the first units are done, their pace is
+    /// unknown.
     fn until_next_look(&self, safe: u64) -> u64 {
         safe / if self.done == 0 {
             FIRST_TO_SLOWEST
@@ -234,8 +244,8 @@ impl<'c> Deadline<'c> {
         }
     }
 
-    /// Looks at the clock: work that takes no longer than the time that is left; `None` if it is up, or the call
-    /// cancelled.
+    /// Reads the clock. Returns the work that takes no longer than the time left; `None` if the
+    /// time is up, or the call cancelled.
     fn safe_work(&mut self) -> Option<u64> {
         self.is_cancelled = self.clock.is_cancelled();
         if self.is_cancelled {

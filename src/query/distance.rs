@@ -1,4 +1,4 @@
-//! How far apart two meshes are: two trees, a pose and a budget in, proven [`Bounds`] out.
+//! The distance of two meshes: two trees, a pose and a budget in, proven [`Bounds`] out.
 
 use super::budget::Budget;
 use super::certificate::Place;
@@ -19,19 +19,19 @@ use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// The question how far apart two surfaces are at a pose ([`Query::distance`]): 0 if they meet.
+/// Asks for the distance of two surfaces at a pose ([`Query::distance`]); 0 if they intersect.
 ///
-/// **Guarantee.** Whenever it stops, `low <= distance <= high`: no point of A's surface is closer to B's than `low`, and two
-/// named points of two named triangles are `high` apart. Both bounds only ever improve, and a query that is finished ends
-/// with them as close as the tolerance asks and `f64` can tell: 4e-14 times the diagonal of the box around both meshes,
-/// whatever the shape of their triangles. `high` is 0 only if the surfaces meet, and a finished query of surfaces that
-/// meet says so, whatever the tolerance, unless [`Query::leave_contact_open`] was asked for.
+/// **Guarantee.** `low <= distance <= high`, whenever the query stops: no point of A's surface is
+/// closer to B's than `low`, and two named points of two named triangles are `high` apart. Both
+/// bounds only improve. When the query is finished, they are as close as the tolerance asks and
+/// `f64` can resolve: 4e-14 times the diagonal of the box around both meshes, whatever the shape of
+/// their triangles. `high` is 0 only if the surfaces intersect. A finished query of surfaces that
+/// intersect reports 0, whatever the tolerance, unless [`Query::leave_contact_open`] is set.
 ///
-/// Triangle pairs that are all but equally far apart are all looked at, unless boxes, or a plane between the surfaces,
-/// tell
-/// that none is closer. Of nested or parallel sheets within a bend of another mesh these may be as many as the product
-/// of their
-/// triangles. A tolerance above the differences spares them.
+/// Triangle pairs at nearly equal distance are all tested, unless boxes, or a plane between the
+/// surfaces, prove that none is closer. For nested or parallel sheets within a bend of another
+/// mesh, their number can reach the product of the numbers of triangles. A tolerance above the
+/// differences avoids these tests.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -55,19 +55,23 @@ impl Question for Distance {
 
 impl Remembers for Distance {}
 
-/// The default absolute tolerance over the size of the larger mesh; and the relative one of bodies that are farther apart than
-/// so many times this size, where boxes in `f32` tell no more.
+/// The default absolute tolerance, relative to the size of the larger mesh. The default relative
+/// tolerance of bodies farther apart than `FAR` times this size, where boxes in `f32` resolve no
+/// more.
 const DEFAULT_TOLERANCE: f64 = 1e-6;
 const FAR: f64 = 64.0;
 const FAR_TOLERANCE: f64 = 1e-5;
 
 impl<'t> Query<'t, Distance> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's. The absolute tolerance is a
-    /// millionth of the larger mesh's unit ([`Tree::unit_length`], about half of its longest extent; 0 for a point), the
-    /// relative one 0. Where the middles of the meshes are more than 64 such units apart, it is 1e-5 if no tolerance at all
-    /// is asked for. Beside a mesh that is much larger, a small one is told as exactly as itself by a tolerance of its
-    /// own
-    /// size, which takes up to a tenth more work (`docs/performance.md`).
+    /// Asks for the distance of the meshes of `a` and `b`, where `b_in_a` maps B's coordinates into
+    /// A's.
+    ///
+    /// By default the absolute tolerance is a millionth of the larger mesh's unit
+    /// ([`Tree::unit_length`], about half of its longest extent; 0 for a point), and the relative
+    /// one 0. If no tolerance is set and the middles of the meshes are more than 64 such units
+    /// apart, the relative tolerance is 1e-5. Next to a much larger mesh, set a tolerance relative
+    /// to the size of the small one if its distance must be as precise; that takes up to a tenth
+    /// more work (`docs/performance.md`).
     #[must_use]
     pub fn distance(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
@@ -91,11 +95,11 @@ impl<'t> Query<'t, Distance> {
         )
     }
 
-    /// Done as soon as `high - low` is no more than this, in the length unit of the meshes. 0 (and NaN): as close as `f64`
-    /// can tell, no farther apart than 4e-14 times the diagonal of the box around both meshes. Surfaces with large
-    /// parallel parts have many pairs of triangles that are all but equally far apart; a
-    /// tolerance spares the comparison. Whether surfaces meet is decided with any tolerance, unless
-    /// [`Query::leave_contact_open`] is asked for too.
+    /// The query is finished as soon as `high - low` is at most this, in the length unit of the
+    /// meshes. 0 (and NaN) means as close as `f64` can resolve: at most 4e-14 times the diagonal of
+    /// the box around both meshes. Surfaces with large parallel parts have many triangle pairs at
+    /// nearly equal distance; a tolerance saves comparing them. With any tolerance the query
+    /// decides whether the surfaces intersect, unless [`Query::leave_contact_open`] is set too.
     #[must_use]
     pub fn absolute_tolerance(mut self, length: f64) -> Self {
         OptionError::note(&mut self.fault, "absolute_tolerance", length, f64::MAX);
@@ -103,7 +107,8 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// Done also as soon as `high <= (1 + share) low`. What is negative, and NaN, counts as 0.
+    /// The query is finished also as soon as `high <= (1 + share) low`. Negative values and NaN
+    /// count as 0.
     #[must_use]
     pub fn relative_tolerance(mut self, share: f64) -> Self {
         OptionError::note(&mut self.fault, "relative_tolerance", share, f64::MAX);
@@ -111,17 +116,19 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// Whether a query is done as soon as `high` is no more than the absolute tolerance, even if it is open then whether the
-    /// surfaces meet (`low` is 0). Off by default. To decide that about surfaces that all but touch in many places may take
-    /// thousands of times as long as to tell that they are within the tolerance. [`Query::closer_than`] is not affected.
+    /// If true, a query is finished as soon as `high` is at most the absolute tolerance, even if it
+    /// is then open whether the surfaces intersect (`low` is 0). Off by default. For surfaces that
+    /// nearly touch in many places, deciding whether they intersect may take thousands of times as
+    /// long as proving that they are within the tolerance. Does not affect [`Query::closer_than`].
     #[must_use]
     pub fn leave_contact_open(mut self, leave: bool) -> Self {
         self.asked.options.leaves_contact_open = leave;
         self
     }
 
-    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the length unit of the meshes:
-    /// a point becomes a ball, a segment a capsule. The distance is that of the thickened surfaces.
+    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the
+    /// length unit of the meshes: a point becomes a ball, a segment a capsule. The query measures
+    /// the distance of the thickened surfaces.
     #[must_use]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
         OptionError::note_margins(&mut self.fault, margins);
@@ -129,10 +136,10 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// Asks only whether the (thickened) surfaces are no farther apart than this: done as soon as one of the bounds tells.
-    /// [`Bounds::closer`] is the answer. Takes a fraction of the time of the distance. Infinite: not asked. What is
-    /// negative,
-    /// and NaN, counts as 0.
+    /// Asks only whether the distance of the (thickened) surfaces is at most this. The query is
+    /// finished as soon as one of the bounds decides; [`Bounds::closer`] has the answer. Takes a
+    /// fraction of the time of the distance. Infinity disables the limit. Negative values and NaN
+    /// count as 0.
     #[must_use]
     pub fn closer_than(mut self, distance: f64) -> Self {
         OptionError::note(&mut self.fault, "closer_than", distance, f64::INFINITY);
@@ -140,14 +147,16 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// Beyond this, distances are not told apart. A stopped run goes on with the ceiling that it began with.
+    /// Does not resolve distances beyond this. A stopped run continues with the ceiling of its
+    /// start.
     #[must_use]
     pub(crate) fn below(mut self, ceiling: f64) -> Self {
         self.asked.ceiling = ceiling;
         self
     }
 
-    /// For comparison: all node pairs on one stack, the closest of siblings on top, so that `low` is 0 almost to the end.
+    /// For comparison: keeps all node pairs on one stack, the closest of siblings on top. `low`
+    /// then stays 0 almost to the end.
     #[cfg(feature = "internals")]
     #[doc(hidden)]
     #[must_use]
@@ -156,7 +165,7 @@ impl<'t> Query<'t, Distance> {
         self
     }
 
-    /// From the middle of A's box to that of B's.
+    /// Vector from the middle of A's box to that of B's.
     pub(super) fn middle(&self) -> DVec3 {
         self.asked.b_in_a.transform_point(self.b.unit().origin) - self.a.unit().origin
     }
@@ -178,21 +187,20 @@ impl<'t> Query<'t, Distance> {
         self.asked.options.margins[0] + self.asked.options.margins[1]
     }
 
-    /// Whether a finished run tells if the surfaces meet, whatever its tolerance.
+    /// True if a finished run decides whether the surfaces intersect, whatever its tolerance.
     pub(crate) fn decides_contact(&self) -> bool {
         self.asked.options.limit == f64::INFINITY
             && self.margin() == 0.0
             && !self.asked.options.leaves_contact_open
     }
 
-    /// Proven by the run in the workspace: the closest triangles found are no farther apart, margins not subtracted. 0
-    /// only if
-    /// they intersect.
+    /// Proven upper bound of the distance from the run in the workspace, margins not subtracted. 0
+    /// only if the surfaces intersect.
     pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.search.interval.high()
     }
 
-    /// Up to which distance the run in the workspace tells more than that it is more; 0 with a limit.
+    /// The run in the workspace does not resolve distances beyond this; 0 with a limit.
     pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
         if self.asked.options.limit < f64::INFINITY {
             0.0
@@ -275,7 +283,7 @@ impl Ask for Query<'_, Distance> {
             .search
             .bound(&workspace.front, f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
-            // With a limit it takes less.
+            // With a limit the work is less, so predictions must not use it.
             let is_whole = stop.is_final() && !workspace.search.interval.has_limit();
             let work = is_whole.then(|| workspace.work());
             memory.remember_distance(
@@ -323,8 +331,8 @@ impl Ask for Query<'_, Distance> {
     }
 }
 
-/// A bound less the margins, and no less than 0. `rounding`, relative to the sum of both, makes up for their own rounding. An
-/// infinite bound stays as it is.
+/// Subtracts the margins from a bound; at least 0. `rounding`, relative to the sum of bound and
+/// margin, covers the rounding of the difference. An infinite bound stays infinite.
 fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
     let is_less = margin > 0.0 && bound < f64::INFINITY;
     if is_less {
@@ -341,30 +349,30 @@ fn less(bound: f64, margin: f64, rounding: f64) -> f64 {
 pub struct Nearest {
     /// Triangle of A, triangle of B: ids of the input meshes.
     pub triangles: [u32; 2],
-    /// Their closest points, A's frame, rounded; moved towards each other by the margins. If the triangles meet, both
-    /// are one
-    /// point, whatever the margins: the middle of the segment in which the triangles do
-    /// ([`triangle_segment`](crate::triangle_segment)), within 1e-12 times the largest coordinate of both.
+    /// Their closest points in A's frame, rounded, each moved towards the other surface by its
+    /// margin. If the triangles intersect, both are one point, whatever the margins: the middle of
+    /// the segment in which they intersect ([`triangle_segment`](crate::triangle_segment)), within
+    /// 1e-12 times the largest coordinate of both.
     pub points: [DVec3; 2],
 }
 
-/// The answer of a distance query: `low <= distance <= high`, in the length unit of the meshes.
+/// The answer to a distance query: `low <= distance <= high`, in the length unit of the meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
 pub struct Bounds {
-    /// Proven: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
+    /// Proven lower bound: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
-    /// Proven: the distance of [`Bounds::nearest`], and 0 only if the surfaces meet. Infinite if nothing was found yet.
+    /// Proven upper bound: the distance of [`Bounds::nearest`]. 0 only if the surfaces meet.
+    /// Infinite if no pair was tested yet.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub high: f64,
-    /// The closest triangles found.
+    /// The closest triangles found so far.
     pub nearest: Option<Nearest>,
-    /// Whether the surfaces are as close as [`Query::closer_than`] asks; `None` if that is undecided, or not asked.
-    /// Undecided stays what `f64` cannot tell: distances that equal the limit up to 4e-14 times the diagonal of the box
-    /// around
-    /// both meshes.
+    /// True if the distance is at most the limit of [`Query::closer_than`]. `None` if that is
+    /// undecided, or no limit was set. It stays undecided if `f64` cannot resolve it: if the
+    /// distance equals the limit up to 4e-14 times the diagonal of the box around both meshes.
     pub closer: Option<bool>,
 }

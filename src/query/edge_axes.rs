@@ -1,23 +1,26 @@
-//! The nine edge axes of two boxes, the products of their edges: they part slim boxes that overlap on all six face axes.
+//! The nine edge axes of two boxes, the cross products of their edges. They separate slim boxes
+//! that overlap on all six face axes.
 //!
-//! The product of an axis of A and one of B, as seen from A, has the entries of the latter, so it has no rounding of its own and
-//! need not be a unit vector. The proof of the margins is in `docs/numerics.md`, "Edge axes".
+//! The cross product of an axis of A and one of B, in A's axes, has entries of the latter. So it
+//! has no rounding of its own and need not be a unit vector. The proof of the margins is in
+//! `docs/numerics.md`, "Edge axes".
 
 use super::views::{Relation, View, yzx, zxy};
 use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::tree::{Node, xyz};
 use wide::f32x4;
 
-/// Pairs of boxes are slim if the product of their slimnesses is less.
+/// Pairs of boxes count as slim if the product of their slimnesses is less than this.
 const SLIM: f32 = 0.2;
 
-/// Whether the nine axes are likely enough to part the boxes of two nodes that overlap on the other six.
+/// True if the nine axes are likely enough to separate the boxes of two nodes that overlap on the
+/// other six.
 #[inline(always)]
 pub(super) fn are_slim(a: &Node, b: &Node) -> bool {
     a.slimness * b.slimness < SLIM
 }
 
-/// Whether an edge axis parts the own boxes of two nodes.
+/// True if an edge axis separates the own boxes of two nodes.
 #[inline(always)]
 pub(super) fn part(a: &Node, b: &Node, of_b: &View, relation: &Relation) -> bool {
     let scale = f32x4::splat(relation.scale);
@@ -29,7 +32,8 @@ pub(super) fn part(a: &Node, b: &Node, of_b: &View, relation: &Relation) -> bool
     )
 }
 
-/// The same for boxes by centre and half extents. `skew` bounds how far the columns of the view are from being orthonormal.
+/// True if an edge axis separates two boxes given by centre and half extents. `skew` bounds the
+/// deviation of the columns of the view from orthonormal ones.
 #[inline(always)]
 fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
     let distance = across(of_b, of_b.point(b.0) - a.0);
@@ -38,8 +42,9 @@ fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
     (x | y | z).any()
 }
 
-/// Whether an edge axis parts, on the same side at two places, the own box of a node of A from a box of B, and by more than
-/// `margin`; `apart` is from the middle of the former to that of the latter. The length of an axis is 1 at most.
+/// True if an edge axis separates the own box of a node of A from a box of B, on the same side at
+/// two poses, and by more than `margin`. `apart` points from the middle of the former to that of
+/// the latter. The length of an axis is at most 1.
 #[inline(always)]
 pub(super) fn part_at_both<L: Lanes>(
     lanes: L,
@@ -49,7 +54,7 @@ pub(super) fn part_at_both<L: Lanes>(
     skew: f32,
     margin: f32,
 ) -> bool {
-    // As in [`across`] and [`reach`], both places at once.
+    // As in [`across`] and [`reach`], for both poses at once.
     let ([v1, v2], [h1, h2]) = (turned(apart), turned(F8::twice(lanes, a) + of_b.margin));
     let half = F8::twice(lanes, b) + of_b.margin;
     let half = per_axis!(j => half.spread(j));
@@ -67,14 +72,15 @@ pub(super) fn part_at_both<L: Lanes>(
         .any()
 }
 
-/// Entries 1, 2 and 0, and 2, 0 and 1, of each half.
+/// Entries 1, 2, 0 and entries 2, 0, 1 of each half.
 #[inline(always)]
 fn turned<L: Lanes>(v: F8<L>) -> [F8<L>; 2] {
     [v.turned(), v.turned().turned()]
 }
 
-/// When the own box of a node of A and a box of B may overlap on the edge axes, if the latter moves with this velocity (as A's
-/// node sees it) and may be off by `margin`, that of the overlap test included.
+/// Time interval in which the own box of a node of A and a box of B may overlap on the edge axes.
+/// The box of B moves with this velocity (in the axes of A's node). `margin` bounds its position
+/// error and includes the margin of the overlap test.
 #[inline(always)]
 pub(super) fn window(
     a: &Node,
@@ -86,7 +92,7 @@ pub(super) fn window(
     let distance = across(of_b, of_b.point(b.0) - a.own_center);
     let reach = reach(a.own_half + margin, b.1, of_b, skew);
     let [x, y, z] = xyz(velocity.abs());
-    // What is slower than this counts as this fast.
+    // Lower limit of the speed along an axis.
     let least = f32x4::splat((x + y + z) * 2e-6 + 1e-20);
     let speed = across(of_b, velocity);
     let [x, y, z] = per_axis!(j => {
@@ -103,14 +109,16 @@ pub(super) fn window(
     [u.max(v).max(w), x.min(y).min(z)]
 }
 
-/// A vector along the axes: lane `k` of entry `j` is for the product of axis `k` of A and axis `j` of B.
+/// A vector projected on the axes: lane `k` of entry `j` is for the cross product of axis `k` of A
+/// and axis `j` of B.
 #[inline(always)]
 fn across(of_b: &View, v: f32x4) -> [f32x4; 3] {
     let (v1, v2) = (yzx(v), zxy(v));
     per_axis!(j => v1 * zxy(of_b.columns[j]) - v2 * yzx(of_b.columns[j]))
 }
 
-/// How far the boxes with these half extents reach together; the margin of A's is in them.
+/// Sum of the extents of the boxes along the axes, from their half extents; includes the margin of
+/// A's.
 #[inline(always)]
 fn reach(a: f32x4, b: f32x4, of_b: &View, skew: f32) -> [f32x4; 3] {
     let (h1, h2) = (yzx(a), zxy(a));
@@ -134,10 +142,10 @@ mod tests {
     use crate::tree::Tree;
     use glam::{DMat3, DQuat, DVec3};
 
-    /// More than the rounding of a few `f64` operations on numbers below 8.
+    /// Larger than the rounding of a few `f64` operations on numbers below 8.
     const ROUNDING: f64 = 1e-14;
 
-    /// The own boxes of two nodes that touch along an edge of each, or are `gap` apart there.
+    /// The own boxes of two nodes that touch at an edge of each, or are `gap` apart there.
     struct Touching {
         a: Node,
         b: Node,
@@ -156,7 +164,7 @@ mod tests {
         ))
     }
 
-    /// The least number that is not less.
+    /// Rounds up to `f32`.
     fn up(x: f64) -> f32 {
         if f64::from(x as f32) < x {
             (x as f32).next_up()
@@ -166,7 +174,8 @@ mod tests {
     }
 
     impl Touching {
-        /// The common point lies on an edge of each, and the plane through both edges has A on one side and B on the other.
+        /// The common point lies on an edge of each box. The plane through both edges has A on one
+        /// side and B on the other.
         fn new(random: &mut Random, trees: [&Tree; 2], gap: f64) -> Self {
             let scale = trees[1].unit_length() / trees[0].unit_length();
             let deviation = [0.0, 1e-6, 3e-4][random.bits() as usize % 3];
@@ -230,7 +239,8 @@ mod tests {
         }
     }
 
-    /// A box with `point` on it, certainly, and reaching inward from there.
+    /// A box that contains `point` near its boundary, whatever the rounding, and extends inward
+    /// from there.
     fn boxed(random: &mut Random, axes: glam::Mat3, point: DVec3, outward: DVec3) -> Node {
         let at = axes.as_dmat3().transpose() * point;
         let (mut center, mut half) = ([0.0; 4], [0.0; 4]);
@@ -240,7 +250,7 @@ mod tests {
             } else {
                 libm::pow(10.0, random.between(-5.0, -0.5))
             };
-            // Along the edge the point is anywhere on it.
+            // Along the edge, the point is anywhere on it.
             let inward = if outward[i].abs() < 1e-12 {
                 random.between(-1.0, 1.0)
             } else {
@@ -262,7 +272,7 @@ mod tests {
             .map(|size| [1.0, size].map(|size: f32| Tree::new(shapes::cuboid([0.99 * size; 3], 1))))
     }
 
-    /// The point that both boxes have is known to `f64`, whose rounding they have room for.
+    /// `f64` knows the common point up to rounding, and the boxes have room for that rounding.
     #[test]
     fn boxes_with_a_common_point_are_never_parted() {
         let mut random = Random::new(15);
@@ -279,7 +289,7 @@ mod tests {
                 *count += usize::from(touching.is_parted_without(margin, skew));
             }
         }
-        // Either margin is needed.
+        // Both margins are needed.
         assert!(
             without.iter().all(|&count| count > 100),
             "{without:?} of 60,000 lost"

@@ -1,7 +1,9 @@
-//! What a query will cost, before it, and what an unfinished one leaves open, after it: quantiles, a probability, a recall.
+//! Predicts the cost of a query, and estimates what a stopped one leaves open: quantiles, a
+//! probability, a recall.
 //!
-//! Apart from the choice of the strategy under a budget of time ([`Query::fits`]), nothing here runs inside a query: the
-//! caller asks when it wants to know, at a price of one to three microseconds.
+//! Apart from the choice of the plan under a budget of time ([`Query::fits`]), nothing here runs
+//! inside a query. The caller asks when it wants to know; an answer costs one to three
+//! microseconds.
 
 use super::distance::Distance;
 use super::intersection::Intersection;
@@ -21,7 +23,7 @@ use crate::model::front::{FrontSummary, pair_cost};
 use crate::model::prediction::{self, Quantiles};
 use core::time::Duration;
 
-/// What a query, or the rest of one, is expected to take.
+/// The expected cost of a query, or of the rest of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -43,8 +45,9 @@ impl Prediction {
         }
     }
 
-    /// Time by these costs, in their unit: [`crate::Workspace::cost_model`], [`CostModel::measure`], or the default ones
-    /// for nanoseconds of a machine like the one that the model was fitted on.
+    /// The time by a cost model, in its unit: [`crate::Workspace::cost_model`],
+    /// [`CostModel::measure`], or the default model, which gives nanoseconds on a machine like the
+    /// one used for the fit.
     #[must_use]
     pub fn time(&self, cost_model: &CostModel) -> Quantiles {
         self.bv_tests.map(|n| {
@@ -57,7 +60,7 @@ impl Prediction {
     }
 }
 
-/// The counts that usually go with so many BV tests.
+/// The typical counts of a query with this many BV tests.
 fn counts(bv_tests: f64) -> Counts {
     if bv_tests > 0.0 {
         prediction::counts(libm::log2(bv_tests))
@@ -66,33 +69,35 @@ fn counts(bv_tests: f64) -> Counts {
     }
 }
 
-/// What can be said of a stopped query: see [`Query::estimate`].
+/// The estimate for a stopped query: see [`Query::estimate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Estimate {
-    /// What the query has still to do.
+    /// Expected cost of the rest of the query.
     pub remaining: Prediction,
-    /// Probability that the surfaces meet: 1 with a hit at hand, 0 if they are proven to be apart, by the query or by
-    /// the look
-    /// at its front that the estimate takes. A [`crate::Calibration`] corrects it for one pair of parts.
+    /// Probability that the surfaces intersect: 1 if a hit was found, 0 if they are proven
+    /// separated, by the query or by the probe of its front that the estimate makes. A
+    /// [`crate::Calibration`] corrects it for one pair of parts.
     pub probability: f64,
-    /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0 if none is found yet. For
-    /// [`Mode::Any`], which asks for one, 1 as soon as it is decided.
+    /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0
+    /// if none is found yet. For [`Mode::Any`], which searches for one pair, 1 as soon as it is
+    /// decided.
     pub recall: f64,
 }
 
-/// How much a probe may cost, in openings and children: before a query, and after a stopped one.
+/// Maximum effort of a probe, in openings and children: before a query, and after a stopped one.
 const EFFORT_BEFORE: usize = 48;
 const EFFORT_AFTER: usize = 120;
 
-/// Most pairs of a front that are looked at, and how many at once; the others count as the mean of these.
+/// Maximum number of pairs of a front that are sampled, and number sampled between two checks of
+/// the time. The other pairs count as the mean of the sample.
 const SAMPLE: usize = 256;
 const SAMPLE_STEP: usize = 8;
 
 impl Query<'_, Intersection> {
-    /// What this query will take, if nothing stops it, given what is remembered of the pair. Takes about 1 microsecond, no
-    /// allocation; the same bits on every machine.
+    /// Predicts the cost of this query if nothing stops it, using the memory of the pair. Takes
+    /// about 1 microsecond, no allocation; the same bits on every machine.
     ///
     /// ```
     /// use punctual::{Pose, Query, Tree, shapes};
@@ -107,10 +112,11 @@ impl Query<'_, Intersection> {
         Prediction::of(left)
     }
 
-    /// What the last run of this query in `workspace` leaves open, given what is remembered of the pair. Takes about 3
-    /// microseconds, no allocation; the same bits on every machine.
+    /// Estimates what the last run of this query in `workspace` leaves open, using the memory of
+    /// the pair. Takes about 3 microseconds, no allocation; the same bits on every machine.
     ///
-    /// A part of that is spent on opening the costliest pairs of the front on trial, which tells more than their boxes.
+    /// Part of this time is spent on opening the costliest pairs of the front on trial, which shows
+    /// more than their boxes.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
@@ -122,7 +128,8 @@ impl Query<'_, Intersection> {
         self.estimate_while(workspace, memory, &|| true)
     }
 
-    /// [`Query::estimate`] that looks at fewer pairs of the front, at least eight, and opens fewer, if there is no time for all.
+    /// [`Query::estimate`] that samples fewer pairs of the front, at least eight, and opens fewer,
+    /// if `goes_on` returns false.
     pub(crate) fn estimate_while(
         &self,
         workspace: &Workspace,
@@ -155,7 +162,8 @@ impl Query<'_, Intersection> {
         })
     }
 
-    /// The front that the last run of this query left in `workspace`, in numbers: what [`Query::estimate`] goes by.
+    /// The numbers that [`Query::estimate`] computes from the front that the last run of this query
+    /// left in `workspace`.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
@@ -196,7 +204,7 @@ impl Query<'_, Intersection> {
         let beyond = (open - sample) as f64 / sample.max(1) as f64;
         front.node_pairs += beyond * front.node_pairs;
         if front.node_pairs == 0.0 {
-            // Nothing is known of those that were not looked at.
+            // Nothing is known of the pairs that were not sampled.
             front.node_pairs = (open - sample) as f64;
         }
         front.cost += beyond * front.cost;
@@ -243,8 +251,9 @@ impl Query<'_, Intersection> {
         Some(memory?.last_bv_tests_of(self.asked.options.mode)? as f64)
     }
 
-    /// Whether the time lasts to the end, as far as can be told without a look at the boxes: by the 90 % quantile for the
-    /// costliest placement of the two trees, or for the next frame after the last one.
+    /// True if the time is expected to suffice, without reading the boxes: by the 90 % quantile for
+    /// the costliest placement of the two trees, or, with a memory, for the next frame after the
+    /// last one.
     pub(super) fn fits(
         &self,
         limit: Duration,
@@ -265,30 +274,34 @@ impl Query<'_, Intersection> {
     }
 }
 
-/// What can be said of a stopped distance query: see [`Query::estimate`].
+/// The estimate for a stopped distance query: see [`Query::estimate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DistanceEstimate {
-    /// Units of work that the query has still to do.
+    /// Units of work left.
     pub remaining: Quantiles,
-    /// The distance, in the length unit of the meshes: within what is proven, and infinite above where nothing was found yet.
+    /// The distance, in the length unit of the meshes: within the proven bounds. Unbounded above if
+    /// no pair was tested yet.
     pub distance: Quantiles,
 }
 
 impl Query<'_, Distance> {
-    /// Units of work that this query will take if nothing stops it, given what is remembered of the pair. In time, a unit takes
-    /// [`CostModel::bv_test`]. Constant time, no allocation; the same bits on every machine.
+    /// Predicts the units of work of this query if nothing stops it, using the memory of the pair.
+    /// One unit takes the time [`CostModel::bv_test`]. Constant time, no allocation; the same bits
+    /// on every machine.
     ///
-    /// Not much can be told beforehand: half of the queries are within a factor of 2.1 of the median, nine of ten within 5.6;
-    /// with a memory of frames close together, 1.2 and 4.9 (`docs/model.md`).
+    /// The prediction is rough: half of the queries are within a factor of 2.1 of the median, nine
+    /// of ten within 5.6. With a memory of frames close together the factors are 1.2 and 4.9
+    /// (`docs/model.md`).
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Quantiles {
         self.work_left(&self.closing(0, [0.0, f64::INFINITY]), memory)
     }
 
-    /// What the last run of this query in `workspace` leaves open, given what is remembered of the pair: as rough as
-    /// [`Query::predict`]. Constant time, no allocation; the same bits on every machine.
+    /// Estimates what the last run of this query in `workspace` leaves open, using the memory of
+    /// the pair; as rough as [`Query::predict`]. Constant time, no allocation; the same bits on
+    /// every machine.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.

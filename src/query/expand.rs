@@ -1,8 +1,10 @@
-//! What a node pair is replaced by: the pairs of its children that are of interest, that may meet or come close.
+//! Replaces a node pair by the pairs of its children that are of interest: that may overlap or be
+//! close.
 //!
-//! The boxes of the two nodes are compared first, in the orientations of both, and slim ones on their edge axes. Then the
-//! larger node is opened, or both if their sizes are alike. Triangles of a cluster that meets a smaller inner node stay
-//! together: eight of them go down the tree as one pair with a bit for each that is still of interest.
+//! The boxes of the two nodes are compared first, in the orientations of both, and slim ones on
+//! their edge axes. Then the larger node is opened, or both if their sizes are similar. Triangles
+//! of a cluster paired with a smaller inner node stay together: up to eight of them descend the
+//! tree as one pair, with an active mask of those still of interest.
 
 use super::boxes::{BoxTest, Facing, Keys, Triangles};
 use super::edge_axes;
@@ -13,25 +15,28 @@ use crate::model::cost::{WORK_PER_CLOSE_TEST, WORK_PER_EDGE_TEST};
 use crate::tree::{Node, Tree, WIDTH};
 use crate::triangle::batch::Rows;
 
-/// Where the children of an opened pair go.
+/// Receives the children of an opened pair.
 pub(super) trait Sink {
-    /// Takes note of BV tests on a level of the bounding volume test tree.
+    /// Counts BV tests on a level of the bounding volume test tree.
     fn count(&mut self, level: usize, bv_tests: u32);
 
-    /// Takes note of the work of a test on edge axes, or in `f64`.
+    /// Adds the work of a test on edge axes, or in `f64`.
     #[inline(always)]
     fn spend(&mut self, _work: u64) {}
 
     /// The table into which box tests write the keys of pairs of children.
     fn keys(&mut self) -> &mut Keys;
 
-    /// Node pairs, a bit for each; `child` makes the pair of a bit, and the key of bit `i` is entry `i` of the table.
+    /// Receives node pairs, one for each bit of `hits`. `child` makes the pair of a bit, and entry
+    /// `i` of the table is the key of bit `i`.
     fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair);
 
-    /// The triangles of a cluster that are still of interest, rows of the table, and a child of the other side, a column.
+    /// Receives the active triangles of a cluster, rows of the table, paired with a child of the
+    /// other side, a column.
     fn cluster(&mut self, pair: Pair, column: usize);
 
-    /// The triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, in tree order.
+    /// Receives the triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, in tree
+    /// order.
     fn triangles(&mut self, hits: u64, first: [u32; 2]);
 }
 
@@ -48,7 +53,8 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     boxes: &mut T,
     sink: &mut impl Sink,
 ) {
-    // The pair with a child in the place of the node of A, or of B; all of the child's own children are of interest.
+    // The pair with a child in place of the node of A, or of B. All children of that child are
+    // active.
     let with_child = move |is_a: bool, child: u32, alive: [u8; 2]| {
         if is_a {
             Pair {
@@ -75,7 +81,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     {
         return sink.count(level, 1);
     }
-    // Kept in memory: the kernels broadcast single entries, which is dear out of registers.
+    // Kept in memory: the kernels broadcast single entries, which is slow from registers.
     let views = if T::READS_VIEWS {
         core::hint::black_box(&views)
     } else {
@@ -101,7 +107,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     match which(a, b, scale) {
         Open::Both => {
             sink.count(level + 2, lanes.count(valid[0]) * lanes.count(valid[1]) + 1);
-            // One copy of the test where one serves both: two make the loop slower.
+            // One copy of the test where one serves both; two copies make the loop slower.
             let hits = if a.is_cluster && !T::OPENS_CLUSTERS_ALIKE {
                 let rows = || [rows(tree_a, a), rows(tree_b, b)];
                 boxes.clusters(lanes, of_a, valid, rows, sink.keys())
@@ -156,7 +162,7 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
     }
 }
 
-/// Whether an edge axis parts the boxes of two nodes, as far as they are slim.
+/// True if an edge axis separates the boxes of two nodes; tested only if they are slim.
 #[inline(always)]
 fn are_parted(
     a: &Node,
@@ -172,14 +178,14 @@ fn are_parted(
     edge_axes::part(a, b, &views.of_b, relation)
 }
 
-/// The child, a column, that a single triangle is deepest in: where a hit is likeliest.
+/// The child, a column, that a single triangle penetrates most: a hit is most likely there.
 #[inline(always)]
 fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
     let mut deepest = columns.trailing_zeros() as usize % WIDTH;
     while columns != 0 {
         let column = columns.trailing_zeros() as usize % WIDTH;
         columns &= columns - 1;
-        // Chosen, not branched: which is deeper cannot be guessed.
+        // A select, not a branch, because the comparison is unpredictable.
         deepest = if depths[column] > depths[deepest] {
             column
         } else {
@@ -189,8 +195,8 @@ fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
     deepest
 }
 
-/// Hands on the triangles of a cluster, the `alive` rows of `hits`, that are of interest with each child of the other side,
-/// a column. What is handed on last is visited next.
+/// Passes on the active triangles of a cluster, the `alive` rows of `hits`, with each child of the
+/// other side, a column. The pair passed last is visited next.
 #[inline(always)]
 fn clusters<T: BoxTest>(
     hits: u64,
@@ -220,20 +226,21 @@ fn clusters<T: BoxTest>(
     }
 }
 
-/// Which side of a pair is opened.
+/// The side of a pair that is opened.
 enum Open {
     Both,
-    /// The children of one side.
+    /// Opens the children of one side.
     One {
         is_a: bool,
     },
-    /// The triangles of a cluster, against the children of the other side.
+    /// Opens the triangles of a cluster, against the children of the other side.
     Triangles {
         is_a: bool,
     },
 }
 
-/// The larger of two inner nodes is opened alone if it is this many times larger than the other.
+/// The larger of two inner nodes is opened alone if it is more than this many times larger than the
+/// other.
 const LARGER: f32 = 3.0;
 
 #[inline(always)]
@@ -251,8 +258,8 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     }
 }
 
-/// The triangles of a cluster; the last one again where there are fewer than eight. Without a loop, whose end cannot be
-/// foreseen.
+/// The triangles of a cluster; the last one is repeated if there are fewer than eight. Not a loop,
+/// whose end would be unpredictable.
 #[inline(always)]
 pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
     let triangles = &tree.triangles()[cluster.triangle_range()];
@@ -260,7 +267,8 @@ pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
     per_lane!(i => &triangles[last.min(i)].0)
 }
 
-/// Bit `8 i + j` goes to `8 j + i`: blocks of 1, 2 and 4 change places across the diagonal.
+/// Transposes an 8 x 8 bit matrix: moves bit `8 i + j` to `8 j + i`, by swapping blocks of 1, 2 and
+/// 4 across the diagonal.
 #[inline(always)]
 fn transposed(mut bits: u64) -> u64 {
     for (shift, mask) in [

@@ -1,22 +1,24 @@
-//! When a processor that takes denormal numbers for zero could make an answer false.
+//! Checks whether a processor that takes denormal numbers for zero could make an answer false.
 
 use crate::math::{Pose, Ray, denormals};
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// Exponents below which flushing could be noticed: of coordinates, translations and their products, and of the length of a
-/// unit. The proof is in `docs/numerics.md`.
+/// Exponents below which flushing could have an effect: of coordinates, translations and their
+/// products, and of the length of a unit. The proof is in `docs/numerics.md`.
 const LEAST: i32 = -960;
 const LEAST_UNIT: i32 = -900;
 
-/// Whether numbers of this query are so small that flushing matters, and denormal numbers are flushed here. Asked in this
-/// order, since to find out the latter takes longer: a denormal result costs a hundred times an ordinary one.
+/// True if numbers of this query are so small that flushing matters, and this thread flushes
+/// denormal numbers. Checked in this order, because the latter takes longer: a denormal result
+/// costs a hundred times an ordinary one.
 #[inline(always)]
 pub(crate) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     !is_far_from_denormal(a, b, b_in_a) && denormals::are_flushed()
 }
 
-/// The same of rays; of many in the other order, since to find it out takes less time than to look at them all.
+/// [`matters`] for rays. For many rays the order is reversed, because checking the flushing takes
+/// less time than checking all rays.
 #[inline(always)]
 pub(super) fn matters_to_rays(tree: &Tree, rays: &[Ray]) -> bool {
     match rays {
@@ -30,7 +32,7 @@ pub(super) fn matters_to_rays(tree: &Tree, rays: &[Ray]) -> bool {
 #[inline(always)]
 fn is_ray_far_from_denormal(tree: &Tree, ray: &Ray) -> bool {
     let is_far = |v: DVec3| denormals::none_below(&v.to_array(), LEAST);
-    // The direction of a segment is a difference of these.
+    // The direction of a segment is the difference of its target and origin.
     let [_, target] = ray.exact_direction();
     tree.mesh().least_exponent() >= LEAST
         && tree.unit().exponent >= LEAST_UNIT
@@ -52,8 +54,9 @@ fn is_far_from_denormal(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
 const GENERIC: f64 = 8.636_168_555_094_445e-78;
 const GENERIC_EXPONENT: i32 = -256;
 
-/// Whether no entry of a pose is zero or less than [`GENERIC`]; false for a few others too. Takes half the instructions of
-/// [`has_none_below`], and is true of almost all poses but those along an axis.
+/// True only if no entry of a pose is zero or less than [`GENERIC`]; false also for a few other
+/// poses. Takes half the instructions of [`has_none_below`], and is true for almost all poses
+/// except those along an axis.
 #[inline(always)]
 fn is_generic(pose: &Pose) -> bool {
     let [a, b, c, d, e, f, g, h, i] = pose.rotation().to_cols_array();

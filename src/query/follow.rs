@@ -1,6 +1,7 @@
-//! Follows curves of contact from one triangle pair to the next ([`march`](super::march)).
+//! Contact-curve tracing: follows curves from one triangle pair to the next
+//! ([`march`](super::march)).
 //!
-//! Two ends are followed in turn: each step waits for numbers of the step before, and meanwhile the other end goes on.
+//! Two ends are traced alternately, because each step waits for results of the step before.
 
 use super::known::Added;
 use super::march::{March, Place, first, place};
@@ -14,12 +15,12 @@ use crate::model::cost::{
 };
 use crate::tree::Tree;
 
-/// Pairs along curves that are found in one step of the loop.
+/// Pairs along curves found in one step of the loop.
 const STEPS: usize = 4;
 
 const _: () = assert!(STEPS as u64 * WORK_PER_MARCH_STEP <= MAX_STEP_WORK);
 
-/// A step of the loop that marches, compiled on its own: it is seldom asked for.
+/// A tracing step of the loop, compiled separately because it is rare.
 struct MarchOn<'t, 'q, 'c, 'o>(&'t mut Traversal<'q, 'c, Meeting<'o>>);
 
 impl Kernel for MarchOn<'_, '_, '_, '_> {
@@ -32,7 +33,7 @@ impl Kernel for MarchOn<'_, '_, '_, '_> {
 }
 
 impl Traversal<'_, '_, Meeting<'_>> {
-    /// Follows what waits to be followed a little.
+    /// Traces the waiting curves a little.
     #[inline(always)]
     pub(super) fn march_on<L: Lanes>(&mut self, lanes: L) {
         let before = self.workspace.run.stats.work;
@@ -40,7 +41,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         self.workspace.march.work += self.workspace.run.stats.work - before;
     }
 
-    /// Begins at the latest hit, or follows two ends, or the last one, through a few pairs.
+    /// Begins at the latest hit, or traces two ends, or the last one, through a few pairs.
     #[inline(always)]
     fn march<L: Lanes>(&mut self, lanes: L) {
         let March { hits, ends, .. } = &self.workspace.march;
@@ -58,7 +59,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Begins at edges of the latest hit behind which the pair is not known: as many as ends are free.
+    /// Begins at edges of the latest hit beyond which the pair is unknown: as many as ends are
+    /// free.
     #[inline(always)]
     fn begin_march<L: Lanes>(&mut self, lanes: L) {
         let Some((pair, mut crossings)) = self.workspace.march.hits.pop() else {
@@ -105,7 +107,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         end.curve.place(corners, 1.01 * (of_a + of_b));
     }
 
-    /// Takes out of the edges that cross, of a pair, the first behind which the pair is not known; those before it too.
+    /// Removes, from the crossing edges of a pair, those up to the first beyond which the pair is
+    /// unknown, and returns that one.
     #[inline(always)]
     fn next_edge(&mut self, pair: [u32; 2], crossings: &mut u32) -> Option<(usize, usize)> {
         let trees = [self.a, self.b];
@@ -126,7 +129,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         None
     }
 
-    /// Goes on to the next pair and reports it. False where the curve ends.
+    /// Moves an end to the next pair and reports it. False if the curve ends.
     #[inline(always)]
     fn march_step<L: Lanes>(&mut self, lanes: L, at: usize) -> bool {
         let trees = [self.a, self.b];
@@ -169,7 +172,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
 }
 
 impl Workspace {
-    /// Takes out of the triangle pairs that wait, or are in doubt, those that are known by now.
+    /// Removes, from the triangle pairs that wait or are in doubt, those that are known.
     pub(super) fn drop_known(&mut self, trees: [&Tree; 2]) {
         let march = &mut self.march;
         let mut is_new = |&pair: &[u32; 2]| {
@@ -182,7 +185,7 @@ impl Workspace {
     }
 }
 
-/// A vertex in A's frame: what [`Pose::transform_point`] gives, to the bit but for the sign of a zero.
+/// A vertex in A's frame. Has the bits of [`Pose::transform_point`], except for the sign of a zero.
 #[inline(always)]
 fn vertex<L: Lanes>(lanes: L, vertices: &Vertices, index: u32, place: &[[f64; 4]; 4]) -> D4<L> {
     let [x, y, z] = match vertices {

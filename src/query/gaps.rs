@@ -1,9 +1,10 @@
-//! How far apart boxes are at least: lower bounds of distances, eight at a time.
+//! Gaps of boxes: lower bounds of distances, eight at a time.
 //!
-//! Two boxes that are `x, y, z` apart along the axes of one of them are at least `sqrt(x^2 + y^2 + z^2)` apart, where
-//! negative gaps count as 0; the axes of the other give a second bound. A third is how far they are apart in the direction in
-//! which the closest triangles found so far lie from one another. All is in A's units, with the views and margins of the
-//! overlap test; the proof is in `docs/numerics.md`, "Distances of boxes".
+//! Two boxes with gaps `x, y, z` along the axes of one of them are at least `sqrt(x^2 + y^2 + z^2)`
+//! apart, where negative gaps count as 0. The axes of the other give a second bound. The third is
+//! their gap along the direction between the closest triangles found so far. All is in A's units,
+//! with the views and margins of the overlap test. The proof is in `docs/numerics.md`, "Distances
+//! of boxes".
 
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends, splat};
 use super::close_boxes;
@@ -15,20 +16,23 @@ use crate::triangle::batch::Rows;
 use glam::DVec3;
 use wide::f32x4;
 
-/// Whether boxes are closer than `cut`. Keys are squared lower bounds of distances, or minus the depth of the overlap.
+/// Selects boxes closer than `cut`. Keys are squared lower bounds of distances, or minus the
+/// overlap depth.
 pub(super) struct Gaps {
-    /// Squared distance from which on pairs are of no interest.
+    /// Pairs at this squared distance or beyond are of no interest.
     pub cut: f32,
-    /// The gap, with its margin, from which on a pair that is of interest is so by its margin alone.
+    /// Gap, with its margin: above it, a pair of interest may be so only because of its margin.
     pub doubt: f32,
-    /// The square of a gap is multiplied with this, which covers its rounding and axes that are not quite orthonormal.
+    /// Factor for the square of a gap. It covers the rounding and axes that are not exactly
+    /// orthonormal.
     pub shrink: f32,
     /// Factor of half extents: 1 for bounds, less for guesses.
     pub swell: f32,
-    /// The key of the pair at hand; its children's are no less. Negative infinity where boxes overlap.
+    /// The key of the current pair; its children's keys are not less. Negative infinity if its
+    /// boxes overlap.
     pub least: f32,
     pub direction: Direction,
-    /// In the orientations of the nodes at hand.
+    /// The direction in the orientations of the current nodes.
     in_a: f32x4,
     in_b: f32x4,
     margin: f32,
@@ -43,7 +47,7 @@ fn measure<L: Lanes>(lanes: L, [x, y, z]: V8<L>) -> [F8<L>; 2] {
     [u * u + v * v + w * w, x.max(y).max(z)]
 }
 
-/// The same for a single pair of boxes; `seen` is along the axes of `other`.
+/// [`measure`] for a single pair of boxes; `seen` is mapped to the axes of `other`.
 #[inline(always)]
 fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32; 2] {
     let gaps = (view.point(seen.0) - other.0).abs() - (view.half(seen.1) + other.1);
@@ -51,7 +55,7 @@ fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32
     [u * u + v * v + w * w, larger(larger(x, y), z)]
 }
 
-/// Where triangles begin along a direction that need not be a unit vector.
+/// Lower ends of triangles along a direction, which need not be a unit vector.
 #[inline(always)]
 fn start<L: Lanes>(lanes: L, [a, b, c, d, e, f, g, h]: [&Rows; WIDTH], direction: f32x4) -> F8<L> {
     let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = per_axis!(i => F8::columns(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
@@ -69,9 +73,10 @@ fn dot_one(a: f32x4, b: f32x4) -> f32 {
 /// A direction from A to B.
 #[derive(Clone, Copy)]
 pub(super) struct Direction {
-    /// In A's unit coordinates, no longer than 1; 0 if none is known.
+    /// In A's unit coordinates, with length at most 1; 0 if none is known.
     unit: f32x4,
-    /// In B's unit coordinates, for points of B; and what is added to these for where B lies.
+    /// In B's unit coordinates, for points of B; and the offset of B's position, added to their
+    /// projections.
     of_b: f32x4,
     offset: f32,
 }
@@ -102,14 +107,15 @@ impl Gaps {
         }
     }
 
-    /// How far along the direction boxes of A end, less than 0, by their own axes.
+    /// Negated upper ends of boxes of A along the direction, from their own axes.
     #[inline(always)]
     fn ends_of_a<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> F8<L> {
         -(dot(splat(lanes, self.in_a), boxes.center)
             + dot(splat(lanes, self.in_a.abs()), boxes.half))
     }
 
-    /// Where along the direction boxes of B begin: centres as seen from A, half extents by their own axes.
+    /// Lower ends of boxes of B along the direction: centres as seen from A, half extents along
+    /// their own axes.
     #[inline(always)]
     fn starts_of_b<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, seen: &Boxes<L>) -> F8<L> {
         let half = dot(splat(lanes, self.in_b.abs()), boxes.half);
@@ -125,7 +131,7 @@ impl Gaps {
         }
     }
 
-    /// The same for the own box of a node.
+    /// [`Gaps::along`] for the own box of a node.
     #[inline(always)]
     fn along_one(&self, is_a: bool, center: f32x4, half: f32x4, view: &View) -> f32 {
         if is_a {
@@ -135,7 +141,7 @@ impl Gaps {
         }
     }
 
-    /// Whether a proven gap of the pair at hand, or what was known before, is as large as the cut.
+    /// Raises the key of the current pair to a proven gap. True if the key reaches the cut.
     #[cold]
     fn reaches_cut(&mut self, gap: f64) -> bool {
         if gap > 0.0 {
@@ -147,7 +153,7 @@ impl Gaps {
         self.least >= self.cut
     }
 
-    /// The keys of boxes that were measured along the axes of both sides, and along the direction.
+    /// The keys of boxes from their gaps along the axes of both sides and along the direction.
     #[inline(always)]
     fn keys<L: Lanes>(&self, lanes: L, in_x: V8<L>, in_y: V8<L>, along: F8<L>) -> F8<L> {
         let zero = F8::splat(lanes, 0.0);
@@ -161,7 +167,7 @@ impl Gaps {
         (square * F8::splat(lanes, self.shrink) + gap.min(zero)).max(F8::splat(lanes, self.least))
     }
 
-    /// The lanes with keys below the cut.
+    /// Mask of the lanes with keys below the cut.
     #[inline(always)]
     fn near<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32 {
         keys.less(F8::splat(lanes, self.cut)).mask()
@@ -198,7 +204,7 @@ impl BoxTest for Gaps {
         if gap > 0.0 {
             self.least = larger(self.least, key);
         }
-        // Along the direction twice the margin was taken off.
+        // The gap along the direction contains the margin twice.
         self.in_doubt = larger(gap, along + 0.5 * self.margin) > self.doubt;
         self.least < self.cut
     }
@@ -247,7 +253,8 @@ impl BoxTest for Gaps {
         self.near(lanes, near) & opened.valid()
     }
 
-    /// By their boxes, and where those leave any by their own ends along the direction.
+    /// Tests the boxes of the triangles, and, if any pair is left, their own ends along the
+    /// direction.
     #[inline(always)]
     fn clusters<'t, L: Lanes>(
         &self,
@@ -280,7 +287,7 @@ impl BoxTest for Gaps {
         hits
     }
 
-    /// By their boxes.
+    /// Tests the boxes of the triangles.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,
@@ -294,7 +301,8 @@ impl BoxTest for Gaps {
     }
 }
 
-/// The given children of two nodes. Compiled once, as it is large and asked for in several places.
+/// The active children of two nodes. Compiled once, because it is large and called from several
+/// places.
 struct Both<'k> {
     gaps: &'k Gaps,
     facing: Facing<'k>,

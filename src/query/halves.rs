@@ -1,11 +1,9 @@
-//! Whether a plane parts two surfaces as far as the closest triangles found are apart.
+//! A separating plane across the closest points found.
 //!
-//! Where many triangles are all but equally far away, as those of nested or parallel sheets, boxes cannot tell them
-//! apart, and a
-//! search looks at all pairs of them: quadratic. If the surfaces lie on two sides of a slab across the line between the
-//! closest
-//! points, one look at all vertices ends the search. It is taken when the search has done so much that the look adds
-//! next to
+//! If many triangles are at nearly equal distance, as in nested or parallel sheets, boxes cannot
+//! distinguish them, and a search tests all their pairs: quadratic. If the surfaces lie on two
+//! sides of a slab across the line between the closest points, one pass over all vertices ends the
+//! search. The pass starts when the search has done so much work that the pass adds next to
 //! nothing, and again when it has done twice as much.
 
 use super::interval::Interval;
@@ -13,29 +11,28 @@ use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// A look at all vertices, a few at a time.
+/// A pass over all vertices, a few at a time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Halves {
-    /// The work from which on there is a look.
+    /// The work at which the pass starts.
     due: u64,
-    /// How many vertices were looked at, those of A first.
+    /// Number of vertices done, those of A first.
     looked: usize,
-    /// From A to B, a unit vector.
+    /// Unit vector from A to B.
     direction: DVec3,
-    /// How far along it A reaches, and where B begins.
+    /// Upper end of A along the direction, and lower end of B.
     ends: [f64; 2],
 }
 
-/// The look begins after so many units of work for each vertex.
+/// The pass starts after this many units of work per vertex.
 const WORK_BEFORE: u64 = 16;
 
-/// Vertices of a step, and of a unit of work.
+/// Vertices per step, and per unit of work.
 const STEP: usize = 1024;
 const PER_WORK: u64 = 8;
 
-/// Rounding of a place along the direction, over the largest coordinates of both meshes and of the translation: of the
-/// placed
-/// vertices, and of the sums here.
+/// Rounding of a position along the direction, relative to the largest coordinates of both meshes
+/// and of the translation: of the placed vertices, and of the sums here.
 const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
 
 impl Halves {
@@ -58,9 +55,8 @@ impl Halves {
         work >= self.due
     }
 
-    /// Looks at some vertices, after so much work. Returns what that took, and at the end of the look how far the
-    /// surfaces are
-    /// apart at least.
+    /// Continues the pass by some vertices; `work` is the work of the query so far. Returns the
+    /// work of this step and, at the end of the pass, a lower bound of the distance.
     pub fn look(
         &mut self,
         a: &Tree,

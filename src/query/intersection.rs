@@ -1,6 +1,7 @@
-//! Whether, or where, two surfaces meet: the question, and how a run of it begins and goes on.
+//! Intersection of two surfaces, any or all pairs: the question, and how a run of it begins and
+//! continues.
 //!
-//! What the traversal does with its node pairs is in [`meeting`](super::meeting).
+//! The traversal of its node pairs is in [`meeting`](super::meeting).
 
 use super::budget::Budget;
 use super::certificate::Place;
@@ -21,12 +22,15 @@ use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
 use crate::tree::{Tree, WIDTH};
 
-/// The question whether, or where, two surfaces meet at a pose ([`Query::intersection`], [`Query::all_pairs`]).
+/// Asks whether, or where, two surfaces intersect at a pose ([`Query::intersection`],
+/// [`Query::all_pairs`]).
 ///
-/// **Guarantee.** At every moment each intersecting pair of triangles has been reported, or is kept in the workspace as a
-/// triangle pair still to be tested, or lies under a node pair still to be opened. So `Separated` is said only when nothing
-/// is left, a stopped query can name what it may have missed ([`Query::certificate`]), and it can go on later as if it had
-/// never stopped ([`Query::resume`]). A full queue costs order, a full pair buffer is a stop reason; neither costs an answer.
+/// **Guarantee.** At every moment each intersecting pair of triangles has been reported, or is kept
+/// in the workspace as a triangle pair still to be tested, or lies under a node pair still to be
+/// opened. So the answer is `Separated` only when nothing is left. A stopped query can bound what
+/// it may have missed ([`Query::certificate`]), and it can continue later as if it had never
+/// stopped ([`Query::resume`]). A full queue changes only the order of visits, and a full pair
+/// buffer is a stop reason; neither loses an answer.
 ///
 /// ```
 /// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
@@ -48,15 +52,15 @@ pub struct Intersection {
 }
 
 impl Question for Intersection {
-    /// [`Workspace::pairs`] has the pairs of triangles that were found.
+    /// The pairs of triangles found are in [`Workspace::pairs`].
     type Value = Verdict;
 }
 
 impl Remembers for Intersection {}
 
 impl<'t> Query<'t, Intersection> {
-    /// Asks whether the surfaces of `a` and `b` meet, where `b_in_a` brings B's coordinates into A's. It stops at the first
-    /// pair of triangles that intersect.
+    /// Asks whether the surfaces of `a` and `b` intersect, where `b_in_a` maps B's coordinates into
+    /// A's. It stops at the first pair of triangles that intersect.
     #[must_use]
     pub fn intersection(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         Self::of(
@@ -69,48 +73,51 @@ impl<'t> Query<'t, Intersection> {
         )
     }
 
-    /// Asks for all pairs of triangles that intersect; they stay in the workspace ([`Workspace::pairs`]).
+    /// Asks for all pairs of triangles that intersect. They stay in the workspace
+    /// ([`Workspace::pairs`]).
     #[must_use]
     pub fn all_pairs(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         Self::intersection(a, b, b_in_a).mode(Mode::All)
     }
 
-    /// Any intersection, or all of them.
+    /// Sets whether to find any intersection, or all.
     #[must_use]
     pub fn mode(mut self, mode: Mode) -> Self {
         self.asked.options.mode = mode;
         self
     }
 
-    /// Stop with [`StopReason::PairsFull`] when this many pairs are in the workspace; by default, when it is full.
+    /// Stops with [`StopReason::PairsFull`] when this many pairs are in the workspace. By default,
+    /// when the workspace is full.
     #[must_use]
     pub fn pair_limit(mut self, pairs: usize) -> Self {
         self.asked.options.pair_limit = pairs.max(1);
         self
     }
 
-    /// The share of poses with an intersection among those that are asked about, 0 to 1; it shifts the probability of
-    /// [`Query::estimate`]. By default that of the poses for which the model was fitted,
-    /// [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR), as with NaN.
+    /// The prior: the share of poses with an intersection among all poses queried, 0 to 1. It
+    /// shifts the probability of [`Query::estimate`]. By default, and with NaN, the share in the
+    /// poses for which the model was fitted, [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR).
     #[must_use]
     pub fn prior(mut self, share: f64) -> Self {
         self.asked.prior = if share.is_nan() { DEFAULT_PRIOR } else { share };
         self
     }
 
-    /// For experiments: the order of visits; penetration by default, which finds most before a budget ends
-    /// (`docs/benchmarks.md`).
+    /// For experiments: the order of visits. The default is penetration, which finds most before a
+    /// budget ends (`docs/benchmarks.md`).
     #[must_use]
     pub fn order(mut self, order: Order) -> Self {
         self.asked.options.order = order;
         self
     }
 
-    /// For experiments: node pairs of which fewer BV tests than this are expected are finished depth-first at once instead
-    /// of being queued. 0 (and NaN) queues every node pair, infinity none. By default 48 in the default order and 128 in
-    /// others, and infinity for [`Mode::Any`] in the default order: a stack with the deepest of siblings on top finds the
-    /// first hit sooner than the queue (`docs/benchmarks.md`). In the default order it matters only where a budget may cut
-    /// the run.
+    /// For experiments: node pairs with fewer expected BV tests than this are finished depth-first
+    /// instead of being queued. 0 (and NaN) queues every node pair, infinity none. The default is
+    /// 48 in the default order, 128 in other orders, and infinity for [`Mode::Any`] in the default
+    /// order: a stack with the deepest of siblings on top finds the first hit sooner than the queue
+    /// (`docs/benchmarks.md`). In the default order it has an effect only if a budget may cut the
+    /// run.
     #[must_use]
     pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
         // The larger of NaN and 0 is 0.
@@ -118,8 +125,8 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// The strategy of a run in a larger task, which goes to its end (`complete`) or may be cut: with full batches, with which
-    /// small budgets of scenes find more.
+    /// The strategy of a run within a larger task, which runs to its end (`complete`) or may be
+    /// cut. Triangle batches are full; small budgets of scenes then find more.
     pub(crate) fn strategy(&self, complete: bool) -> Strategy {
         let options = &self.asked.options;
         Strategy {
@@ -128,8 +135,8 @@ impl<'t> Query<'t, Intersection> {
         }
     }
 
-    /// Prepares the workspace for a run from the roots, where so many of the latest witnesses were tested already and do not
-    /// meet.
+    /// Prepares the workspace for a run from the roots. The first `refuted` of the latest witnesses
+    /// have been tested at this pose and do not intersect.
     #[inline(always)]
     pub(crate) fn begin_as(
         &self,
@@ -147,7 +154,7 @@ impl<'t> Query<'t, Intersection> {
             WarmStart::None => {}
             WarmStart::Paths => workspace.witnesses.extend(witnesses.iter().copied()),
             WarmStart::Witnesses => {
-                // They wait like any other triangle pairs, and so are tested first.
+                // Queued like other triangle pairs, so they are tested first.
                 let latest = &witnesses[..witnesses.len().min(WITNESSES)];
                 workspace
                     .waiting
@@ -162,14 +169,14 @@ impl<'t> Query<'t, Intersection> {
         }
         let paths = (1u32 << workspace.witnesses.len()) - 1;
         if workspace.front.follow(Pair::new(0, 0), paths as u16) {
-            // The first of the paths.
+            // The root is on a path.
         } else if strategy.queues() {
             workspace.front.queue(Pair::new(0, 0), 0.0, 0, true);
         } else {
-            // Made where it is stored: copied in one piece, it would have to wait until the pieces are in the cache.
+            // Built in place: a copy as one piece would wait until its parts are in the cache.
             workspace.front.push(Pair::new(0, 0));
         }
-        // Where triangles met last, others near them are likely to meet now: they are visited first.
+        // Triangles near the last hit are likely to meet, so they are visited first.
         if let (WarmStart::Witnesses, Some(&[x, y])) = (strategy.warm_start, witnesses.first()) {
             let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
             workspace.front.push(Pair::new(x[0], y[0]));
@@ -177,7 +184,7 @@ impl<'t> Query<'t, Intersection> {
         }
     }
 
-    /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    /// Continues the run in the workspace until it is over or the deadline stops it.
     #[inline(always)]
     pub(crate) fn search(
         &self,
@@ -231,7 +238,7 @@ impl Ask for Query<'_, Intersection> {
         self.begin_as(strategy, 0, workspace, memory);
     }
 
-    /// Also learns what the work costs.
+    /// Also updates the cost model from the time taken.
     fn advance(
         &self,
         workspace: &mut Workspace,

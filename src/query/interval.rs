@@ -1,8 +1,8 @@
-//! What is known of a distance: bounds that only ever close in, and which pairs can still matter.
+//! Bounds of a distance, which only become tighter, and which pairs can still matter.
 
 use crate::triangle::distance::Closest;
 
-/// When bounds are close enough: `high - low <= absolute`, or `high <= (1 + relative) low`.
+/// Bounds are close enough if `high - low <= absolute`, or `high <= (1 + relative) low`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tolerance {
     pub absolute: f64,
@@ -13,26 +13,28 @@ pub(super) struct Tolerance {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
     tolerance: Tolerance,
-    /// By how much both surfaces together are thickened.
+    /// Sum of the margins of both surfaces.
     margin: f64,
-    /// If finite, all that is asked is whether the thickened surfaces are closer than this.
+    /// If finite, the question is only whether the thickened surfaces are closer than this.
     limit: f64,
-    /// Distances beyond this are not told apart.
+    /// Distances beyond this are not resolved.
     ceiling: f64,
-    /// An upper bound that is enough whatever lies below it; 0: only contact is.
+    /// An upper bound this small suffices, whatever the lower bound. With 0, only contact of the
+    /// thickened surfaces suffices.
     enough: f64,
     low: f64,
     high: f64,
-    /// Pairs at least this far apart do not matter any more.
+    /// Pairs at least this far apart no longer matter.
     cut: f64,
-    /// The least lower bound of all pairs that are done with: looked at in `f64`, or too far apart to matter.
+    /// The least lower bound of all pairs that are done: tested in `f64`, or too far apart to
+    /// matter.
     done: f64,
     /// The closest pair found (tree order).
     nearest: Option<([u32; 2], Closest)>,
 }
 
 impl Interval {
-    /// Nothing is known yet. `limit` is infinite if the distance itself is asked for.
+    /// Nothing is known yet. `limit` is infinite if the question is the distance itself.
     pub fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
         let [cut, high, done] = [f64::INFINITY; 3];
         let (ceiling, enough) = (f64::INFINITY, 0.0);
@@ -52,21 +54,23 @@ impl Interval {
         interval
     }
 
-    /// Does not tell distances of the thickened surfaces apart that are greater than this. Whether they meet is still asked.
+    /// Does not resolve distances of the thickened surfaces above `ceiling`. The query still
+    /// decides whether they meet.
     pub fn below(mut self, ceiling: f64) -> Self {
         self.ceiling = ceiling;
         self.cut = self.cut_now();
         self
     }
 
-    /// Leaves open whether surfaces meet that are no farther apart than the absolute tolerance, if the distance is asked for.
+    /// Leaves it open whether surfaces within the absolute tolerance intersect. No effect with a
+    /// limit.
     pub fn leaving_contact_open(self) -> Self {
         let Self {
             tolerance: Tolerance { absolute, .. },
             margin,
             ..
         } = self;
-        // Less than the tolerance, for what rounding takes when the margins are subtracted.
+        // Less than the tolerance, to cover the rounding when the margins are subtracted.
         let enough = (absolute - 4.0 * f64::EPSILON * (absolute + 2.0 * margin)).max(0.0);
         Self {
             enough: if self.has_limit() { 0.0 } else { enough },
@@ -78,7 +82,7 @@ impl Interval {
         self.ceiling
     }
 
-    /// Before the first query, and where one of the meshes is empty.
+    /// The state before the first query, and for an empty mesh.
     pub fn nothing() -> Self {
         Self::new(
             Tolerance {
@@ -90,7 +94,7 @@ impl Interval {
         )
     }
 
-    /// Takes note of a lower bound that is known of all pairs; returns whether that decides all that is asked.
+    /// Takes a lower bound that holds for all pairs. Returns true if it decides the question.
     pub fn know(&mut self, low: f64) -> bool {
         self.low = self.low.max(low);
         let is_enough = low >= self.cut;
@@ -100,7 +104,8 @@ impl Interval {
         is_enough
     }
 
-    /// No surface is closer than this, nor is the distance more than `high`; both without margins.
+    /// Proven bounds without margins: no pair of surface points is closer than `low`, and the
+    /// distance is at most `high`.
     pub fn low(&self) -> f64 {
         self.low
     }
@@ -113,7 +118,7 @@ impl Interval {
         self.nearest
     }
 
-    /// Whether all that is asked is if the surfaces are closer than a limit.
+    /// True if the question is only whether the surfaces are closer than a limit.
     pub fn has_limit(&self) -> bool {
         self.limit < f64::INFINITY
     }
@@ -127,7 +132,7 @@ impl Interval {
             high,
             ..
         } = *self;
-        // More than the limit, so that what is proven then is too; also if that is 0.
+        // More than the limit, so that what is proven at the cut is beyond the limit, also for 0.
         let beyond =
             |limit: f64| ((limit + margin) * (1.0 + 4.0 * f64::EPSILON)).max(f64::MIN_POSITIVE);
         if self.has_limit() {
@@ -137,10 +142,10 @@ impl Interval {
         let mut enough =
             margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
         if margin > 0.0 {
-            // For what rounding takes when the margins are subtracted.
+            // Covers the rounding when the margins are subtracted.
             enough = (enough + 4.0 * f64::EPSILON * (enough + margin)).min(high);
         }
-        // Whether the surfaces meet is no question of tolerance.
+        // The tolerance does not apply to the question whether the surfaces meet.
         enough.max(if ceiling < f64::INFINITY || margin > 0.0 {
             beyond(0.0)
         } else {
@@ -148,31 +153,32 @@ impl Interval {
         })
     }
 
-    /// Its square, not less, in units of this length. Never so small that a pair that may meet would not matter.
+    /// The square of the cut, rounded up, in units of the length `unit`. Never so small that a pair
+    /// that may intersect would not matter.
     pub fn square_cut(&self, unit: f64) -> f32 {
         let cut = self.cut / unit;
         ((cut * cut * (1.0 + f64::from(f32::EPSILON))) as f32).max(1e-36)
     }
 
-    /// Whether the thickened surfaces meet.
+    /// True if the thickened surfaces meet.
     pub fn touches(&self) -> bool {
         self.high <= self.margin
     }
 
-    /// Whether nothing that is left could change the answer: the thickened surfaces meet, or are closer than the limit, or than
-    /// is told apart.
+    /// True if nothing left could change the answer: the thickened surfaces meet, or `high` is
+    /// within what suffices or within the limit.
     pub fn is_decided(&self) -> bool {
         self.high <= self.margin + self.enough
             || self.has_limit() && self.high <= self.limit + self.margin
     }
 
-    /// Whether a pair that is at least this far apart matters. One that may meet always does: whether surfaces meet is no
-    /// question of tolerance.
+    /// True if a pair that is at least `low` apart matters. One that may intersect always matters:
+    /// the tolerance does not apply to the question whether surfaces meet.
     pub fn matters(&self, low: f64) -> bool {
         low < self.cut || low == 0.0
     }
 
-    /// Takes note of what `f64` says of a pair.
+    /// Takes the result of `f64` for a pair.
     pub fn settle(&mut self, pair: [u32; 2], found: &Closest) {
         self.pass(found.low);
         if found.high < self.high {
@@ -182,22 +188,22 @@ impl Interval {
         }
     }
 
-    /// Takes note that pairs at least this far apart are done with.
+    /// Records that pairs at least `low` apart are done.
     #[inline(always)]
     pub fn pass(&mut self, low: f64) {
         self.done = self.done.min(low);
     }
 
-    /// The same of whatever is too far apart to matter now.
+    /// Records that all pairs at the cut or beyond are done.
     #[inline(always)]
     pub fn pass_rest(&mut self) {
         self.pass(self.cut);
     }
 
-    /// Takes note that no pair that is left is closer than this.
+    /// Raises the lower bound: no pair that is left is closer than `left`.
     ///
-    /// Bounds of pairs only grow when they are replaced by their children or done with, so at the end of a query this is no
-    /// less than what was known on the way.
+    /// Bounds of pairs only grow when the pairs are replaced by their children or done. So the
+    /// bound at the end of a query is not less than any bound on the way.
     pub fn raise(&mut self, left: f64) {
         self.low = self.low.max(left.min(self.done));
     }

@@ -1,19 +1,21 @@
-//! The triangle pairs that are known to meet, so that none is told twice: a mask of 64 bits for each pair of clusters in which
-//! there are any.
+//! The triangle pairs known to intersect, so that none is reported twice: a mask of 64 bits for
+//! each pair of clusters with such pairs.
 //!
-//! A hash table with linear probing, of fixed capacity; expected constant time. Pairs are only added. The slots are small, for
-//! they are asked at random, and most of them are free; what they stand for is dense.
+//! A hash table with linear probing and fixed capacity; expected constant time. Pairs are only
+//! added. The slots are small, because they are accessed at random and most are free; the entries
+//! are dense.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-/// Most pairs of clusters of which something can be known, and twice as many slots.
+/// Maximum number of pairs of clusters, and twice as many slots.
 pub(super) const ROOM: usize = 1 << 12;
 const SLOTS: usize = 2 * ROOM;
 
 const FREE: u16 = u16::MAX;
 
-/// A pair of clusters, and which of their triangle pairs are known: bit `8 i + j` for triangle `i` of A's and `j` of B's.
+/// A pair of clusters and the mask of their known triangle pairs: bit `8 i + j` for triangle `i` of
+/// A's cluster and `j` of B's.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     first: [u32; 2],
@@ -22,19 +24,19 @@ struct Entry {
 
 #[derive(Debug)]
 pub(super) struct Known {
-    /// Which entry, if any.
+    /// Index of the entry, or [`FREE`].
     slots: Box<[u16; SLOTS]>,
     entries: Vec<Entry>,
-    /// Most entries.
+    /// Maximum number of entries.
     room: usize,
 }
 
-/// What becomes of a pair that is added.
+/// The result of adding a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Added {
     New,
     Known,
-    /// It is not known, and can't be.
+    /// The pair is unknown, and there is no room to add it.
     NoRoom,
 }
 
@@ -48,15 +50,15 @@ impl Known {
         }
     }
 
-    /// Whether nothing is known.
+    /// True if no pair is known.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// Forgets all pairs, in time linear in their number.
+    /// Removes all pairs, in time linear in their number.
     pub fn clear(&mut self) {
-        // From the last on, so that no slot is freed while it is in the way of another.
+        // From the last on, so that no slot is freed while another's probe sequence passes it.
         while let Some(entry) = self.entries.last() {
             let (slot, _) = self.find(entry.first);
             self.slots[slot] = FREE;
@@ -64,7 +66,7 @@ impl Known {
         }
     }
 
-    /// Adds a pair of the clusters that begin with the triangles `first`.
+    /// Adds a pair of the clusters whose first triangles are `first`.
     #[inline(always)]
     pub fn add(&mut self, first: [u32; 2], pair: [u32; 2]) -> Added {
         let (slot, at) = self.find(first);
@@ -86,7 +88,7 @@ impl Known {
         Added::New
     }
 
-    /// The known pairs of two clusters, as a mask.
+    /// The mask of known pairs of two clusters.
     #[inline(always)]
     pub fn of(&self, first: [u32; 2]) -> u64 {
         self.entries
@@ -94,12 +96,13 @@ impl Known {
             .map_or(0, |entry| entry.known)
     }
 
-    /// Whether a pair of the clusters that begin with the triangles `first` is known.
+    /// True if a pair of the clusters whose first triangles are `first` is known.
     pub fn has(&self, first: [u32; 2], pair: [u32; 2]) -> bool {
         self.of(first) & bit(first, pair) != 0
     }
 
-    /// The slot of two clusters and their entry, or where they would be, and none.
+    /// The slot and entry of two clusters; if they have none, the slot where they would go and
+    /// [`FREE`].
     #[inline(always)]
     fn find(&self, first: [u32; 2]) -> (usize, usize) {
         let mut slot =
@@ -114,14 +117,14 @@ impl Known {
     }
 }
 
-/// The bit of a pair of clusters' triangles.
+/// The bit of a triangle pair of two clusters.
 #[inline(always)]
 fn bit(first: [u32; 2], pair: [u32; 2]) -> u64 {
     1 << ((8 * (pair[0] - first[0]) + (pair[1] - first[1])) & 63)
 }
 
 impl Clone for Known {
-    /// With the room of the original.
+    /// Keeps the capacity of the original.
     fn clone(&self) -> Self {
         let mut entries = Vec::with_capacity(self.room);
         entries.extend_from_slice(&self.entries);

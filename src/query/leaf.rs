@@ -1,5 +1,5 @@
-//! Triangle pairs: eight at a time through the fast filter, those in doubt through the same in `f64` if they are many, and one
-//! at a time through the exact test.
+//! Tests of triangle pairs: eight at a time in the fast filter, those in doubt in the `f64` filter
+//! if they are many, the rest one at a time in the exact test.
 
 use super::meeting::Meeting;
 use super::options::Mode;
@@ -21,9 +21,9 @@ use arrayvec::ArrayVec;
 impl Traversal<'_, '_, Meeting<'_>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
     ///
-    /// Where copies of a surface lie side by side every pair is in doubt, and whole regions never meet. So if the first hit
-    /// is all that counts, a batch with doubts but without a hit sends the traversal to another part of the stack; the pairs
-    /// that wait are tested later.
+    /// If copies of a surface lie side by side, every pair is in doubt, and whole regions have no
+    /// intersection. So with [`Mode::Any`], a batch with doubts but without a hit sends the
+    /// traversal to another part of the stack. The pairs that wait are tested later.
     #[inline(always)]
     pub(super) fn test_triangles<L: Lanes>(&mut self, lanes: L) {
         if !self.workspace.doubtful.is_empty() {
@@ -39,7 +39,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Whether the next step is to find or test triangle pairs again.
+    /// True if the next step is to test triangle pairs, or trace curves, again.
     #[inline(always)]
     pub(super) fn goes_on_testing(&self) -> bool {
         let Workspace {
@@ -50,21 +50,22 @@ impl Traversal<'_, '_, Meeting<'_>> {
             inconclusive,
             ..
         } = &*self.workspace;
-        // A last, partial batch is worth it only when nothing else is left.
+        // A last, partial batch is worthwhile only when nothing else is left.
         let pays = waiting.len() >= WIDTH && !inconclusive
             || waiting.len() > 0 && front.is_empty()
             || waiting.is_full();
-        // Once nothing is left, all is known that a curve could lead to.
+        // Once nothing is left, every pair that a curve could lead to is known.
         pays || !doubtful.is_empty() || march.is_due() && !self.workspace.is_done()
     }
 
-    /// Whether hits are contacts; then they too go through the exact test, which says how the triangles lie.
+    /// True if hits are contacts. Then hits also go through the exact test, which gives the segment
+    /// in which the triangles intersect.
     #[inline(always)]
     fn looks_for_contacts(&self) -> bool {
         self.workspace.contacts.margin().is_some()
     }
 
-    /// How many more pairs could be reported.
+    /// Number of further pairs that could be reported.
     #[inline(always)]
     pub(super) fn room(&self) -> usize {
         let Workspace {
@@ -76,7 +77,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         self.question.options.pair_limit.min(found.capacity()) - found.len()
     }
 
-    /// Tests up to eight waiting pairs, as many as could be reported.
+    /// Tests up to eight waiting pairs, at most as many as could be reported.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let room = self.room();
@@ -109,7 +110,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Tests pairs in doubt: those not seen in `f64` all at once, if they are enough, or else one of them exactly.
+    /// Tests pairs in doubt: all that have not been tested in `f64` at once, if there are enough,
+    /// else one of them exactly.
     #[cold]
     #[inline(never)]
     fn test_doubtful<L: Lanes>(&mut self, lanes: L) {
@@ -169,7 +171,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let stats = &mut self.workspace.run.stats;
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
-        // The one step whose time differs a hundredfold.
+        // The only step whose time varies a hundredfold.
         self.deadline.allow_for_long_step();
         if self.workspace.contacts.margin().is_some() {
             let ids = [
@@ -186,12 +188,13 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Reports a pair that meets, unless it is known; where curves are followed, those of the edges that certainly cross.
+    /// Reports a pair that intersects, unless it is known. For curve tracing, `crossings` returns
+    /// the edges that certainly cross.
     #[inline(always)]
     fn report(&mut self, pair: [u32; 2], crossings: impl FnOnce() -> u32) {
         let workspace = &mut *self.workspace;
         if workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any {
-            // One is enough; the others of its batch stay open.
+            // One hit is enough; the other hits of its batch stay open.
             return workspace.doubtful.push(pair);
         }
         if self.strategy.march.goes_on() && workspace.run.stats.found == 0 {

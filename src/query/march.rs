@@ -1,13 +1,16 @@
-//! Marching: from a triangle pair that meets to the next one along the curve, without a test.
+//! Contact-curve tracing: from an intersecting triangle pair to the next one along the curve,
+//! without a test.
 //!
-//! Where an edge of one triangle crosses the other one, the neighbor behind that edge meets it too. So each hit of the triangle
-//! tests has ends from which the curve is followed ([`Curve`]), pair by pair, until it comes to one that is known or
-//! to the border of a surface, or it is not certain how it goes on. What is found so is reported at once, and not tested when
-//! the traversal comes to it ([`known`](super::known)); but the traversal goes everywhere all the same, and so the answer
-//! does not depend on where the marches led. A step costs more than the test that it saves, and the sooner it leads to a pair the
-//! more it is worth, so a run marches only in its first part ([`Marching`](super::strategy::Marching)).
+//! If an edge of one triangle crosses the other triangle, the neighbor across that edge intersects
+//! the other triangle too. So each hit of the triangle tests has ends from which the curve is
+//! traced ([`Curve`]), pair by pair. Tracing ends at a known pair, at the border of a surface, or
+//! where its continuation is uncertain. The pairs found are reported at once, and not tested when
+//! the traversal reaches them ([`known`](super::known)). The traversal still goes everywhere, so
+//! the answer does not depend on the tracing. A step costs more than the test that it saves, and is
+//! worth more the earlier it finds a pair. So a run traces curves only in its first part
+//! ([`Marching`](super::strategy::Marching)).
 //!
-//! Here is what waits to be followed; the steps are in [`follow`](super::follow).
+//! This module holds the waiting hits and ends; the steps are in [`follow`](super::follow).
 
 use super::known::{Added, Known};
 use crate::math::Pose;
@@ -15,46 +18,47 @@ use crate::tree::Tree;
 use crate::triangle::curve::Curve;
 use arrayvec::ArrayVec;
 
-/// Hits whose ends wait; those beyond are not followed.
+/// Maximum number of hits whose ends wait; further hits are not traced.
 const HITS: usize = 64;
 
-/// The state of marching in a workspace.
+/// The state of curve tracing in a workspace.
 #[derive(Clone, Debug)]
 pub(super) struct March {
     pub known: Known,
-    /// Pairs that were found along curves, and those among them to which the traversal has come since.
+    /// Number of pairs found along curves, and of those that the traversal has reached since.
     pub followed: u64,
     pub passed: u64,
-    /// Work of following curves.
+    /// Work of tracing.
     pub work: u64,
-    /// Pairs (tree order) that were found by tests, and which edges certainly cross the other triangle: a bit each for 01, 12
-    /// and 20 of A, then those of B.
+    /// Pairs (tree order) found by tests, and the edges that certainly cross the other triangle:
+    /// one bit each for 01, 12 and 20 of A, then those of B.
     pub hits: ArrayVec<([u32; 2], u32), HITS>,
     pub ends: [End; 2],
-    /// How the vertices of both sides are placed in A: three columns, and where the origin goes.
+    /// The placement of the vertices of both sides in A's frame: three columns and the translation.
     pub places: [[[f64; 4]; 4]; 2],
 }
 
-/// An end of a curve that is being followed.
+/// An end of a curve that is being traced.
 #[derive(Clone, Debug)]
 pub(super) struct End {
     pub follows: bool,
     pub curve: Curve,
-    /// The triangles of the pair at which it is.
+    /// The triangles of the current pair.
     pub at: [Place; 2],
 }
 
-/// A triangle to which an end of a curve has come.
+/// A triangle that an end of a curve has reached.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// In the order of the tree.
+    /// Index in tree order.
     pub triangle: u32,
-    /// The numbers of its vertices, in the order of the curve's corners.
+    /// Indices of its vertices, in the order of the curve's corners.
     pub vertices: [u32; 3],
 }
 
 impl Place {
-    /// Goes to the neighbor behind the edge opposite to a corner and returns the vertex that it has in that corner's place.
+    /// Moves to the neighbor across the edge opposite to a corner. Returns the neighbor's vertex in
+    /// place of that corner.
     #[inline(always)]
     pub fn cross(&mut self, tree: &Tree, corner: usize) -> Option<u32> {
         let apex = self.vertices.get_mut(corner)?;
@@ -103,25 +107,26 @@ impl March {
         self.stop();
     }
 
-    /// Follows nothing that it would have gone on with.
+    /// Drops all hits and ends that wait.
     pub fn stop(&mut self) {
         self.hits.clear();
         self.ends.iter_mut().for_each(|end| end.follows = false);
     }
 
-    /// Whether there is something to follow.
+    /// True if a hit or an end waits for tracing.
     #[inline(always)]
     pub fn is_due(&self) -> bool {
         self.ends[0].follows | self.ends[1].follows | !self.hits.is_empty()
     }
 
-    /// Whether a pair was found already.
+    /// True if a pair was found already.
     #[inline(always)]
     pub fn knows(&self, trees: [&Tree; 2], pair: [u32; 2]) -> bool {
         !self.known.is_empty() && self.known.has(first(trees, pair), pair)
     }
 
-    /// Takes out of these pairs of two clusters the known ones, to which the traversal has come now.
+    /// Returns `hits` without the known pairs of two clusters, and counts these as reached by the
+    /// traversal.
     #[inline(always)]
     pub fn pass(&mut self, hits: u64, first: [u32; 2]) -> u64 {
         let known = hits & self.known.of(first);
@@ -129,7 +134,7 @@ impl March {
         hits & !known
     }
 
-    /// Takes note of a pair that was found by a test: false if it is known.
+    /// Records a pair found by a test; false if it is known.
     pub fn note(&mut self, trees: [&Tree; 2], pair: [u32; 2], crossings: u32) -> bool {
         let added = self.known.add(first(trees, pair), pair);
         if added == Added::New && crossings != 0 {
@@ -137,7 +142,7 @@ impl March {
         }
         self.passed += u64::from(added == Added::Known);
         if added == Added::NoRoom {
-            // It might be found again.
+            // The pair could be found again along a curve.
             self.stop();
         }
         added != Added::Known

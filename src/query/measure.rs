@@ -1,4 +1,4 @@
-//! What things cost on this machine: a few queries, timed.
+//! Measures the costs on this machine with a few timed queries.
 
 use super::budget::{Budget, Clock};
 use super::options::Mode;
@@ -13,21 +13,23 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use glam::{DMat3, DVec3};
 
-/// Poses, and repetitions of each query, of which the least time counts.
+/// Number of poses, and of repetitions of each query; the shortest time counts.
 const POSES: u32 = 24;
 const REPETITIONS: usize = 12;
 
-/// How much the shares of the costs are held to those of the default model.
+/// Weight that pulls the ratios of the costs towards those of the default model.
 const PULL: f64 = 2.0;
 
 impl CostModel {
-    /// Measures the costs on this machine with the system clock, in nanoseconds: queries of two built-in shapes, in cache.
-    /// Takes a few milliseconds. The default model, if the system has no clock ([`Budget::time`]).
+    /// Measures the costs on this machine with the system clock, in nanoseconds, by queries of two
+    /// built-in shapes, in cache. Takes a few milliseconds. Returns the default model if the system
+    /// has no clock ([`Budget::time`]).
     pub fn measure() -> Self {
         Self::measure_with(&crate::query::SYSTEM)
     }
 
-    /// The same with a clock of the caller's. The default model, if the clock stands still.
+    /// [`CostModel::measure`] with another clock. Returns the default model if the clock stands
+    /// still.
     pub fn measure_with(clock: &dyn Clock) -> Self {
         let (a, b) = (
             Tree::new(shapes::icosphere(3)),
@@ -61,14 +63,14 @@ impl CostModel {
         Self::fitted(&features, &times)
     }
 
-    /// About what a [`Tree::refit`] of this tree takes, within a factor of two or three: `N_u C_u`, `N_u` the boxes of all its
-    /// nodes and triangles. In `O(1)`.
+    /// Approximate time of a [`Tree::refit`] of this tree, within a factor of two or three: `N_u
+    /// C_u`, where `N_u` is the number of boxes of all its nodes and triangles. `O(1)`.
     pub fn refit_time(&self, tree: &Tree) -> f64 {
         (tree.nodes().len() + tree.triangles().len()) as f64 * self.box_update
     }
 
-    /// The costs that explain the times best, relative to each time; in doubt, those of the default model, all larger or
-    /// smaller by one factor.
+    /// The costs that fit the times best, by relative error. Poorly determined costs stay near
+    /// those of the default model, scaled by one common factor.
     fn fitted(features: &[[f64; 4]], times: &[f64]) -> Self {
         let default = Self::default();
         let known = [

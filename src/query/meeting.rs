@@ -1,8 +1,8 @@
-//! Do two surfaces meet, and where? What a traversal that asks this does with node pairs; [`leaf`](super::leaf) has its
-//! triangle tests.
+//! Intersection of two surfaces: how the traversal handles node pairs. [`leaf`](super::leaf) has
+//! its triangle tests.
 //!
-//! Boxes that overlap are of interest, deepest first. Triangle pairs that were found along a curve ([`march`](super::march))
-//! before the front comes to them are not tested again.
+//! Overlapping boxes are of interest, deepest first. Triangle pairs found along a curve
+//! ([`march`](super::march)) before the front reaches them are not tested again.
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
@@ -18,7 +18,7 @@ use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_LOOKUP, opening_work};
 use crate::tree::WIDTH;
 
-/// Whether, or where, two surfaces meet.
+/// The question whether, or where, two surfaces intersect.
 pub(super) struct Meeting<'q> {
     pub options: &'q Options,
 }
@@ -65,7 +65,7 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
 }
 
 impl Traversal<'_, '_, Meeting<'_>> {
-    /// The first hit ends a run that asks for no more.
+    /// Ends a run of [`Mode::Any`] at the first hit.
     #[inline(always)]
     fn has_enough(&self) -> Option<StopReason> {
         let is_enough =
@@ -97,7 +97,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Follows no more curves once the traversal has done its share of the work.
+    /// Stops curve tracing once the traversal has done its share of the work.
     #[inline(always)]
     fn end_march(&mut self) {
         let Workspace {
@@ -114,10 +114,11 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Pushes pairs with the deepest on top, below it the second.
+    /// Pushes pairs so that the deepest is on top and the second below it.
     #[inline(never)]
     fn push_ranked(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        // The depth, and in the place of its last bits which pair it is. Chosen, not branched: which is deeper cannot be guessed.
+        // The depth, with the index of the pair in its last bits. A select, not a branch, because
+        // the comparison is unpredictable.
         let (mut first, mut second) = (0, 0);
         for bit in bits(hits) {
             let key = self.keys.as_flattened()[bit % 64].to_bits() & !63 | bit as u32;
@@ -134,7 +135,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         front.push(child(first));
     }
 
-    /// Of the pairs at hand those that are deeper than the mean.
+    /// Of the current pairs, those deeper than the mean.
     #[inline(never)]
     fn deeper(&self, hits: u64) -> u64 {
         let depths = self.keys.as_flattened();
@@ -144,7 +145,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         })
     }
 
-    /// Which of these witnesses of the frame before are below a pair.
+    /// The witnesses of the previous frame, out of `among`, that lie below a pair.
     #[inline(always)]
     fn witnesses_below(&self, Pair { nodes: [a, b], .. }: Pair, among: u16) -> u16 {
         bits(among).fold(0, |below, i| {
@@ -155,7 +156,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         })
     }
 
-    /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost is below the threshold.
+    /// Queues a pair whose boxes overlap by `depth`, or pushes it on the stack if its expected cost
+    /// is below the threshold.
     fn queue(&mut self, pair: Pair, depth: f32) {
         let (a, b) = (
             &self.a.nodes()[pair.nodes[0] as usize],
@@ -197,8 +199,8 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
         &mut self.keys
     }
 
-    /// Pairs go where their parent came from: on the stack, into the queue, or on the paths to witnesses, and what is beside
-    /// these into the queue.
+    /// Pairs go where their parent came from: on the stack, or into the queue. Children of a pair
+    /// on a path go on the paths if they contain witnesses, else into the queue.
     #[inline(always)]
     fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
         if self.origin != Origin::Stack {
@@ -226,12 +228,13 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
             hits &= hits - 1;
             place = front.push(child(bit));
             let depth = self.keys.as_flattened()[bit as usize % 64];
-            // Chosen, not branched: which is deeper cannot be guessed.
+            // A select, not a branch, because the comparison is unpredictable.
             let is_deeper = depth > deepest;
             deepest = if is_deeper { depth } else { deepest };
             (first, at) = if is_deeper { (bit, place) } else { (first, at) };
         }
-        // It changes places with the last one. Both are made anew: to load what has just been stored takes longer.
+        // Swaps the deepest with the last one. Both are made anew, because loading what has just
+        // been stored takes longer.
         front.put(at, child(bit));
         front.put(place, child(first));
     }

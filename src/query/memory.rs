@@ -1,4 +1,4 @@
-//! What one frame tells the next about a pair of meshes.
+//! State of a pair of meshes that is kept from frame to frame.
 
 use super::clearance::Clearance;
 use super::interval::Interval;
@@ -12,13 +12,14 @@ use crate::tree::Tree;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
-/// Most witnesses of [`Mode::Any`] that are remembered, and tested before anything else: a batch.
+/// Maximum number of witnesses of [`Mode::Any`] that are remembered and tested before anything
+/// else: one batch.
 pub(super) const WITNESSES: usize = 8;
 
-/// Frames over which the rate of changes is averaged.
+/// Number of frames over which the change rate is averaged.
 const FRAMES_OF_RATE: f64 = 20.0;
 
-/// What a query looked for whose work is remembered.
+/// The kind of query whose work is remembered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Sought {
@@ -26,49 +27,53 @@ pub(super) enum Sought {
     Motion,
 }
 
-/// What was known before a call.
+/// The state before a call.
 #[derive(Clone, Copy)]
 pub(super) struct Before {
-    /// Whether the call went on with a stopped run.
+    /// True if the call resumed a stopped run.
     pub resumed: bool,
-    /// Whether the surfaces were known to meet.
+    /// True if the surfaces were known to intersect.
     pub decided: bool,
 }
 
-/// Memory of one pair of trees between frames, owned by the caller and passed in.
+/// Memory of one pair of trees between frames, owned by the caller and passed to the query
+/// ([`crate::Query::with_memory`]).
 ///
-/// [`Mode::Any`] first tests the last eight witnesses, and then looks near the latest. [`Mode::All`], if a budget may stop it
-/// and in the default order, first goes down to where up to sixteen triangle pairs met in the frame before, spread over all
-/// of them, and then to what lies beside these paths, the nearest first.
+/// [`Mode::Any`] first tests the last eight witnesses, and then searches near the latest.
+/// [`Mode::All`], in the default order and if a budget may stop it, first descends to up to sixteen
+/// triangle pairs that intersected in the previous frame, spread over all of them. Then it visits
+/// the node pairs next to these paths, the nearest first.
 ///
-/// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never in a decided verdict.
-/// Used with another pair of trees it forgets everything; refitted trees count as the same. A deserialized memory (feature
-/// `serde`) binds to the first pair of trees it is used with. Using it with another pair is safe, but does not help.
+/// A fresh memory and a used one may differ in speed and in what an unfinished query finds, never
+/// in a decided verdict. If it is used with another pair of trees, it forgets everything; refitted
+/// trees count as the same trees. A deserialized memory (feature `serde`) binds to the first pair
+/// of trees it is used with. Using it with another pair is safe, but does not help.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
 pub struct PairMemory {
-    /// Identities of trees mean nothing in another run of the program.
+    /// Not serialized: identities of trees are meaningless in another run of the program.
     #[cfg_attr(feature = "serde", serde(skip))]
     trees: Option<[usize; 2]>,
-    /// Triangle pairs in tree order that met: of [`Mode::Any`] the latest first, of [`Mode::All`] some from all over the last
-    /// frame that found any.
+    /// Triangle pairs in tree order that intersected. For [`Mode::Any`] the latest first. For
+    /// [`Mode::All`] a sample of the last frame that found any.
     witnesses: ArrayVec<[u32; 2], PATHS>,
     /// The triangle pair (tree order) that was closest.
     nearest: Option<[u32; 2]>,
-    /// What distance queries have proven, as of one pose. `None` in scenes, which have many memories and no use for it.
+    /// The bound that distance queries have proven, for one pose. `None` in scenes, which have many
+    /// memories and do not use it.
     #[cfg_attr(feature = "serde", serde(skip))]
     clearance: Option<Box<Clearance>>,
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
-    /// Work of the last finished query of the distance or of a motion.
+    /// Work of the last finished distance or motion query.
     last_work: Option<(Sought, u64)>,
     frames_undecided: u32,
     #[cfg_attr(feature = "serde", serde(deserialize_with = "rate"))]
     change_rate: Option<f64>,
 }
 
-/// A deserialized rate, refused unless it is one.
+/// Deserializes a rate; an error unless it is within 0 and 1.
 #[cfg(feature = "serde")]
 fn rate<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
     let rate = <Option<f64> as serde::Deserialize>::deserialize(deserializer)?;
@@ -90,12 +95,12 @@ impl Default for PairMemory {
 }
 
 impl PairMemory {
-    /// Knows nothing.
+    /// An empty memory.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Knows nothing, and will know no clearance.
+    /// An empty memory that never stores a clearance.
     #[doc(hidden)]
     pub fn without_clearance() -> Self {
         Self {
@@ -111,7 +116,7 @@ impl PairMemory {
         }
     }
 
-    /// Whether the surfaces met when it was last decided; `None` if it never was.
+    /// True if the surfaces intersected when the verdict was last decided; `None` if it never was.
     pub fn last_verdict(&self) -> Option<bool> {
         self.last_verdict
     }
@@ -121,14 +126,15 @@ impl PairMemory {
         self.last_bv_tests.map(|(_, bv_tests)| bv_tests)
     }
 
-    /// The same, if that query was of this mode.
+    /// BV tests of the last query that ran to its end, if it was of this mode.
     pub(super) fn last_bv_tests_of(&self, mode: Mode) -> Option<u64> {
         self.last_bv_tests
             .filter(|(of, _)| *of == mode)
             .map(|(_, bv_tests)| bv_tests)
     }
 
-    /// Work of the last finished query of the distance or of a motion of this pair; `None` if it was not of that kind.
+    /// Work of the last finished distance or motion query of this pair; `None` if it was of the
+    /// other kind.
     pub(super) fn last_work_of(&self, sought: Sought, a: &Tree, b: &Tree) -> Option<u64> {
         let of_pair = self.last_work.filter(|_| self.is_of(a, b));
         of_pair
@@ -136,18 +142,18 @@ impl PairMemory {
             .map(|(_, work)| work)
     }
 
-    /// Frames since it was last decided.
+    /// Number of frames since the verdict was last decided.
     pub fn frames_undecided(&self) -> u32 {
         self.frames_undecided
     }
 
-    /// How often the verdict changes from one decided frame to the next, 0 to 1: a mean over about the last 20, at first
-    /// 1 in 8.
+    /// Probability that the verdict changes from one decided frame to the next: a mean over about
+    /// the last 20 frames; initially 1 in 8.
     pub fn change_rate(&self) -> f64 {
         self.change_rate.unwrap_or(0.125)
     }
 
-    /// What the confidence goes by; `None` if the pair was never decided.
+    /// The history that the confidence model uses; `None` if the pair was never decided.
     pub fn history(&self) -> Option<History> {
         let Self {
             last_verdict,
@@ -171,14 +177,15 @@ impl PairMemory {
         self.witnesses.get(number).copied()
     }
 
-    /// Takes note that a triangle pair (tree order) that was tested by itself meets: it is the latest witness.
+    /// Stores a triangle pair (tree order) that a separate test found to intersect, as the latest
+    /// witness.
     pub(crate) fn found(&mut self, pair: [u32; 2]) {
         self.witnesses.retain(|witness| *witness != pair);
         self.witnesses.truncate(WITNESSES - 1);
         self.witnesses.insert(0, pair);
     }
 
-    /// Makes it the memory of this pair, and forgets what it knew of another.
+    /// Binds the memory to this pair, and forgets what it stored of another.
     pub(super) fn bind(&mut self, a: &Tree, b: &Tree) {
         let trees = Some([a.lineage(), b.lineage()]);
         if self.trees.is_none() {
@@ -188,7 +195,7 @@ impl PairMemory {
                 .retain(|&mut [x, y]| exists(a, x) && exists(b, y));
             self.nearest = self.nearest.filter(|&[x, y]| exists(a, x) && exists(b, y));
         } else if self.trees != trees {
-            // The clearance knows its trees itself.
+            // The clearance checks its trees itself.
             *self = Self {
                 trees,
                 clearance: self.clearance.take(),
@@ -197,22 +204,24 @@ impl PairMemory {
         }
     }
 
-    /// Triangle pairs of the bound pair, in tree order.
+    /// The stored witnesses of the bound pair, in tree order.
     pub(super) fn witnesses(&self) -> &[[u32; 2]] {
         &self.witnesses
     }
 
-    /// A triangle pair (tree order) that is likely to be close.
+    /// A triangle pair (tree order) that is probably close.
     pub(super) fn nearest(&self, a: &Tree, b: &Tree) -> Option<[u32; 2]> {
         if self.is_of(a, b) { self.nearest } else { None }
     }
 
-    /// Proven: how far apart the surfaces are at least at this pose, in the length unit of the meshes, as far as distance
-    /// queries with this memory have shown it of these trees ([`Query::with_memory`], finished or stopped): what
-    /// they proved, less the longest way of a point of B since then. 0 if nothing is known. Costs some 50 operations.
+    /// Proven lower bound of the distance of these surfaces at this pose, in the length unit of the
+    /// meshes. Distance queries with this memory ([`Query::with_memory`], finished or stopped)
+    /// prove a bound at their pose; the longest displacement of a point of B since then is
+    /// subtracted. 0 if nothing is known. Costs about 50 operations.
     ///
-    /// While it is more than 0, [`Query`](crate::Query) with this memory answers `Separated` at once, and
-    /// [`Query::impact`](crate::Query::impact) begins with the time until B can have gone so far.
+    /// While it is more than 0, an intersection query with this memory answers `Separated` at once,
+    /// and [`Query::impact`](crate::Query::impact) starts at the time until which B cannot have
+    /// moved that far.
     ///
     /// [`Query::with_memory`]: crate::Query::with_memory
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
@@ -221,7 +230,8 @@ impl PairMemory {
             .map_or(0.0, |known| known.at(a, b, b_in_a).max(0.0))
     }
 
-    /// After a call of a distance query at a pose; `work` is that of the whole query, if predictions can go by it.
+    /// Updates the memory after a call of a distance query at a pose. `work` is that of the whole
+    /// query, if predictions can use it.
     pub(super) fn remember_distance(
         &mut self,
         [a, b]: [&Tree; 2],
@@ -229,7 +239,7 @@ impl PairMemory {
         interval: &Interval,
         work: Option<u64>,
     ) {
-        // The memory may be another one than when the run began.
+        // The memory may differ from the one at the start of the run.
         self.bind(a, b);
         if let Some(known) = &mut self.clearance
             && interval.low() > known.at(a, b, b_in_a).max(0.0)
@@ -240,7 +250,8 @@ impl PairMemory {
         self.remember_work(Sought::Distance, work);
     }
 
-    /// After a call of a motion query; `work` is that of the whole query, if it is finished.
+    /// Updates the memory after a call of a motion query. `work` is that of the whole query, if it
+    /// is finished.
     pub(super) fn remember_motion(
         &mut self,
         a: &Tree,
@@ -253,13 +264,14 @@ impl PairMemory {
         self.remember_work(Sought::Motion, work);
     }
 
-    /// What the clearance answered says nothing about the work of a search.
+    /// Ignores 0: a query that the clearance answered does not show the work of a search.
     fn remember_work(&mut self, sought: Sought, work: Option<u64>) {
         let searched = work.filter(|&work| work > 0);
         self.last_work = searched.map(|work| (sought, work)).or(self.last_work);
     }
 
-    /// After a call that ended for this reason. One that resumed a stopped run belongs to the same frame.
+    /// Updates the memory after a call that ended for this reason. A call that resumed a run
+    /// belongs to the same frame.
     pub(super) fn remember(
         &mut self,
         mode: Mode,
@@ -269,7 +281,7 @@ impl PairMemory {
     ) {
         let (run, found) = (&workspace.run, workspace.sample.pairs());
         if !found.is_empty() {
-            // What a stopped query has not come to may still be where it was.
+            // Witnesses in parts that a stopped query has not reached may still be valid.
             let kept = match mode {
                 Mode::Any => WITNESSES.saturating_sub(found.len()),
                 Mode::All if stop == StopReason::Finished => 0,

@@ -1,22 +1,22 @@
-//! The budgeted query: two trees, a question and a budget in, an [`Answer`] out.
+//! The budgeted query: it takes two trees, a question and a budget, and returns an [`Answer`].
 //!
-//! [`traversal`] has the one loop, the stop rule and the guarantee. Around it:
+//! [`traversal`] has the one loop, the stop rule and the guarantee. The other modules:
 //!
 //! | what | where |
 //! |---|---|
 //! | every question: [`Query`] | [`question`] |
-//! | whether surfaces meet, or where | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
-//! | how far apart they are | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
-//! | where they meet or are close | [`contacts`], asked as one of these two |
-//! | when they meet on the way | [`motion`] |
-//! | what rays hit | [`ray`] |
-//! | what a node pair is replaced by, whatever is asked | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
-//! | what can be told without a query | [`root_test`], [`parting`] |
-//! | pairs that wait | [`queue`], by [`order`]; [`triangle_pairs`] |
+//! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
+//! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
+//! | contacts, asked as one of these two | [`contacts`] |
+//! | time of impact | [`motion`] |
+//! | ray casts | [`ray`] |
+//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
+//! | tests without a query | [`root_test`], [`parting`] |
+//! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
-//! | what an unfinished query can still say | [`certificate`] |
-//! | what a query costs | [`estimate`], [`probe`], [`measure`] |
+//! | bounds on what a stopped query may have missed | [`certificate`] |
+//! | the cost of a query | [`estimate`], [`probe`], [`measure`] |
 
 #[cfg(all(test, feature = "std"))]
 mod apart_tests;

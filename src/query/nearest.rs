@@ -1,13 +1,15 @@
-//! How far apart are two surfaces? What a traversal that asks this does with node pairs and triangle pairs.
+//! Distance of two surfaces: how the traversal handles node pairs and triangle pairs.
 //!
-//! Pairs whose boxes overlap are finished depth-first, the deepest first: as long as there are any, nothing is proven. Pairs
-//! that are apart wait in the queue by their lower bounds, and are dropped when they can't matter any more. To begin with,
-//! a *dive* opens nothing but the child that seems to be closest, down to two triangles, so that there is an upper bound to
-//! compare with; it leaves no trace. Of many triangle pairs of two clusters the closest are tested, and the cluster pair is
-//! put back with the others.
+//! Pairs whose boxes overlap are finished depth-first, the deepest first: as long as there are any,
+//! no lower bound is proven. Separated pairs wait in the queue, ordered by their lower bounds, and
+//! are dropped when they no longer matter. The search starts with a *dive*, which opens only the
+//! child that seems closest, down to two triangles. It gives an upper bound to compare with, and
+//! leaves no other trace. If two clusters have many triangle pairs, the closest of these are
+//! tested, and the pair of clusters is put back into the queue with the others.
 //!
-//! Contacts ([`super::contacts`]) are the same question with a limit and without an interval that closes in: each pair within
-//! the limit goes to a list. What is done with triangle pairs stands in [`super::closest_pairs`].
+//! Contacts ([`super::contacts`]) are the distance question with a limit and without an interval
+//! that narrows: each pair within the limit goes to a list. The tests of triangle pairs are in
+//! [`super::closest_pairs`].
 
 use super::boxes::Keys;
 use super::expand::{Sink, expand};
@@ -23,18 +25,19 @@ use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_LOOKUP};
 use crate::tree::WIDTH;
 
-/// Triangle pairs of two clusters that are not all tested at once.
+/// If two clusters have more triangle pairs than this, not all are tested at once.
 const MANY: u32 = 16;
 
-/// How far apart two surfaces are.
+/// The question of the distance of two surfaces.
 pub(super) struct Nearness {
-    /// Squared distance, in A's units, from which on nothing matters: not less than that of the interval.
+    /// Squared distance, in A's units, from which on nothing matters; not less than the cut of the
+    /// interval.
     pub(super) cut: f32,
     /// [`Gaps::doubt`].
     doubt: f32,
-    /// From A to B, where the closest triangles found are: [`Gaps::direction`].
+    /// Direction from A to B between the closest triangles found: [`Gaps::direction`].
     direction: Direction,
-    /// The least key of children met by a dive.
+    /// The least key of a child seen by the dive.
     guess: f32,
     /// The node pair that is being opened.
     pair: Pair,
@@ -42,7 +45,7 @@ pub(super) struct Nearness {
 
 impl Nearness {
     pub fn new(relation: &Relation, interval: &Interval) -> Self {
-        // To begin with, that of the middles.
+        // At first the direction between the middles.
         let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
         let pair = Pair::new(0, 0);
         let mut distance = Self {
@@ -56,7 +59,7 @@ impl Nearness {
         distance
     }
 
-    /// After a change of the interval.
+    /// Updates the cut and the direction after a change of the interval.
     pub(super) fn update(&mut self, relation: &Relation, interval: &Interval) {
         self.cut = interval.square_cut(relation.unit);
         self.doubt = root(self.cut) + relation.least_gap_and_margin();
@@ -107,7 +110,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
                     *dropped = dropped.min(gaps.least);
                     return;
                 }
-                // What goes on the stack for lack of room has no bound any more.
+                // A pair that the full queue puts on the stack loses its bound.
                 if self.workspace.front.room() < WIDTH * WIDTH {
                     let workspace = &mut *self.workspace;
                     workspace
@@ -128,7 +131,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
         );
         let search = &mut self.workspace.search;
         if self.origin != Origin::Path {
-            // Whatever was not kept of its children is at least as far apart.
+            // Every child that was dropped is at least as far apart as the cut.
             search.interval.pass_rest();
         } else if search.dive.is_none() {
             search.is_diving = false;
@@ -218,7 +221,7 @@ impl Sink for Traversal<'_, '_, Nearness> {
         let search = &mut self.workspace.search;
         search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
         if search.is_diving {
-            // One is enough for a guess, which is no bound; all are met again.
+            // One pair is enough for a guess, which proves nothing; all pairs are visited again.
             let likely = search.waiting.iter().min_by(|x, y| x.key.total_cmp(&y.key));
             let likely = likely.map(|likely| Bounded::unknown(likely.pair));
             search.proposed.extend(likely);
@@ -228,16 +231,18 @@ impl Sink for Traversal<'_, '_, Nearness> {
 }
 
 impl Traversal<'_, '_, Nearness> {
-    /// Whether of many triangle pairs the closest are looked at first: where one distance is asked for, by the queue.
+    /// True if, of many triangle pairs, only the closest are tested first: for a single distance,
+    /// with the queue.
     #[inline(always)]
     fn puts_back(&self) -> bool {
         let is_alone = self.workspace.contacts.margin().is_none();
         is_alone && self.origin != Origin::Path && !self.strategy.deepest_first
     }
 
-    /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they are eight pairs, and puts the
-    /// cluster pair back with the other rows: most of these don't matter any more when it is their turn. Rows with boxes that
-    /// overlap stay, since nothing is proven of them.
+    /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they
+    /// are eight pairs, and puts the pair of clusters back with the other rows: most of these no
+    /// longer matter when their turn comes. Rows with overlapping boxes are taken, because nothing
+    /// is proven of them.
     #[inline(never)]
     fn put_back(&mut self, hits: u64) -> u64 {
         let row_of = |row: usize| hits & 0xff << (WIDTH * row);
@@ -267,7 +272,7 @@ impl Traversal<'_, '_, Nearness> {
         taken
     }
 
-    /// The bit of the least key.
+    /// The bit of the least key, as a mask.
     #[inline(never)]
     fn closest(&self, hits: u64) -> u64 {
         let key = |bit: &usize| self.keys.as_flattened()[*bit];
@@ -299,7 +304,7 @@ impl Traversal<'_, '_, Nearness> {
         }
     }
 
-    /// Goes on with a look at all vertices. If that decides all that is asked, nothing is left.
+    /// Continues the pass over all vertices. If it decides the question, drops everything left.
     #[cold]
     #[inline(never)]
     fn look_for_plane(&mut self) {

@@ -1,4 +1,5 @@
-//! The node pairs that a complete run opens, for those who study the order of visits: whatever the order, they are the same.
+//! The node pairs that a complete run opens, for studies of the order of visits. They are the same
+//! in every order.
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
@@ -10,20 +11,21 @@ use crate::model::cost::opening_work;
 use crate::tree::{Tree, WIDTH};
 use alloc::vec::Vec;
 
-/// A node pair that is opened.
+/// An opened node pair.
 #[derive(Clone, Debug, Default)]
 pub struct OpenedPair {
-    /// Index of the pair that it is a child of; the first pair, that of the roots, is its own parent.
+    /// Index of the parent pair. The first pair, that of the roots, is its own parent.
     pub parent: usize,
     /// BV tests made.
     pub bv_tests: u32,
-    /// Work of opening it, triangle tests aside.
+    /// Work of opening the pair, without triangle tests.
     pub work: u64,
-    /// The triangle pairs that are left to be tested, ids of the input meshes.
+    /// The triangle pairs left to test, ids of the input meshes.
     pub triangle_pairs: Vec<[u32; 2]>,
 }
 
-/// Every node pair opened by a run that finds all intersections, parents before their children; none if a mesh is empty.
+/// All node pairs opened by a run that finds all intersections, parents before their children; none
+/// if a mesh is empty.
 pub fn opened_pairs(a: &Tree, b: &Tree, b_in_a: &Pose) -> Vec<OpenedPair> {
     let (relation, opened) = (Relation::new(a, b, b_in_a), Vec::new());
     let mut recorder = Recorder {
@@ -44,9 +46,9 @@ struct Recorder<'r> {
     trees: [&'r Tree; 2],
     relation: &'r Relation,
     keys: Keys,
-    /// Pairs to be opened, with the index of their parent.
+    /// Pairs to open, each with the index of its parent.
     front: Vec<(Pair, usize)>,
-    /// The last one is being opened.
+    /// The last entry is being opened.
     opened: Vec<OpenedPair>,
 }
 

@@ -1,4 +1,4 @@
-//! What a query is asked to do.
+//! The options of a query.
 
 use super::order::Order;
 use crate::math::Motion;
@@ -6,11 +6,11 @@ use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::names::named;
 use core::fmt;
 
-/// What a query looks for.
+/// Selects whether a query searches for one intersection or for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Mode {
-    /// Whether there is an intersection: stops at the first.
+    /// Asks whether there is an intersection: stops at the first.
     #[default]
     Any,
     /// Every intersecting pair of triangles.
@@ -19,7 +19,7 @@ pub enum Mode {
 
 named!(Mode { Any => "any", All => "all" });
 
-/// Everything about a query that is a choice of the caller.
+/// All options of an intersection query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     pub mode: Mode,
@@ -37,47 +37,48 @@ impl Options {
     };
 }
 
-/// The same of a contact query.
+/// All options of a contact query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactOptions {
     pub margin: f64,
-    /// Most contacts in the workspace.
+    /// Maximum number of contacts in the workspace.
     pub limit: usize,
 }
 
-/// The same of a distance query.
+/// All options of a distance query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceOptions {
-    /// As asked for; `None`: by default.
+    /// Tolerances as set by the caller; `None` selects the default.
     pub absolute: Option<f64>,
     pub relative: Option<f64>,
     pub margins: [f64; 2],
-    /// Infinite if the distance itself is asked for.
+    /// Infinite unless the query only compares the distance with a limit.
     pub limit: f64,
-    /// Whether a finished run may leave open if surfaces meet that are within the tolerance.
+    /// True if a finished run may leave it open whether surfaces within the tolerance intersect.
     pub leaves_contact_open: bool,
-    /// For comparison: one stack for all node pairs.
+    /// For comparison: keeps all node pairs on one stack.
     pub depth_first: bool,
 }
 
-/// The same of a motion query.
+/// All options of a motion query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionOptions {
-    /// `None`: A does not move.
+    /// `None` if A does not move.
     pub of_a: Option<Motion>,
     pub of_b: Motion,
-    /// Tolerance as a length, as asked for; `None`: by default. And in time.
+    /// Tolerance as a length, as set by the caller; `None` selects the default. Then the tolerance
+    /// in time.
     pub length: Option<f64>,
     pub time: f64,
-    /// Of both surfaces together.
+    /// Sum of the margins of both surfaces.
     pub margin: f64,
 }
 
-/// An argument of a query is negative, larger than what it may be, or no number.
+/// An argument of a query is negative, too large or NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct OptionError {
-    /// The method that it was given to, with the index of one of several numbers.
+    /// The method that received it, with the index if it takes several numbers.
     pub argument: &'static str,
 }
 
@@ -90,7 +91,7 @@ impl OptionError {
         }
     }
 
-    /// The same for margins of both surfaces.
+    /// [`OptionError::note`] for the margins of both surfaces.
     #[inline]
     pub(super) fn note_margins(fault: &mut Option<Self>, margins: [f64; 2]) {
         for (margin, argument) in margins.into_iter().zip(["margins[0]", "margins[1]"]) {
@@ -107,7 +108,7 @@ impl fmt::Display for OptionError {
 
 impl core::error::Error for OptionError {}
 
-/// By how much a surface is thickened, of what was asked for.
+/// The margin in use for a given one: clamped to the range of coordinates; 0 if negative or NaN.
 pub(super) fn thickness(margin: f64) -> f64 {
     if margin > 0.0 {
         margin.min(COORDINATE_LIMIT)

@@ -1,4 +1,4 @@
-//! Which node pair is visited next.
+//! Orders of visits.
 
 use super::queue::BUCKETS;
 use super::views::{Relation, Views};
@@ -9,25 +9,26 @@ use crate::tree::{Node, xyz};
 use core::fmt;
 use core::str::FromStr;
 
-/// Which node pair of the front is visited next. All orders give the same finished answer; they differ in what is known
-/// when a budget ends.
+/// Decides which node pair of the front is visited next. All orders give the same finished answer;
+/// they differ in what is known when a budget ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Order {
-    /// Deepest penetration of the boxes first, the least over the six face axes, relative to the sizes of the nodes. The
-    /// default: it costs next to nothing, and finds intersections earliest in time (`docs/benchmarks.md`).
+    /// Deepest penetration of the boxes first: the least over the six face axes, relative to the
+    /// sizes of the nodes. The default: it costs almost nothing, and finds intersections earliest
+    /// in time (`docs/benchmarks.md`).
     #[default]
     Penetration,
-    /// Lowest product of the two alphas first, as the paper proposes.
+    /// Lowest product of the two diminishing factors `alpha` first, as the paper proposes.
     LowAlpha,
     /// Largest relative volume of the boxes' overlap first.
     OverlapVolume,
-    /// Depth-first: no queue at all, the least overhead.
+    /// Depth-first, without a queue: least overhead.
     DepthFirst,
     /// Level by level.
     BreadthFirst,
-    /// At random, by this seed.
+    /// Random, with this seed.
     Random(u64),
 }
 
@@ -40,7 +41,7 @@ const NAMES: [&str; 6] = [
     "random(SEED)",
 ];
 
-/// `random(7)` has its seed with it.
+/// Includes the seed: `random(7)`.
 impl fmt::Display for Order {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [
@@ -89,7 +90,8 @@ impl FromStr for Order {
     }
 }
 
-/// The volume in which the boxes of two nodes overlap over that of the smaller one, on the axes of A's node; within 0..=1.
+/// Volume of the overlap of the boxes of two nodes over that of the smaller box, on the axes of A's
+/// node; within 0..=1.
 pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
     let view = Views::between(a, b, relation).of_b;
     let (center, half) = (
@@ -97,7 +99,7 @@ pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
         view.half(b.own_half * relation.scale),
     );
     let [distance, a, b] = [(center - a.own_center).abs(), a.own_half, half].map(xyz);
-    // A little more than 0, so that products over the axes tell flat boxes apart.
+    // Slightly above 0, so that products over the axes distinguish flat boxes.
     let shares: [f32; 3] = per_axis!(k => {
         let (least, slack) = (2.0 * a[k].min(b[k]), 1e-3 * (a[k] + b[k]) + 1e-9);
         ((a[k] + b[k] - distance[k]).clamp(0.0, least) + slack) / (least + slack)
@@ -105,12 +107,14 @@ pub(super) fn overlap_volume(a: &Node, b: &Node, relation: &Relation) -> f32 {
     shares.iter().product()
 }
 
-/// Boxes overlap by at most about a sixth of the sum of their sizes, so relative depth times this is within 0..=1.
+/// The depth of an overlap is at most about a sixth of the sum of the sizes, so the relative depth
+/// times this is within 0..=1.
 const DEPTHS: f32 = 6.0;
 
 impl Order {
-    /// The bucket of a pair, and whether it goes first or last there; `depth` is how deep its boxes overlap over the sum of
-    /// their sizes, `alpha` the product of the two alphas.
+    /// The bucket of a pair, and whether it goes first there (or last). `depth` is the overlap
+    /// depth of its boxes over the sum of their sizes, `alpha` the product of the two diminishing
+    /// factors.
     pub(super) fn bucket(
         self,
         overlap_volume: impl FnOnce() -> f32,

@@ -1,4 +1,4 @@
-//! What a query says.
+//! The answer of a query.
 
 use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
 use crate::names::{UnknownName, named};
@@ -7,10 +7,12 @@ use core::str::FromStr;
 use core::sync::atomic::{Ordering, compiler_fence};
 use core::time::Duration;
 
-/// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
+/// Number of levels of the bounding volume test tree with a count of their own; deeper levels are
+/// added to the last.
 pub const LEVELS: usize = 32;
 
-/// Whether the surfaces meet. Never a bare `bool`: a budget can end before the answer is known.
+/// Tells whether the surfaces intersect. Never a bare `bool`: a budget can end before the answer is
+/// known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
@@ -20,25 +22,26 @@ pub enum Verdict {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
     },
-    /// Proven: these triangles are no farther apart than the margins of both bodies together. Said only of bodies of a
-    /// [`crate::Scene`] of which one has a [margin](crate::Body::margin). Whether some triangles share a point is not
-    /// said.
+    /// Proven: these triangles are no farther apart than the sum of the margins of both bodies.
+    /// Occurs only for bodies of a [`crate::Scene`] of which one has a
+    /// [margin](crate::Body::margin). Says nothing on whether some triangles share a point.
     Within {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
-        /// Their distance in A's frame, in the length unit of the meshes, margins not subtracted: proven, the true one
-        /// is not
-        /// more. Above 0, and at most the sum of the margins.
+        /// Proven upper bound of their distance in A's frame, in the length unit of the meshes,
+        /// margins not subtracted. Above 0, and at most the sum of the margins.
         distance: f64,
     },
-    /// Proven: no triangle of A shares a point with one of B; of bodies with margins, nor comes within them.
+    /// Proven: no triangle of A shares a point with one of B. For bodies with margins, also none is
+    /// within the margins.
     Separated,
-    /// The budget ended first. [`crate::Query::certificate`] tells what is left open.
+    /// The budget ended before the answer was known. [`crate::Query::certificate`] bounds what is
+    /// left open.
     Undecided,
 }
 
 impl Verdict {
-    /// A verdict on triangles that are no farther apart than the margins: they intersect if their distance is 0.
+    /// The verdict for triangles within the margins: they intersect if their distance is 0.
     pub(crate) fn of_witness(witness: [u32; 2], distance: f64) -> Self {
         if distance == 0.0 {
             Self::Intersecting { witness }
@@ -47,7 +50,7 @@ impl Verdict {
         }
     }
 
-    /// What it is called in files, without its witness: `intersecting`, `within`, `separated` or `undecided`.
+    /// Name in files, without the witness: `intersecting`, `within`, `separated` or `undecided`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Intersecting { .. } => "intersecting",
@@ -57,12 +60,13 @@ impl Verdict {
         }
     }
 
-    /// Whether it is proven that the surfaces meet, thickened by their margins: they intersect, or are within.
+    /// True if it is proven that the surfaces, thickened by their margins, meet: `Intersecting` or
+    /// `Within`.
     pub const fn meets(self) -> bool {
         matches!(self, Self::Intersecting { .. } | Self::Within { .. })
     }
 
-    /// How far apart the witness is at most, margins not subtracted: 0 if it intersects.
+    /// Upper bound of the distance of the witness, margins not subtracted; 0 if it intersects.
     pub const fn witness_distance(self) -> Option<f64> {
         match self {
             Self::Intersecting { .. } => Some(0.0),
@@ -71,7 +75,7 @@ impl Verdict {
         }
     }
 
-    /// The triangles that prove that the surfaces meet.
+    /// The triangles that prove that the surfaces meet, thickened by their margins.
     pub const fn witness(self) -> Option<[u32; 2]> {
         match self {
             Self::Intersecting { witness } | Self::Within { witness, .. } => Some(witness),
@@ -87,7 +91,7 @@ const VERDICTS: [&str; 4] = [
     "undecided",
 ];
 
-/// `intersecting(12, 907)` and `within(12, 907, 0.25)` have their witnesses with them.
+/// Includes the witness: `intersecting(12, 907)`, `within(12, 907, 0.25)`.
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [.., separated, undecided] = VERDICTS;
@@ -142,26 +146,28 @@ impl FromStr for Verdict {
     }
 }
 
-/// Why a query returned.
+/// The reason why a query returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StopReason {
     /// Nothing is left to visit: the answer is complete.
     Finished,
-    /// The first intersection was found, which is all that [`crate::Mode::Any`] asks for.
+    /// The first intersection was found, and [`crate::Mode::Any`] asks for no more.
     FirstHit,
-    /// The time was up.
+    /// The time budget ended.
     Deadline,
-    /// The work was spent.
+    /// The work budget was spent.
     WorkLimit,
-    /// The pair buffer was full. Drain it and resume.
+    /// The buffer of pairs, contacts or hits was full. Drain it and resume.
     PairsFull,
-    /// The clock said that the call is cancelled ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
+    /// The clock reported that the call is cancelled
+    /// ([`Clock::is_cancelled`](super::Clock::is_cancelled)).
     Cancelled,
-    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and coordinates or the pose are so small that this
-    /// could make an answer false: below 2^-960, as are products of coordinates and entries of the pose; denormal as f32, in
-    /// a mesh of f32; or the mesh is smaller than 2^-900. Clear the setting and resume.
+    /// The processor is set to take denormal numbers for zero (FTZ, DAZ), and the input is so small
+    /// that this could make an answer false. That is so if coordinates, the pose, or products of
+    /// coordinates and entries of the pose are below 2^-960, if coordinates of a mesh of f32 are
+    /// denormal as f32, or if the mesh is smaller than 2^-900. Clear the setting and resume.
     FlushedToZero,
 }
 
@@ -176,33 +182,35 @@ named!(StopReason {
 });
 
 impl StopReason {
-    /// Whether the run is over, so that there is nothing to resume.
+    /// True if the run is over, so that there is nothing to resume.
     pub(crate) fn is_final(self) -> bool {
         matches!(self, Self::Finished | Self::FirstHit)
     }
 }
 
-/// What a query has done, resumed calls included.
+/// The work of a query, including resumed calls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Stats {
-    /// Intersecting pairs, contacts or hits found, drained ones included; of a query for the nearest, those compared.
+    /// Intersecting pairs, contacts or hits found, including drained ones. For the nearest hit of a
+    /// ray, the hits compared.
     pub found: u64,
     /// Box overlap tests, the paper's `N_v`.
     pub bv_tests: u64,
     /// Triangle pairs tested, `N_p`.
     pub primitive_tests: u64,
-    /// Those among them that needed exact arithmetic.
+    /// Triangle pairs that needed exact arithmetic, a part of `primitive_tests`.
     pub exact_tests: u64,
     /// Units of work, see [`crate::Budget::work`].
     pub work: u64,
-    /// BV tests by level: nodes opened on the way, on both sides together. The last entry has all deeper levels.
+    /// BV tests by level. The level of a node pair is the sum of the depths of its nodes. The last
+    /// entry counts all deeper levels.
     pub bv_tests_per_level: [u64; LEVELS],
-    /// Most node pairs that waited in the queue at once.
+    /// Maximum number of node pairs in the queue at one time.
     pub queue_peak: u32,
-    /// Time of all calls together; measured only under a time budget, since a look at the clock costs as much as a small
-    /// query.
+    /// Total time of all calls. Measured only under a time budget, because reading the clock costs
+    /// as much as a small query.
     pub elapsed: Option<Duration>,
 }
 
@@ -221,7 +229,8 @@ impl Stats {
     #[inline(always)]
     pub(super) fn clear(&mut self) {
         self.bv_tests_per_level = [0; LEVELS];
-        // All together would be a call of `memset`, whose wide stores take 20 ns in some processes.
+        // Clearing the fields together would become a call of `memset`, whose wide stores take 20
+        // ns in some processes.
         compiler_fence(Ordering::SeqCst);
         (
             self.bv_tests,
@@ -232,9 +241,9 @@ impl Stats {
         (self.found, self.queue_peak, self.elapsed) = (0, 0, None);
     }
 
-    /// `bv_tests` while a query runs, which only counts by level.
+    /// `bv_tests` during a query, which counts only by level.
     pub(super) fn bv_tests_of_levels(&self) -> u64 {
-        // Four sums, of which none waits for the others.
+        // Four independent sums, so that none waits for another.
         let (fours, _) = self.bv_tests_per_level.as_chunks::<4>();
         let [a, b, c, d] = fours.iter().fold([0; 4], |sums, four| {
             core::array::from_fn(|i| sums[i] + four[i])
@@ -242,8 +251,8 @@ impl Stats {
         (a + b) + (c + d)
     }
 
-    /// The counts that time depends on; node pairs that were opened stand for box updates, and so does all other work, as of
-    /// tests on edge axes and of steps along curves.
+    /// The counts that the time depends on. Opened node pairs count as box updates; so does all
+    /// other work, such as tests on edge axes and steps along curves.
     pub fn counts(&self) -> Counts {
         let others = self.bv_tests
             + self.primitive_tests * WORK_PER_TRIANGLE_TEST
@@ -256,16 +265,16 @@ impl Stats {
     }
 }
 
-/// The answer of a query. Plain data; what it found stays in the workspace.
+/// The answer of a query. Plain data; pairs, contacts and hits stay in the workspace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
 pub struct Answer<T> {
-    /// What is proven so far; all of it if the query is finished.
+    /// What is proven so far. Complete if the query is finished.
     pub value: T,
-    /// Why the query returned.
+    /// The reason why the query returned.
     pub stop: StopReason,
-    /// What it has done.
+    /// The work of the query.
     pub stats: Stats,
 }

@@ -1,10 +1,12 @@
-//! A plane between two surfaces: how far apart they are at least, by how far each reaches along one direction.
+//! A separating plane between two surfaces: a lower bound of their distance, from how far each
+//! extends along one direction.
 //!
-//! However many boxes overlap where two bodies touch or all but touch, if both are convex there, as most parts of robots and
-//! most things that lie on one another are, a plane parts them. To try one takes the corner of each that is the farthest along a
-//! direction ([`Extremes`](crate::tree::Extremes)); where these overlap, they say which way to turn the next (GJK). The
-//! direction is kept for the next frame, in which it mostly parts them again. The proof is in `docs/numerics.md`, "A plane
-//! between two surfaces".
+//! Many boxes overlap where two bodies touch or nearly touch. But if both are convex there, as most
+//! parts of robots and most stacked objects are, a plane separates them. To test a direction, take
+//! the corner of each body that is farthest along it ([`Extremes`](crate::tree::Extremes)). If the
+//! bodies overlap along the direction, these corners determine the next direction (GJK). The
+//! direction is kept for the next frame, in which it usually separates the bodies again. The proof
+//! is in `docs/numerics.md`, "A plane between two surfaces".
 
 use super::flushing;
 use super::views::Relation;
@@ -17,14 +19,14 @@ use arrayvec::ArrayVec;
 use glam::{DVec3, Vec3};
 use wide::f32x4;
 
-/// The direction across the last plane, from A to B, in A's frame and of length 1; 0 if there was none.
+/// Normal of the last plane: unit vector from A to B in A's frame; 0 if there was none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Parting([f32; 3]);
 
 impl Parting {
-    /// A lower bound of the distance of two meshes that keep their extremes, in their unit of length; and how many planes were
-    /// tried, beginning with the last one. If none of so many parts them, it is 0. `O(1)` in the mean: a few dozen corners a
-    /// plane.
+    /// Returns a lower bound of the distance of two meshes that keep their extremes, in their
+    /// length unit, and the number of planes tried, starting with the last one. The bound is 0 if
+    /// none of `most` planes separates them. `O(1)` on average: a few dozen corners per plane.
     pub fn distance(
         &mut self,
         trees: [&Tree; 2],
@@ -55,10 +57,10 @@ impl Parting {
     }
 }
 
-/// No direction is longer.
+/// Upper bound of the length of a direction.
 const LONGEST: f32 = 1.000_01;
 
-/// How much farther a corner may reach that is not among the extremes, in unit coordinates.
+/// How much farther a corner may extend that is not among the extremes, in unit coordinates.
 const LEFT_OUT: f32 = 96.0 * ROUNDING;
 
 struct Search<'s> {
@@ -104,13 +106,15 @@ impl Kernel for Search<'_> {
     }
 }
 
-/// Ways from corners of A to corners of B, of which the nearest to the origin of all that lie between them is sought (Gilbert,
-/// Johnson, Keerthi, "A fast procedure for computing the distance between complex objects in three-dimensional space", 1988).
+/// Vectors from corners of A to corners of B. The algorithm searches for the point of their convex
+/// hull nearest to the origin (Gilbert, Johnson, Keerthi, "A fast procedure for computing the
+/// distance between complex objects in three-dimensional space", 1988).
 #[derive(Default)]
 struct Simplex(ArrayVec<Vec3, 4>);
 
 impl Simplex {
-    /// Adds one, and leaves only those that the nearest is between. `None` if that is the origin, or it was known.
+    /// Adds a vector, and keeps only those whose convex hull contains the nearest point. `None` if
+    /// that point is the origin, or the vector was known.
     #[inline(always)]
     fn add(&mut self, new: Vec3) -> Option<Vec3> {
         if self.0.contains(&new) || self.holds_the_origin(new) {
@@ -126,7 +130,8 @@ impl Simplex {
             let edge = x - new;
             let foot = |from: Vec3| from - edge * (from.dot(edge) / edge.length_squared());
             if new.dot(edge) < 0.0 && x.dot(edge) > 0.0 {
-                // Twice: what is much shorter than the edge is not quite across it the first time.
+                // Twice: a vector much shorter than the edge is not orthogonal to it after one
+                // step.
                 try_it(foot(foot(new)), [Some(x), None]);
             }
             for &y in &self.0[i + 1..] {
@@ -143,7 +148,7 @@ impl Simplex {
         Some(nearest)
     }
 
-    /// Whether it lies between four.
+    /// True if the origin is inside the tetrahedron of the simplex and `new`.
     fn holds_the_origin(&self, new: Vec3) -> bool {
         let [x, y, z] = self.0[..] else { return false };
         let whole = (x - new).dot((y - new).cross(z - new));

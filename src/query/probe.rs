@@ -1,8 +1,8 @@
-//! A probe: a front in numbers, after its costliest pairs have been opened on trial.
+//! A probe: the summary of a front after its costliest pairs have been opened on trial.
 //!
-//! What a pair will cost is hard to tell from outside, and easy to tell from a level below. So the costliest pairs are
-//! replaced by the pairs of their children that may meet, a few times; the rest is summed up. Nothing is kept, the query
-//! does not notice.
+//! The cost of a pair is hard to predict from the pair, and easy from one level below. So the
+//! costliest pairs are replaced by the pairs of their children that may meet, a few times, and the
+//! rest is summed up. The probe does not change the query.
 
 use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
@@ -16,28 +16,28 @@ use arrayvec::ArrayVec;
 use core::mem;
 use wide::f32x4;
 
-/// Pairs that can be opened; those that find no room are only counted.
+/// Maximum number of pairs that can be opened; further pairs are only counted.
 const ROOM: usize = 64;
 
-/// Effort of opening a pair, besides that of its children: one for each of them, about 30 ns.
+/// Effort of opening a pair, besides one unit for each of its children; a unit is about 30 ns.
 const PER_OPENING: usize = 2;
 
-/// A front, the costliest pairs of which are opened one after the other.
+/// A front whose costliest pairs are opened one after the other.
 pub(super) struct Probe<'q> {
     trees: [&'q Tree; 2],
     relation: &'q Relation,
     keys: Keys,
-    /// Those that can be opened, and the cost of each.
+    /// Pairs that can be opened, and the cost of each.
     pairs: ArrayVec<Open, ROOM>,
     costs: ArrayVec<f32, ROOM>,
-    /// How much more may be spent.
+    /// Effort left.
     effort: usize,
-    /// Whether there is time for another opening.
+    /// Returns true while there is time for another opening.
     goes_on: &'q dyn Fn() -> bool,
     summary: FrontSummary,
 }
 
-/// An open pair and how its boxes lie to one another.
+/// An open pair, and the penetration and crossing of its boxes ([`overlap`]).
 #[derive(Clone, Copy)]
 struct Open {
     pair: Pair,
@@ -104,7 +104,7 @@ impl<'q> Probe<'q> {
         summary.crossing = summary.crossing.max(open.crossing.into());
     }
 
-    /// Opens the costliest pairs, as long as the effort and the time last, and sums up what is left.
+    /// Opens the costliest pairs, as long as effort and time last, and sums up what is left.
     pub fn finish(mut self, instructions: Instructions, effort: usize) -> FrontSummary {
         self.effort = effort;
         instructions.run(&mut self);
@@ -172,9 +172,10 @@ impl Sink for Probe<'_> {
     }
 }
 
-/// Relative penetration, the least `(s - |d|) / s` over the six face axes of two boxes, and crossing, the largest
-/// `(e - f - |d|) / s` of one that reaches `e` against one that reaches `f`, whose own axis it is. `s = e + f`, `d` is the
-/// offset of the centres.
+/// Relative penetration and crossing of two boxes. Penetration is the least `(s - |d|) / s` over
+/// the six face axes. Crossing is the largest `(e - f - |d|) / s`, where `f` is the half extent of
+/// the box whose own axis it is, and `e` that of the other. `s = e + f`, and `d` is the offset of
+/// the centres.
 #[inline(always)]
 fn overlap(a: &Node, b: &Node, relation: &Relation) -> (f32, f32) {
     let views = Views::between(a, b, relation);
@@ -197,7 +198,7 @@ fn overlap(a: &Node, b: &Node, relation: &Relation) -> (f32, f32) {
     (x.min(y).min(z).max(0.0), u.max(v).max(w))
 }
 
-/// Both, on three axes. The margin in `reach` keeps the sum above 0.
+/// Penetration and crossing on three axes. The margin in `reach` keeps the sum above 0.
 #[inline(always)]
 fn shares(seen: f32x4, reach: f32x4, center: f32x4, half: f32x4) -> (f32x4, f32x4) {
     let (sum, distance) = (reach + half, (seen - center).abs());

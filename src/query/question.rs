@@ -1,4 +1,4 @@
-//! What all questions have in common: a query runs, goes on, and says what it may have missed.
+//! Parts common to all questions: a query runs, continues, and bounds what it may have missed.
 
 use super::budget::Budget;
 use super::certificate::{Certificate, Place};
@@ -10,16 +10,17 @@ use super::system::ClockedBudget;
 use super::workspace::{Key, ResumeError, Workspace};
 use crate::tree::Tree;
 
-/// A question about two trees. Cheap to make; one for each pose.
+/// A question about two trees. Cheap to make; make one for each pose.
 ///
-/// Its constructors say what is asked: [`Query::intersection`], [`Query::all_pairs`], [`Query::distance`],
-/// [`Query::contacts`], [`Query::impact`], [`Query::ray`]. [`Query::run`] answers it within a budget, and [`Query::resume`]
-/// goes on where the budget ended.
+/// Its constructors choose the question: [`Query::intersection`], [`Query::all_pairs`],
+/// [`Query::distance`], [`Query::contacts`], [`Query::impact`], [`Query::ray`], [`Query::rays`].
+/// [`Query::run`] answers it within a budget, and [`Query::resume`] continues a stopped run.
 ///
-/// **Guarantee.** At every moment each pair of triangles that matters has been taken into account, or is kept in the
-/// workspace, or lies under a node pair still to be opened. So a finished answer has missed nothing, a stopped query can
-/// name what it may have missed ([`Query::certificate`]), and it can go on later as if it had never stopped. A full queue
-/// costs order, a full buffer is a stop reason; neither costs an answer.
+/// **Guarantee.** At every moment each pair of triangles that matters has been taken into account,
+/// or is kept in the workspace, or lies under a node pair still to be opened. So a finished answer
+/// has missed nothing. A stopped query can bound what it may have missed ([`Query::certificate`]),
+/// and it can continue later as if it had never stopped. A full queue changes only the order of
+/// visits, and a full buffer is a stop reason; neither loses an answer.
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'t, Q> {
     pub(super) a: &'t Tree,
@@ -28,23 +29,24 @@ pub struct Query<'t, Q> {
     pub(super) fault: Option<OptionError>,
 }
 
-/// What a [`Query`] asks, and what its answer is.
+/// The question of a [`Query`], with the type of its answer.
 pub trait Question {
-    /// What an [`Answer`] tells.
+    /// The type of [`Answer::value`].
     type Value;
 }
 
-/// Questions for which a [`PairMemory`] has something of the frame before.
+/// Questions that can use a [`PairMemory`] of the previous frame.
 pub trait Remembers: Question {}
 
-/// How a run of a question begins, goes on and is answered. [`Query`] has the rest, which is the same for all questions.
+/// How a run of a question begins, continues and is answered. [`Query`] has the rest, which all
+/// questions share.
 pub trait Ask {
     type Value;
 
-    /// What two calls must have in common to be one query.
+    /// Two calls belong to one query if their keys are equal.
     fn key(&self) -> Key;
 
-    /// Whether the workspace has what the key leaves out.
+    /// True if the workspace agrees with the query in what the key leaves out.
     fn is_in(&self, _workspace: &Workspace) -> bool {
         true
     }
@@ -52,7 +54,7 @@ pub trait Ask {
     /// Prepares the workspace for a run from the roots.
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget);
 
-    /// Goes on with the run in the workspace until it is over or the deadline stops it.
+    /// Continues the run in the workspace until it is over or the deadline stops it.
     fn advance(
         &self,
         workspace: &mut Workspace,
@@ -60,10 +62,10 @@ pub trait Ask {
         deadline: &mut Deadline,
     ) -> StopReason;
 
-    /// What the run in the workspace has shown, having ended for this reason.
+    /// The answer of the run in the workspace, which ended for the reason `stop`.
     fn answer(&self, workspace: &Workspace, stop: StopReason) -> Self::Value;
 
-    /// Where B is, and how far apart what matters may be.
+    /// The pose or motion of B, and the largest distance that matters.
     fn place(&self, workspace: &Workspace) -> Place<'_>;
 }
 
@@ -77,11 +79,12 @@ impl<'t, Q> Query<'t, Q> {
         }
     }
 
-    /// The query itself, if all that it was given are numbers that it can use. Without this, it goes by the nearest that it
-    /// can.
+    /// Returns the query if all numbers given to it are valid. Without this check the query uses
+    /// the nearest valid numbers.
     ///
     /// # Errors
-    /// If a tolerance, a margin or a limit is negative, too large or no number. The error names the first of them.
+    /// If a tolerance, a margin or a limit is negative, too large or NaN. The error names the first
+    /// of them.
     pub fn checked(self) -> Result<Self, OptionError> {
         match self.fault {
             Some(fault) => Err(fault),
@@ -94,12 +97,14 @@ impl<'t, Q: Question> Query<'t, Q>
 where
     Self: Ask<Value = Q::Value>,
 {
-    /// Runs within a budget. What it finds stays in the workspace.
+    /// Runs within a budget. The pairs, contacts and hits that it finds stay in the workspace.
     ///
-    /// Under a budget of time it looks at the clock more often the nearer the deadline, in the end every
-    /// [`Budget::poll_interval`] units of work. It does not lock or panic. It does not allocate, but for the first query in
-    /// a workspace for contacts or for all hits of a ray, which makes room for 4,096, and the first one of so many rays; unless
-    /// [`Workspace::reserve_contacts`] or [`Workspace::reserve_ray_hits`] has made some.
+    /// Under a budget of time it reads the clock more often the nearer the deadline, in the end
+    /// every [`Budget::poll_interval`] units of work. It does not lock or panic. It does not
+    /// allocate, with two exceptions. The first query in a workspace for contacts, or for all hits
+    /// of a ray, makes room for 4,096. The first query for a larger batch of rays than any before
+    /// makes room for their hits. [`Workspace::reserve_contacts`] and
+    /// [`Workspace::reserve_ray_hits`] make room in advance.
     pub fn run<'c>(
         &self,
         workspace: &mut Workspace,
@@ -108,12 +113,14 @@ where
         self.run_from(workspace, None, budget.into())
     }
 
-    /// Goes on with the stopped run that the workspace holds, with a fresh budget.
+    /// Continues the stopped run that the workspace holds, with a fresh budget.
     ///
-    /// However it is cut into pieces by budgets of work, the answer at the end is that of one uninterrupted run.
+    /// However budgets of work cut a query into calls, the last answer equals that of one
+    /// uninterrupted run.
     ///
     /// # Errors
-    /// If the last run in this workspace was not of this query (the same trees, pose and options), or is complete.
+    /// If the last run in this workspace was not of this query (the same trees, pose and options),
+    /// or is complete.
     pub fn resume<'c>(
         &self,
         workspace: &mut Workspace,
@@ -122,10 +129,11 @@ where
         self.resume_from(workspace, None, budget.into())
     }
 
-    /// The query with what is remembered of the pair, if anything, from the frame before, and will be for the next.
+    /// The query with the memory of its pair: it uses what the memory holds of the previous frame,
+    /// and updates it for the next.
     ///
-    /// As long as B stays within what the memory knows of its distance ([`PairMemory::clearance`]), the answer is known
-    /// without a search; and triangles that met, or were closest, are looked at first.
+    /// While B stays within the proven clearance ([`PairMemory::clearance`]), the answer is known
+    /// without a search. Triangles that intersected, or were closest, are tested first.
     ///
     /// ```
     /// use punctual::{Budget, PairMemory, Pose, Query, Tree, Workspace, shapes};
@@ -149,11 +157,12 @@ where
         }
     }
 
-    /// What the last run of this query in `workspace` may have missed, and where.
+    /// Bounds what the last run of this query in `workspace` may have missed, and where.
     ///
-    /// Of a distance query that is what is closer than its upper bound by more than the tolerance, of a contact query the
-    /// middle of the closest points of each contact, and of a motion where the surfaces may still meet before the contact
-    /// that was found, if any.
+    /// For a distance query, this is what is closer than its upper bound by more than the
+    /// tolerance. For a contact query, the boxes hold the middle of the closest points of each
+    /// missing contact. For a motion, the boxes show where the surfaces may still meet before the
+    /// contact that was found, if any.
     ///
     /// # Errors
     /// If the last run in this workspace was not of this query (the same trees, pose and options).
@@ -192,7 +201,7 @@ where
         Ok(self.spend(workspace, memory, &mut Deadline::of(budget)))
     }
 
-    /// Spends a budget on the run in the workspace.
+    /// Spends a budget on the run in the workspace, and answers.
     pub(crate) fn spend(
         &self,
         workspace: &mut Workspace,
@@ -208,7 +217,7 @@ where
         }
     }
 
-    /// Whether the workspace has the last run of this query.
+    /// An error unless the last run in the workspace was of this query.
     pub(crate) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
         if self.is_in(workspace) {
@@ -218,13 +227,13 @@ where
         }
     }
 
-    /// Whether the workspace holds a stopped run of this query.
+    /// True if the workspace holds a stopped run of this query.
     pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.stopped && self.holds(workspace).is_ok()
     }
 }
 
-/// A query that goes by what is remembered of its pair: [`Query::with_memory`].
+/// A query with the memory of its pair: [`Query::with_memory`].
 #[derive(Debug)]
 #[must_use]
 pub struct QueryWithMemory<'m, 't, Q> {
@@ -236,7 +245,7 @@ impl<'t, Q: Question> QueryWithMemory<'_, 't, Q>
 where
     Query<'t, Q>: Ask<Value = Q::Value>,
 {
-    /// [`Query::run`] by the memory.
+    /// [`Query::run`] with the memory.
     pub fn run<'c>(
         self,
         workspace: &mut Workspace,
@@ -245,10 +254,11 @@ where
         self.query.run_from(workspace, self.memory, budget.into())
     }
 
-    /// [`Query::resume`] by the memory.
+    /// [`Query::resume`] with the memory.
     ///
     /// # Errors
-    /// If the last run in this workspace was not of this query (the same trees, pose and options), or is complete.
+    /// If the last run in this workspace was not of this query (the same trees, pose and options),
+    /// or is complete.
     pub fn resume<'c>(
         self,
         workspace: &mut Workspace,

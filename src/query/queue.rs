@@ -1,15 +1,18 @@
-//! The front: a bounded priority queue of node pairs, before that a stack of pairs that are finished depth-first, and before
-//! both the few pairs on the paths to where triangles met in the frame before.
+//! The front: a bounded priority queue of node pairs, a stack of pairs that are finished
+//! depth-first before it, and, before both, the few pairs on the warm-start paths to the witnesses
+//! of the previous frame.
 //!
-//! The queue is a set of linked lists in one arena of fixed capacity, with a mask of those that are not empty: constant
-//! time, and a total order (bucket, then last in first out, or first in first out) that depends on nothing but the input.
+//! The queue is a set of linked lists in one arena of fixed capacity, with a mask of the lists that
+//! are not empty: constant time, and a total order (bucket, then last in first out, or first in
+//! first out) that depends only on the input.
 
 use crate::math::bits;
 use crate::tree::MAX_HEIGHT;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
-/// Two nodes, and which children of each are still of interest, a bit each. All children of inner nodes are.
+/// Two nodes, each with the mask of its active children, those still of interest. All children of
+/// inner nodes are active.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pair {
     pub nodes: [u32; 2],
@@ -25,19 +28,19 @@ impl Pair {
     }
 }
 
-/// Where a pair was taken from. Most pairs below it go there too.
+/// Where a pair was taken from. Most of its children go there too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Origin {
-    /// On a path to a witness of the frame before.
+    /// A warm-start path to a witness of the previous frame.
     Path,
     Stack,
     Queue,
 }
 
-/// Most paths: one for each bit of a mask.
+/// Maximum number of paths: one for each bit of a mask.
 pub(super) const PATHS: usize = 16;
 
-/// Number of buckets; 0 is visited first.
+/// Number of buckets; bucket 0 is visited first.
 pub(super) const BUCKETS: usize = 128;
 
 const NONE: u32 = u32::MAX;
@@ -52,23 +55,25 @@ struct Entry {
 /// Node pairs still to be visited.
 #[derive(Clone, Debug)]
 pub(super) struct Front {
-    /// The last is opened first. Each with the mask of the witnesses below it.
+    /// The last is opened first. Each has the mask of the witnesses below it.
     paths: ArrayVec<(Pair, u16), PATHS>,
-    /// Witness mask of the path popped last. Kept here because carrying it in [`Origin`] slowed every pop.
+    /// Witness mask of the path popped last. Kept here because carrying it in [`Origin`] slowed
+    /// every pop.
     path_witnesses: u16,
     /// Key of the queued pair popped last.
     popped_key: f32,
     stack: Box<[Pair; STACK]>,
     height: usize,
-    /// Entries below this height were set aside while paths were followed; they are popped after the last path.
+    /// Entries below this height were set aside while paths were followed; they are popped after
+    /// the last path.
     base: usize,
     arena: Box<[Entry]>,
-    /// First and last entry of each bucket; of an empty one the first is none.
+    /// First and last entry of each bucket. The first of an empty bucket is [`NONE`].
     lists: [(u32, u32); BUCKETS],
-    /// Which buckets are not empty, 64 in each.
+    /// Mask of the buckets that are not empty, 64 per word.
     occupied: [u64; BUCKETS / 64],
     free: u32,
-    /// Entries of the arena that were ever in use; those beyond are free too.
+    /// Number of entries of the arena that were ever used; the entries beyond are free too.
     touched: u32,
     queued: u32,
     peak: u32,
@@ -108,19 +113,21 @@ impl Front {
         (self.height, self.base) = (0, 0);
     }
 
-    /// Puts a pair on the paths to the witnesses below it, if there are any, and room for what will come of it.
+    /// Puts a pair on the paths, if it has witnesses below it and there is room for its children.
+    /// Returns true if it did.
     pub fn follow(&mut self, pair: Pair, witnesses: u16) -> bool {
         witnesses != 0
             && self.height <= BESIDE_PATHS
             && self.paths.try_push((pair, witnesses)).is_ok()
     }
 
-    /// The witnesses below the path that was popped last.
+    /// The mask of the witnesses below the path popped last.
     pub fn path_witnesses(&self) -> u16 {
         self.path_witnesses
     }
 
-    /// Puts a pair where it is finished depth-first, before any queued pair. Returns where.
+    /// Pushes a pair on the stack, where it is finished depth-first, before any queued pair.
+    /// Returns its position.
     #[inline(always)]
     pub fn push(&mut self, pair: Pair) -> usize {
         debug_assert!(
@@ -128,7 +135,7 @@ impl Front {
             "the stack holds 64 pairs for each level of both trees"
         );
         let at = self.height;
-        // The remainder is for the compiler, which then needs no bounds check.
+        // The remainder removes the compiler's bounds check.
         self.stack[at % STACK] = pair;
         self.height = at + 1;
         at
@@ -142,19 +149,19 @@ impl Front {
         }
     }
 
-    /// Puts another pair in a place of the stack.
+    /// Replaces the pair at a position of the stack.
     #[inline(always)]
     pub fn put(&mut self, at: usize, pair: Pair) {
         self.stack[at % STACK] = pair;
     }
 
-    /// Brings a pair of the stack to its top.
+    /// Swaps a pair of the stack with its top.
     #[inline(always)]
     pub fn raise(&mut self, at: usize) {
         self.stack.swap(at % STACK, (self.height - 1) % STACK);
     }
 
-    /// Brings another pair of the stack to the top, a different one each time.
+    /// Swaps another pair of the stack, a different one each time, with its top.
     pub fn go_elsewhere(&mut self) {
         let below = self.height.saturating_sub(1);
         if below > 0 && below < SCATTERED {
@@ -169,7 +176,8 @@ impl Front {
         self.popped_key
     }
 
-    /// Queues a pair in `bucket`, as its first or last; a pair that finds no room is finished depth-first.
+    /// Queues a pair in `bucket`, as its first or last. A pair that finds no room is pushed on the
+    /// stack.
     pub fn queue(&mut self, pair: Pair, key: f32, bucket: usize, first: bool) {
         let slot = if self.free != NONE {
             let next = self.arena[self.free as usize].next;
@@ -195,7 +203,7 @@ impl Front {
         self.queued += 1;
     }
 
-    /// Lets all pairs on the stack wait until the paths are at their ends.
+    /// Sets aside all pairs on the stack until the paths are finished.
     pub fn set_aside(&mut self) {
         self.base = self.height;
     }
@@ -210,14 +218,15 @@ impl Front {
         Some((self.pop_stack()?, origin))
     }
 
-    /// The last pair of the stack, but for those set aside.
+    /// Pops the last pair of the stack, except those set aside.
     #[inline(always)]
     pub fn pop_stack(&mut self) -> Option<Pair> {
         if self.height == self.base {
             return None;
         }
         self.height -= 1;
-        // Piece by piece, as it was pushed: a load of what two stores wrote waits until both are in the cache.
+        // Part by part, as it was pushed: loading what two stores wrote would wait until both are
+        // in the cache.
         let Pair {
             nodes: [a, b],
             alive: [of_a, of_b],
@@ -228,7 +237,8 @@ impl Front {
         })
     }
 
-    /// Puts the next pair on the stack where that has none above its base; tells where it comes from.
+    /// Pushes the next pair on the stack when nothing is above its base. Returns where the pair
+    /// came from.
     #[cold]
     #[inline(never)]
     fn refill(&mut self) -> Option<Origin> {
@@ -262,8 +272,8 @@ impl Front {
         Some(pair)
     }
 
-    /// Puts all queued pairs below the stack, if there is room, in the order in which they would be popped: for a run that
-    /// queues no more, and pops from the stack in less time.
+    /// Moves all queued pairs below the stack, if there is room, in the order in which they would
+    /// be popped. For a run that queues no more pairs: popping from the stack takes less time.
     pub fn queue_to_stack(&mut self) {
         let (queued, height) = (self.queued as usize, self.height);
         if !self.paths.is_empty() || self.base > 0 || height + queued > BESIDE_PATHS {
@@ -292,7 +302,8 @@ impl Front {
         }
     }
 
-    /// The first bucket that is not empty, 0 if pairs are left outside the queue, `None` if no pair is left.
+    /// The first bucket that is not empty; 0 if pairs are left outside the queue, `None` if no pair
+    /// is left.
     pub fn least_bucket(&self) -> Option<usize> {
         if self.paths.is_empty() && self.height == 0 {
             self.first_bucket()
@@ -301,7 +312,7 @@ impl Front {
         }
     }
 
-    /// Pairs for which the queue has room.
+    /// Number of pairs that the queue has room for.
     pub fn room(&self) -> usize {
         self.arena.len() - self.queued as usize
     }
@@ -317,7 +328,7 @@ impl Front {
         self.len() == 0
     }
 
-    /// Most pairs that waited in the queue at once.
+    /// Maximum number of pairs in the queue at one time.
     pub fn peak(&self) -> u32 {
         self.peak.max(self.queued)
     }
@@ -331,7 +342,7 @@ impl Front {
         (self.free, self.touched, self.queued) = (NONE, 0, 0);
     }
 
-    /// All pairs: those of the stack from its top on, then the queued ones.
+    /// All pairs: those on paths, those of the stack from its top, then the queued ones.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let paths = self.paths.iter().map(|(pair, _)| *pair);
         let stack = self.stack[..self.height].iter().rev().copied();
@@ -359,17 +370,18 @@ fn in_queue<'f>(
         .map(|entry| entry.pair)
 }
 
-/// Room for 63 siblings on each level of both trees, the children of the pair that found the queue full, and what was left
-/// beside the paths.
+/// Room for 63 siblings on each level of both trees, for the children of the pair that found the
+/// queue full, and for the pairs set aside next to the paths.
 const STACK: usize = 1 << 14;
 
-// The triangles are one level more.
+// The triangles are one more level.
 const _: () = assert!(STACK >= 64 * 2 * (MAX_HEIGHT + 1) + SCATTERED + BESIDE_PATHS + 64 * PATHS);
 
-/// Most pairs on the stack for a path to be followed on; each one that has begun adds its siblings.
+/// With more pairs on the stack than this, no path is followed. Each started path adds its
+/// siblings.
 const BESIDE_PATHS: usize = 2048;
 
-/// Most pairs on the stack for the next one to be chosen freely.
+/// With this many pairs on the stack or more, the next one is not chosen from elsewhere.
 const SCATTERED: usize = 512;
 
 #[cfg(test)]
@@ -451,7 +463,7 @@ mod tests {
         front.queue_to_stack();
         assert!(front.queued == 0 && front.peak() == 5 && front.iter().count() == 7);
         assert_eq!(drain(&mut front), [9, 8, 3, 1, 0, 4, 2]);
-        // Not while paths are followed.
+        // Does nothing while paths are followed.
         fill(&mut front);
         assert!(front.follow(Pair::new(7, 0), 1));
         front.queue_to_stack();

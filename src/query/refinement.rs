@@ -1,17 +1,17 @@
-//! When pairs in doubt go through the filter in `f64`.
+//! Decides when pairs in doubt go through the filter in `f64`.
 
-/// Fewer pairs in doubt are tested one by one.
+/// Fewer pairs in doubt than this are tested one by one.
 const ENOUGH: usize = 4;
 
-/// Whether to test pairs in doubt in `f64` before the exact test. Where surfaces lie in one plane none is decided by it: after
-/// some such steps it rests for a while.
+/// Decides whether to test pairs in doubt in `f64` before the exact test. If surfaces lie in one
+/// plane, that filter decides no pair: after some such steps it pauses for a while.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Refinement {
-    /// Pairs decided less pairs left in doubt.
+    /// Number of pairs decided minus pairs left in doubt.
     score: i32,
-    /// Steps for which it rests.
+    /// Steps left of the pause.
     rest: u32,
-    /// So many pairs, the first of those in doubt, are in doubt in `f64` too.
+    /// This many pairs, the first of those in doubt, are in doubt in `f64` too.
     pub done: usize,
 }
 
@@ -19,7 +19,7 @@ impl Refinement {
     const WORST: i32 = -32;
     const REST: u32 = 32;
 
-    /// How many of the pairs in doubt are to be tested in `f64` now, `room` at most.
+    /// Number of pairs in doubt to test in `f64` now, at most `room`.
     pub fn due(&mut self, doubtful: usize, room: usize) -> usize {
         let count = (doubtful - self.done).min(room);
         if count < ENOUGH {

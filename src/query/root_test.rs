@@ -1,8 +1,8 @@
-//! The root test of two surfaces: how far apart they are at least, by the boxes below their roots.
+//! The root test: a lower bound of the distance of two surfaces, from the boxes below their roots.
 //!
-//! Most pairs of a scene are apart, and half of these already by these boxes. To begin a query, which asks nothing else
-//! first, takes longer than to compare them. The bound is that of [`gaps`](super::gaps) along the best single axis.
-//! `O(1)`: 64 box tests.
+//! Most pairs of a scene are separated, and these boxes show it for half of them. Comparing them
+//! takes less time than starting a query, which tests nothing else first. The bound is that of
+//! [`gaps`](super::gaps) along the best single axis. `O(1)`: 64 box tests.
 
 use super::boxes::Boxes;
 use super::flushing;
@@ -12,7 +12,8 @@ use crate::math::lanes::{Column, F8, Kernel, Lanes};
 use crate::math::{Pose, bits};
 use crate::tree::{Node, Tree};
 
-/// A lower bound of the distance of two meshes, in their unit of length; 0 if these boxes do not part them.
+/// A lower bound of the distance of two meshes, in their length unit; 0 if these boxes do not
+/// separate them.
 pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64 {
     let (Some(x), Some(y)) = (a.nodes().first(), b.nodes().first()) else {
         return 0.0;
@@ -26,7 +27,7 @@ pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace)
         b: y,
         relation: &relation,
     });
-    // Axes that are not quite orthonormal shrink its square by no more than this.
+    // Axes that are not exactly orthonormal shrink its square by at most this factor.
     if depth < 0.0 {
         f64::from(-depth) * relation.unit * f64::from(relation.shrink)
     } else {
@@ -34,7 +35,8 @@ pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace)
     }
 }
 
-/// How deep the children of two nodes overlap, in A's units, at most; negative if all are apart.
+/// Computes the largest overlap depth of a child of each node, in A's units; negative if all are
+/// separated.
 struct RootTest<'g> {
     a: &'g Node,
     b: &'g Node,
@@ -57,7 +59,7 @@ impl Kernel for RootTest<'_> {
             of_a.seen(lanes, &views.of_a).slabs().store(),
         );
         let (own_b, seen_b) = (of_b.slabs(), of_b.seen(lanes, &views.of_b).slabs());
-        // Lanes of B without a child hold the middle of its box, which only makes the bound lower.
+        // Lanes of B without a child hold the middle of its box, which can only lower the bound.
         let mut deepest = F8::splat(lanes, f32::NEG_INFINITY);
         for i in bits(a.valid()) {
             deepest = deepest.max(

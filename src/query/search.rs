@@ -1,4 +1,5 @@
-//! The state of a distance query: triangle pairs that wait, and what is proven of all that is left.
+//! The state of a distance query: triangle pairs that wait, and the bound proven for everything
+//! left.
 
 use super::boxes::Keys;
 use super::halves::Halves;
@@ -10,19 +11,19 @@ use crate::triangle::distance::Features;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
-/// Factor of half extents with which a dive guesses.
+/// Factor of half extents for the guesses of a dive.
 pub(super) const DIVE: f32 = 0.4;
 
-/// Most triangle pairs that are put off; the others are tested when they are met.
+/// Maximum number of triangle pairs that are put off; further pairs are tested when they are found.
 const PUT_OFF: usize = 1024;
 
-/// A triangle pair (tree order) and what is proven of its distance.
+/// A triangle pair (tree order) and the bound proven for it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounded {
     pub pair: [u32; 2],
-    /// A's units; of a motion, a time.
+    /// Distance in A's units; in a motion query, a time.
     pub low: f32,
-    /// The features that this test found closest.
+    /// The features that the `f32` test found closest.
     pub closest: Features,
 }
 
@@ -41,34 +42,35 @@ impl Bounded {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Waiting {
     pub pair: [u32; 2],
-    /// That of its boxes, as node pairs have one: of a distance, its square.
+    /// The key of its boxes, as for node pairs: in a distance query, the squared distance.
     pub key: f32,
 }
 
-/// Pairs whose closest points are computed together.
+/// Number of pairs whose closest points are computed together.
 pub(super) const TOGETHER: usize = 4;
 
 /// The state of a distance query in a workspace.
 #[derive(Clone, Debug)]
 pub(super) struct Search {
     pub interval: Interval,
-    /// Whether a query has begun since all was cleared.
+    /// True if a query has begun since the last clearing.
     is_used: bool,
-    /// Whether it has only dived so far.
+    /// True during the dive.
     pub is_diving: bool,
-    /// Where the dive goes on.
+    /// The node pair at which the dive continues.
     pub dive: Option<Pair>,
     /// Triangle pairs that wait for the `f32` test.
     pub waiting: ArrayVec<Waiting, { WIDTH * (WIDTH + 1) }>,
-    /// Pairs that may be the closest after that test; the most likely is the last.
+    /// Pairs that may be the closest according to that test; the last is the most likely.
     pub proposed: ArrayVec<Bounded, WIDTH>,
-    /// Pairs within the margin of a contact query, until there are enough.
+    /// Pairs within the margin of a contact query that wait for a full batch.
     pub linked: ArrayVec<Bounded, { TOGETHER + WIDTH }>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
-    /// The least key of pairs that were dropped when their turn came. Its root is taken once, at the end of a call.
+    /// The least key of pairs that were dropped when their turn came. Its root is computed once, at
+    /// the end of a call.
     pub dropped: f32,
     pub halves: Halves,
-    /// The bits of a key that make the first bucket.
+    /// The upper bits of a key that map to the first bucket.
     first_bucket: Option<u32>,
 }
 
@@ -109,25 +111,26 @@ impl Search {
         self.put_off.clear();
     }
 
-    /// Begins with a triangle pair that is likely to be close, or else with a dive.
+    /// Starts a query with a triangle pair that is probably close, or else with a dive.
     pub fn begin(&mut self, interval: Interval, guess: Option<[u32; 2]>) {
         (self.interval, self.is_used) = (interval, true);
         match guess {
             Some(pair) => self.proposed.push(Bounded::unknown(pair)),
-            // With a limit there is something to compare with already.
+            // With a limit there is already an upper bound to compare with.
             None if interval.has_limit() => {}
             None => (self.is_diving, self.dive) = (true, Some(Pair::new(0, 0))),
         }
     }
 
-    /// Begins with a triangle pair, if one is known, and without a dive.
+    /// Starts a query with a triangle pair, if one is known, and without a dive.
     pub fn begin_pairs(&mut self, known: Option<Bounded>) {
         self.clear();
         self.is_used = true;
         self.proposed.extend(known);
     }
 
-    /// Triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits` wait for the `f32` test.
+    /// Adds the triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, to wait for the
+    /// `f32` test.
     #[inline(always)]
     pub fn wait(&mut self, hits: u64, first: [u32; 2], key: impl Fn(usize) -> f32) {
         for bit in bits(hits) {
@@ -139,8 +142,9 @@ impl Search {
         }
     }
 
-    /// Up to eight waiting pairs with keys below `cut`, these keys, and how many they are; the first pair fills the places
-    /// left. The keys of the others go to `dropped`.
+    /// Takes up to eight waiting pairs with keys below `cut`. Returns the pairs, their keys and
+    /// their number; the first pair fills the other lanes. Pairs with larger keys are removed, and
+    /// their keys go to `dropped`.
     #[inline(always)]
     pub fn pop_batch(
         &mut self,
@@ -165,19 +169,19 @@ impl Search {
         (pairs, keys, count)
     }
 
-    /// Whether enough triangle pairs wait for a test to be worth a batch.
+    /// True if enough triangle pairs wait for a batch.
     #[inline(always)]
     pub fn is_due(&self) -> bool {
         !self.proposed.is_empty() || self.waiting.len() >= WIDTH || self.linked.len() >= TOGETHER
     }
 
-    /// Whether closest points should be computed next.
+    /// True if closest points should be computed next.
     #[inline(always)]
     pub fn is_linked(&self) -> bool {
         self.linked.len() >= TOGETHER || !self.linked.is_empty() && self.waiting.is_empty()
     }
 
-    /// Whether no dive and no triangle pair is left.
+    /// True if no dive and no triangle pair is left.
     pub fn is_done(&self) -> bool {
         !self.is_diving && self.pairs().next().is_none()
     }
@@ -193,15 +197,15 @@ impl Search {
         waiting.chain(bounded.map(|left| left.pair))
     }
 
-    /// Tells the interval what is proven of all pairs that are left, with A's unit of this length; of the pair at hand, if
-    /// there is one, `at_hand`.
+    /// Raises the lower bound of the interval from everything that is left. `at_hand` is the bound
+    /// of the current node pair, if there is one. `unit` is the length of A's unit.
     pub fn bound(&mut self, front: &Front, at_hand: f32, unit: f64) {
         let nodes = match front.least_bucket() {
             _ if self.is_diving => 0.0,
             None => f32::INFINITY,
             Some(bucket) => root(self.least_key(bucket)),
         };
-        // Also for an empty mesh, where nothing was begun.
+        // Set also for an empty mesh, for which no query was started.
         self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.key));
         let others = self
@@ -210,17 +214,16 @@ impl Search {
             .chain(&*self.put_off)
             .chain(&self.linked)
             .map(|left| left.low);
-        // Of pairs that are left there is more to come. Those that were dropped stay what they are, no closer than the
-        // cut: so
-        // their root is not rounded to `f32`.
+        // Pairs that are left will be refined. Dropped pairs keep their bound, which is not below
+        // the cut, so its root is not rounded to `f32`.
         let dropped = libm::sqrt(f64::from(self.dropped)) * (1.0 - f64::EPSILON);
         self.interval.raise(
             f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)).min(dropped) * unit,
         );
     }
 
-    /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent. The last but few hold
-    /// what is as far as the first upper bound.
+    /// The bucket of a key: eight for each factor of two, so that bounds differ by 4 to 6 percent.
+    /// The last but few hold keys near the first upper bound.
     pub fn bucket(&mut self, key: f32, cut: f32) -> usize {
         let bits = key.to_bits() >> BUCKET_BITS;
         let first = *self
@@ -239,10 +242,10 @@ impl Search {
     }
 }
 
-/// Bits of a key that do not matter for its bucket.
+/// Lower bits of a key that do not affect its bucket.
 const BUCKET_BITS: u32 = 20;
 
-/// The least key of a column, the triangles of a cluster that are of interest with one child.
+/// The least key of a column: the active triangles of a cluster, paired with one child.
 #[inline(always)]
 pub(super) fn least_key(keys: &Keys, pair: &Pair, column: usize) -> f32 {
     let alive = pair.alive[0] & pair.alive[1];
@@ -252,7 +255,7 @@ pub(super) fn least_key(keys: &Keys, pair: &Pair, column: usize) -> f32 {
     least.fold(f32::INFINITY, f32::min)
 }
 
-/// The distance that a key stands for, rounded down.
+/// The distance of a key, rounded down.
 pub(super) fn root(key: f32) -> f32 {
     libm::sqrtf(key.max(0.0)) * (1.0 - f32::EPSILON)
 }
@@ -265,8 +268,8 @@ mod tests {
     use crate::triangle::distance::Closest;
     use glam::DVec3;
 
-    /// With no tolerance a search ends when all that is left was dropped: then both bounds are one, as none is below
-    /// the cut.
+    /// Without a tolerance, a search ends when everything left was dropped. Then both bounds are
+    /// equal, because none is below the cut.
     #[test]
     fn what_was_dropped_at_the_cut_is_no_closer_than_that() {
         let mut random = Random::new(1);

@@ -1,4 +1,4 @@
-//! How a run goes about its visits: decided once, when it begins, from what is asked and what it may spend.
+//! The choices of a run, made once at its start from the question and the budget.
 
 use super::budget::Budget;
 use super::options::{Mode, Options};
@@ -7,32 +7,33 @@ use super::triangle_pairs::PATIENCE;
 use crate::tree::WIDTH;
 use core::time::Duration;
 
-/// What a run is after. All plans give the same finished answer; they differ in speed and in what a stopped run has found.
+/// The aim of a run. All plans give the same finished answer; they differ in speed and in what a
+/// stopped run has found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Plan {
-    /// Nothing is expected to stop it: the whole answer for the least time, depth-first.
+    /// Nothing is expected to stop the run: the complete answer in the least time, depth-first.
     FinishSoon,
-    /// All pairs are asked for, and a budget may cut it: many of them early. It queues node pairs until the first hit and
-    /// follows curves of contact from there.
+    /// All pairs are wanted, and a budget may cut the run: many pairs early. Queues node pairs
+    /// until the first hit, then traces contact curves from hits.
     FindMuch,
-    /// One hit is asked for, and a budget may cut it: the first hit early.
+    /// One hit is wanted, and a budget may cut the run: the first hit early.
     FindOne,
 }
 
-/// Least expected BV tests of a node pair that is queued: until the first hit of [`Plan::FindMuch`], and in orders other than
-/// the default.
+/// Node pairs with fewer expected BV tests are not queued: in [`Plan::FindMuch`] until the first
+/// hit, and in orders other than the default.
 const QUEUE_THRESHOLD: f32 = 48.0;
 const ORDER_THRESHOLD: f32 = 128.0;
 
-/// Work of the traversal for each node pair on the front up to which curves are followed. A pair takes some 800 units, so this
-/// is about a fourth of all.
+/// Curves are traced until the traversal has done this much work for each node pair on the front. A
+/// pair takes about 800 units, so this is about a fourth of all work.
 const WORK_PER_PAIR: u64 = 200;
 
-/// Triangle pairs that wait before they are tested, where the first hit should come soon.
+/// Triangle pairs that wait before they are tested, if the first hit should come soon.
 const BATCH_BEFORE_HIT: usize = 2;
 
 impl Plan {
-    /// For a run that may be cut, or not.
+    /// The plan of a run for a mode.
     #[inline(always)]
     pub fn of(mode: Mode, may_be_cut: bool) -> Self {
         match (may_be_cut, mode) {
@@ -42,16 +43,17 @@ impl Plan {
         }
     }
 
-    /// For a budget. `fits` tells whether a time is expected to last to the end.
+    /// The plan of a run within a budget. `fits` returns true if a time is expected to suffice.
     ///
-    /// Budgets of work promise the same bits however the work is cut into pieces, so their size decides nothing.
+    /// Budgets of work promise the same bits however they cut the work, so their size decides
+    /// nothing.
     #[inline(always)]
     pub fn within(budget: Budget, mode: Mode, fits: impl FnOnce(Duration) -> bool) -> Self {
         let is_short = budget.time.is_some_and(|limit| !fits(limit));
         Self::of(mode, budget.work.is_some() || is_short)
     }
 
-    /// Its choices.
+    /// The choices of the plan.
     #[inline(always)]
     pub fn strategy(self, options: &Options) -> Strategy {
         if options.order != Order::default() {
@@ -63,7 +65,8 @@ impl Plan {
                 batch: PATIENCE,
                 ..Strategy::NONE
             },
-            // The stack with the deepest of siblings on top finds the first hit sooner than the queue.
+            // A stack with the deepest of siblings on top finds the first hit sooner than the
+            // queue.
             (Self::FinishSoon, Mode::Any) => Strategy {
                 deepest_first: true,
                 warm_start: WarmStart::Witnesses,
@@ -86,7 +89,7 @@ impl Plan {
         }
     }
 
-    /// For experiments: the order that is asked for decides, whatever the budget.
+    /// For experiments: the order set by the caller decides, whatever the budget.
     #[cold]
     fn in_order(self, options: &Options) -> Strategy {
         let queue_threshold = match options.order {
@@ -110,43 +113,43 @@ impl Plan {
 /// The choices of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Strategy {
-    /// Least expected BV tests of a node pair that is queued; cheaper ones are finished depth-first at once. Infinite: no
-    /// queue.
+    /// Node pairs with fewer expected BV tests than this are finished depth-first instead of being
+    /// queued. Infinity means no queue.
     pub queue_threshold: f32,
-    /// Whether the deepest of siblings goes on top of the stack.
+    /// True if the deepest of siblings goes on top of the stack.
     pub deepest_first: bool,
     /// Triangle pairs that wait before they are tested.
     pub batch: usize,
     pub march: Marching,
-    /// What is done with the triangle pairs that met in the frame before.
+    /// Use of the triangle pairs that intersected in the previous frame.
     pub warm_start: WarmStart,
 }
 
-/// Whether curves of contact are followed from hits.
+/// Selects whether contact curves are traced from hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Marching {
     Never,
-    /// As long as the traversal has done no more work than this for each node pair on the front.
+    /// Until the traversal has done more work than this for each node pair on the front.
     Within(u64),
-    /// No more. What was found along curves is known.
+    /// No longer; pairs found along curves are still known.
     Over,
 }
 
 impl Marching {
-    /// Whether curves are followed.
+    /// True while curves are traced.
     #[inline(always)]
     pub fn goes_on(self) -> bool {
         matches!(self, Self::Within(_))
     }
 }
 
-/// What is looked at before anything else.
+/// The pairs visited before anything else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum WarmStart {
     None,
-    /// The remembered triangle pairs themselves, then the nodes above the latest.
+    /// The remembered triangle pairs, then the nodes above the latest.
     Witnesses,
-    /// The paths down to the remembered triangle pairs, then what lies beside them.
+    /// The paths down to the remembered triangle pairs, then the node pairs next to them.
     Paths,
 }
 
@@ -159,8 +162,8 @@ impl Strategy {
         warm_start: WarmStart::None,
     };
 
-    /// For what comes after the first hit of a run that marches: where to look first matters less from then on, since the
-    /// curve that was found is followed, and to choose costs time.
+    /// The choices after the first hit of a run that traces curves. From then on the order of
+    /// visits matters less, because the curve found is traced, and choosing costs time.
     pub fn after_first_hit(self) -> Self {
         Self {
             queue_threshold: f32::INFINITY,
@@ -170,8 +173,9 @@ impl Strategy {
         }
     }
 
-    /// Whether the first hit should come so soon that the second of siblings has its place too, and deep triangle pairs are
-    /// tested first: work that is spared before a hit, at a little more time for each pair.
+    /// True if the first hit should come as soon as possible: then the second deepest of siblings
+    /// is ranked too, and deep triangle pairs are tested first. That saves work before a hit, at
+    /// slightly more time per pair.
     #[inline(always)]
     pub fn ranks(&self) -> bool {
         self.deepest_first && self.batch < WIDTH

@@ -1,8 +1,7 @@
-//! The clock of calls that are handed none.
+//! The clock of calls without one of their own.
 //!
-//! Where the system has no clock such calls have no time either: a budget of time is over at once, since nothing can
-//! tell how
-//! much of it is left. That is so without `std`, and on `wasm32-unknown-unknown`, whose `std` panics when asked for the
+//! If the system has no clock, a budget of time ends at once, because the time left is unknown.
+//! This is so without `std`, and on `wasm32-unknown-unknown`, whose `std` panics when asked for the
 //! time.
 
 use super::budget::{Budget, Clock};
@@ -18,9 +17,9 @@ mod clock {
     use std::sync::OnceLock;
     use std::time::Instant;
 
-    /// The monotonic clock of the operating system, about 25 ns a look. All of a program tell the time since the first
-    /// look.
-    /// There is none without `std`, nor on `wasm32-unknown-unknown`.
+    /// The monotonic clock of the operating system; a reading takes about 25 ns. All system clocks
+    /// of a program count from the first reading of any. Not available without `std`, nor on
+    /// `wasm32-unknown-unknown`.
     #[derive(Clone, Copy, Debug, Default)]
     #[non_exhaustive]
     pub struct SystemClock;
@@ -35,7 +34,7 @@ mod clock {
     pub(crate) const SYSTEM: SystemClock = SystemClock;
 
     impl Budget {
-        /// What is left of a budget by [`SYSTEM`]: all of it.
+        /// The budget as measured by [`SYSTEM`], unchanged.
         pub(crate) const fn by_system(self) -> Self {
             self
         }
@@ -62,7 +61,7 @@ mod clock {
     pub(crate) const SYSTEM: NoClock = NoClock;
 
     impl Budget {
-        /// What is left of a budget by [`SYSTEM`]: no time.
+        /// The budget as measured by [`SYSTEM`]: its time becomes 0.
         pub(crate) fn by_system(self) -> Self {
             Self {
                 time: self.time.map(|_| Duration::ZERO),
@@ -80,7 +79,7 @@ pub(crate) use clock::SYSTEM;
 pub use clock::SystemClock;
 
 impl Budget {
-    /// The same budget by a clock of the caller's, instead of the system's.
+    /// The same limits, measured by `clock` instead of the system clock.
     pub const fn clock(self, clock: &dyn Clock) -> ClockedBudget<'_> {
         ClockedBudget {
             budget: self,
@@ -89,13 +88,13 @@ impl Budget {
     }
 }
 
-/// A budget and the clock that measures its time ([`Budget::clock`]). Calls take one wherever they take a [`Budget`],
-/// which goes by the clock of the system.
+/// A budget and the clock that measures its time ([`Budget::clock`]). Calls accept it in place of a
+/// [`Budget`], which uses the system clock.
 #[derive(Clone, Copy)]
 #[must_use]
 pub struct ClockedBudget<'c> {
     pub(crate) budget: Budget,
-    /// `None`: the system's.
+    /// `None` selects the system clock.
     pub(crate) clock: Option<&'c dyn Clock>,
 }
 

@@ -1,14 +1,15 @@
-//! The one loop over node pairs, its stop rule, and what it guarantees.
+//! The one loop over node pairs, its stop rule and its guarantee.
 //!
-//! Every query runs through [`Traversal::advance`], whatever it asks ([`Visitor`]): do the surfaces meet, or where
-//! ([`meeting`]), how far apart are they, or where are they close ([`nearest`]), when do they meet on the way
-//! ([`motion`]), or what does a ray hit ([`ray`]); with and without a budget, in every order. Each turn does one
-//! step of bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before each step the
-//! deadline may end the call. Whatever is not done by then is still in the buffers:
+//! Every query runs through [`Traversal::advance`], whatever its question ([`Visitor`]):
+//! intersection ([`meeting`]), distance or contacts ([`nearest`]), time of impact ([`motion`]), or
+//! ray casts ([`ray`]); with and without a budget, in every order. Each turn does one step of
+//! bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before
+//! each step the deadline may end the call. Everything not done by then is still in the buffers:
 //!
-//! **Guarantee.** At every moment each pair of triangles that matters to the question has been taken into account, or waits,
-//! or is in doubt, or lies under a pair of the front. So an empty rest proves that nothing was missed, and a stopped run can
-//! say what may be missing and go on later as if it had never stopped.
+//! **Guarantee.** At every moment each pair of triangles that matters to the question has been
+//! taken into account, or waits, or is in doubt, or lies under a pair of the front. So empty
+//! buffers prove that nothing was missed. A stopped run can bound what may be missing and continue
+//! later as if it had never stopped.
 //!
 //! [`expand`]: super::expand
 //! [`meeting`]: super::meeting
@@ -40,25 +41,27 @@ pub(super) struct Traversal<'q, 'c, Q> {
     pub workspace: &'q mut Workspace,
     pub deadline: &'q mut Deadline<'c>,
     pub keys: Keys,
-    /// Where the pair at hand comes from.
+    /// Where the current pair comes from.
     pub origin: Origin,
 }
 
-/// What the loop leaves to the question.
+/// The operations that a question supplies to the loop.
 pub(super) trait Visitor {
-    /// Whether what flushing does to the numbers of the trees and the pose is still to be asked.
+    /// True if the loop must check whether flushing of denormal numbers matters for the trees and
+    /// the pose.
     const ASKS_OF_FLUSHING: bool = true;
 
-    /// The pair to be opened next.
+    /// Takes the next pair to open.
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 
-    /// Replaces the pair by those pairs of its children that matter; drops it if it does not matter any more.
+    /// Replaces the pair by those pairs of its children that matter. Drops it if it no longer
+    /// matters.
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair);
 
-    /// Whether triangle pairs wait for a test: enough for a batch, or `any` at all.
+    /// True if triangle pairs wait for a test: a full batch, or `any` at all.
     fn waits(&self, any: bool) -> bool;
 
-    /// Does one step of tests; returns why the run ends with it, if it does.
+    /// Does one step of tests. Returns a reason if the run ends with it.
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason>;
 }
 
@@ -66,7 +69,7 @@ impl<'q, 'c, Q> Traversal<'q, 'c, Q>
 where
     Traversal<'q, 'c, Q>: Visitor,
 {
-    /// A call that goes on with the run in the workspace.
+    /// A call that continues the run in the workspace.
     #[inline(always)]
     pub fn new(
         question: Q,
@@ -92,7 +95,7 @@ where
         }
     }
 
-    /// Goes on until the run is over or the deadline stops it.
+    /// Continues until the run is over or the deadline stops it.
     pub fn advance(mut self) -> StopReason {
         if Self::ASKS_OF_FLUSHING && flushing::matters(self.a, self.b, self.b_in_a) {
             self.workspace.run.stopped = true;

@@ -1,4 +1,4 @@
-//! The distances that are proven for the triangles of two trees, against exact ones of their meshes.
+//! The distance bounds of triangles of two trees, against exact distances of their meshes.
 
 use core::array::from_fn;
 use core::cmp::Ordering;
@@ -34,14 +34,14 @@ fn vector(random: &mut Random) -> DVec3 {
     DVec3::from_array(from_fn(|_| random.between(-1.0, 1.0)))
 }
 
-/// Triangles with corners around a point, one of them out of proportion.
+/// Random triangles around a point, of which each has one corner out of proportion.
 #[derive(Clone, Copy)]
 struct Soup {
     center: DVec3,
     reach: f64,
-    /// Of a triangle, over the reach.
+    /// Size of a triangle, relative to the reach.
     size: f64,
-    /// Of a triangle, over its length.
+    /// Width of a triangle, relative to its length.
     width: f64,
 }
 
@@ -68,7 +68,8 @@ impl Soup {
     }
 }
 
-/// A rotation that is off by up to `drift` an entry, about the centre of `b`, which comes near that of `a`.
+/// A rotation with errors of up to `drift` per entry, about the centre of `b`, which is placed near
+/// that of `a`.
 fn pose(a: &Soup, b: &Soup, drift: f64, random: &mut Random) -> Pose {
     let [x, y, z, w] = from_fn(|_| random.between(-1.0, 1.0));
     let mut rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w + 1e-3).normalize());
@@ -80,12 +81,12 @@ fn pose(a: &Soup, b: &Soup, drift: f64, random: &mut Random) -> Pose {
     Pose::new(rotation, a.center - rotation * b.center + shift).unwrap()
 }
 
-/// The triangle of the mesh that row `i` of a tree was made of.
+/// The mesh triangle of row `i` of a tree.
 fn corners(tree: &Tree, i: usize) -> [DVec3; 3] {
     tree.mesh().triangle(tree.ids()[i] as usize)
 }
 
-/// Eight pairs, the first of which the pose then brings to about `gap`.
+/// Checks eight pairs. The pose places the first pair at a distance of about `gap`.
 fn check(a: &Tree, b: &Tree, pose: Pose, gap: f64, random: &mut Random) -> [[f64; 2]; WIDTH] {
     let pairs: [[usize; WIDTH]; 2] = from_fn(|_| from_fn(|_| random.bits() as usize % 64));
     let place = |pose: &Pose, j: usize| corners(b, j).map(|v| pose.transform_point(v));
@@ -122,7 +123,7 @@ fn no_distance_is_below_its_bound() {
             size: [0.3, 1e-2, 1e-4, 1e-6][round / 4 % 4],
             width: [1.0, 1.0, 1e-4, 0.0][round / 16 % 4],
         };
-        // The last one is beyond what `f32` serves: nothing is proven.
+        // The last ratio is beyond the range in which `f32` proves anything.
         let ratio = f64::exp2([0.0, 3.0, -10.0, 20.0, -29.0, 29.0, 40.0][round / 3 % 7]);
         let (a, b) = (soup(1.0), soup(ratio));
         let (tree_a, tree_b) = (a.tree(&mut random), b.tree(&mut random));
@@ -136,7 +137,8 @@ fn no_distance_is_below_its_bound() {
     assert!(proven > 3000, "{proven}");
 }
 
-/// Of meshes in a corner of the room nearly all of the distance is proven, down to 1e-4 of the size of the triangles.
+/// Nearly all of the distance is proven for meshes near the origin, down to gaps of 1e-4 of the
+/// size of the triangles.
 #[test]
 fn bounds_are_tight_where_numbers_are_good() {
     let mut random = Random::new(2);

@@ -1,14 +1,15 @@
-//! Triangle pairs that wait for the fast filter: a stack with room for all that one step can add.
+//! Triangle pairs that wait for the fast filter: a stack with room for everything that one step can
+//! add.
 
 use crate::math::bits;
 use crate::tree::{Tree, WIDTH};
 use crate::triangle::batch::Rows;
 use alloc::boxed::Box;
 
-/// Most triangle pairs that wait before they are tested.
+/// Maximum number of triangle pairs that wait before they are tested.
 pub(super) const PATIENCE: usize = 128;
 
-/// Room for a good many clusters where all is in doubt; a power of two.
+/// Room for many clusters with all pairs in doubt; a power of two.
 const CAPACITY: usize = 1 << 12;
 
 /// Triangle pairs that one opened node pair can add.
@@ -33,7 +34,7 @@ impl TrianglePairs {
         self.len
     }
 
-    /// Whether one more opened node pair might not fit.
+    /// True if the triangle pairs of one more opened node pair may not fit.
     pub fn is_full(&self) -> bool {
         self.len + BLOCK > CAPACITY
     }
@@ -52,14 +53,14 @@ impl TrianglePairs {
         debug_assert!(self.len + hits.count_ones() as usize <= CAPACITY);
         let mut len = self.len;
         for bit in bits(hits) {
-            // The mask is for the compiler, which then needs no bounds check.
+            // The remainder removes the compiler's bounds check.
             self.pairs[len % CAPACITY] = [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8];
             len += 1;
         }
         self.len = len;
     }
 
-    /// Adds a few pairs, to a stack that is empty.
+    /// Adds a few pairs to an empty stack.
     pub fn extend(&mut self, pairs: &[[u32; 2]]) {
         for &pair in pairs.iter().take(PATIENCE) {
             self.pairs[self.len] = pair;
@@ -67,7 +68,7 @@ impl TrianglePairs {
         }
     }
 
-    /// Keeps those for which `keep` is true.
+    /// Keeps the pairs for which `keep` returns true.
     pub fn retain(&mut self, mut keep: impl FnMut(&[u32; 2]) -> bool) {
         let len = core::mem::take(&mut self.len);
         for i in 0..len {
@@ -79,7 +80,8 @@ impl TrianglePairs {
         }
     }
 
-    /// Takes up to eight pairs, no more than `limit`, from the top, and fills the rest up with one of them.
+    /// Takes up to eight pairs, at most `limit`, from the top, and fills the other lanes with one
+    /// of them.
     #[inline(always)]
     pub fn pop_batch(&mut self, limit: usize) -> ([[u32; 2]; 8], usize) {
         let count = self.len.min(limit).min(8);
@@ -96,7 +98,8 @@ impl TrianglePairs {
     }
 }
 
-/// The triangles of one side of eight pairs, written out: a closure would not be compiled for the kernel's instruction set.
+/// The triangles of one side of eight pairs. Written out, because a closure would not be compiled
+/// for the kernel's instruction set.
 #[inline(always)]
 pub(super) fn rows(
     tree: &Tree,

@@ -1,4 +1,4 @@
-//! Where B lies in A: once for a query, and once more for the orientations of every two nodes.
+//! Relative pose of B in A for a query, and the map between the orientations of two nodes.
 
 use crate::math::Pose;
 use crate::math::lanes::{Column, F8, Lanes, dot, per_axis};
@@ -11,11 +11,12 @@ use core::ops::{Add, Mul, Neg, Sub};
 use glam::{DMat3, DVec3};
 use wide::f32x4;
 
-/// An entry for each axis, and one that is 0; or, in halves, those of two vectors.
+/// An entry for each axis and a fourth of 0, or two such vectors in halves.
 pub(super) trait Entries:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// Entry `k` in the place of all. By reference: what is passed as a value goes through integer registers.
+    /// Entry `k` in all lanes. By reference, because an argument passed by value goes through
+    /// integer registers.
     fn spread(&self, k: usize) -> Self;
     fn abs(self) -> Self;
     fn transposed(columns: [Self; 3]) -> [Self; 3];
@@ -59,26 +60,26 @@ impl<L: Lanes> Entries for F8<L> {
 /// Three columns of a matrix; the fourth lane is 0.
 type Columns<V> = [V; 3];
 
-/// Where B lies in A: each number in all lanes.
+/// The relative pose of B in A, with each number in all lanes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     /// Row by row.
     rotation: [[f32x4; 3]; 3],
     translation: [f32x4; 3],
-    /// What a test of two boxes must allow for in the orientation of A's node, and in that of B's.
+    /// Margins of a test of two boxes, in the orientation of A's node and in that of B's.
     pub margin: [f32x4; 2],
 }
 
 impl Place {
-    /// For what `f32` cannot hold.
+    /// For a pose out of the range of `f32`.
     const BLIND: Self = Self {
         rotation: [[f32x4::ZERO; 3]; 3],
         translation: [f32x4::ZERO; 3],
         margin: [f32x4::splat(1e6); 2],
     };
 
-    /// By where the middle of B's box lies from that of A's, in A's units, and how much that may be off; if B's matrix is no
-    /// rotation by `deviation`.
+    /// From the vector from the middle of A's box to that of B's, in A's units, and its error bound
+    /// `slop`. `deviation` is that of B's matrix from a rotation.
     fn new(
         scale: f64,
         pose: &Pose,
@@ -102,13 +103,13 @@ impl Place {
         })
     }
 
-    /// The larger margins of this and another, in the orientation of A's node and in that of B's.
+    /// The larger margins of two places, in the orientation of A's node and in that of B's.
     fn margins(&self, other: &Self) -> [f32; 2] {
         let [in_a, in_b] = [0, 1].map(|k| self.margin[k].fast_max(other.margin[k]).as_array()[0]);
         [in_a, in_b]
     }
 
-    /// This and another.
+    /// Combines this place and another.
     pub fn and(&self, other: &Self) -> Places {
         let both = |x: f32x4, y: f32x4| {
             let (x, y) = (x.as_array()[0], y.as_array()[0]);
@@ -128,43 +129,46 @@ impl Place {
     }
 }
 
-/// Where B lies in A at two times: each number four times for the first and four times for the second.
+/// The poses of B in A at two times: each number four times for the first and four times for the
+/// second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Places {
     /// Column by column.
     rotation: [[[f32; 8]; 3]; 3],
     translation: [[f32; 8]; 3],
-    /// The larger margins of both.
+    /// The larger of the margins at both times.
     pub margin: [f32; 2],
 }
 
-/// B's place in A, in the unit coordinates of both, with bounds on all rounding. Boxes of both are compared in A's units.
+/// The relative pose of B in A, in the unit coordinates of both, with bounds on all rounding. Boxes
+/// of both are compared in A's units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relation {
     pub place: Place,
-    /// Length of A's unit, in that of the meshes.
+    /// Length of A's unit, in the length unit of the meshes.
     pub unit: f64,
-    /// Length of B's unit in A's: a power of two.
+    /// Length of B's unit in A's units: a power of two.
     pub scale: f32,
-    /// The same for a direction, of either side, relative to its length.
+    /// Error bound of a direction, of either side, relative to its length.
     pub skew: f32,
-    /// How far B's matrix is from a rotation.
+    /// Deviation of B's matrix from a rotation.
     deviation: f64,
-    /// What the square of a gap is multiplied with: [`super::gaps::Gaps::shrink`].
+    /// Factor for the square of a gap: [`super::gaps::Gaps::shrink`].
     pub shrink: f32,
-    /// Boxes in doubt are at least this far apart as `f32` tells; what is less is often what rounding makes of 0.
+    /// Boxes in doubt have at least this gap in `f32`. A smaller gap is often only rounding of 0.
     pub least_gap: f32x4,
     pub triangles: Placement,
 }
 
-/// Ratios of the units of two meshes beyond which every box counts as overlapping: products of three lengths must stay
-/// within the range of `f32`.
+/// If the ratio of the units of two meshes is a larger power of two than this, every box counts as
+/// overlapping: products of three lengths must stay within the range of `f32`.
 const LARGEST_SCALE: i32 = 30;
 
-/// The least gap of boxes in doubt over their margin.
+/// The least gap of boxes in doubt, relative to their margin.
 const LEAST_GAP: f32 = 1.0 / 64.0;
 
-/// The middle of B's box from that of A's, in A's units, of which there are `per_unit` a length; and how much it may be off.
+/// The vector from the middle of A's box to that of B's, in A's units, and its error bound.
+/// `per_unit` is the inverse of A's unit.
 fn offset([a, b]: [&Unit; 2], b_in_a: &Pose, scale: f64, per_unit: f64) -> (DVec3, f64) {
     let translation = (b_in_a.transform_point(b.origin) - a.origin) * per_unit;
     (
@@ -213,33 +217,34 @@ impl Relation {
         }
     }
 
-    /// Where B lies at another pose of the same motion.
+    /// The pose of B at another time of the same motion.
     pub fn place_at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> Place {
         let scale = f64::from(self.scale);
         let (translation, slop) = offset([a.unit(), b.unit()], b_in_a, scale, 1.0 / self.unit);
-        // No less than its length, without a root.
+        // Upper bound of its length, without a root.
         let distance = translation.abs().element_sum();
         Place::new(scale, b_in_a, translation, distance, slop, self.deviation)
             .unwrap_or(Place::BLIND)
     }
 
-    /// The same less their margin, so below 0.
+    /// `least_gap` minus the margin, which is negative.
     pub fn least_gap_and_margin(&self) -> f32 {
         let [a, b] = self.place.margin.map(|margin| margin.as_array()[0]);
         self.least_gap.as_array()[0] - a.min(b)
     }
 
-    /// The middle of B's box from that of A's.
+    /// The vector from the middle of A's box to that of B's, in A's units.
     pub fn middle(&self) -> DVec3 {
         self.triangles.translation.into()
     }
 
-    /// The linear part of B's place.
+    /// The linear part of B's pose.
     pub fn linear(&self) -> DMat3 {
         DMat3::from_cols_array_2d(&self.triangles.linear).transpose()
     }
 
-    /// A direction in A's unit coordinates, for points in B's, and what is added for B's place.
+    /// A direction in A's unit coordinates, mapped for points in B's, and the offset of B's
+    /// position along it.
     pub fn of_b(&self, direction: f32x4) -> (f32x4, f32) {
         let Place {
             rotation,
@@ -252,7 +257,8 @@ impl Relation {
         (of_b[0] * f32x4::splat(self.scale), x + y + z)
     }
 
-    /// For what `f32` cannot hold: every box overlaps and every triangle pair is in doubt.
+    /// For what is out of the range of `f32`: every box overlaps and every triangle pair is in
+    /// doubt.
     pub const BLIND: Self = Self {
         place: Place::BLIND,
         unit: 1.0,
@@ -271,8 +277,9 @@ impl Relation {
     };
 }
 
-/// Bound on the rounding of a vertex of B as it is placed (`v' = R v + t` in `f64`) and of what is computed from it relative
-/// to A, in the length unit of the meshes. A pose that cancels leaves small coordinates with the rounding of large ones.
+/// Bound on the rounding of a placed vertex of B (`v' = R v + t` in `f64`) and of values computed
+/// from it relative to A, in the length unit of the meshes. If a pose cancels, small coordinates
+/// have the rounding of large ones.
 pub(super) fn rounding(a: &Unit, b: &Unit, b_in_a: &Pose) -> f64 {
     let reach = |v: DVec3| largest(v.abs());
     let magnitude =
@@ -284,8 +291,8 @@ fn rounded(x: f64) -> f32x4 {
     f32x4::splat(x as f32)
 }
 
-/// What is of one side, seen from the orientation of a node of the other: a box with centre `c` and half extents `h`, A's units,
-/// lies within `columns c + origin ± (|columns| h + margin)`.
+/// The map of one side into the orientation of a node of the other. A box with centre `c` and half
+/// extents `h`, in A's units, lies within `columns c + origin ± (|columns| h + margin)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<V = f32x4> {
     pub columns: Columns<V>,
@@ -294,11 +301,12 @@ pub(super) struct View<V = f32x4> {
 }
 
 impl<L: Lanes> View<F8<L>> {
-    /// What is of B, seen from A at two places at once, a half each: few more operations than at one.
+    /// The view of B from A at two poses at once, one in each half: few more operations than for
+    /// one.
     #[inline(always)]
     pub fn at_both(lanes: L, a: &Node, b: &Node, places: &Places) -> Self {
         let rows = per_axis!(i => F8::twice(lanes, a.rows[i]));
-        // Factors from memory: to spread entries of registers takes as long as a product.
+        // Factors from memory: spreading entries of registers takes as long as a product.
         let turned =
             per_axis!(j => dot(rows, per_axis!(i => F8::load(lanes, &places.rotation[j][i]))));
         Self {
@@ -311,7 +319,7 @@ impl<L: Lanes> View<F8<L>> {
         }
     }
 
-    /// What is of A, seen from B.
+    /// The view of A from B.
     #[inline(always)]
     pub fn inverse(&self, lanes: L, margin: f32) -> Self {
         let columns = transposed(self.columns);
@@ -322,7 +330,7 @@ impl<L: Lanes> View<F8<L>> {
         }
     }
 
-    /// At the first of two places.
+    /// The view at the first of two poses.
     #[inline(always)]
     fn first(&self) -> View {
         let columns = per_axis!(k => self.columns[k].halves()[0]);
@@ -361,7 +369,7 @@ impl View<[f32; 8]> {
         }
     }
 
-    /// At the second of two places.
+    /// The view at the second of two poses.
     fn second(&self) -> View {
         let half = |[.., x, y, z, w]: [f32; 8]| f32x4::new([x, y, z, w]);
         View {
@@ -373,25 +381,25 @@ impl View<[f32; 8]> {
 }
 
 impl<V: Entries> View<V> {
-    /// A point seen from the other side.
+    /// Maps a point to the other side.
     #[inline(always)]
     pub fn point(&self, x: V) -> V {
         self.vector(x) + self.origin
     }
 
-    /// A vector seen from the other side.
+    /// Maps a vector to the other side.
     #[inline(always)]
     pub fn vector(&self, x: V) -> V {
         times(&self.columns, x)
     }
 
-    /// The half extents of a box seen from the other side, widened by the margin.
+    /// The half extents of a box on the other side, widened by the margin.
     #[inline(always)]
     pub fn half(&self, h: V) -> V {
         self.size(h) + self.margin
     }
 
-    /// The same without the margin.
+    /// The half extents of a box on the other side, without the margin.
     #[inline(always)]
     pub fn size(&self, h: V) -> V {
         times(&per_axis!(k => self.columns[k].abs()), h)
@@ -399,7 +407,8 @@ impl<V: Entries> View<V> {
 }
 
 impl View {
-    /// How far apart a box, seen from another, is from it on each axis; both by centre and half extents, without the margin.
+    /// Gap between a box, mapped to the other side, and a box there, along each axis. Both by
+    /// centre and half extents, without the margin.
     #[inline(always)]
     pub fn gaps(&self, seen: (f32x4, f32x4), other: (f32x4, f32x4)) -> f32x4 {
         (self.point(seen.0) - other.0).abs() - (self.size(seen.1) + other.1)
@@ -441,14 +450,14 @@ pub(super) fn cross(a: f32x4, b: f32x4) -> f32x4 {
 /// The map between the orientations of a node of A and one of B, in both directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Views<V = f32x4> {
-    /// What is of A, seen from B.
+    /// The view of A from B.
     pub of_a: View<V>,
-    /// What is of B, seen from A.
+    /// The view of B from A.
     pub of_b: View<V>,
 }
 
 impl<L: Lanes> Views<F8<L>> {
-    /// At the first of two places.
+    /// The views at the first of two poses.
     #[inline(always)]
     pub fn first(&self) -> Views {
         Views {
@@ -467,13 +476,13 @@ impl<L: Lanes> Views<F8<L>> {
 }
 
 impl Views<[f32; 8]> {
-    /// Before any are known.
+    /// Placeholder before any views are computed.
     pub const NONE: Self = Self {
         of_a: View::NONE,
         of_b: View::NONE,
     };
 
-    /// At the second of two places.
+    /// The views at the second of two poses.
     pub fn second(&self) -> Views {
         Views {
             of_a: self.of_a.second(),
@@ -502,14 +511,15 @@ impl Views {
         }
     }
 
-    /// A direction in A's unit coordinates, seen from the orientation of `a` and from that of the other node.
+    /// A direction in A's unit coordinates, mapped to the orientation of `a` and to that of the
+    /// other node.
     #[inline(always)]
     pub fn direction(&self, a: &Node, direction: f32x4) -> (f32x4, f32x4) {
         let in_a = times(&a.rows, direction);
         (in_a, times(&self.of_a.columns, in_a))
     }
 
-    /// Triangles of A's mesh, seen from the orientation of `b`.
+    /// The view of triangles of A's mesh from the orientation of `b`.
     #[inline(always)]
     pub fn triangles_of_a(&self, b: &Node, place: &Place) -> View {
         View {
@@ -518,7 +528,7 @@ impl Views {
         }
     }
 
-    /// Triangles of B's mesh, in B's units, seen from the orientation of `a`.
+    /// The view of triangles of B's mesh, in B's units, from the orientation of `a`.
     #[inline(always)]
     pub fn triangles_of_b(&self, a: &Node, place: &Place, scale: f32) -> View {
         let scale = f32x4::splat(scale);

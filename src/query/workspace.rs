@@ -1,4 +1,4 @@
-//! Every buffer that a query needs, owned by the caller.
+//! All buffers of a query, owned by the caller.
 
 use super::corners::Corners;
 use super::known;
@@ -25,12 +25,14 @@ use arrayvec::ArrayVec;
 use core::fmt;
 use core::time::Duration;
 
-/// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a ray, allocates more.
+/// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a
+/// ray, allocates more.
 ///
-/// It holds the pairs that the last query found, and what that query left open for [`crate::Query::resume`]. A fresh
-/// workspace and a used one give the same answers. A clone has the same contents and the same capacity.
+/// It holds the pairs that the last query found, and the state that [`crate::Query::resume`]
+/// continues from. A fresh workspace and a used one give the same answers. A clone has the same
+/// contents and the same capacity.
 ///
-/// It also learns what queries cost on this machine ([`Workspace::cost_model`]).
+/// It also learns the costs of queries on this machine ([`Workspace::cost_model`]).
 #[derive(Debug)]
 pub struct Workspace {
     pub(super) instructions: Instructions,
@@ -40,21 +42,22 @@ pub struct Workspace {
     pub(super) waiting: TrianglePairs,
     pub(super) doubtful: ArrayVec<[u32; 2], 8>,
     pub(super) refinement: Refinement,
-    /// Triangles of A and of B in the exact test.
+    /// Cached corners of triangles of A and of B for the tests in `f64`.
     pub(super) corners: [Corners; 2],
-    /// Whether triangle pairs are being tested, until none is in doubt and less than a batch waits.
+    /// True while triangle pairs are tested: until none is in doubt and less than a batch waits.
     pub(super) testing: bool,
     /// The last batch was inconclusive: take the next node pair from another part of the stack.
     pub(super) inconclusive: bool,
-    /// Triangle pairs (tree order) that met in the frame before, where the paths lead.
+    /// Triangle pairs (tree order) that intersected in the previous frame; the warm-start paths
+    /// lead to them.
     pub(super) witnesses: ArrayVec<[u32; 2], PATHS>,
-    /// What the next frame will remember.
+    /// The pairs that the memory keeps for the next frame.
     pub(super) sample: Sample,
-    /// What is found along curves.
+    /// The state of contact-curve tracing.
     pub(super) march: March,
     /// The state of a distance query.
     pub(super) search: Search,
-    /// What is known of a motion.
+    /// The state of a motion query.
     pub(super) motion: MotionState,
     pub(super) rays: RayState,
     pub(super) contacts: ContactList,
@@ -62,23 +65,23 @@ pub struct Workspace {
     pub(super) run: Run,
 }
 
-/// The state of the last query, besides its buffers.
+/// The state of the last query, apart from its buffers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
-    /// The trees, the pose and the options it belongs to.
+    /// The trees, the pose and the options of the query.
     pub key: Option<Key>,
     pub strategy: Strategy,
-    /// Whether it was stopped by a budget or a full buffer, and so can be resumed.
+    /// True if a budget or a full buffer stopped it, so that it can be resumed.
     pub stopped: bool,
-    /// Without the sum of the BV tests and the peak of the queue, which [`Workspace::outcome`] adds.
+    /// Without the sum of the BV tests and the peak of the queue, which [`Workspace::stats`] adds.
     pub stats: Stats,
-    /// First pair found: ids of the input meshes.
+    /// The first pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
     pub random: Random,
 }
 
 impl Run {
-    /// Forgets the run before. Field by field: zeros are stored faster than a constant is copied.
+    /// Starts a new run. Assigns field by field: storing zeros is faster than copying a constant.
     #[inline(always)]
     pub fn begin(&mut self, key: Key, strategy: Strategy) {
         if let Asked::Intersection(options) = key.asked
@@ -93,7 +96,7 @@ impl Run {
         self.witness = None;
     }
 
-    /// Whether it is of this query.
+    /// An error unless the run is of this query.
     pub fn holds(&self, key: &Key) -> Result<(), ResumeError> {
         if self.key.as_ref() == Some(key) {
             Ok(())
@@ -102,7 +105,7 @@ impl Run {
         }
     }
 
-    /// Adds the time of a call, if it is known.
+    /// Adds the time of a call, if it was measured.
     pub fn took(&mut self, elapsed: Option<Duration>) {
         if let Some(elapsed) = elapsed {
             let total = &mut self.stats.elapsed;
@@ -110,7 +113,7 @@ impl Run {
         }
     }
 
-    /// What is known when the query ends for this reason.
+    /// The verdict of a run that ended for this reason.
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         match (self.witness, stop) {
             (Some(witness), _) => Verdict::Intersecting { witness },
@@ -120,7 +123,7 @@ impl Run {
     }
 }
 
-/// Before the first query.
+/// The state before the first query.
 const NO_RUN: Run = Run {
     key: None,
     strategy: Strategy::NONE,
@@ -130,7 +133,8 @@ const NO_RUN: Run = Run {
     random: Random::new(0),
 };
 
-/// Some of the pairs that were found, in tree order: every `2^skips`-th, at least half as many as there is room for.
+/// A sample of the pairs found, in tree order: every `2^skips`-th. Once it has been full, it is at
+/// least half full.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sample {
     pairs: ArrayVec<[u32; 2], PATHS>,
@@ -138,7 +142,7 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// Takes note of the pair that was found after `before` others.
+    /// Offers the pair that was found after `before` others.
     #[inline(always)]
     pub fn note(&mut self, pair: [u32; 2], before: u64) {
         if before & ((1 << self.skips) - 1) == 0 {
@@ -148,7 +152,8 @@ impl Sample {
 
     fn add(&mut self, pair: [u32; 2]) {
         if self.pairs.is_full() {
-            // The pair at hand is the next of those that stay.
+            // Keeps every second pair, beginning with the first; the new pair continues the
+            // sequence.
             let mut stays = false;
             self.pairs.retain(|_| {
                 stays = !stays;
@@ -169,7 +174,7 @@ impl Sample {
     }
 }
 
-/// What two calls must have in common to be one query.
+/// Identifies a query: calls with equal keys belong to one query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
     pub trees: [usize; 2],
@@ -187,15 +192,15 @@ impl Key {
     }
 }
 
-/// A question and all its options.
+/// A question and its options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asked {
     Intersection(Options),
     Distance(DistanceOptions),
-    /// Its options are in the [`MotionState`].
+    /// The options are in the [`MotionState`].
     Motion,
     Contacts(ContactOptions),
-    /// Its rays are in the [`RayState`].
+    /// The rays are in the [`RayState`].
     Ray,
 }
 
@@ -206,9 +211,9 @@ impl Workspace {
         Self::with_capacity(4096, 65536)
     }
 
-    /// Room for `queue` node pairs (a full queue goes depth-first and loses nothing) and `found` intersecting pairs (a
-    /// full buffer stops the query with [`crate::StopReason::PairsFull`], to be drained and resumed).
-    /// `20 queue + 8 found` bytes and about 330 kB.
+    /// Room for `queue` node pairs and `found` intersecting pairs: `20 queue + 8 found` bytes and
+    /// about 330 kB. With a full queue the query goes depth-first and loses nothing. A full buffer
+    /// of pairs stops it with [`crate::StopReason::PairsFull`], to be drained and resumed.
     #[must_use]
     pub fn with_capacity(queue: usize, found: usize) -> Self {
         Self {
@@ -233,82 +238,88 @@ impl Workspace {
         }
     }
 
-    /// For experiments: uses the portable kernels, whatever the machine offers; slower, the same bits.
+    /// For experiments: uses the portable kernels on any machine; slower, with the same bits.
     pub fn use_portable_kernels(&mut self) {
         self.instructions = Instructions::PORTABLE;
     }
 
-    /// The intersecting pairs that the last query found: triangle of A, triangle of B, ids of the input meshes, in order
-    /// of discovery; without those drained.
+    /// The intersecting pairs that the last query found, without drained ones, in order of
+    /// discovery: triangle of A, triangle of B, ids of the input meshes.
     pub fn pairs(&self) -> &[[u32; 2]] {
         &self.found
     }
 
-    /// Takes the found pairs out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
+    /// Removes and returns the found pairs, so that a query stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_pairs(&mut self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.found.drain(..)
     }
 
-    /// The contacts that the last query found, if it was one of contacts: the nearest first, at equal distance by
-    /// the ids of their triangles; without those drained.
+    /// The contacts that the last query found, if it was a contact query, without drained ones:
+    /// nearest first, at equal distance by the ids of their triangles.
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = &Contact> + Clone {
         self.contacts.iter()
     }
 
-    /// Takes the contacts out, nearest first, so that a query that stopped with [`crate::StopReason::PairsFull`] can be
-    /// resumed.
+    /// Removes and returns the contacts, nearest first, so that a query stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_contacts(&mut self) -> impl ExactSizeIterator<Item = Contact> {
         self.contacts.drain()
     }
 
-    /// Makes room for at least so many contacts, 170 bytes each; the first contact query does so for 4,096 if there is no room
-    /// at all. A query that stopped with [`crate::StopReason::PairsFull`] can be resumed then too.
+    /// Reserves room for at least `contacts` contacts, 170 bytes each. If there is no room at all,
+    /// the first contact query reserves room for 4,096. After more room is reserved, a query
+    /// stopped with [`crate::StopReason::PairsFull`] can be resumed without draining.
     pub fn reserve_contacts(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);
     }
 
-    /// The hits that the last query found, if it was one for all hits of a ray: in order of discovery, which is nearly
-    /// that of `t`; without those drained.
+    /// The hits that the last query found, if it asked for all hits of a ray, without drained ones:
+    /// in order of discovery, which is nearly that of `t`.
     pub fn ray_hits(&self) -> &[RayHit] {
         &self.rays.hits
     }
 
-    /// The hits that the last query found, if it was one of many rays ([`Query::rays`](super::Query::rays)): one for each ray,
-    /// in their order. Those of rays that are not done are `None`.
+    /// The hits that the last query found, if it was one of many rays
+    /// ([`Query::rays`](super::Query::rays)): one for each ray, in the order of the rays. `None`
+    /// for a ray without a hit or not finished.
     pub fn first_hits(&self) -> &[Option<RayHit>] {
         &self.rays.first_hits
     }
 
-    /// Takes the hits of a ray out, so that a query that stopped with [`crate::StopReason::PairsFull`] can be resumed.
+    /// Removes and returns the hits of a ray, so that a query stopped with
+    /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_ray_hits(&mut self) -> impl ExactSizeIterator<Item = RayHit> + '_ {
         self.rays.hits.drain(..)
     }
 
-    /// Makes room for at least so many hits of a ray, 24 bytes each, and for a batch of so many rays, 32 bytes each. The first
-    /// query for all hits makes room for 4,096 if there is none, the first one of more rays for theirs.
+    /// Reserves room for at least `hits` hits of a ray, 24 bytes each, and for a batch of as many
+    /// rays, 32 bytes each. The first query for all hits reserves room for 4,096 if there is none.
+    /// The first query for a larger batch of rays reserves room for it.
     pub fn reserve_ray_hits(&mut self, hits: usize) {
         self.rays.reserve(hits);
         self.rays.reserve_batch(hits);
     }
 
-    /// What a BV test, a triangle pair, an opened node pair and a query cost on this machine, in nanoseconds, as far as
-    /// budgets of time have taught. It chooses how a query with such a budget goes about its visits.
+    /// The costs of a BV test, a triangle pair, an opened node pair and a query on this machine, in
+    /// nanoseconds, as learned from runs with a budget of time. They decide the plan of a query
+    /// with such a budget.
     pub fn cost_model(&self) -> CostModel {
         self.cost_model
     }
 
-    /// Begins with these costs, those of [`CostModel::measure`] for example. They change with each query that has a budget
-    /// of time.
+    /// Sets the costs, for example to those of [`CostModel::measure`]. Each query with a budget of
+    /// time updates them.
     pub fn set_cost_model(&mut self, cost_model: CostModel) {
         self.cost_model = cost_model;
     }
 
-    /// Leaves no run that could be resumed.
+    /// Forgets the run, so that none can be resumed.
     pub(crate) fn forget_run(&mut self) {
         self.run.key = None;
     }
 
-    /// Work of the last query, resumed calls included.
+    /// Work of the last query, including resumed calls.
     pub(crate) fn work(&self) -> u64 {
         self.run.stats.work
     }
@@ -321,12 +332,13 @@ impl Workspace {
         self.run.stats.found
     }
 
-    /// What is known when the last query ended for this reason.
+    /// The verdict of the last query, which ended for this reason.
     pub(crate) fn verdict(&self, stop: StopReason) -> Verdict {
         self.run.verdict(stop)
     }
 
-    /// What led the last query to more than its work would tell.
+    /// Tells whether the last query followed contact curves, and so found more than its work
+    /// suggests.
     pub(super) fn lead(&self) -> Lead {
         match self.run.strategy.march {
             Marching::Never => Lead::Nothing,
@@ -334,7 +346,7 @@ impl Workspace {
         }
     }
 
-    /// What the last query has done.
+    /// Counts of the last query, for the cost model.
     pub(super) fn counts(&self) -> Counts {
         Stats {
             bv_tests: self.bv_tests(),
@@ -343,7 +355,7 @@ impl Workspace {
         .counts()
     }
 
-    /// What the last query has done.
+    /// Work of the last query.
     #[inline]
     pub(super) fn stats(&self) -> Stats {
         Stats {
@@ -353,7 +365,7 @@ impl Workspace {
         }
     }
 
-    /// Whether nothing is left open.
+    /// True if nothing is left open.
     pub(super) fn is_done(&self) -> bool {
         self.front.is_empty()
             && self.waiting.len() == 0
@@ -421,7 +433,8 @@ impl Default for Workspace {
     }
 }
 
-/// The workspace holds no stopped run of this query: another was run in it since, or none, or this one is complete.
+/// The workspace holds no stopped run of this query: another query was run in it since, or none was
+/// run, or this one is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ResumeError;
 

@@ -18,14 +18,14 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::mem;
 
-/// Whether a body can meet others of its kind.
+/// Determines whether a body is compared with others of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BodyKind {
-    /// Meets moving and fixed bodies.
+    /// Compared with moving and fixed bodies.
     Moving,
-    /// Part of the surroundings: two fixed bodies are not compared, unless their [distance](crate::Scene::measure) is asked
-    /// for. It may be given new poses all the same.
+    /// Part of the surroundings. Two fixed bodies are not compared, unless their
+    /// [distance](crate::Scene::measure) is measured. A fixed body may still be given new poses.
     Fixed,
 }
 
@@ -33,19 +33,21 @@ pub enum BodyKind {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Body {
-    /// Its mesh.
+    /// The tree of its mesh.
     pub tree: Arc<Tree>,
     /// Maps the coordinates of the mesh to those of the scene.
     pub pose: Pose,
     /// Moving or fixed.
     pub kind: BodyKind,
-    /// Whom it may meet; by default, everybody.
+    /// Determines which bodies it may meet; by default all.
     pub filter: Filter,
-    /// How much its pairs matter when the budget does not reach all; default 0. A pair counts as the more important of its
-    /// two bodies, and goes before all pairs that are less important.
+    /// How much its pairs matter if the budget does not reach all; default 0. A pair has the
+    /// importance of the more important of its two bodies, and goes before all less important
+    /// pairs.
     pub importance: f32,
-    /// How far its surface is thickened, in the length unit of the scene; default 0. A point becomes a ball, a segment a
-    /// capsule. Bodies that meet by their margins alone are [within](crate::Verdict::Within) them. Rays do not see it.
+    /// Thickness added to its surface, in the length unit of the scene; default 0. A point becomes
+    /// a ball, a segment a capsule. Bodies that meet only by their margins are
+    /// [within](crate::Verdict::Within) them. Rays ignore the margin.
     pub margin: f64,
 }
 
@@ -62,7 +64,7 @@ impl Body {
         }
     }
 
-    /// A fixed body, which meets moving ones only.
+    /// A fixed body, which meets only moving ones.
     pub fn fixed(tree: Arc<Tree>, pose: Pose) -> Self {
         Self {
             kind: BodyKind::Fixed,
@@ -70,19 +72,19 @@ impl Body {
         }
     }
 
-    /// With another [`Body::filter`].
+    /// Replaces [`Body::filter`].
     #[must_use]
     pub fn filter(self, filter: Filter) -> Self {
         Self { filter, ..self }
     }
 
-    /// With another [`Body::importance`].
+    /// Replaces [`Body::importance`].
     #[must_use]
     pub fn importance(self, importance: f32) -> Self {
         Self { importance, ..self }
     }
 
-    /// With another [`Body::margin`].
+    /// Replaces [`Body::margin`].
     #[must_use]
     pub fn margin(self, margin: f64) -> Self {
         Self { margin, ..self }
@@ -95,26 +97,27 @@ pub(super) struct Placed {
     pub body: Body,
     /// The inverse of the pose.
     pub inverse: Pose,
-    /// The pose that it had in the frame before its last change.
+    /// The pose in the frame before its last change.
     pub last: Pose,
-    /// Where it goes until the next frame.
+    /// Its motion until the next frame.
     pub motion: Option<Box<Motion>>,
     /// The compound that it is a part of.
     pub compound: Option<CompoundId>,
 }
 
 impl Placed {
-    /// The pose of another body in the frame of this one. There always is one: [`super::checks::pose`].
+    /// The pose of another body in the frame of this one. There always is one:
+    /// [`super::checks::pose`].
     pub fn relative(&self, other: &Self) -> Pose {
         self.inverse.compose_unchecked(&other.body.pose)
     }
 
-    /// Puts it where it is from now on.
+    /// Sets the pose.
     pub fn put(&mut self, pose: &Pose) {
         (self.body.pose, self.inverse) = (*pose, pose.inverse_unchecked());
     }
 
-    /// Where it is until the next frame.
+    /// The motion until the next frame; constant if none was set.
     pub fn motion(&self) -> Motion {
         self.motion
             .as_deref()
@@ -123,13 +126,13 @@ impl Placed {
     }
 }
 
-/// The margins of two bodies together.
+/// Sum of the margins of two bodies.
 pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
     a.body.margin + b.body.margin
 }
 
-/// The ids of a triangle of each of two bodies (tree order). `None` if there are no such triangles: a body may have another tree
-/// than before.
+/// The ids of a triangle of each of two bodies (tree order). `None` if a body has no such triangle:
+/// its tree may have been replaced.
 #[inline]
 pub(super) fn triangle_ids([a, b]: [&Placed; 2], [x, y]: [u32; 2]) -> Option<[u32; 2]> {
     Some([
@@ -138,7 +141,7 @@ pub(super) fn triangle_ids([a, b]: [&Placed; 2], [x, y]: [u32; 2]) -> Option<[u3
     ])
 }
 
-/// The bodies of a scene, in slots that are used again.
+/// The bodies of a scene, in slots that are reused.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
     pub scene: SceneNumber,
@@ -146,29 +149,30 @@ pub(super) struct Bodies {
     pub facts: Vec<Facts>,
     pub spots: Vec<Spot>,
     free: Vec<u32>,
-    /// Slots with a pending change, each once, and how many of them have a box that is out of date ([`Facts::is_changed`]).
+    /// Slots with a pending change, each once; and the number of those with an outdated box
+    /// ([`Facts::is_changed`]).
     pending: Waiting,
     pub changed: usize,
-    /// Slots whose swept box is replaced by that of the body in the next frame.
+    /// Slots whose swept box is replaced by the body's box in the next frame.
     pub settling: Vec<u32>,
     len: usize,
     /// The frame of the last new slot.
     grown: u64,
-    /// The pairs whose distances are asked for.
+    /// The pairs whose distances are measured.
     pub distance_requests: DistanceRequests,
-    /// Those whose contacts are.
+    /// The pairs whose contacts are requested.
     pub contact_requests: ContactRequests,
     pub weights: Weights,
-    /// Whether any body is, or was, [special](Facts::is_special).
+    /// True if any body is, or was, [special](Facts::is_special).
     pub has_special: bool,
-    /// Whether any body has, or had, a motion.
+    /// True if any body has, or had, a motion.
     pub has_motions: bool,
-    /// Whether any body is, or was, filtered or a part of a compound.
+    /// True if any body is, or was, filtered or a part of a compound.
     has_filtered: bool,
 }
 
-/// A body that something will be new about: how far it went in the frame in which it was last moved, and whether this is its first
-/// change in the frame at hand.
+/// A body that is about to change; its displacement in the frame in which it was last moved; and
+/// whether this is its first change in the current frame.
 struct Changing<'b> {
     placed: &'b mut Placed,
     spot: &'b mut Spot,
@@ -176,11 +180,11 @@ struct Changing<'b> {
     is_first: bool,
 }
 
-/// A scene counts as young for this many frames after it had more bodies than ever before.
+/// A scene counts as young for this many frames after its number of bodies reached a new maximum.
 const YOUTH: u64 = 64;
 
 impl Bodies {
-    /// Of a new scene.
+    /// The bodies of a new scene.
     pub fn new() -> Self {
         Self {
             scene: SceneNumber::new(),
@@ -192,7 +196,7 @@ impl Bodies {
         self.len
     }
 
-    /// Makes room for this many, and for the changes of all of them.
+    /// Reserves room for this many bodies, and for changes of all of them.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.slots, bodies);
         reserve(&mut self.facts, bodies);
@@ -206,12 +210,12 @@ impl Bodies {
         self.slots.capacity()
     }
 
-    /// Whether the scene had more bodies than ever before a short time ago.
+    /// True if the number of bodies recently reached a new maximum.
     pub fn is_young(&self, frame: u64) -> bool {
         frame < self.grown + YOUTH
     }
 
-    /// The ids that the next bodies get, one after the other.
+    /// The ids of the next bodies, in order.
     pub fn next_ids(&self) -> impl Iterator<Item = BodyId> {
         let new = u32::try_from(self.slots.len()).unwrap_or(u32::MAX)..u32::MAX;
         self.free
@@ -222,7 +226,7 @@ impl Bodies {
             .map(|index| self.id(index))
     }
 
-    /// Puts a body where [`Bodies::next_ids`] said.
+    /// Inserts a body; its id is the first of [`Bodies::next_ids`].
     pub fn insert(&mut self, placed: Placed, frame: u64) {
         let index = self
             .free
@@ -258,7 +262,7 @@ impl Bodies {
             self.distance_requests.forget(id.index);
         }
         self.contact_requests.forget(id.index);
-        // A slot whose generations are used up is given up.
+        // A slot whose generations are used up is not reused.
         if let Some(next) = id.generation.checked_add(1) {
             self.spots[id.index()].generation = next;
             self.free.push(id.index);
@@ -303,7 +307,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// A body that something will be new about in `frame`.
+    /// Prepares a body for a change in `frame`.
     fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<Changing<'_>, SceneError> {
         let index = id.index();
         let Self {
@@ -336,14 +340,14 @@ impl Bodies {
         })
     }
 
-    /// Leaves its box and its verdicts alone.
+    /// Changes neither the box nor the verdicts of the body.
     pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
         self.get_mut(id)?.body.importance = importance;
         self.facts[id.index()].importance = importance;
         Ok(())
     }
 
-    /// Copies the facts of a body.
+    /// Updates the facts of a body.
     fn note(&mut self, index: usize) {
         let facts = &mut self.facts[index];
         if let Some(Placed {
@@ -363,7 +367,7 @@ impl Bodies {
         }
     }
 
-    /// Whether two bodies may meet: by their filters, and unless they are parts of one compound.
+    /// True if two bodies may meet: their filters allow it, and they are not parts of one compound.
     #[inline]
     pub fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
         if !self.has_filtered {
@@ -379,12 +383,12 @@ impl Bodies {
         x == y
     }
 
-    /// Whether more may be asked of a pair than whether it meets.
+    /// True if a pair may have other questions than whether it meets.
     pub fn is_special(&self, key: PairKey) -> bool {
         Facts::are_special(self.facts_of(key))
     }
 
-    /// Whether one of a pair has a motion, and its distance is not asked for.
+    /// True if one body of a pair has a motion, and the pair's distance is not measured.
     pub fn is_moving(&self, key: PairKey) -> bool {
         self.is_special(key)
             && !self.distance_requests.has(key)
@@ -393,7 +397,7 @@ impl Bodies {
                 .any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
     }
 
-    /// The least work of a turn, of whatever may be asked.
+    /// Least work of a turn, for any question that may be asked.
     pub fn least_work(&self) -> u64 {
         let usual = if self.has_special {
             LEAST_DISTANCE_WORK
@@ -418,7 +422,7 @@ impl Bodies {
         );
     }
 
-    /// Whether all boxes are those that the bodies will have in the next frame if nothing changes.
+    /// True if all boxes are those that the bodies will have in the next frame if nothing changes.
     pub fn are_settled(&self) -> bool {
         self.pending.is_empty() && self.settling.is_empty()
     }
@@ -429,7 +433,7 @@ impl Bodies {
         }
     }
 
-    /// Slots whose boxes are out of date, those of removed bodies included.
+    /// Slots with outdated boxes, including those of removed bodies.
     pub fn pending(&self) -> impl Iterator<Item = u32> {
         self.pending
             .iter()
@@ -464,7 +468,7 @@ impl Bodies {
         self.slots.get(index as usize)?.as_ref()
     }
 
-    /// The pair of two bodies that are there.
+    /// The key of two bodies that are in the scene.
     pub fn key(&self, x: BodyId, y: BodyId) -> Result<PairKey, SceneError> {
         self.get(x).and(self.get(y))?;
         if x == y {
@@ -474,13 +478,13 @@ impl Bodies {
         }
     }
 
-    /// Both bodies of a pair, if they are there.
+    /// Both bodies of a pair, if they are in the scene.
     pub fn pair(&self, key: PairKey) -> Option<[&Placed; 2]> {
         let [a, b] = bodies_of(key);
         Some([self.at(a)?, self.at(b)?])
     }
 
-    /// The frame in which one of a pair was last new.
+    /// The frame of the last change of a body of the pair.
     pub fn last_change(&self, key: PairKey) -> u64 {
         let [x, y] = self.facts_of(key);
         x.changed.max(y.changed)
@@ -491,24 +495,24 @@ impl Bodies {
         &self.facts[index as usize]
     }
 
-    /// Those of both bodies of a pair.
+    /// The facts of both bodies of a pair.
     pub fn facts_of(&self, key: PairKey) -> [&Facts; 2] {
         bodies_of(key).map(|body| self.facts(body))
     }
 
-    /// The box of a body that was placed.
+    /// The box of a placed body.
     pub fn bounds(&self, index: u32) -> &Aabb {
         &self.spots[index as usize].bounds
     }
 
-    /// Whether the boxes of two bodies that were placed overlap.
+    /// True if the boxes of two placed bodies overlap.
     #[inline]
     pub fn overlap(&self, [a, b]: [u32; 2]) -> bool {
         self.bounds(a).intersects(self.bounds(b))
     }
 
-    /// If the boxes of two bodies that were placed overlap, how large the box that they have in common is: its volume, relative
-    /// to that of a box with the shorter of their edges along each axis; 0 to 1.
+    /// If the boxes of two placed bodies overlap, the volume of the overlap, relative to a box with
+    /// the shorter of their edges along each axis; 0 to 1.
     #[inline]
     pub fn common_part(&self, [a, b]: [u32; 2]) -> Option<f64> {
         let [x, y] = [self.bounds(a), self.bounds(b)];
@@ -538,7 +542,8 @@ impl Bodies {
     }
 }
 
-/// Leaves a change of a body to the next frame: it waits once, and counts as changed if its box is out of date.
+/// Leaves a change of a body to the next frame. The body is queued once, and counts as changed if
+/// its box is outdated.
 fn wait(facts: &mut Facts, index: u32, change: Change, pending: &mut Waiting, changed: &mut usize) {
     if facts.pending.is_none() {
         pending.push(index, facts.importance);

@@ -1,4 +1,4 @@
-//! What is not known about two bodies.
+//! Bounds on what is unknown about two bodies.
 
 use super::broad::bounds;
 use super::error::SceneError;
@@ -7,19 +7,20 @@ use super::{BodyKind, Scene};
 use crate::math::Aabb;
 use crate::query::{Mode, Verdict};
 
-/// What is not known about a pair: [`crate::Scene::certificate`].
+/// Bounds on what is unknown about a pair: [`crate::Scene::certificate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PairCertificate {
-    /// No more triangle pairs than this intersect.
+    /// Upper bound of the number of triangle pairs that intersect.
     pub upper_bound: u64,
-    /// Each intersection that was not found lies in a box no longer than this, in the length unit of the scene.
+    /// Each missing intersection lies in a box no longer than this, in the length unit of the
+    /// scene.
     pub largest_extent: f64,
 }
 
 impl Scene {
-    /// Whether the last frame looked at two bodies, by themselves or their boxes.
+    /// True if the last frame compared two bodies or their boxes.
     pub(super) fn is_looked_at(&self, a: BodyId, b: BodyId) -> Result<bool, SceneError> {
         let pair = [self.bodies.get(a)?, self.bodies.get(b)?];
         let moving = pair
@@ -30,12 +31,13 @@ impl Scene {
         Ok(moving && may_meet && (known || self.report.pair(a, b).is_some()))
     }
 
-    /// What is not known about two bodies where they are now: what the last frame left open, or everything if they may not
-    /// meet, if one of them was changed since, or if there was no frame yet. Takes time linear in what is open, so it is not
-    /// part of the report.
+    /// Bounds what is unknown about two bodies at their current poses: what the last frame left
+    /// open. Everything is unknown if the bodies may not meet, if one of them changed since the
+    /// last frame, or if no frame has run. Takes time linear in the open pairs, so it is not part
+    /// of the report.
     ///
     /// # Errors
-    /// If one of them is not in the scene, or both are the same.
+    /// If one of the bodies is not in the scene, or both are the same.
     pub fn certificate(&self, x: BodyId, y: BodyId) -> Result<PairCertificate, SceneError> {
         let key = self.bodies.key(x, y)?;
         let (a, b) = if x.index() < y.index() {

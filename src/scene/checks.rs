@@ -1,4 +1,4 @@
-//! What is checked of a body before the scene takes it.
+//! Checks of a body before the scene accepts it.
 
 use super::body::Body;
 use super::error::SceneError;
@@ -6,7 +6,7 @@ use super::id::BodyId;
 use crate::math::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
 use crate::math::{Motion, Pose, rotation_deviation};
 
-/// Checks a body; gives its importance.
+/// Checks a body. Returns its importance.
 pub(super) fn body(id: BodyId, body: &Body) -> Result<f32, SceneError> {
     pose(id, &body.pose)?;
     let importance = importance(id, body.importance)?;
@@ -14,7 +14,7 @@ pub(super) fn body(id: BodyId, body: &Body) -> Result<f32, SceneError> {
     Ok(importance)
 }
 
-/// Checks that a body can be where a motion begins and ends.
+/// Checks the poses of a body at the begin and the end of a motion.
 pub(super) fn motion(body: BodyId, motion: &Motion) -> Result<(), SceneError> {
     pose(body, &motion.start())?;
     pose(body, &motion.pose(1.0))
@@ -34,7 +34,7 @@ pub(super) fn pose(body: BodyId, pose: &Pose) -> Result<(), SceneError> {
 }
 
 pub(super) fn importance(body: BodyId, importance: f32) -> Result<f32, SceneError> {
-    // One zero, so that the bits give the order.
+    // One zero, so that the order of the bits is that of the numbers.
     if importance.is_nan() {
         Err(SceneError::ImportanceNotANumber { body })
     } else {

@@ -1,4 +1,4 @@
-//! Compounds: bodies that move as one.
+//! Compounds: bodies that move together.
 
 use super::body::Body;
 use super::error::SceneError;
@@ -9,7 +9,7 @@ use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use core::mem;
 
-/// A body of a compound, and its place in the frame of the compound.
+/// A body of a compound, and its pose in the frame of the compound.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     body: BodyId,
@@ -19,7 +19,7 @@ struct Part {
 #[derive(Debug, Default)]
 pub(super) struct Compounds {
     parts: BTreeMap<CompoundId, Vec<Part>>,
-    /// How many there were.
+    /// Number of compounds inserted so far.
     count: u64,
 }
 
@@ -42,12 +42,13 @@ impl Compounds {
 }
 
 impl Scene {
-    /// Puts bodies into the scene as the parts of one compound, which is at `pose`: a body of several meshes, that move as
-    /// one. The pose of each part, as given, is its place in the frame of the compound.
+    /// Inserts bodies as the parts of one compound at `pose`: a body of several meshes that move
+    /// together. The pose of each part, as given, is its pose in the frame of the compound.
     ///
-    /// Parts are bodies like others, with trees, kinds, filters, importances and margins of their own, and reports name them.
-    /// Those of one compound never meet. Where a part is, is the product of both poses, rounded ([`Pose::compose`]). One that
-    /// is moved by itself goes back into its place with the next pose or motion of the compound.
+    /// Parts are bodies like others, with trees, kinds, filters, importances and margins of their
+    /// own, and reports name them. Parts of one compound never meet. The pose of a part in the
+    /// scene is the product of both poses, rounded ([`Pose::compose`]). A part that is moved
+    /// separately returns to its place with the next pose or motion of the compound.
     ///
     /// ```
     /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
@@ -69,7 +70,8 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If a part is refused where it would be, as of [`Scene::insert`]. The scene is then as it was.
+    /// If a part is invalid at its pose in the scene, as for [`Scene::insert`]. The scene is then
+    /// unchanged.
     pub fn insert_compound(
         &mut self,
         pose: Pose,
@@ -103,7 +105,7 @@ impl Scene {
         Ok(id)
     }
 
-    /// The parts of a compound, in the order in which they were given, without those that were removed.
+    /// The parts of a compound, in the order given, without removed ones.
     ///
     /// # Errors
     /// If the compound is not in the scene.
@@ -122,10 +124,11 @@ impl Scene {
         Ok(self.bodies.get(id)?.compound)
     }
 
-    /// Moves all parts of a compound, which rest there: [`Scene::set_pose`].
+    /// Moves all parts of a compound, which then rest: [`Scene::set_pose`].
     ///
     /// # Errors
-    /// If the compound is not in the scene, or a part cannot be where it would be; all then stay where they were.
+    /// If the compound is not in the scene, or the pose of a part would be invalid. All parts then
+    /// stay where they were.
     pub fn set_compound_pose(&mut self, id: CompoundId, pose: Pose) -> Result<(), SceneError> {
         let at = |part: &Part| pose.compose_unchecked(&part.place);
         for part in self.compounds.get(id)? {
@@ -134,12 +137,12 @@ impl Scene {
         self.for_parts(id, |scene, part| scene.set_pose(part.body, at(&part)))
     }
 
-    /// Gives a compound a motion, turns included: each of its parts goes with it, about the same axis
-    /// ([`Motion::of_part`], [`Scene::set_motion`]).
+    /// Gives a compound a motion, including turns: each of its parts moves with it, about the same
+    /// axis ([`Motion::of_part`], [`Scene::set_motion`]).
     ///
     /// # Errors
-    /// If the compound is not in the scene, or a part cannot be where it would be at the beginning or the end; all then stay
-    /// where they were.
+    /// If the compound is not in the scene, or the pose of a part would be invalid at the begin or
+    /// the end. All parts then stay where they were.
     pub fn set_compound_motion(
         &mut self,
         id: CompoundId,
@@ -158,10 +161,10 @@ impl Scene {
         self.for_parts(id, |scene, part| scene.set_motion(part.body, of(&part)?))
     }
 
-    /// Takes a compound out of the scene, with all of its parts.
+    /// Removes a compound with all its parts.
     ///
     /// # Errors
-    /// If it is not in it.
+    /// If the compound is not in the scene.
     pub fn remove_compound(&mut self, id: CompoundId) -> Result<(), SceneError> {
         self.compounds.get(id)?;
         self.for_parts(id, |scene, part| {
@@ -171,7 +174,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Does something to each part; the compound is in the scene.
+    /// Calls `change` for each part of a compound that is in the scene.
     fn for_parts(
         &mut self,
         id: CompoundId,

@@ -1,4 +1,4 @@
-//! Why a scene refuses something.
+//! Errors of scenes.
 
 use super::ask::PairQuestion;
 use super::id::{BodyId, CompoundId, MeasureId};
@@ -6,23 +6,23 @@ use crate::math::RayError;
 use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use core::fmt;
 
-/// Why a scene refuses something. The scene is then as it was.
+/// The reason why a scene rejects a call. The scene is then unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// The body was removed, or is of another scene.
+    /// The body was removed, or belongs to another scene.
     NoSuchBody {
-        /// The id that is not valid.
+        /// The invalid id.
         body: BodyId,
     },
-    /// The compound was removed, or is of another scene.
+    /// The compound was removed, or belongs to another scene.
     NoSuchCompound {
-        /// The id that is not valid.
+        /// The invalid id.
         compound: CompoundId,
     },
-    /// The distance of these groups is not asked for any more, or by another scene.
+    /// The distance of these groups is no longer measured, or is measured by another scene.
     NoSuchMeasure {
-        /// The id that is not valid.
+        /// The invalid id.
         measure: MeasureId,
     },
     /// The matrix of the pose is too far from a rotation for a relative pose of two bodies.
@@ -32,8 +32,8 @@ pub enum SceneError {
         /// The largest entry of `|RᵀR − I|`.
         deviation: f64,
     },
-    /// The translation of the pose is longer than 2^990 along an axis, or so far is a part from the axis that its compound
-    /// turns about.
+    /// The translation of the pose is longer than 2^990 along an axis; or a part of a compound is
+    /// as far from the axis of the compound's turn.
     TooFar {
         /// The body; for an insertion, the id that it would have had.
         body: BodyId,
@@ -49,7 +49,7 @@ pub enum SceneError {
     NotALength {
         /// The body; for an insertion, the id that it would have had.
         body: BodyId,
-        /// What was given.
+        /// The rejected value.
         length: f64,
     },
     /// The importance of a question is infinite or NaN.
@@ -57,16 +57,17 @@ pub enum SceneError {
         /// The question.
         question: PairQuestion,
     },
-    /// Something is asked of a body and itself: their distance, their contacts, what is not known of them.
+    /// A question about a pair was given the same body twice: distance, contacts, or certificate.
     OneBody {
         /// The body.
         body: BodyId,
     },
-    /// The ray has no image in the coordinates of a body's mesh: it is too long, or too short for so far a body.
+    /// The ray cannot be mapped to the coordinates of a body's mesh: it is too long, or too short
+    /// for a body so far away.
     NoRay {
         /// The body.
         body: BodyId,
-        /// What became of the ray.
+        /// The error of the mapped ray.
         error: RayError,
     },
     /// All 2^32 − 1 ids are in use.

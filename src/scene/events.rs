@@ -1,7 +1,7 @@
-//! Which contacts begin, persist and end.
+//! Contacts that begin, persist and end.
 //!
-//! The contacts of the last frame and the pairs of this one, both ascending, are merged. What a frame leaves undecided stays
-//! what it was proven to be last.
+//! Merges the contacts of the last frame with the pairs of this one, both ascending. If a frame
+//! leaves a pair undecided, its contact keeps the last proven state.
 
 use super::Scene;
 use super::body::Bodies;
@@ -13,19 +13,21 @@ use crate::query::Verdict;
 use alloc::vec::Vec;
 use core::mem;
 
-/// What contacts are told from.
+/// The state of contact tracking.
 #[derive(Debug, Default)]
 pub(super) struct Events {
-    /// Whether anybody listens.
+    /// True if contacts are tracked.
     on: bool,
     /// The contacts of the last frame.
     last: Vec<BodyContact>,
 }
 
 impl Scene {
-    /// From the next frame on [`Report::contacts`] tells which pairs of bodies begin to touch, go on, and part.
+    /// From the next frame on, [`Report::contacts`] reports which pairs of bodies begin to touch,
+    /// still touch, and separate.
     ///
-    /// Adds to a frame time linear in the pairs listed and the contacts, within its budget of time, and no work. Off by default.
+    /// Adds to a frame time linear in the listed pairs and the contacts, within its budget of time,
+    /// and no work. Off by default.
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -52,7 +54,8 @@ impl Scene {
 }
 
 impl Events {
-    /// Makes room for the contacts of this many pairs, and as many that end, if they are told.
+    /// If contacts are tracked, reserves room for the contacts of this many pairs, and for as many
+    /// that end.
     pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
         if self.on {
             reserve(&mut report.contacts, 2 * pairs);
@@ -60,7 +63,7 @@ impl Events {
         }
     }
 
-    /// How many contacts are known; what telling them takes grows with it.
+    /// Number of known contacts; the time to report them grows with it.
     pub fn len(&self) -> usize {
         self.last.len()
     }
@@ -102,7 +105,7 @@ impl Events {
     }
 }
 
-/// A contact a frame later.
+/// A contact one frame later.
 fn older(contact: &BodyContact, phase: ContactPhase) -> BodyContact {
     BodyContact {
         phase,
@@ -111,7 +114,7 @@ fn older(contact: &BodyContact, phase: ContactPhase) -> BodyContact {
     }
 }
 
-/// What becomes of the contact of a pair that is in the report; `None` if it is none.
+/// The contact of a pair that is in the report; `None` if it has none.
 fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact> {
     let phase = match pair.verdict {
         Verdict::Intersecting { .. } | Verdict::Within { .. } => ContactPhase::Persists,
@@ -130,7 +133,8 @@ fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact
     }
 }
 
-/// What becomes of a contact whose pair is not in the report; `all_listed`: as all others are that are known.
+/// The state of a contact whose pair is not in the report. `all_listed`: all other known pairs are
+/// in the report.
 fn unlisted_phase(
     contact: &BodyContact,
     bodies: &Bodies,
@@ -143,10 +147,10 @@ fn unlisted_phase(
         return ContactPhase::Ended;
     }
     let [a, b] = pair.map(|id| bodies.facts(id.index));
-    // Boxes prove something where they are up to date.
+    // Boxes prove a separation only if they are up to date.
     let are_placed = !a.is_changed() && !b.is_changed();
     let are_apart = are_placed && !bodies.overlap([contact.a.index, contact.b.index]);
-    // Two fixed bodies whose distance was asked for are not compared any more.
+    // Two fixed bodies are not compared once their distance is no longer measured.
     let are_passed_by =
         all_listed && are_placed && pair.into_iter().all(|id| broad.is_closed(id.index));
     if are_apart || are_passed_by || !bodies.may_meet([contact.a.index, contact.b.index]) {

@@ -15,7 +15,7 @@ use alloc::sync::Arc;
 use core::hint::black_box;
 use core::time::Duration;
 
-/// Where fewer pairs are known, other threads are not woken before there is a batch.
+/// With fewer known pairs than this, other threads are not woken before there is a batch.
 const SHARED_PAIRS: usize = 64;
 
 impl Scene {
@@ -38,9 +38,9 @@ impl Scene {
             (self.report.frame, self.mode, self.asked_since, self.rest);
         let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
         let mut share = Share::new(clock);
-        // Without a budget bodies are placed first, so that their pairs are found while other threads test known ones;
-        // on one
-        // thread too, so that all learn the same.
+        // Without a budget, bodies are placed first, so that their pairs are found while other
+        // threads test known ones. This order holds for one thread too, so that results do not
+        // depend on the number of threads.
         let overlaps = budget.is_unlimited();
         if overlaps {
             share.run(Step::Place, |deadline| self.place_changed(deadline));
@@ -121,7 +121,8 @@ impl Scene {
         self.rest = if self.is_known { [number; 2] } else { rest };
     }
 
-    /// A frame of which all is known from the one before, since nothing has changed. Only the ages of contacts grow.
+    /// Repeats the report of the last frame, because nothing has changed. Only the ages of contacts
+    /// grow.
     fn tell_again(&mut self, started: Option<Duration>, clock: &dyn Clock) {
         self.rest[1] = self.report.frame;
         let Self {

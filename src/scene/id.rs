@@ -1,26 +1,26 @@
-//! Names of bodies and of pairs of bodies.
+//! Ids of bodies and of pairs of bodies.
 
 use core::cmp;
 use core::fmt;
 use core::hash::{Hash, Hasher};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Tells the scenes of a process apart, so that none takes the ids of another one for its own. It is no part of what an
-/// id
-/// says: ids compare, hash, print and are stored without it, so that what scenes report that were told the same is the
-/// same.
+/// Distinguishes the scenes of a process, so that no scene accepts an id of another one. Ids
+/// compare, hash, print and are serialized without it, so that scenes with the same history report
+/// equal ids.
 #[derive(Clone, Copy, Default)]
 pub(super) struct SceneNumber(u32);
 
 impl SceneNumber {
-    /// Of a new scene.
+    /// The number of a new scene.
     pub fn new() -> Self {
         static LAST: AtomicU32 = AtomicU32::new(0);
-        // 0 is that of no scene, also after 2^32 of them.
+        // 0 means no scene, also after 2^32 scenes.
         Self(LAST.fetch_add(1, Ordering::Relaxed).wrapping_add(1).max(1))
     }
 
-    /// Whether an id of this number may be of the scene of the other one; so may an id that was made of bits or read.
+    /// True if an id with this number may belong to the scene with the other number. 0, of an id
+    /// made from bits or deserialized, matches every scene.
     #[inline]
     pub fn may_be(self, other: Self) -> bool {
         self.0 == other.0 || self.0 == 0 || other.0 == 0
@@ -57,12 +57,11 @@ impl Hash for SceneNumber {
     fn hash<H: Hasher>(&self, _: &mut H) {}
 }
 
-/// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again, and no other
-/// scene takes
-/// it for one of its own.
+/// Identifies a body of one scene while it is in the scene. The id of a removed body is never valid
+/// again, and no other scene accepts it.
 ///
-/// Ids compare by index and generation: those of two scenes to which the same was done are equal, and a
-/// [report](crate::Report::pair) of one may be asked with those of the other.
+/// Ids compare by index and generation. So the ids of two scenes with the same history are equal,
+/// and a [report](crate::Report::pair) of one accepts those of the other.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyId {
@@ -73,19 +72,20 @@ pub struct BodyId {
 }
 
 impl BodyId {
-    /// A small number that no other body now in the scene has; those of removed bodies are given out again.
+    /// A small number, unique among the bodies now in the scene. Numbers of removed bodies are
+    /// reused.
     pub fn index(self) -> usize {
         self.index as usize
     }
 
-    /// What the id says as a number, for files and other languages: the index in the low half.
+    /// The id as a number, for files and other languages: the index is in the low half.
     pub fn to_bits(self) -> u64 {
         u64::from(self.generation) << 32 | u64::from(self.index)
     }
 
-    /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are ids of its
-    /// bodies. Which
-    /// scene the id was of is not in the number: every scene takes it for its own, as it does an id that was read.
+    /// The inverse of [`to_bits`](Self::to_bits). Accepts any number; a scene knows which numbers
+    /// are ids of its bodies. The number does not include the scene: every scene accepts the id as
+    /// its own, like a deserialized one.
     pub fn from_bits(bits: u64) -> Self {
         Self {
             index: bits as u32,
@@ -94,14 +94,13 @@ impl BodyId {
         }
     }
 
-    /// The number of its scene in this process, from 1; 0 if the id was made of bits or read. For other languages: it
-    /// is no part
-    /// of what the id says.
+    /// The number of its scene in this process, from 1; 0 if the id was made from bits or
+    /// deserialized. For other languages: it is not part of the id's value.
     pub fn scene(self) -> u32 {
         self.scene.0
     }
 
-    /// The same id, of the scene of this number.
+    /// The same id, for the scene with this number.
     #[must_use]
     pub fn of_scene(self, scene: u32) -> Self {
         Self {
@@ -110,7 +109,7 @@ impl BodyId {
         }
     }
 
-    /// Whether both name one body.
+    /// True if both identify the same body.
     pub(super) fn is(self, other: Self) -> bool {
         self == other && self.scene.may_be(other.scene)
     }
@@ -134,7 +133,7 @@ impl fmt::Display for BodyId {
     }
 }
 
-/// An id that is a number, counted up and never given out again.
+/// An id that is a counter and never reused.
 macro_rules! numbered {
     ($(#[$docs:meta])* $id:ident, $name:literal) => {
         $(#[$docs])*
@@ -151,20 +150,19 @@ macro_rules! numbered {
                 Self { number, scene }
             }
 
-            /// What the id says as a number, for files and other languages.
+            /// The id as a number, for files and other languages.
             pub fn to_bits(self) -> u64 {
                 self.number
             }
 
-            /// The inverse of [`to_bits`](Self::to_bits). Any number will do; a scene knows which of them are its ids.
-            /// Which
-            /// scene the id was of is not in the number: every scene takes it for its own, as it does an id that was
-            /// read.
+            /// The inverse of [`to_bits`](Self::to_bits). Accepts any number; a scene knows which
+            /// numbers are its ids. The number does not include the scene: every scene accepts the
+            /// id as its own, like a deserialized one.
             pub fn from_bits(bits: u64) -> Self {
                 Self::new(bits, SceneNumber::default())
             }
 
-            /// Whether both name the same.
+            /// True if both identify the same thing.
             pub(super) fn is(self, other: Self) -> bool {
                 self == other && self.scene.may_be(other.scene)
             }
@@ -197,22 +195,21 @@ macro_rules! numbered {
 }
 
 numbered!(
-    /// Names a compound of one scene ([`crate::Scene::insert_compound`]); that of a removed one is never valid again,
-    /// and no
-    /// other scene takes it for one of its own. Ids compare by their numbers.
+    /// Identifies a compound of one scene ([`crate::Scene::insert_compound`]). The id of a removed
+    /// compound is never valid again, and no other scene accepts it. Ids compare by their numbers.
     CompoundId,
     "compound"
 );
 
 numbered!(
-    /// Names two groups of bodies whose distance is asked for ([`crate::Scene::measure_groups`]), until that ends; no
-    /// other
-    /// scene takes it for one of its own. Ids compare by their numbers.
+    /// Identifies two groups of bodies whose distance is measured
+    /// ([`crate::Scene::measure_groups`]), until that ends. No other scene accepts it. Ids compare
+    /// by their numbers.
     MeasureId,
     "measure"
 );
 
-/// Two bodies by index, the lower one in the upper half: pairs are ordered by it.
+/// Two bodies by index, the lower one in the upper half, so that pairs are ordered by it.
 pub(super) type PairKey = u64;
 
 pub(super) fn pair_key(a: u32, b: u32) -> PairKey {

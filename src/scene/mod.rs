@@ -1,20 +1,24 @@
-//! Many bodies, one budget a frame.
+//! Collision detection of many bodies with one budget per frame.
 //!
-//! A [`Scene`] holds bodies ([`body`]), some of which move as one ([`compound`]). A frame ([`frame`])
+//! A [`Scene`] holds bodies ([`body`]); some move together as a compound ([`compound`]). A frame
+//! ([`frame`])
 //!
-//! 1. updates the boxes of the bodies that changed, and finds the pairs that are near each other ([`broad`]);
+//! 1. updates the boxes of the bodies that changed, and finds the pairs that are near each other
+//!    ([`broad`]);
 //! 2. lists the pairs whose boxes overlap, and shares the budget among them ([`schedule`]);
-//! 3. runs the query that answers what is asked of each pair ([`pair`]), on one thread or on several;
+//! 3. runs the query that answers the question of each pair ([`pair`]), on one thread or on
+//!    several;
 //! 4. reports which contacts began and ended ([`events`]).
 //!
-//! A pair has four records: an entry in the list of known pairs, a state that is kept from its first query on, a job of the
-//! frame, and a report. A pair that was proven to be farther apart than its bodies have moved since needs no job, and of its
-//! records only the entry is looked at. A pair that meets may have a second question: where it touches. The questions, and how
-//! much each matters, are in [`ask`]; rays are cast between frames ([`cast`]).
+//! A pair has four records: an entry in the list of known pairs, a state that is kept from its
+//! first query on, a job of the frame, and a report. A pair proven to be farther apart than its
+//! bodies have moved since needs no job; only its entry is read. A pair that meets may have a
+//! second question: its contacts. The questions and their importance are in [`ask`]; rays are cast
+//! between frames ([`cast`]).
 //!
-//! Each of these steps has a part of the budget ([`schedule::share`]), stops when that is spent, and goes on in the next frame
-//! where it stopped. What was not reached is counted: bodies that are not placed, bodies whose partners are not known, pairs that
-//! are not listed, and pairs that are not decided.
+//! Each step has a share of the budget ([`schedule::share`]), stops when it is spent, and continues
+//! in the next frame where it stopped. The report counts what was not reached: bodies not placed,
+//! bodies with possibly unknown partners, pairs not listed, and pairs not decided.
 
 mod ask;
 mod body;
@@ -67,22 +71,23 @@ use schedule::pairs::Pairs;
 #[cfg(feature = "parallel")]
 use schedule::workers::Workers;
 
-/// Which boxes the broad phase compares.
+/// Selects the boxes that the broad phase compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reach {
-    /// Those around the bodies where they are: pairs that are not reported do not meet.
+    /// The boxes around the bodies at their poses. Pairs that are not reported do not meet.
     #[default]
     Here,
-    /// Swept boxes: each covers a body's motion since the previous frame, at a constant velocity and turn between its two
-    /// poses (the screw motion, or the middle of its box on a straight line). Pairs that may have met in between are reported
-    /// as well, with what is true of them here.
+    /// Swept boxes: each covers a body's motion since the previous frame, at a constant velocity
+    /// and turn between its two poses (the screw motion, or the middle of its box on a straight
+    /// line). Pairs that may have met in between are also reported; their reports describe the
+    /// current poses.
     Swept,
 }
 
 named!(Reach { Here => "here", Swept => "swept" });
 
-/// Bodies that move, and the question which of them meet, asked again every frame within a budget.
+/// Bodies that move. Each frame finds, within a budget, which of them meet.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -107,11 +112,11 @@ named!(Reach { Here => "here", Swept => "swept" });
 #[derive(Debug)]
 pub struct Scene {
     mode: Mode,
-    /// The frame from which on this mode is asked for.
+    /// The frame from which on this mode applies.
     asked_since: u64,
-    /// Whether the last report holds for the next frame too, unless something changes.
+    /// True if the last report also holds for the next frame, unless something changes.
     is_known: bool,
-    /// The last frame that found all, and the last of those after it in which nothing had changed.
+    /// The last frame that found everything, and the last of the unchanged frames after it.
     rest: [u64; 2],
     reach: Reach,
     bodies: Arc<Bodies>,
@@ -128,7 +133,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A scene without bodies, that asks whether they meet.
+    /// A scene without bodies, in [`Mode::Any`].
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -151,39 +156,40 @@ impl Scene {
         }
     }
 
-    /// Asks from the next frame on for any intersection of each pair (the default), or for the number of all; what earlier
-    /// frames found does not answer another question.
+    /// From the next frame on, searches for any intersection of each pair (the default), or counts
+    /// all. Results of earlier frames do not answer the other question.
     pub fn set_mode(&mut self, mode: Mode) {
         if self.mode != mode {
             (self.mode, self.asked_since, self.is_known) = (mode, self.next_frame(), false);
         }
     }
 
-    /// Which boxes the broad phase compares from the next frame on; by default, those where the bodies are.
+    /// Sets which boxes the broad phase compares, from the next frame on. The default is
+    /// [`Reach::Here`].
     pub fn set_reach(&mut self, reach: Reach) {
         (self.reach, self.is_known) = (reach, false);
     }
 
-    /// The most pairs of near bodies that are kept; by default 1,048,576. A pair takes 72 bytes, and about 450 more
-    /// from its
-    /// first turn on.
+    /// Sets the maximum number of pairs of near bodies that are kept; by default 1,048,576. A pair
+    /// takes 72 bytes, and about 450 more from its first turn on.
     ///
-    /// Pairs beyond that are left out, and [`Report::is_full`] says so, until an eighth of the room is free again. Those that
-    /// are kept already stay.
+    /// Further pairs are left out, and [`Report::is_full`] is true, until an eighth of the room is
+    /// free again. Pairs that are already kept stay.
     pub fn set_max_pairs(&mut self, pairs: usize) {
         self.pairs.most = pairs.min(schedule::pairs::LIMIT);
         self.is_known = false;
     }
 
-    /// Shares the work of [`Scene::detect`] among `threads` threads, the caller's included. Tests of last witnesses and queries
-    /// are shared; placing bodies and finding and listing pairs are done by the caller. In a frame without a budget the other
-    /// threads run queries while pairs are listed.
+    /// Shares the work of [`Scene::detect`] among `threads` threads, including the caller's. Tests
+    /// of the latest witnesses and queries are shared. The caller places bodies and finds and lists
+    /// pairs. In a frame without a budget the other threads run queries while pairs are listed.
     ///
-    /// Each frame wakes the threads. They poll for tasks for up to 0.2 ms before they sleep again. The state of a pair has to
-    /// travel between the cores that work on it: where cores are far apart, threads gain less, or nothing if frames are short.
+    /// Each frame wakes the threads. They poll for tasks for up to 0.2 ms before they sleep again.
+    /// The state of a pair moves between the cores that work on it. So if communication between the
+    /// cores is slow, threads gain less, or nothing if frames are short.
     ///
     /// # Errors
-    /// If the operating system gives no thread; the scene then has the threads that it had.
+    /// If the operating system cannot start a thread. The scene then keeps its threads.
     #[cfg(feature = "parallel")]
     pub fn use_threads(&mut self, threads: usize) -> std::io::Result<()> {
         self.workers = if threads > 1 {
@@ -194,9 +200,10 @@ impl Scene {
         Ok(())
     }
 
-    /// Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do: the boxes of moving
-    /// bodies are widened by a twentieth of their longest edge. Within this room [`Scene::detect`] does not allocate.
-    /// Takes about 850 bytes a body and 970 a pair.
+    /// Reserves room for this many bodies, and for this many pairs of them whose boxes overlap or
+    /// nearly do: the boxes of moving bodies are widened by a twentieth of their longest edge.
+    /// Within this room [`Scene::detect`] does not allocate. Takes about 850 bytes per body and 970
+    /// per pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
         let Self {
@@ -216,10 +223,11 @@ impl Scene {
         events.reserve(states.room(), report);
     }
 
-    /// Puts a body into the scene.
+    /// Inserts a body.
     ///
     /// # Errors
-    /// If its pose, importance or margin is refused, with the id that it would have had, or no id is left.
+    /// If its pose, importance or margin is invalid; the error has the id that the body would have
+    /// had. Or if no id is left.
     pub fn insert(&mut self, body: Body) -> Result<BodyId, SceneError> {
         self.insert_part(body, None)
     }
@@ -246,10 +254,10 @@ impl Scene {
         Ok(id)
     }
 
-    /// Takes a body out of the scene.
+    /// Removes a body.
     ///
     /// # Errors
-    /// If it is not in it.
+    /// If the body is not in the scene.
     pub fn remove(&mut self, id: BodyId) -> Result<Body, SceneError> {
         let Placed { body, compound, .. } = self.edit(|bodies| bodies.remove(id))?;
         self.compounds.forget(compound, id);
@@ -259,7 +267,7 @@ impl Scene {
     /// A body of the scene.
     ///
     /// # Errors
-    /// If it is not in it.
+    /// If the body is not in the scene.
     pub fn body(&self, id: BodyId) -> Result<&Body, SceneError> {
         Ok(&self.bodies.get(id)?.body)
     }
@@ -269,20 +277,22 @@ impl Scene {
         self.bodies.iter()
     }
 
-    /// The number of bodies.
+    /// Number of bodies.
     pub fn len(&self) -> usize {
         self.bodies.len()
     }
 
-    /// Whether there is no body.
+    /// True if there is no body.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Moves a body, which rests there. Setting the pose at which it already rests is a no-op.
+    /// Moves a body to a pose, where it rests. Setting the pose at which it already rests is a
+    /// no-op.
     ///
     /// # Errors
-    /// If the body is not in the scene, or its pose too far from a rotation or too far out; it then stays where it was.
+    /// If the body is not in the scene, or its pose is too far from a rotation or too far out. The
+    /// body then stays where it was.
     pub fn set_pose(&mut self, id: BodyId, pose: Pose) -> Result<(), SceneError> {
         let Placed { body, motion, .. } = self.bodies.get(id)?;
         if body.pose != pose || motion.is_some() {
@@ -293,11 +303,11 @@ impl Scene {
         Ok(())
     }
 
-    /// Moves several bodies: [`Scene::set_pose`] of each, in this order, or of none.
+    /// Moves several bodies: [`Scene::set_pose`] for each, in this order, or for none.
     ///
     /// # Errors
-    /// If a body is not in the scene, or its pose too far from a rotation or too far out; all then stay where they
-    /// were.
+    /// If a body is not in the scene, or its pose is too far from a rotation or too far out. All
+    /// bodies then stay where they were.
     pub fn set_poses(
         &mut self,
         poses: impl IntoIterator<Item = (BodyId, Pose), IntoIter: Clone>,
@@ -310,7 +320,7 @@ impl Scene {
         poses.try_for_each(|(id, pose)| self.set_pose(id, pose))
     }
 
-    /// Gives a body another tree, of a mesh that was deformed, say.
+    /// Replaces the tree of a body, for example after its mesh was deformed.
     ///
     /// # Errors
     /// If the body is not in the scene.
@@ -318,8 +328,8 @@ impl Scene {
         self.change(id, |placed| placed.body.tree = tree)
     }
 
-    /// The tree of a body, to be changed in place: refitted to a mesh that deforms, say. If others share it, the body gets
-    /// one of its own first.
+    /// The tree of a body, to be changed in place, for example refitted to a deforming mesh. If
+    /// other bodies share the tree, the body first gets a copy.
     ///
     /// # Errors
     /// If the body is not in the scene.
@@ -328,7 +338,7 @@ impl Scene {
         Ok(Arc::make_mut(&mut self.bodies_mut().get_mut(id)?.body.tree))
     }
 
-    /// Says whom a body may meet.
+    /// Sets which bodies a body may meet.
     ///
     /// # Errors
     /// If the body is not in the scene.
@@ -338,7 +348,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Says how much the pairs of a body matter.
+    /// Sets how much the pairs of a body matter.
     ///
     /// # Errors
     /// If the body is not in the scene, or the importance is NaN.
@@ -347,60 +357,67 @@ impl Scene {
         self.edit(|bodies| bodies.set_importance(id, importance))
     }
 
-    /// Finds out which bodies meet, within a budget for the whole frame.
+    /// Finds which bodies meet, within a budget for the whole frame.
     ///
-    /// Nothing runs past the budget: placing bodies, finding pairs and listing them are work like the queries, stop when their
-    /// part of the frame is spent, and go on in the next frame. In [`Mode::Any`] pairs that met are tested before them by their
-    /// last witnesses, and by what lies next to these: under a budget
-    /// of time for half of the frame at most, under one of work up to `B - 2R` (see below). If the last report [is not
-    /// whole](Report::is_whole) and only time is limited, known pairs are then searched too, and both may last until thirteen
-    /// sixteenths of the frame are over. Of what is left the broad phase has up to seven eighths.
-    /// Under a budget of work, `B` units are for queries, as if all pairs were known, and the broad phase may do `B + 65,536`
-    /// units of its own ([`Report::broad_phase_work`]).
+    /// Nothing exceeds the budget. Placing bodies, finding pairs and listing them are work like the
+    /// queries: they stop when their share of the frame is spent, and continue in the next frame.
+    /// In [`Mode::Any`], pairs that met are tested first, by their latest witnesses and by the
+    /// triangles next to these. Under a budget of time this takes up to half of the frame, under
+    /// one of work up to `B - 2R` (see below). If the last report [is not whole](Report::is_whole)
+    /// and only time is limited, known pairs are then searched too, and both may take up to
+    /// thirteen sixteenths of the frame. The broad phase may use up to seven eighths of what is
+    /// left. Under a budget of work, `B` units are for queries, as if all pairs were known, and the
+    /// broad phase may do `B + 65,536` units of its own ([`Report::broad_phase_work`]).
     ///
-    /// **Lock-step.** Scenes to which the same was done, frame by frame with the same budgets, report the same bits on
-    /// any number
-    /// of threads and on every machine, as long as every frame from the first on had a budget of work or none. What a
-    /// frame finds
-    /// within a budget of time depends on the machine, and later frames, under whatever budget, go on from there: a
-    /// scene that
-    /// had one such frame is out of step for good, and is to be made anew. Rays may be cast within any budget.
+    /// **Lock-step.** Two scenes with the same history of changes, frame by frame with the same
+    /// budgets, report the same bits on any number of threads and on every machine, as long as
+    /// every frame from the first on had a budget of work or none. The findings of a frame with a
+    /// budget of time depend on the machine, and later frames, with any budget, continue from them.
+    /// So after one such frame a scene is out of step for good and must be rebuilt. Rays may be
+    /// cast within any budget.
     ///
+    /// If the broad phase was cut, the report [is not whole](Report::is_whole). It counts the
+    /// bodies not placed ([`Report::unplaced`]), the bodies with possibly unknown partners
+    /// ([`Report::unpaired`]), and the known pairs not listed ([`Report::unlisted`]). Everything
+    /// that it states about its pairs is still true. Bodies with an importance above 0 go first,
+    /// except that one in four is another body. None waits for ever if budgets allow a step at all.
+    /// Bodies that rest are known after some frames, as without a budget. If the last frame decided
+    /// all pairs and nothing has changed since, its report is repeated, within any budget.
+    /// Distances, motions and [contacts of chosen pairs](Scene::find_contacts_of) are exceptions:
+    /// they are processed in every frame.
     ///
-    /// If the broad phase was cut, the report [is not whole](Report::is_whole) and says how many bodies are not placed
-    /// ([`Report::unplaced`]), how many have partners that may not be known ([`Report::unpaired`]), and how many known pairs it
-    /// did not look at ([`Report::unlisted`]). What it says about the pairs in it is as true as ever. Bodies of an importance
-    /// above 0 go first, but for one in four; none waits for ever if budgets allow a step at all. What rests is known after some
-    /// frames, as without a budget. If the last frame decided all pairs and nothing has changed since, its report is told again,
-    /// within any budget; unless it tells of distances, of motions, or [where some bodies touch](Scene::find_contacts_of), which
-    /// are looked at in every frame.
+    /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of
+    /// overlapping boxes, than any before, and, in preparation, in the 64 frames after the scene
+    /// had more bodies than ever. Buffers then get room for twice as many, so there are few such
+    /// frames. Within the room made by [`Scene::reserve`] there are none. There are at most
+    /// [`Scene::set_max_pairs`] pairs, plus those whose distances are measured.
     ///
-    /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of overlapping boxes, than any
-    /// before it, and, to be ready for more, in the 64 frames after it had more bodies than ever. Buffers then get room for
-    /// twice as many, so there are few such frames; within the room made by [`Scene::reserve`] there are none. There are no
-    /// more than [`Scene::set_max_pairs`] pairs, and those whose distances are asked for.
+    /// **Several questions, one budget.** The question of a pair whose boxes overlap is whether it
+    /// meets. If its distance is [measured](Scene::measure), the distance is computed instead,
+    /// which answers both. If a body [moves](Scene::set_motion), the question is the time of
+    /// impact. A pair that meets may also be asked for its [contacts](Scene::find_contacts). The
+    /// importance of a question is the sum of the importance of the more important body and [that
+    /// of the question](Scene::set_question_importance). The most important go first; of equal
+    /// ones, those with the most expected information per cost: a probable intersection, contacts
+    /// that are certain to exist, the earliest time of impact. Tests of the latest witnesses
+    /// precede them, and a quarter of the budget goes to all questions in turn. If contacts are
+    /// more important than whether a pair meets, the contacts of pairs that met last are found
+    /// first.
     ///
-    /// **Several questions, one budget.** Of each pair that overlaps is asked whether it meets; how far apart it is instead, if
-    /// that is [asked for](Scene::measure), which tells both; until when it is free, if a body [moves](Scene::set_motion); and
-    /// of a pair that meets, [where it touches](Scene::find_contacts). A question counts as much as the more important body
-    /// of the pair and [the question](Scene::set_question_importance) together. Those that count most go first, and of equal
-    /// ones those that are expected to tell most for their cost: an intersection that is likely, contacts that are sure to be
-    /// there, the contact in time that is the soonest. Before them come tests of the last witnesses, and a quarter of the
-    /// budget goes round all questions in turn. If contacts count more than whether a pair meets, they are asked first of the
-    /// pairs that met last.
+    /// **Guarantee: no question starves.** Let `B` be the budget of each frame: work (at least
+    /// `L`), or the time left by the broad phase and the steps before it. Let `R = B/8`. Let `C` be
+    /// the sum, over the overlapping pairs and the questions of each, of the cost of a complete
+    /// answer, or of the expected cost if that is more, plus `L` units for every frame in which the
+    /// question continues. `L` is 602, or 1,290 with [margins](Scene::set_margin),
+    /// [distances](Scene::measure) or [motions](Scene::set_motion), or 3,690 with contacts. Then
+    /// each question of each pair has a turn within **`K = 2 ⌈C/R⌉ + 1`** frames. A question that
+    /// costs at most `R`, or whose bodies rest, is answered at least once in `K` frames.
     ///
-    /// **Guarantee: no question starves.** Let `B` be the budget of each frame, of work (at least `L`) or the time that the
-    /// broad phase and what comes before it leave; `R = B/8`; and `C` the sum over the overlapping pairs, and over the questions
-    /// asked of each, of what they take to their ends, or are expected to take if that is more, with `L` units for every frame
-    /// in which one goes on: `L` is 602, or 1,290 if [margins](Scene::set_margin), [distances](Scene::measure) or
-    /// [motions](Scene::set_motion) are asked for, or 3,690 if contacts are. Then each question of each pair has a turn within
-    /// **`K = 2 ⌈C/R⌉ + 1`** frames, and one that takes no more than `R`, or whose bodies rest, is answered at least once in
-    /// `K` frames.
+    /// If the broad phase is cut, this holds from the frame in which a pair is first known. `K` is
+    /// then larger by twice the number of frames that it takes to list all known pairs once.
     ///
-    /// If the broad phase is cut, this holds from the frame on in which a pair is known, with `K` plus twice the frames that it
-    /// takes to list all known pairs once.
-    ///
-    /// With a clock of the caller's ([`Budget::clock`](crate::Budget::clock)) the calling thread does all by itself.
+    /// With a clock of the caller's ([`Budget::clock`](crate::Budget::clock)) the calling thread
+    /// does all the work.
     pub fn detect<'c>(&mut self, budget: impl Into<ClockedBudget<'c>>) -> &Report {
         self.detect_within(budget.into())
     }
@@ -419,14 +436,14 @@ impl Scene {
         &self.report
     }
 
-    /// What the last frame found; before the first an empty report, of frame 0.
+    /// The report of the last frame; before the first an empty report, of frame 0.
     pub fn report(&self) -> &Report {
         &self.report
     }
 
-    /// Whether the last frame knew all bodies that this one may meet: it was placed where it is, and the search for its partners
-    /// came to its end. Of two such bodies that may meet and are not in [`Report::pairs`] together the boxes are apart if
-    /// [`Report::unlisted`] is 0.
+    /// True if the last frame knew all bodies that this one may meet: the body was placed at its
+    /// pose, and the search for its partners is finished. If two such bodies may meet, are not in
+    /// [`Report::pairs`] together, and [`Report::unlisted`] is 0, then their boxes are separated.
     ///
     /// # Errors
     /// If the body is not in the scene.
@@ -435,28 +452,30 @@ impl Scene {
         Ok(self.broad.is_closed(id.index) && !self.bodies.facts(id.index).is_changed())
     }
 
-    /// The correction of the probabilities that estimates tell: [`PairReport::probability`] of a pair whose query was stopped
-    /// includes it.
+    /// The correction of the estimated probabilities. [`PairReport::probability`] of a pair whose
+    /// query was stopped includes it.
     ///
-    /// It learns by itself when a pair is decided, from up to eight estimates while its bodies rested. What was told before one
-    /// of them moved teaches nothing: of pairs in motion, those that meet are decided sooner than the others.
+    /// It is updated when a pair is decided, from up to eight estimates made while its bodies
+    /// rested. Estimates made before one of them moved are not used: of moving pairs, those that
+    /// meet are decided sooner than the others.
     pub fn calibration(&self) -> Calibration {
         self.schedule.calibration
     }
 
-    /// Goes on with a correction that was learned before, by another scene with parts of the same kind, say.
+    /// Sets a correction that was learned before, for example by another scene with similar parts.
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.schedule.calibration = calibration;
     }
 
-    /// The bodies, to be changed in a way that is not refused: the last report may not hold any more.
+    /// The bodies, for a change that cannot fail. The last report may no longer hold.
     fn bodies_mut(&mut self) -> &mut Bodies {
         self.is_known = false;
-        // No worker has a share of them between frames, so nothing is copied.
+        // Between frames no worker shares them, so nothing is copied.
         Arc::make_mut(&mut self.bodies)
     }
 
-    /// Changes the bodies. If that is refused, which leaves them as they were, the last report holds as long as before.
+    /// Changes the bodies. If that fails, it leaves them unchanged, and the last report still
+    /// holds.
     fn edit<R>(
         &mut self,
         change: impl FnOnce(&mut Bodies) -> Result<R, SceneError>,
@@ -466,7 +485,7 @@ impl Scene {
         Ok(done)
     }
 
-    /// The frame in which a change takes effect.
+    /// The number of the frame in which a change takes effect.
     fn next_frame(&self) -> u64 {
         self.report.frame + 1
     }

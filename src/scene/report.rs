@@ -1,4 +1,4 @@
-//! What a frame says.
+//! The report of a frame.
 
 use super::id::{BodyId, MeasureId};
 use super::pair::spent::Spent;
@@ -8,192 +8,203 @@ use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
 
-/// What is known about two bodies whose boxes overlap.
+/// The result for two bodies whose boxes overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PairReport {
-    /// The body of the lower index: A of the pair.
+    /// The body with the lower index: A of the pair.
     pub a: BodyId,
     /// The other one.
     pub b: BodyId,
-    /// Whether their surfaces meet, thickened by their [margins](crate::Body::margin), in this frame.
+    /// States whether their surfaces, thickened by their [margins](crate::Body::margin), meet in
+    /// this frame.
     pub verdict: Verdict,
-    /// Intersecting pairs of triangles found; at most 1 in [`crate::Mode::Any`], and of bodies with margins, whose
-    /// witness
-    /// counts.
+    /// Intersecting pairs of triangles found. In [`crate::Mode::Any`], and for bodies with margins,
+    /// at most 1: the witness.
     pub found: u64,
-    /// Whether nothing is left to find: decided, in [`crate::Mode::Any`], and its distance or motion known, if that is asked
-    /// for; in [`crate::Mode::All`], all have been found. Undecided all the same if rounding hides whether bodies with margins
-    /// meet, or bodies in motion at its start.
+    /// True if nothing is left to find. In [`crate::Mode::Any`] the pair is decided, and its
+    /// distance or motion is known if requested. In [`crate::Mode::All`] all intersections have
+    /// been found. A complete pair can be undecided if rounding hides whether bodies with margins
+    /// meet, or moving bodies at the start.
     pub complete: bool,
-    /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open, 0.5 if the pair is
-    /// complete all the same. Otherwise by
-    /// [`crate::Query::estimate`] for a pair whose query was stopped, corrected by [`crate::Scene::calibration`], and by what is
-    /// remembered and what the boxes have in common for one that had no turn, or in frames of less than 1 ms.
+    /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open; 0.5 if
+    /// the pair is complete but undecided. Otherwise, for a pair whose query was stopped, it is
+    /// that of [`crate::Query::estimate`], corrected by [`crate::Scene::calibration`]. For a pair
+    /// without a turn, or in frames of less than 1 ms, it comes from the pair's history and the
+    /// overlap of the boxes.
     pub probability: f64,
-    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, 0 if nothing was found,
-    /// and
-    /// between them otherwise: by [`crate::Query::estimate`] for a query that was stopped, or else the share of its
-    /// expected
-    /// work that is done.
+    /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, 0 if
+    /// nothing was found. Otherwise, for a stopped query, it is that of [`crate::Query::estimate`],
+    /// or else the share of its expected work that is done.
     pub recall: f64,
-    /// Frames since it was decided: 0 if it was in this one. A pair that never was counts from the frame before its boxes
-    /// met.
+    /// Frames since the pair was decided: 0 if in this one. A pair that was never decided counts
+    /// from the frame before its boxes met.
     pub age: u64,
 }
 
-/// What is known of the distance of two bodies: [`crate::Scene::measure`].
+/// The distance of two bodies: [`crate::Scene::measure`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PairDistance {
-    /// The body of the lower index.
+    /// The body with the lower index.
     pub a: BodyId,
     /// The other one.
     pub b: BodyId,
-    /// Proven: no point of one surface was closer to the other; 0 if nothing is known.
+    /// Proven lower bound: no point of one surface was closer to the other. 0 if nothing is known.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
-    /// Proven: the distance of `triangles`, and 0 only if the surfaces met; infinite if nothing is known.
+    /// Proven upper bound: the distance of `triangles`. 0 only if the surfaces met; infinite if
+    /// nothing is known.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub high: f64,
-    /// The closest triangles that were found: ids of the meshes of `a` and of `b`.
+    /// The closest triangles found: ids of the meshes of `a` and of `b`.
     pub triangles: Option<[u32; 2]>,
-    /// Frames since this was proven: 0 if it holds for the bodies where they are in this frame. As many as there were if
-    /// nothing is known.
+    /// Frames since this was proven: 0 if it holds for the poses of this frame. If nothing is
+    /// known, the number of frames so far.
     pub age: u64,
 }
 
-/// What is known of the least distance between two groups of bodies: [`crate::Scene::measure_groups`]. It holds for the bodies
-/// where they are in this frame, whatever the budget reached.
+/// The least distance between two groups of bodies: [`crate::Scene::measure_groups`]. It holds for
+/// the poses of this frame, whatever the budget reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct GroupDistance {
-    /// Of which groups.
+    /// The id of the groups.
     pub id: MeasureId,
-    /// Proven: no point of one group is closer to the other; 0 if nothing is known, or if not all of their pairs were looked at
-    /// ([`Report::unlisted`]), and infinite if no two of their bodies may meet.
+    /// Proven lower bound: no point of one group is closer to the other. 0 if nothing is known, or
+    /// if not all of their pairs were listed ([`Report::unlisted`]). Infinite if no two of their
+    /// bodies may meet.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub low: f64,
-    /// Proven: the groups are no farther apart, and 0 only if bodies of them met; infinite if nothing is known.
+    /// Proven upper bound of the distance. 0 only if bodies of the groups met; infinite if nothing
+    /// is known.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub high: f64,
-    /// The bodies that prove `high`, the lower index first. `None`: it is that of boxes.
+    /// The bodies that prove `high`, the lower index first. `None` if `high` is a bound from boxes.
     pub bodies: Option<[BodyId; 2]>,
-    /// Their closest triangles that were found, no more than `high` apart: ids of their meshes.
+    /// Their closest triangles found, at most `high` apart: ids of their meshes.
     pub triangles: Option<[u32; 2]>,
-    /// How many pairs of bodies may still be closer, or are to be measured. 0: `high - low` is within the tolerance.
+    /// Number of pairs of bodies that may be closer or must still be measured. If 0, `high - low`
+    /// is within the tolerance.
     pub open: usize,
 }
 
-/// Until when two bodies are apart, of which one or both move: [`crate::Scene::set_motion`]. Times from 0, this frame, to 1,
-/// the end of their motions.
+/// Time of impact of two bodies, of which one or both move: [`crate::Scene::set_motion`]. Times
+/// range from 0, this frame, to 1, the end of their motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PairPassage {
-    /// The body of the lower index.
+    /// The body with the lower index.
     pub a: BodyId,
     /// The other one.
     pub b: BodyId,
-    /// Proven: they meet at no time before; 1 without `touching_at`: they are free to the end. 0 if the budget did not reach
-    /// the pair.
+    /// Proven: the bodies meet at no time before. If it is 1 and `touching_at` is `None`, they are
+    /// free to the end. 0 if the budget did not reach the pair.
     pub free_until: f64,
-    /// Proven: they meet at this time. `None`: no contact was found (yet).
+    /// Proven: the bodies meet at this time. `None` if no contact was found (yet).
     pub touching_at: Option<f64>,
-    /// The triangles that meet then: ids of the meshes of `a` and of `b`.
+    /// The triangles that meet at `touching_at`: ids of the meshes of `a` and of `b`.
     pub triangles: Option<[u32; 2]>,
 }
 
-/// What becomes of a contact of two bodies in a frame.
+/// State of a contact of two bodies in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ContactPhase {
-    /// They are proven to touch in this frame, and were not known to before.
+    /// The bodies are proven to touch in this frame, and had no contact before.
     Began,
-    /// They are proven to touch again.
+    /// The bodies are proven to touch again.
     Persists,
-    /// They touched when it was last decided, and this frame has not decided it.
+    /// The bodies touched when that was last decided, and this frame has not decided it.
     Undecided,
-    /// They are proven to be apart, or one was removed, or they may not meet any more ([`crate::Filter`]), or both are
-    /// [fixed](crate::BodyKind::Fixed) and their distance is asked for no more.
+    /// The bodies are proven separated, or one was removed, or they may no longer meet
+    /// ([`crate::Filter`]), or both are [fixed](crate::BodyKind::Fixed) and their distance is no
+    /// longer measured.
     Ended,
 }
 
 named!(ContactPhase { Began => "began", Persists => "persists", Undecided => "undecided", Ended => "ended" });
 
 /// A contact of two bodies: [`crate::Scene::track_contacts`]. They touch as long as their [verdict
-/// meets](Verdict::meets),
-/// margins included.
+/// meets](Verdict::meets), margins included.
 ///
-/// It begins and ends in frames that prove it: of a pair that is undecided nothing is told but what was proven last. So between
-/// two frames that decided it, bodies may have parted and met again unseen, and a contact shorter than that is not told.
+/// A contact begins and ends in frames that prove it. For an undecided pair the last proven state
+/// is reported. So between two frames that decided it, bodies may have separated and met again
+/// unnoticed, and a shorter contact is not reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BodyContact {
-    /// The body of the lower index.
+    /// The body with the lower index.
     pub a: BodyId,
     /// The other one.
     pub b: BodyId,
-    /// What becomes of it in this frame.
+    /// The state in this frame.
     pub phase: ContactPhase,
-    /// Frames since it began: 0 in the frame in which it did.
+    /// Frames since it began: 0 in the frame in which it began.
     pub age: u64,
 }
 
-/// What [`crate::Scene::detect`] found in a frame.
+/// The results of [`crate::Scene::detect`] for a frame.
 ///
-/// If it [is whole](Report::is_whole), bodies that are not in [`Report::pairs`] together, and may meet, do not: their boxes are
-/// apart. Otherwise the budget ended in the broad phase, or there is no room for all pairs; then this is so for two bodies whose
-/// partners are [known](crate::Scene::partners_known) if [`Report::unlisted`] is 0.
+/// If it [is whole](Report::is_whole), two bodies that may meet and are not in [`Report::pairs`]
+/// together do not meet: their boxes are separated. Otherwise the budget ended in the broad phase,
+/// or there is no room for all pairs. Then the statement holds for two bodies whose partners are
+/// [known](crate::Scene::partners_known) if [`Report::unlisted`] is 0.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Report {
-    /// Frames so far, this one included.
+    /// Number of frames so far, including this one.
     pub frame: u64,
-    /// All pairs of bodies that may meet and whose boxes overlap, or whose [distance](crate::Scene::measure) is asked for, or
-    /// that may be the closest of two [groups](crate::Scene::measure_groups); ascending by index, as far as they are known and
+    /// Pairs of bodies that may meet and whose boxes overlap, or whose
+    /// [distance](crate::Scene::measure) is measured, or that may be the closest of two
+    /// [groups](crate::Scene::measure_groups). Ascending by index, as far as they are known and
     /// listed.
     pub pairs: Vec<PairReport>,
-    /// The distances that are [asked for](crate::Scene::measure), ascending by index, whether their pairs had a turn or not.
+    /// The [measured](crate::Scene::measure) distances, ascending by index, with or without a turn
+    /// of their pairs.
     pub distances: Vec<PairDistance>,
-    /// The distances of groups that are [asked for](crate::Scene::measure_groups).
+    /// The [measured](crate::Scene::measure_groups) distances of groups.
     pub group_distances: Vec<GroupDistance>,
-    /// The pairs of `pairs` of which one or both bodies have a [motion](crate::Scene::set_motion), and whose distance is not
-    /// asked for. Bodies that are not in `pairs` together, and may meet, do not meet on their way if the report
-    /// [is whole](Report::is_whole).
+    /// The pairs of `pairs` of which one or both bodies have a [motion](crate::Scene::set_motion),
+    /// and whose distance is not measured. If the report [is whole](Report::is_whole), two bodies
+    /// that may meet and are not in `pairs` together do not meet during their motions.
     pub passages: Vec<PairPassage>,
-    /// The contacts of bodies, ascending by index; of one index, that of a removed body first. Empty unless
-    /// [asked for](crate::Scene::track_contacts). Contacts of a removed body end in the next frame, under its own id.
+    /// The contacts of bodies, ascending by index; of equal indices, that of a removed body first.
+    /// Empty unless [tracked](crate::Scene::track_contacts). Contacts of a removed body end in the
+    /// next frame, with its own id.
     pub contacts: Vec<BodyContact>,
-    /// How many of `pairs` are decided in this frame.
+    /// Number of pairs in `pairs` decided in this frame.
     pub decided: usize,
-    /// How many of `pairs` are proven to intersect: [`Verdict::Intersecting`].
+    /// Number of pairs in `pairs` proven to intersect: [`Verdict::Intersecting`].
     pub intersecting: usize,
-    /// How many of `pairs` are proven to come within their margins: [`Verdict::Within`]. They are not among the
-    /// intersecting
-    /// ones.
+    /// Number of pairs in `pairs` proven to be within their margins: [`Verdict::Within`]. They do
+    /// not count as intersecting.
     #[cfg_attr(feature = "serde", serde(default))]
     pub within: usize,
-    /// How many of `pairs` are complete.
+    /// Number of complete pairs in `pairs`.
     pub complete: usize,
     /// The largest age of a pair in `pairs`.
     pub worst_age: u64,
-    /// Bodies that changed or were removed and whose boxes are not up to date: the next frames place them.
+    /// Bodies that changed or were removed and whose boxes are outdated. The next frames place
+    /// them.
     pub unplaced: usize,
-    /// Bodies that not all partners are known of: they moved on or were removed, and the search for pairs is not at its end.
+    /// Bodies with possibly unknown partners: they moved or were removed, and the search for pairs
+    /// is unfinished.
     pub unpaired: usize,
-    /// Known pairs that were not looked at: they are not in `pairs`, and count as undecided. Their bodies are near each other;
-    /// their boxes may overlap.
+    /// Known pairs that were not listed: they are not in `pairs`, and count as undecided. Their
+    /// bodies are near each other; their boxes may overlap.
     pub unlisted: usize,
-    /// Whether pairs were left out because there are [as many as there may be](crate::Scene::set_max_pairs). Their bodies are
-    /// among the unpaired ones.
+    /// True if pairs were left out because the [maximum number](crate::Scene::set_max_pairs) was
+    /// reached. Their bodies count as unpaired.
     pub is_full: bool,
-    /// Work done: that of the queries ([`crate::Budget::work`]) and 250 for each that was begun. Not the broad phase.
+    /// Work of the queries ([`crate::Budget::work`]), plus 250 units for each query begun. Excludes
+    /// the broad phase.
     pub work: u64,
     /// Work of the broad phase: placing bodies, finding pairs and listing them.
     pub broad_phase_work: u64,
@@ -213,7 +224,7 @@ impl Report {
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }
 
-    /// Adds a pair that is not complete when the frame begins, and was decided so many frames before.
+    /// Adds a pair that is not complete when the frame begins, and was decided `age` frames before.
     #[inline(always)]
     pub(super) fn push_open(&mut self, [a, b]: [BodyId; 2], probability: f32, age: u64) {
         let (verdict, probability) = (Verdict::Undecided, f64::from(probability));
@@ -229,7 +240,7 @@ impl Report {
         });
     }
 
-    /// Adds a pair of which nothing is left to find, and that was decided so many frames before.
+    /// Adds a complete pair, which was decided `age` frames before.
     #[inline(always)]
     pub(super) fn push_complete(
         &mut self,
@@ -257,7 +268,7 @@ impl Report {
         self.complete += 1;
     }
 
-    /// Counts a pair that is decided.
+    /// Counts a verdict.
     #[inline(always)]
     fn count(&mut self, verdict: Verdict) {
         self.decided += usize::from(verdict != Verdict::Undecided);
@@ -265,13 +276,13 @@ impl Report {
         self.within += usize::from(matches!(verdict, Verdict::Within { .. }));
     }
 
-    /// Counts what was spent.
+    /// Adds work and BV tests.
     pub(super) fn spend(&mut self, spent: Spent) {
         self.work += spent.work;
         self.bv_tests += spent.bv_tests;
     }
 
-    /// Takes note of what became of a pair, and of the work and BV tests for it.
+    /// Stores the result of a pair, and its work and BV tests.
     pub(super) fn note(&mut self, place: usize, standing: Standing, spent: Spent) {
         self.spend(spent);
         let Standing {
@@ -296,7 +307,7 @@ impl Report {
         }
     }
 
-    /// Takes note of what is estimated of a stopped query; what is proven of the pair stays.
+    /// Stores the estimate for a stopped query; proven results stay.
     pub(super) fn estimate(&mut self, place: usize, estimate: &Estimate) {
         let pair = &mut self.pairs[place];
         if pair.verdict == Verdict::Undecided && !pair.complete {
@@ -313,7 +324,7 @@ impl Report {
         }
     }
 
-    /// Whether it would be the same in a frame in which nothing has changed.
+    /// True if a frame without changes would give the same report.
     pub(super) fn is_final(&self) -> bool {
         let asks_more = !(self.distances.is_empty()
             && self.group_distances.is_empty()
@@ -325,20 +336,19 @@ impl Report {
             && !asks_more
     }
 
-    /// How many known pairs are not decided.
+    /// Number of known pairs that are not decided.
     pub fn undecided(&self) -> usize {
         self.pairs.len() - self.decided + self.unlisted
     }
 
-    /// Whether the broad phase came to its end, so that all pairs of bodies that may meet and whose boxes overlap are in
-    /// `pairs`.
+    /// True if the broad phase is finished, so that all pairs of bodies that may meet and whose
+    /// boxes overlap are in `pairs`.
     pub fn is_whole(&self) -> bool {
         (self.unplaced, self.unpaired, self.unlisted) == (0, 0, 0)
     }
 
-    /// What it says about two bodies; `None` if they are not in [`Report::pairs`] together. A report is data: ids of
-    /// another
-    /// scene to which the same was done name the same here.
+    /// The report of two bodies; `None` if they are not in [`Report::pairs`] together. Ids of
+    /// another scene with the same history of changes are valid here too.
     pub fn pair(&self, x: BodyId, y: BodyId) -> Option<&PairReport> {
         let (a, b) = if x.index() < y.index() {
             (x, y)
@@ -355,12 +365,13 @@ impl Report {
             .filter(|pair| pair.a == a && pair.b == b)
     }
 
-    /// The pairs that are proven to meet, thickened by their margins: those that intersect, and those that come within.
+    /// The pairs proven to meet, thickened by their margins: those that intersect, and those within
+    /// their margins.
     pub fn meeting_pairs(&self) -> impl Iterator<Item = &PairReport> {
         self.pairs.iter().filter(|pair| pair.verdict.meets())
     }
 
-    /// The pairs that are proven to intersect.
+    /// The pairs proven to intersect.
     pub fn intersecting_pairs(&self) -> impl Iterator<Item = &PairReport> {
         self.pairs
             .iter()

@@ -3,10 +3,11 @@
 use super::room::reserve_queue;
 use alloc::collections::VecDeque;
 
-/// One in so many is taken from those that are not important, so that none waits for ever.
+/// One in this many is taken from the unimportant bodies, so that none waits for ever.
 const TURNS: u32 = 4;
 
-/// Two queues, first in, first out: bodies of an importance above 0, which go first, and the others.
+/// Two queues, first in, first out: bodies with an importance above 0, which go first, and the
+/// others.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Waiting {
     important: VecDeque<u32>,
@@ -33,7 +34,7 @@ impl Waiting {
         .push_back(body);
     }
 
-    /// Those that wait, in no order that means anything.
+    /// The waiting bodies, in no particular order.
     pub fn iter(&self) -> impl Iterator<Item = u32> {
         self.important.iter().chain(&self.others).copied()
     }

@@ -1,28 +1,28 @@
-//! Ids of patches: a patch keeps the id of the one of the frame before with which it has most triangles in common.
+//! Ids of patches: a patch inherits the id of the patch of the previous frame with which it shares
+//! most triangles.
 //!
-//! Each triangle links each patch before that has it with each one now. Of a triangle that many patches have, such as a
-//! floor
-//! under many feet, only contacts with the same triangle of the other side link. So there are at most a few links a
-//! contact.
+//! A triangle links every previous patch that contains it with every current one. If many patches
+//! contain the triangle, such as a floor under many feet, only contacts with the same triangle of
+//! the other side link. So there are at most a few links per contact.
 
 use super::Patch;
 use crate::contact::Contact;
 use alloc::vec::Vec;
 
-/// Gives ids to patches.
+/// Assigns ids to patches.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Identities {
     pub before: PatchMemory,
-    /// The triangles of the patches of the frame at hand.
+    /// The triangles of the patches of the current frame.
     now: Vec<Part>,
-    /// How much a patch of the frame at hand has in common with one before.
+    /// The contacts that a previous and a current patch have in common.
     links: Vec<Link>,
 }
 
-/// The triangles of the patches of a frame, and the ids that were given out.
+/// The triangles of the patches of a frame, and their ids.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PatchMemory {
-    /// Sorted.
+    /// Sorted by triangle.
     known: Vec<Part>,
     /// In the order of the patches.
     ids: Vec<u64>,
@@ -30,7 +30,7 @@ pub(crate) struct PatchMemory {
 }
 
 impl PatchMemory {
-    /// Makes room for the patches of so many contacts.
+    /// Reserves room for the patches of `contacts` contacts.
     pub fn reserve(&mut self, contacts: usize) {
         self.known
             .reserve_exact((2 * contacts).saturating_sub(self.known.len()));
@@ -38,18 +38,18 @@ impl PatchMemory {
             .reserve_exact(contacts.saturating_sub(self.ids.len()));
     }
 
-    /// Forgets the patches. No id is given out again.
+    /// Forgets the patches. No id is used again.
     pub fn forget(&mut self) {
         self.known.clear();
         self.ids.clear();
     }
 
-    /// The next id that is given out.
+    /// The next id.
     pub fn next(&self) -> u64 {
         self.next
     }
 
-    /// Gives out ids from this one on.
+    /// Starts the ids at `next`.
     pub fn begin_at(&mut self, next: u64) {
         self.next = next;
     }
@@ -58,7 +58,7 @@ impl PatchMemory {
 /// One side of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Part {
-    /// The triangles of A come first.
+    /// 0 for a triangle of A, 1 for one of B; then the id.
     triangle: (u8, u32),
     patch: u32,
     /// The triangle of the other side.
@@ -72,22 +72,23 @@ struct Link {
     contacts: u32,
 }
 
-/// A triangle links all patches that have it, if it makes no more links than so many for each of these patches.
+/// A triangle links all patches that contain it, unless that makes more links per patch than this.
 const LINKS_PER_PATCH: usize = 4;
 
-/// The id of a patch that has none yet, or has given it away.
+/// The id of a patch that has none yet, or has passed its id on.
 const NO_ID: u64 = u64::MAX;
 
 impl Identities {
-    /// Makes room for the patches of so many contacts.
+    /// Reserves room for the patches of `contacts` contacts.
     pub fn reserve(&mut self, contacts: usize) {
         self.before.reserve(contacts);
         self.now.reserve(2 * contacts);
-        // Each contact has two triangles, and in each frame as many patches have one of them.
+        // Each frame has at most two pairs of a triangle and a patch for each contact, and each
+        // such pair makes at most [`LINKS_PER_PATCH`] links.
         self.links.reserve(4 * LINKS_PER_PATCH * contacts);
     }
 
-    /// Gives ids to patches with these contacts, and remembers them.
+    /// Assigns ids to the patches of these contacts, and remembers them.
     pub fn assign(&mut self, patches: &mut [Patch], contacts: &[Contact]) {
         self.list(patches, contacts);
         self.link();
@@ -104,7 +105,8 @@ impl Identities {
             );
         }
         if patches.iter().any(|patch| patch.id == NO_ID) {
-            // Those left have only triangles of many patches in common, and no contacts: these take turns.
+            // The remaining patches share only triangles of many patches and no contacts: they take
+            // the free ids in order.
             for [before, now] in common(known, now) {
                 let mut left = before.iter().map(|part| part.patch as usize);
                 for part in now.iter() {
@@ -130,7 +132,7 @@ impl Identities {
         core::mem::swap(known, now);
     }
 
-    /// Both sides of all contacts, sorted.
+    /// Lists both sides of all contacts, sorted.
     fn list(&mut self, patches: &[Patch], contacts: &[Contact]) {
         self.now.clear();
         for (patch, of) in (0..).zip(patches) {
@@ -153,7 +155,7 @@ impl Identities {
         self.now.sort_unstable();
     }
 
-    /// What patches of both frames have in common, most first.
+    /// Links the patches of both frames, those with most in common first.
     fn link(&mut self) {
         let Self { before, now, links } = self;
         links.clear();
@@ -193,19 +195,19 @@ impl Link {
     }
 }
 
-/// Gives an id that is still there to a patch that has none.
+/// Moves an id to a patch, if the patch has none.
 fn hand_down(id: &mut u64, patch: &mut Patch) {
     if patch.id == NO_ID {
         patch.id = core::mem::replace(id, NO_ID);
     }
 }
 
-/// The parts of a triangle, patch by patch.
+/// Splits the parts of a triangle by patch.
 fn by_patch(parts: &[Part]) -> impl Iterator<Item = &[Part]> {
     parts.chunk_by(|x, y| x.patch == y.patch)
 }
 
-/// The parts of each triangle that patches of both frames have, before and now.
+/// For each triangle that occurs in both frames: its parts in the previous frame and in this one.
 fn common<'p>(
     before: &'p mut [Part],
     now: &'p mut [Part],
@@ -223,7 +225,7 @@ fn common<'p>(
         })
 }
 
-/// Links patches by the contacts of a triangle that are there in both frames.
+/// Links patches by the contacts of one triangle that occur in both frames.
 fn link_contacts(before: &mut [Part], now: &mut [Part], links: &mut Vec<Link>) {
     before.sort_unstable_by_key(|part| part.other);
     now.sort_unstable_by_key(|part| part.other);

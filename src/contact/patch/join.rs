@@ -1,19 +1,20 @@
-//! Which contacts hang together: union-find over corners that contacts have in common on both sides.
+//! Connected components of contacts: union-find over corners that contacts share on both sides.
 
 use crate::contact::Contact;
 use crate::mesh::Mesh;
 use alloc::vec::Vec;
 use glam::DVec3;
 
-/// Groups of contacts, and the buffers that it takes to find them.
+/// Groups of contacts, and the scratch buffers of the search.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Joined {
-    /// For each contact, one of its group that came earlier, or itself if it is the first.
+    /// Union-find parents: for each contact an earlier one of its group, or itself if it is the
+    /// first.
     parents: Vec<u32>,
-    /// For each corner of each contact, on each side, the first corner at the same place.
+    /// For each side and each corner of each contact, the first corner at the same position.
     corners: [Vec<u32>; 2],
     firsts: Firsts,
-    /// Where the members of each group end, and all members, group after group.
+    /// The end of each group in `members`, and all members, group after group.
     ends: Vec<u32>,
     members: Vec<u32>,
 }
@@ -31,7 +32,7 @@ impl Joined {
         self.members.reserve(contacts);
     }
 
-    /// Finds the groups of these contacts, and returns how many there are.
+    /// Finds the groups of these contacts, and returns their number.
     pub fn join(&mut self, meshes: [&Mesh; 2], contacts: &[Contact]) -> usize {
         for (side, mesh) in meshes.into_iter().enumerate() {
             self.find_corners(side, mesh, contacts);
@@ -56,7 +57,7 @@ impl Joined {
         self.sort_by_group()
     }
 
-    /// Corners at the same place count as one, also where the mesh does not know of that.
+    /// Merges corners at the same position, also if the mesh has several vertices there.
     fn find_corners(&mut self, side: usize, mesh: &Mesh, contacts: &[Contact]) {
         // NaN equals nothing, so contacts of another mesh have no neighbors.
         let triangle = |contact: &Contact| {
@@ -77,7 +78,7 @@ impl Joined {
         }
     }
 
-    /// Lists the members group by group, groups in the order of their first members.
+    /// Lists the members group by group. Groups are in the order of their first members.
     fn sort_by_group(&mut self) -> usize {
         let Self {
             parents,
@@ -86,7 +87,8 @@ impl Joined {
             ..
         } = self;
         ends.clear();
-        // From here on a parent is a group. The first of each comes before the others.
+        // From here on `parents` holds group numbers. The first of each group comes before the
+        // others.
         for i in 0..parents.len() {
             if parents[i] == i as u32 {
                 parents[i] = ends.len() as u32;
@@ -109,7 +111,7 @@ impl Joined {
         ends.len()
     }
 
-    /// The members of each group, in the order in which they were given.
+    /// The members of each group, in the order of the contacts.
     pub fn groups(&self, count: usize) -> impl Iterator<Item = &[u32]> {
         (0..count).map(|group| {
             let start = if group == 0 { 0 } else { self.ends[group - 1] };
@@ -118,7 +120,7 @@ impl Joined {
     }
 }
 
-/// The first of a group, which is its own parent. Halves the path for the next time.
+/// Returns the root of a group, and halves the path to it.
 fn find(parents: &mut [u32], mut i: u32) -> u32 {
     while parents[i as usize] != i {
         let above = parents[parents[i as usize] as usize];
@@ -128,13 +130,13 @@ fn find(parents: &mut [u32], mut i: u32) -> u32 {
     i
 }
 
-/// The earlier one of two groups takes in the other.
+/// Unites two groups; the root is the earlier contact.
 fn unite(parents: &mut [u32], i: u32, j: u32) {
     let (i, j) = (find(parents, i), find(parents, j));
     parents[i.max(j) as usize] = i.min(j);
 }
 
-/// Which of some things was the first of its kind: a hash table with linear probing.
+/// Finds the first of equal items: a hash table with linear probing.
 #[derive(Clone, Debug, Default)]
 struct Firsts {
     slots: Vec<u32>,
@@ -143,14 +145,14 @@ struct Firsts {
 impl Firsts {
     const FREE: u32 = u32::MAX;
 
-    /// Empties it, with room for so many things.
+    /// Empties the table and makes room for `count` items.
     fn clear(&mut self, count: usize) {
         self.slots.clear();
         self.slots
             .resize((2 * count).next_power_of_two(), Self::FREE);
     }
 
-    /// The first thing that is the same as `i`: that is `i` itself if there was none before.
+    /// Returns the first item equal to `i`, or `i` itself if there is none.
     fn first(&mut self, hash: u64, i: u32, is_same: impl Fn(u32) -> bool) -> u32 {
         let mask = self.slots.len() - 1;
         let mut slot = hash as usize & mask;
@@ -164,7 +166,7 @@ impl Firsts {
     }
 }
 
-/// Both zeros are the same place.
+/// -0.0 and 0.0 have the same hash.
 fn hash(point: DVec3) -> u64 {
     (point + DVec3::ZERO)
         .to_array()
@@ -172,7 +174,7 @@ fn hash(point: DVec3) -> u64 {
         .fold(0, |hash, x| mixed(hash ^ x.to_bits()))
 }
 
-/// All bits of the result depend on all bits of `x`.
+/// Mixes the bits: each bit of the result depends on all bits of `x`.
 fn mixed(x: u64) -> u64 {
     let x = (x ^ x >> 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,8 +1,10 @@
-//! Patches: contacts that hang together, each with a few points that stand for it and an id that lasts from frame to frame.
+//! Patches: groups of connected contacts, each with a few representative points and an id that
+//! lasts from frame to frame.
 //!
-//! Two contacts are neighbors if their triangles of A have a corner in common (or are the same) and their triangles of B too; a
-//! patch is what neighbors connect ([`join`]). So the feet of a table are a patch each, though they stand on one large
-//! triangle. Expected time `O(n log n)` in the number of contacts, whatever the number of points.
+//! Two contacts are neighbors if their triangles of A share a corner (or are the same) and their
+//! triangles of B too. A patch is a connected component of neighbors ([`join`]). So each foot of a
+//! table is a patch, although all of them stand on one large triangle. Expected time `O(n log n)`
+//! in the number of contacts, for any number of points.
 
 mod identity;
 mod join;
@@ -20,37 +22,41 @@ use join::Joined;
 use reduce::Reduction;
 use smallvec::SmallVec;
 
-/// Contacts that hang together: [`Patches`]. Lengths are in the unit of the meshes, all else in A's frame.
+/// A group of connected contacts: [`Patches`]. Lengths are in the unit of the meshes, vectors in
+/// A's frame.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Patch {
-    /// Stays the same from frame to frame while the patch has a triangle in common with the one that had it before.
+    /// Constant from frame to frame while the patch shares a triangle with the patch that had the
+    /// id in the previous frame.
     pub id: u64,
-    /// How far apart its nearest triangles are.
+    /// The distance of its nearest triangles.
     pub distance: f64,
-    /// The box of the points of all its contacts, and of the ends of segments.
+    /// The box around the points of all its contacts and the ends of their segments.
     pub bounds: Aabb,
-    /// Mean of the middles of its contacts. If triangles meet, each counts by the length of its segment, and those apart do not
-    /// count; all count alike if the sum of these lengths is 0.
+    /// Mean of the midpoints of its contacts. If triangles intersect, each contact is weighted by
+    /// the length of its segment, and separated triangles do not count. If the sum of these lengths
+    /// is 0, all contacts have equal weight.
     pub centroid: DVec3,
-    /// Direction of the mean, weighted in the same way, of the normals from B to A: a unit vector. If they cancel out it is the
-    /// normal of the nearest contact.
+    /// Unit vector: the direction of the mean of the normals from B to A, with the weights of the
+    /// centroid. If the normals cancel out, it is the normal of the nearest contact.
     pub normal: DVec3,
-    /// Length of all segments in which triangles meet: of the curve in which the surfaces cross, except where they have
-    /// areas in common.
+    /// Total length of the segments in which triangles intersect. This is the length of the
+    /// intersection curve, except where the surfaces have areas in common.
     pub length: f64,
-    /// Whether that curve closes up: the segments, each with its direction, sum up to nothing. Of surfaces whose
-    /// triangles are not oriented alike it may be false although the curve does.
+    /// True if the intersection curve is closed: the segments, as directed vectors, sum to zero. If
+    /// the triangles of a surface are not oriented consistently, it may be false for a closed
+    /// curve.
     pub is_closed: bool,
-    /// Which of [`Patches::contacts_of`] stand for all.
+    /// Indices into [`Patches::contacts_of`] of the representative points.
     points: SmallVec<[u32; 4]>,
     contacts: Range<u32>,
 }
 
-/// The patches of a set of contacts, and what is remembered of them for the next frame.
+/// The patches of a set of contacts, and their ids for the next frame.
 ///
-/// It owns its buffers, which grow to the largest set and are used again.
+/// It owns its buffers, which grow to the largest set and are reused.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3, Vec3};
@@ -66,12 +72,12 @@ pub struct Patch {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Patches {
-    /// Most points of a patch.
+    /// Maximum number of points per patch.
     limit: usize,
     patches: Vec<Patch>,
     /// The contacts of the first patch, nearest first, then those of the second, and so on.
     contacts: Vec<Contact>,
-    /// In the order in which they came.
+    /// The contacts in the order given.
     given: Vec<Contact>,
     joined: Joined,
     reduction: Reduction,
@@ -99,14 +105,14 @@ impl Patches {
         }
     }
 
-    /// At most so many points for each patch from the next update on; 0 counts as 1.
+    /// Sets the maximum number of points per patch, from the next update on; 0 counts as 1.
     #[must_use]
     pub fn point_limit(mut self, points: usize) -> Self {
         self.limit = points.max(1);
         self
     }
 
-    /// Forgets what was known of the frame before: no patch of the next update has an id that there was before.
+    /// Forgets the previous frame: the patches of the next update get new ids.
     pub fn forget(&mut self) {
         self.identities.before.forget();
     }
@@ -120,19 +126,19 @@ impl Patches {
         self.identities.reserve(contacts);
     }
 
-    /// Takes the memory of other patches, and gives its own in exchange.
+    /// Exchanges the memory of the previous frame.
     pub(crate) fn swap_memory(&mut self, memory: &mut PatchMemory) {
         core::mem::swap(&mut self.identities.before, memory);
     }
 
-    /// Makes the patches of these contacts, nearest first, of the meshes of `a` and `b`. Contacts of a stopped query will do.
+    /// Computes the patches of these contacts, which must be sorted nearest first, of the meshes of
+    /// `a` and `b`. The contacts may be those of a stopped query.
     ///
-    /// A patch gets the id of the patch of the last update with which it has most triangles in common, if it has any and
-    /// that id has not gone to one that has more; otherwise a new one. Of a triangle that many patches have (a floor
-    /// under many
-    /// feet), only contacts with the same triangle count for that; which of such patches gets which id is arbitrary if
-    /// they
-    /// have nothing else in common.
+    /// A patch inherits the id of the patch of the last update with which it shares most triangles,
+    /// if there is one and its id has not gone to a patch that shares more. Otherwise it gets a new
+    /// id. If many patches contain a triangle (a floor under many feet), only contacts with the
+    /// same triangle of the other side count for it. Patches that share nothing else get these ids
+    /// in arbitrary order.
     pub fn update<'c>(
         &mut self,
         a: &Tree,
@@ -159,7 +165,7 @@ impl Patches {
         self.identities.assign(&mut self.patches, &self.contacts);
     }
 
-    /// The patches of the last update, the nearest first.
+    /// The patches of the last update, nearest first.
     #[must_use]
     pub fn as_slice(&self) -> &[Patch] {
         &self.patches
@@ -171,17 +177,16 @@ impl Patches {
         self.contacts.get(patch.range()).unwrap_or_default()
     }
 
-    /// The contacts that stand for one of these patches, seen along the normal: the nearest, the one farthest from
-    /// that, and then
-    /// always the one that spans the largest triangle with an edge of the convex polygon of all before; fewer where
-    /// nothing
-    /// more is added.
+    /// The representative contacts of a patch. They are chosen in the projection along the normal:
+    /// the nearest, the one farthest from it, and then repeatedly the one that spans the largest
+    /// triangle with an edge of the convex polygon of those chosen before. There are fewer than the
+    /// limit if another would add nothing.
     pub fn points_of<'p>(
         &'p self,
         patch: &'p Patch,
     ) -> impl ExactSizeIterator<Item = &'p Contact> + Clone {
         let contacts = self.contacts_of(patch);
-        // A patch that was read with `serde` may name others.
+        // A deserialized patch may name other contacts.
         let exist = patch.points.iter().all(|&i| (i as usize) < contacts.len());
         let known = if exist { &patch.points[..] } else { &[] };
         known.iter().map(|&i| &contacts[i as usize])
@@ -189,7 +194,7 @@ impl Patches {
 }
 
 impl Patch {
-    /// Of these contacts, nearest first, at least one.
+    /// The patch of these contacts, nearest first, at least one.
     fn new(
         contacts: &[Contact],
         range: Range<u32>,
@@ -241,7 +246,7 @@ impl Patch {
         }
     }
 
-    /// How many contacts it has.
+    /// Number of contacts of the patch.
     #[must_use]
     pub fn contact_count(&self) -> usize {
         self.contacts.len()
@@ -252,8 +257,9 @@ impl Patch {
     }
 }
 
-/// A mean of unit vectors no longer than this has no direction.
+/// A mean of unit vectors no longer than this counts as zero.
 const CANCELED: f64 = 1e-9;
 
-/// A curve is closed if its ends are no farther apart than this part of its length, which is for the rounding of segments.
+/// A curve is closed if the gap between its ends is at most this fraction of its length. Allows for
+/// the rounding of segments.
 const CLOSED: f64 = 1e-9;

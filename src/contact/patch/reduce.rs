@@ -1,4 +1,4 @@
-//! A few contacts that stand for a patch: the nearest, and those that span most of its area.
+//! Representative contacts of a patch: the nearest, and those that span most of its area.
 
 use crate::contact::Contact;
 use alloc::collections::BinaryHeap;
@@ -7,32 +7,32 @@ use core::cmp::Ordering;
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
 
-/// The buffers that it takes to choose points.
+/// The scratch buffers of the choice.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reduction {
-    /// The middles of all contacts, seen along the normal, from the first one, in a unit of which no square is too
-    /// large or small.
+    /// The midpoints of all contacts, projected along the normal, relative to the first, scaled so
+    /// that no square overflows or underflows.
     places: Vec<DVec2>,
-    /// The polygon of the chosen, counterclockwise: for each of them the one before and the one after.
+    /// The polygon of the chosen contacts, counterclockwise: predecessor and successor of each.
     ring: Vec<[u32; 2]>,
-    /// Edges of the polygon that a contact is outside of, and some that were edges before.
+    /// Edges of the polygon with a contact outside, and some edges that have left the polygon.
     edges: BinaryHeap<Edge>,
-    /// How many edges have looked at contacts.
+    /// Number of edges that have searched for their farthest contact.
     looks: usize,
     hull: Hull,
 }
 
-/// An edge of the polygon, and the contact that is farthest outside of it.
+/// An edge of the polygon, and the contact farthest outside of it.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     /// Twice the area of the triangle of the edge and the contact.
     gain: f64,
     contact: u32,
-    /// Its ends, in the order in which they were chosen.
+    /// Ends of the edge, as indices of the chosen contacts.
     ends: [u32; 2],
 }
 
-/// By what is gained; of equal ones that of the contact that came first.
+/// By gain; of equal ones the earlier contact first.
 impl Ord for Edge {
     fn cmp(&self, other: &Self) -> Ordering {
         let key = |edge: &Self| (edge.contact, edge.ends);
@@ -56,10 +56,11 @@ impl PartialEq for Edge {
 
 impl Eq for Edge {}
 
-/// What adds less than this, relative to the extent or its square, is rounding.
+/// A smaller gain counts as rounding, relative to the extent or its square.
 const ROUNDING: f64 = 1e-12;
 
-/// So many edges look at all contacts, the others at the convex hull: a few looks take less than to find it.
+/// The first edges search all contacts, later ones the convex hull: a few linear searches cost less
+/// than the hull.
 const LOOKS: usize = 4;
 
 impl Reduction {
@@ -69,11 +70,12 @@ impl Reduction {
         self.edges.reserve(2 * LOOKS);
     }
 
-    /// Which of these contacts, nearest first, stand for all: at most `limit`, at least one.
+    /// Indices of the representative ones of these contacts, which must be sorted nearest first: at
+    /// least one, at most `limit`.
     ///
-    /// Seen along the normal: the first, the one farthest from it, and then always the one with the largest triangle on
-    /// an edge of
-    /// the convex polygon of those before. Of equal ones the first is taken, and none that adds less than a rounding.
+    /// Chosen in the projection along the normal: the first, the one farthest from it, and then
+    /// repeatedly the one with the largest triangle on an edge of the convex polygon of those
+    /// chosen before. Of equal ones the first is taken, and none that gains less than [`ROUNDING`].
     /// `O(n)` for up to four points, `O(n log n)` for any number.
     pub fn points(
         &mut self,
@@ -108,7 +110,7 @@ impl Reduction {
         chosen
     }
 
-    /// Empties the buffers but for the places. Returns whether there is more than one.
+    /// Clears the buffers and projects the contacts. Returns true if not all are at the same point.
     fn place(&mut self, contacts: &[Contact], normal: DVec3) -> bool {
         self.ring.clear();
         self.edges.clear();
@@ -128,7 +130,7 @@ impl Reduction {
         reach > 0.0
     }
 
-    /// Queues new edges that contacts are outside of.
+    /// Queues the new edges that have a contact outside.
     fn look(&mut self, edges: [[u32; 2]; 2], chosen: &[u32]) {
         for ends in edges {
             let [from, to] = ends.map(|i| self.places[chosen[i as usize] as usize]);
@@ -156,9 +158,8 @@ impl Reduction {
         }
     }
 
-    /// Puts a chosen contact into the polygon, in place of an edge and of the corners next to it that it covers.
-    /// Returns its
-    /// neighbors there.
+    /// Inserts a chosen contact into the polygon. It replaces an edge and the adjacent corners that
+    /// it covers. Returns its neighbors.
     fn insert(&mut self, new: u32, [mut from, mut to]: [u32; 2], chosen: &[u32]) -> [u32; 2] {
         let place = |i: u32| self.places[chosen[i as usize] as usize];
         let is_outside =
@@ -186,7 +187,7 @@ impl Reduction {
     }
 }
 
-/// The convex hull of places: from left to right below, and from right to left above.
+/// The convex hull of points: the lower chain from left to right, the upper from right to left.
 #[derive(Clone, Debug, Default)]
 struct Hull {
     sorted: Vec<u32>,
@@ -219,7 +220,7 @@ impl Hull {
         }
     }
 
-    /// The place that is farthest to the right of a direction.
+    /// The point farthest to the right of a direction.
     fn farthest(&mut self, places: &[DVec2], direction: DVec2) -> u32 {
         if self.sorted.is_empty() {
             self.find(places);
@@ -291,7 +292,7 @@ mod tests {
         );
     }
 
-    /// All contacts and all edges of the polygon of the chosen, each time again.
+    /// Searches all contacts and all edges of the polygon in every step.
     fn naive(places: &[DVec2], limit: usize) -> Vec<u32> {
         let place = |i: u32| places[i as usize];
         let gain = |i: u32, [from, to]: [u32; 2]| {
@@ -336,7 +337,7 @@ mod tests {
         };
         let mut longest = 0;
         for trial in 0..60 {
-            // In a square, about a circle, and about a narrow ellipse.
+            // Points in a square, on a circle, and on a narrow ellipse.
             let place = |_| match (trial % 3, random(), random()) {
                 (0, x, y) => DVec2::new(x, y),
                 (kind, angle, depth) => {

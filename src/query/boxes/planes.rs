@@ -1,4 +1,4 @@
-//! Triangles of a cluster as they are seen from a node of the other side: by their boxes there, and by their planes.
+//! Triangles of a cluster seen from a node of the other side: their boxes and their planes.
 
 use super::{Boxes, Slabs, Stored, Triangles};
 use crate::math::lanes::{Column, F8, Lanes, cross, dot, per_axis};
@@ -14,7 +14,7 @@ fn longest_one(v: f32x4) -> f32 {
     x.max(y).max(z)
 }
 
-/// Eight triangles, to be read one at a time.
+/// Eight triangles, stored for access one at a time.
 pub struct Planes {
     boxes: Stored,
     corner: [[f32; 8]; 3],
@@ -69,7 +69,8 @@ impl Planes {
         slack.put(&mut self.slack);
     }
 
-    /// Makes the boxes those around these and others, `bulge` wider, and the planes of both thicker by as much on each side.
+    /// Extends each box to the box around it and the other, `bulge` wider. Thickens the planes of
+    /// both by `bulge` on each side.
     #[inline(always)]
     pub fn enclose<L: Lanes>(&mut self, lanes: L, other: &mut Self, bulge: f32) {
         let bulge = F8::splat(lanes, bulge);
@@ -99,21 +100,21 @@ impl Planes {
     }
 }
 
-/// A triangle seen from a node of the other side: its box, and its plane.
+/// A triangle seen from a node of the other side: its box and its plane.
 #[derive(Debug, PartialEq)]
 pub struct Plane {
     pub low: [f32; 3],
     pub high: [f32; 3],
     pub corner: [f32; 3],
     pub normal: [f32; 3],
-    /// `|n_k|`, and more by the error of the normal.
+    /// `|n_k|` plus the error bound of the normal.
     pub reach: [f32; 3],
     pub blur: f32,
     pub slack: f32,
 }
 
 impl Plane {
-    /// The same as of [`Planes`], to the bit.
+    /// Computes one triangle with the same bits as [`Planes`].
     #[inline(always)]
     pub fn new([first, second, third]: &Rows, view: &View, skew: f32) -> Self {
         let (margin, zero) = (view.margin, f32x4::ZERO);
@@ -135,8 +136,9 @@ impl Plane {
         }
     }
 
-    /// How deep its box overlaps boxes, and how far they reach across its plane, times the length of `n`; negative where they
-    /// are apart. The latter is `|n| . h - |n . (c - p)|`, with all errors of `n` (relative to the edges) and of `p` added.
+    /// Overlap depth of its box with the boxes, and by how much they extend across its plane, times
+    /// the length of `n`; negative means a gap. The latter is `|n| . h - |n . (c - p)|`, plus all
+    /// errors of `n` (relative to the edges) and of `p`.
     #[inline(always)]
     pub fn depths<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, slabs: &Slabs<L>) -> [F8<L>; 2] {
         let [distance, reach] = self.across(lanes, boxes);
@@ -146,8 +148,8 @@ impl Plane {
         ]
     }
 
-    /// How far from the plane the middles of boxes are, negative on the other side, and how far the boxes reach; times the
-    /// length of `n`.
+    /// Signed distance of the centres of boxes from the plane, and how far the boxes extend towards
+    /// it, both times the length of `n`.
     #[inline(always)]
     pub fn across<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> [F8<L>; 2] {
         let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, self.corner[k]));
@@ -162,7 +164,7 @@ impl Plane {
         [distance, reach]
     }
 
-    /// The same as [`Planes::enclose`].
+    /// [`Planes::enclose`] for one triangle.
     #[inline(always)]
     pub fn enclose(&mut self, other: &mut Self, bulge: f32) {
         self.low = per_axis!(k => smaller(self.low[k], other.low[k]) - bulge);
@@ -171,7 +173,7 @@ impl Plane {
         other.slack += bulge * other.length();
     }
 
-    /// The length of `n`, or more.
+    /// Upper bound of the length of `n`.
     #[inline(always)]
     pub fn length(&self) -> f32 {
         let [x, y, z] = self.reach;

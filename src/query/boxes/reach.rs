@@ -1,26 +1,29 @@
-//! Children of a node as the 8 x 8 test takes them: by how far they reach.
+//! Children of a node in the form of the 8 x 8 test: their extents along each axis, in both
+//! directions.
 
 use super::{Boxes, View};
 use crate::math::lanes::{Column, F8, Lanes, V8, per_axis};
 use crate::tree::Node;
 use wide::f32x4;
 
-/// Eight boxes by how far they reach along three axes, and how far against them. Boxes overlap by the least sum of what they
-/// reach towards each other: sums, unlike differences, can be left in the register of either.
+/// Eight boxes by their upper ends along three axes, and the negatives of their lower ends. The
+/// overlap of two boxes is the least sum of the extents towards each other. Sums, unlike
+/// differences, can stay in the register of either operand.
 pub(super) struct Reach<L: Lanes> {
     along: V8<L>,
     against: V8<L>,
 }
 
-/// Those of eight boxes, to be read one at a time: along, against.
+/// Upper ends, and negated lower ends, of eight boxes, stored for access one at a time.
 pub(super) type Reaches = [[[f32; 8]; 3]; 2];
 
 impl<L: Lanes> Reach<L> {
-    /// Nothing stored yet: of boxes along their own axes, and as the other side sees them.
+    /// Empty storage: for boxes along their own axes, and as seen from the other side.
     pub const NONE: [Reaches; 2] = [[[[0.0; 8]; 3]; 2]; 2];
 
-    /// Stores the children of a node along its own axes and as the other side sees them, and tells which are apart there from
-    /// the given box. `REREAD` is for a scale of 1: to read them anew for each axis takes less than to keep them.
+    /// Stores the children of a node along their own axes and as seen from the other side. Returns
+    /// the mask of those separated there from the given box. `REREAD` is for a scale of 1:
+    /// reloading the children for each axis costs less than keeping them.
     #[inline(always)]
     pub fn children<const REREAD: bool>(
         lanes: L,
@@ -42,7 +45,7 @@ impl<L: Lanes> Reach<L> {
         x.min(y).min(z).mask()
     }
 
-    /// Stores how far boxes reach along axis `k`, and against it.
+    /// Stores the extents of boxes along axis `k`, in both directions.
     #[inline(always)]
     fn put(center: F8<L>, half: F8<L>, [along, against]: &mut Reaches, k: usize) -> [F8<L>; 2] {
         let reach = [center + half, half - center];
@@ -59,7 +62,7 @@ impl<L: Lanes> Reach<L> {
         }
     }
 
-    /// How deep each lane overlaps box `i` of those that were stored; negative where they are apart.
+    /// Overlap depth of every lane with stored box `i`; negative means a gap.
     #[inline(always)]
     pub fn overlap_at(&self, lanes: L, [along, against]: &Reaches, i: usize) -> F8<L> {
         let [x, y, z] = per_axis!(k => {

@@ -14,7 +14,7 @@ fn rotation(random: &mut Random) -> DMat3 {
     DMat3::from_quat(DQuat::from_axis_angle(axis, random.between(-3.0, 3.0)))
 }
 
-/// Triangles with a corner in common, all on the side of it to which `normal` points, and nearly flat.
+/// Triangles with a common corner, all on the side of it to which `normal` points, and nearly flat.
 fn fan(random: &mut Random, corner: DVec3, normal: DVec3) -> Tree {
     let height = libm::pow(10.0, random.between(-9.0, -6.0));
     let size = libm::pow(10.0, random.between(-1.5, 0.0));
@@ -24,7 +24,7 @@ fn fan(random: &mut Random, corner: DVec3, normal: DVec3) -> Tree {
         let aside = vector(random) * size;
         vertices.push(corner + aside + normal * (random.fraction() * height - aside.dot(normal)));
     }
-    // Something far off, so that the fan is not around the middle.
+    // A distant triangle, so that the fan is not around the middle.
     vertices.extend(
         [1.0, 1.01, 1.02].map(|far| corner + normal * far - far * corner.dot(normal) * normal),
     );
@@ -35,7 +35,7 @@ fn fan(random: &mut Random, corner: DVec3, normal: DVec3) -> Tree {
     Tree::new(Mesh::from_f64(vertices, triangles).unwrap())
 }
 
-/// Two surfaces that have a point in common, and are on two sides of a plane there.
+/// Two surfaces with a common point, on opposite sides of a plane there.
 struct Touching {
     trees: [Tree; 2],
     relation: Relation,
@@ -57,7 +57,7 @@ impl Touching {
         let in_b = turn.transpose() * normal;
         let corner = vector(random);
         let b = fan(random, corner, in_b.normalize());
-        // To the bit where that of B is placed.
+        // The same bits as the placed corner of B.
         let a = fan(random, pose.transform_point(corner), -normal);
         let relation = Relation::new(&a, &b, &pose);
         Self {
@@ -67,7 +67,7 @@ impl Touching {
         }
     }
 
-    /// Pairs of nodes that hold triangles of the fans.
+    /// Pairs of nodes that contain triangles of the fans.
     fn pairs(&self) -> impl Iterator<Item = [&Node; 2]> {
         let [a, b] = [0, 1].map(|side| {
             let tree = &self.trees[side];
@@ -83,7 +83,7 @@ impl Touching {
     }
 }
 
-/// Of the roundings that are allowed for, none, a 16th and an eighth would not do.
+/// The rounding allowance is needed: none, a 16th or an eighth of it would not suffice.
 #[test]
 fn boxes_with_a_common_point_are_never_parted() {
     let mut random = Random::new(31);

@@ -1,4 +1,5 @@
-//! What a stopped query of a motion has not come to: where B's parts are during the times in which they may meet A first.
+//! Bounds on what a stopped motion query has not reached: where B's parts are during the times in
+//! which they may meet A first.
 
 use super::course::Course;
 use super::state::MotionState;
@@ -7,12 +8,12 @@ use crate::query::options::MotionOptions;
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// The rest of a motion: from the time until which it is free to that of the contact that was found.
+/// The rest of a motion: from the time until which it is free to the time of the contact found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ahead<'m> {
     course: Course<'m>,
     margin: f64,
-    /// The piece at hand.
+    /// The current piece.
     piece: u32,
     from: f64,
     until: f64,
@@ -34,7 +35,7 @@ impl<'m> Ahead<'m> {
         }
     }
 
-    /// The pieces after the one at hand in which the meshes may meet first.
+    /// The pieces after the current one in which the meshes may meet first.
     pub fn later(self, trees: [&Tree; 2]) -> impl Iterator<Item = u32> {
         let later = self.piece.saturating_add(1)..self.course.pieces;
         later
@@ -45,8 +46,8 @@ impl<'m> Ahead<'m> {
             })
     }
 
-    /// A box around a part of B on its way through a piece (the one at hand if none is given), margins included; `at` gives the
-    /// box of the part where B lies at a pose.
+    /// A box around a part of B during a piece (by default the current one), margins included. `at`
+    /// returns the box of the part at a pose.
     pub fn swept(&self, piece: Option<u32>, at: impl FnOnce(&Pose) -> Aabb) -> Aabb {
         let piece = self.course.piece(piece.unwrap_or(self.piece));
         let bounds = at(&self.course.pose(piece.middle));
@@ -54,7 +55,8 @@ impl<'m> Ahead<'m> {
         let ends =
             [self.from.max(piece.begin), self.until.min(piece.end)].map(|time| time - piece.middle);
         let longest = ends[0].abs().max(ends[1].abs());
-        // As in `docs/numerics.md`, "Motion": its points go as its middle does, but for this.
+        // As in `docs/numerics.md`, "Motion": the points of the part move like its middle, up to
+        // this.
         let off = longest * self.course.spin * half.length() + self.course.bend(longest);
         let off = off * (1.0 + 1e-9) + 4.0 * self.course.rounding + self.margin;
         let velocity = self.course.twist(piece.middle).at(center);

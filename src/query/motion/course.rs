@@ -1,14 +1,16 @@
-//! How B moves seen from A, cut into pieces of time in which it all but goes straight.
+//! The relative motion of B as seen from A, cut into pieces of time in which it is nearly straight.
 //!
-//! In a piece B is taken to keep the orientation of the middle of the piece, and each part of it to go along a straight line
-//! with the velocity that its own middle has then. What that leaves out is bounded: `docs/numerics.md`, "Motion".
+//! In a piece B is assumed to keep the orientation that it has in the middle of the piece, and each
+//! part of B to move along a straight line with the velocity that its own middle has then. The
+//! neglected motion is bounded: `docs/numerics.md`, "Motion".
 
 use crate::math::{Motion, Pose, smaller};
 use crate::tree::Tree;
 use glam::DVec3;
 
-/// How points of B go at a moment, in A's frame: one at `y` has the velocity `shift + turn x y` and the acceleration
-/// `pull + change x y + turn x (turn x y)`. Of two bodies that turn the axis of `turn` goes with A, so it changes.
+/// Velocity and acceleration of points of B at a time, in A's frame. A point at `y` has the
+/// velocity `shift + turn x y` and the acceleration `pull + change x y + turn x (turn x y)`. If
+/// both bodies turn, the axis of `turn` moves with A, so it changes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Twist {
     pub shift: DVec3,
@@ -27,48 +29,52 @@ impl Twist {
     }
 }
 
-/// The motion of B in A from time 0 to 1, with bounds for all points of B. Lengths in the unit of the meshes.
+/// The motion of B in A from time 0 to 1, with bounds for all points of B. Lengths in the unit of
+/// the meshes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course<'m> {
     of_a: Option<&'m Motion>,
     of_b: &'m Motion,
-    /// Of how many radians B turns against A at most.
+    /// Upper bound of the angular speed of B relative to A, radians per unit of time.
     pub spin: f64,
-    /// By how much a component of its turn changes in a unit of time, at most.
+    /// Upper bound of the rate of change of a component of B's angular velocity.
     pub wobble: f64,
-    /// How fast B's points are at most, and their acceleration.
+    /// Upper bounds of the speed and of the acceleration of B's points.
     pub speed: f64,
     pub acceleration: f64,
-    /// By how much their acceleration changes in a unit of time, at most.
+    /// Upper bound of the rate of change of their acceleration.
     pub jerk: f64,
-    /// By how much a point may be off where the motion brings it: by rounding, per axis; and, for each unit of time from the
-    /// moment of the twist, because A's matrix is no rotation. The former is infinite where squares of lengths overflow: nothing
-    /// is claimed then.
+    /// Bounds on the position error of a point. `rounding` is per axis; it is infinite if squares
+    /// of lengths overflow, and then nothing is claimed. `drift` is per unit of time since the time
+    /// of the twist, because A's matrix is not exactly a rotation.
     pub rounding: f64,
     pub drift: f64,
-    /// The radii of both meshes about the middles of their boxes, the latter of B as it lies in A.
+    /// The radii of both meshes about the middles of their boxes; that of B as placed in A.
     radii: [f64; 2],
     pub pieces: u32,
 }
 
-/// How far a piece goes over the sizes of both meshes together, and what it turns (radians): if the whole motion goes so far
-/// as they are large, and if it turns no more and goes no farther than a frame does, since whatever is near is opened in each
-/// piece again. Longer turns are cut finer, as what a piece bends grows with its square.
+/// Length of the path of a piece, relative to the sizes of both meshes together, and its turn in
+/// radians. `TURN_OF_FAR` applies if the whole motion is as long as the meshes are large, `TURN` if
+/// it moves no farther and turns no more than in a frame: nearby node pairs are opened again in
+/// each piece. Longer turns are cut finer, because the bend of a piece grows with the square of its
+/// turn.
 const WAY: f64 = 16.0;
 const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;
 const MOST_PIECES: f64 = 4_096.0;
 
-/// By how much accelerations change in a piece, times the square of its length, over the same, at most: bodies may turn fast
-/// together, and slowly against one another.
+/// Upper limit of the change of acceleration in a piece, times the square of its length, relative
+/// to the sizes of both meshes together: bodies may turn fast together, and slowly relative to each
+/// other.
 const BEND: f64 = 5e-3;
 
-/// How far B goes over the sizes of both meshes together, at most, where it is on the spot; and how much of that is its turn, at
-/// least, if it goes farther in the whole motion.
+/// Longest path of a motion on the spot, relative to the sizes of both meshes together. Least share
+/// of turning in the path, if B moves farther in the whole motion.
 const SPOT: f64 = 0.1;
 const TURNING: f64 = 0.25;
 
-/// Matrices pass for rotations that change lengths by 5e-4.
+/// A matrix counts as a rotation if it changes lengths by up to 5e-4.
 const STRETCH: f64 = 1.01;
 
 impl<'m> Course<'m> {
@@ -79,10 +85,10 @@ impl<'m> Course<'m> {
         });
         let middle = of_b.start().transform_point(box_b.0) - of_b.start().translation();
         let (spin_b, length) = (of_b.turn().length(), of_b.velocity().length());
-        // From a point of B's axis, and from one of A's: all points of B, and A's origin.
+        // From a point of B's axis, and from one of A's, to all points of B and to A's origin.
         let to_middle = of_b.arm() + middle;
         let from_axis = to_middle.length() + box_b.1;
-        // How fast B's points go around its axis, wherever along it they are.
+        // Speed of B's points around its axis, wherever along the axis they are.
         let around = of_b.turn().cross(to_middle).length()
             + spin_b * (box_b.1 + 8.0 * f64::EPSILON * from_axis);
         let largest = |v: DVec3| v.abs().max_element();
@@ -117,7 +123,7 @@ impl<'m> Course<'m> {
                 + of_b.arm().length();
             let apart = from_axis + arm + between + way;
             course.rounding = (course.rounding + 2.0 * far(of_a) + (1.0 + spin_a) * apart) * 2.0;
-            // How fast A's turn would take B's points along.
+            // Speed at which A's turn would carry B's points along.
             let along = of_a.turn().cross(from_axis_of_a).length()
                 + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * course.rounding);
             let together = spin_a + spin_b;
@@ -161,7 +167,7 @@ impl<'m> Course<'m> {
         course
     }
 
-    /// How many pieces the motion of meshes of this size together is cut into.
+    /// Number of pieces of a motion of meshes with this total size.
     fn count_pieces(&self, size: f64) -> u32 {
         let Self {
             spin,
@@ -170,11 +176,11 @@ impl<'m> Course<'m> {
             jerk,
             ..
         } = *self;
-        // `max` and `min` of `f64` pass over what is no number, as where sizes overflow.
+        // `max` and `min` of `f64` ignore NaN, which occurs if sizes overflow.
         let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);
         let turn = spin / TURN;
         let pieces = (far * spin / TURN_OF_FAR).max(speed / (WAY * size + f64::MIN_POSITIVE));
-        // In each of them A turns by a radian at most.
+        // In each piece A turns by at most a radian.
         let pieces = pieces.max(wobble / spin);
         let bends = jerk / (BEND * size + f64::MIN_POSITIVE);
         if turn <= 1.0 && pieces <= 1.0 && bends <= 1.0 {
@@ -189,7 +195,7 @@ impl<'m> Course<'m> {
         (libm::ceil(pieces.min(MOST_PIECES)) as u32).max(1)
     }
 
-    /// B in A.
+    /// The pose of B in A.
     pub fn pose(&self, time: f64) -> Pose {
         let b = self.of_b.pose(time);
         match &self.of_a {
@@ -199,7 +205,7 @@ impl<'m> Course<'m> {
     }
 
     pub fn twist(&self, time: f64) -> Twist {
-        // The velocity of a body at a place, and that of its axis.
+        // The velocity of a body at a point, which includes that of its axis.
         let velocity = |motion: &Motion, x: DVec3| {
             let on_axis = motion.start().translation() - motion.arm() + motion.velocity() * time;
             motion.velocity() + motion.turn().cross(x - on_axis)
@@ -214,7 +220,7 @@ impl<'m> Course<'m> {
                 change: DVec3::ZERO,
             };
         };
-        // Of a point of B at A's origin, in the world and then against A.
+        // The velocity of a point of B at A's origin, in the world and then relative to A.
         let (pose, turn_a) = (of_a.pose(time), of_a.turn());
         let [u, v] = [of_b, of_a].map(|motion| velocity(motion, pose.translation()));
         let pull = turn.cross(u - of_b.velocity()) - turn_a.cross((u - of_a.velocity()) + (u - v));
@@ -227,12 +233,12 @@ impl<'m> Course<'m> {
         }
     }
 
-    /// When piece `i` begins; all pieces are equally long.
+    /// Start time of piece `i`; all pieces have the same length.
     fn begin(&self, i: u32) -> f64 {
         f64::from(i) / f64::from(self.pieces)
     }
 
-    /// The number of the piece that does not end before a time, or of all pieces: of time 1.
+    /// The number of the first piece that ends after `time`; for time 1 the number of pieces.
     pub fn piece_at(&self, time: f64) -> u32 {
         let i = (time * f64::from(self.pieces)) as u32;
         if time < 1.0 {
@@ -263,13 +269,14 @@ impl<'m> Course<'m> {
         }
     }
 
-    /// By how much a point of B may leave the straight line that it is on at the moment of the twist, `half` of a unit of time
-    /// before and after it, rounding aside.
+    /// Upper bound of the distance of a point of B from its tangent line at the time of the twist,
+    /// within `half` of a unit of time before and after it, apart from rounding.
     pub fn bend(&self, half: f64) -> f64 {
         half * self.drift + 0.5 * self.acceleration * half * half
     }
 
-    /// By what corners of a triangle of B leave their lines by their accelerations at that moment.
+    /// The part of that distance from the accelerations at that time, for the corners of a triangle
+    /// of B.
     pub fn bends(&self, twist: &Twist, corners: &[DVec3; 3], half: f64) -> [DVec3; 3] {
         if self.spin == 0.0 {
             return [DVec3::ZERO; 3];
@@ -277,12 +284,13 @@ impl<'m> Course<'m> {
         corners.map(|corner| twist.acceleration(corner) * (0.5 * half * half))
     }
 
-    /// By how much a point may besides, rounding aside.
+    /// Upper bound of the remaining part, apart from rounding.
     pub fn bend_besides(&self, half: f64) -> f64 {
         half * self.drift + self.jerk * half * half * half / 6.0
     }
 
-    /// The velocity of the axis that all points of B go around; `None`: there is no such axis, since both bodies move.
+    /// The velocity of the axis that all points of B turn around. `None` if both bodies move,
+    /// because there is no such axis.
     pub fn of_axis(&self) -> Option<DVec3> {
         if self.of_a.is_none() {
             Some(self.of_b.velocity())
@@ -291,13 +299,13 @@ impl<'m> Course<'m> {
         }
     }
 
-    /// How fast the axis that all points of B go around goes across itself.
+    /// Speed of that axis across itself.
     pub fn slip(&self) -> f64 {
         let across = self.of_b.velocity().cross(self.of_b.turn()).length();
         STRETCH * STRETCH * across / (self.spin + f64::MIN_POSITIVE)
     }
 
-    /// Whether the meshes are too far apart to come together in a piece.
+    /// True if the meshes are too far apart to meet in a piece.
     pub fn is_clear(&self, piece: &Piece, trees: [&Tree; 2], margin: f64) -> bool {
         let [a, b] = trees.map(|tree| tree.unit().origin);
         let apart = (piece.pose.transform_point(b) - a).length_squared();
@@ -313,9 +321,10 @@ pub(super) struct Piece {
     pub begin: f64,
     pub end: f64,
     pub middle: f64,
-    /// Whether B goes little, beside the size of the meshes, and much of that by turning.
+    /// True if B moves little, compared with the size of the meshes, and much of that by turning.
     pub is_on_the_spot: bool,
-    /// When it is looked at: at its begin if on the spot, else in its middle. Where B lies in A then.
+    /// Reference time of the piece: its begin if on the spot, else its middle. Then the pose of B
+    /// in A at that time.
     pub at: f64,
     pub pose: Pose,
 }
@@ -325,7 +334,7 @@ impl Piece {
         self.end - self.begin
     }
 
-    /// When part `i` of `parts` of the same length ends, rounded up.
+    /// The end of part `i` out of `parts` equal parts, rounded up.
     pub fn end_of_part(&self, i: u32, parts: u32) -> f64 {
         let end =
             self.begin + self.length() * (f64::from(i + 1) / f64::from(parts)) + 4.0 * f64::EPSILON;
@@ -337,7 +346,7 @@ impl Piece {
         ((time - self.middle) / self.length()) as f32
     }
 
-    /// The time of such a bound from below, rounded down.
+    /// The time of a local lower bound, rounded down.
     pub fn time(&self, local: f32) -> f64 {
         let time = self.middle + f64::from(local) * self.length() - 4.0 * f64::EPSILON;
         time.clamp(self.begin, self.end)
@@ -350,7 +359,8 @@ mod tests {
     use crate::math::random::Random;
     use crate::shapes;
 
-    /// By differences over a short time, which tell velocities and accelerations to 1e-5 of what they are.
+    /// Differences over a short time give velocities and accelerations with a relative error of
+    /// 1e-5.
     #[test]
     fn no_vertex_is_faster_or_turns_away_more() {
         let mut random = Random::new(6);

@@ -1,4 +1,4 @@
-//! What is expected of a motion query before it, and of what an unfinished one has left.
+//! Predicts the cost of a motion query, and of the rest of an unfinished one.
 
 use super::Impact;
 use crate::model::passing::{self, Passing};
@@ -9,18 +9,18 @@ use crate::query::workspace::{ResumeError, Workspace};
 use glam::DVec3;
 
 impl Query<'_, Impact> {
-    /// Units of work that this query will take if nothing stops it, given what is remembered of the pair. Constant time, no
-    /// allocation; the same bits on every machine.
+    /// Predicts the units of work of this query if nothing stops it, using the memory of the pair.
+    /// Constant time, no allocation; the same bits on every machine.
     ///
-    /// Not much can be told beforehand: half of the queries are within a factor of 1.9 of the median, nine of ten within 8
-    /// (`docs/model.md`).
+    /// The prediction is rough: half of the queries are within a factor of 1.9 of the median, nine
+    /// of ten within 8 (`docs/model.md`).
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Quantiles {
         self.work_left(&self.passing(0, 0.0, None), memory)
     }
 
-    /// Units of work that the last run of this query in `workspace` has still to do, given what is remembered of the pair.
-    /// Constant time, no allocation; the same bits on every machine.
+    /// Predicts the units of work left in the last run of this query in `workspace`, using the
+    /// memory of the pair. Constant time, no allocation; the same bits on every machine.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this motion and these options.

@@ -1,10 +1,12 @@
-//! Whether boxes meet in a short span of time: by where they are when it begins and when it ends, eight at a time.
+//! Do boxes meet in a short span of time? Answered from their positions at its begin and end, eight
+//! at a time.
 //!
-//! Seen from a node that an axis goes along with, each corner of a box of the other node goes straight from where it is at the
-//! begin to where it is at the end, but for what its way bends. So the box stays in the hull of both, and two boxes that meet
-//! overlap when one is replaced by its hull; not before the gap between own boxes at the begin can have closed. This is tighter
-//! than [`Windows`](super::windows::Windows) where B turns, but sees nothing of what comes and goes within the span. The proof is
-//! in `docs/numerics.md`, "Motion".
+//! In the axes of a node that moves with the axis of rotation, each corner of a box of the other
+//! node moves straight from its position at the begin to that at the end, up to a bounded bend. So
+//! the box stays in the hull of both positions, and two boxes that meet overlap when one is
+//! replaced by its hull. They meet no earlier than the gap between the own boxes at the begin can
+//! have closed. This is tighter than [`Windows`](super::windows::Windows) if B turns, but gives no
+//! times within the span. The proof is in `docs/numerics.md`, "Motion".
 
 use super::course::{Course, Piece};
 use super::windows::{BEGIN, SLOP, sum};
@@ -16,26 +18,28 @@ use crate::query::views::{Place, Places, Relation, View, Views};
 use crate::tree::{Node, Tree, WIDTH, xyz};
 use wide::f32x4;
 
-/// A span of time from the begin of a piece, in which B goes around one axis.
+/// A span of time from the begin of a piece, in which B turns around one axis.
 pub(super) struct Span {
-    /// Where B lies at its begin and its end.
+    /// Poses of B at the begin and the end.
     places: Places,
     end: Place,
     scale: f32,
     skew: f32,
-    /// How long it is, in lengths of the piece.
+    /// Length of the span, in lengths of the piece.
     length: f32,
-    /// By how many radians B turns, at most.
+    /// Upper bound of B's turn in the span, radians.
     turn: f32,
-    /// What places may be off whatever way they have gone: by the margin, by rounding, and by what the axis goes across itself.
+    /// Bound on the position error that does not depend on the path: the margin, rounding, and the
+    /// motion of the axis across itself.
     bulge: f32,
 }
 
-/// Turns beyond this (radians) bend ways by more than is allowed for.
+/// Larger turns (radians) bend paths by more than the bounds allow.
 const LARGEST_TURN: f64 = 0.25;
 
 impl Span {
-    /// From the begin of a piece to `until`; `None` if both bodies turn, or where `f32` does not reach.
+    /// The span from the begin of a piece to `until`. `None` if both bodies turn, or beyond the
+    /// range of `f32`.
     pub fn new(
         course: &Course,
         [a, b]: [&Tree; 2],
@@ -62,20 +66,21 @@ impl Span {
     }
 }
 
-/// Whether boxes meet in a span and before `cut`. Keys are lower bounds of the times when they do.
+/// Selects boxes that meet in a span and before `cut`. Keys are lower bounds of the times at which
+/// they meet.
 pub(super) struct Hulls<'s> {
-    /// From this time on pairs are of no interest.
+    /// Pairs with this time or a later one are of no interest.
     cut: f32,
-    /// The key of the pair at hand; its children's are no less.
+    /// The key of the current pair; its children's keys are not less.
     pub least: f32,
     span: &'s Span,
-    /// Of the nodes at hand, at the begin of the span and at its end.
+    /// The views of the current nodes, at the begin of the span and at its end.
     views: &'s mut Views<[f32; 8]>,
-    /// By how much ways bend between them, and what places are off.
+    /// Bound on the bend of paths between the current nodes, plus the position error.
     bulge: f32,
-    /// The same and the margins of the overlap test, in the orientations of A's node and of B's.
+    /// `bulge` plus the margins of the overlap test, in the orientations of A's node and of B's.
     margins: [f32; 2],
-    /// Whether the own boxes of the nodes at hand do not meet.
+    /// True if the own boxes of the current nodes do not meet.
     are_apart: bool,
 }
 
@@ -96,7 +101,7 @@ impl<'s> Hulls<'s> {
         }
     }
 
-    /// How the children of the opened node and those of the other go.
+    /// The motion of the children of the opened node, and of those of the other.
     #[inline(always)]
     fn passing(&self, is_a: bool) -> [Passing<'_>; 2] {
         // In memory, as in [`crate::query::expand`].
@@ -116,14 +121,14 @@ impl<'s> Hulls<'s> {
     }
 }
 
-/// How boxes of a node go, as the other node sees them.
+/// The motion of boxes of a node, as seen from the other node.
 struct Passing<'v> {
     view: &'v View<[f32; 8]>,
     margin: f32,
 }
 
 impl Passing<'_> {
-    /// The hulls of the ways of boxes. Axis by axis, which takes the fewest registers.
+    /// The hulls of the positions of boxes. Axis by axis, which uses the fewest registers.
     #[inline(always)]
     fn hulls<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> Slabs<L> {
         let [x, y, z] = per_axis!(k => {
@@ -136,7 +141,7 @@ impl Passing<'_> {
         }
     }
 
-    /// The ends of boxes along axis `k` at the begin, or at the end along the axis of entry `4 + k`.
+    /// Ends of boxes along axis `k` at the begin, or with entry `4 + k` at the end.
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, k: usize) -> [F8<L>; 2] {
         let row = per_axis!(j => F8::splat(lanes, self.view.columns[j][k]));
@@ -145,7 +150,7 @@ impl Passing<'_> {
         [center - half, center + half]
     }
 
-    /// The hull of the way of one box, by its ends.
+    /// The hull of the positions of one box, by its ends.
     #[inline(always)]
     fn hull<L: Lanes>(&self, lanes: L, (center, half): (f32x4, f32x4)) -> ([f32; 3], [f32; 3]) {
         let view = self.view.load(lanes);
@@ -161,7 +166,7 @@ impl BoxTest for Hulls<'_> {
     const READS_VIEWS: bool = false;
     const OPENS_CLUSTERS_ALIKE: bool = true;
 
-    /// With the test of own boxes: of those that are apart no views are asked for.
+    /// Includes the test of own boxes: separated boxes need no views.
     #[inline(always)]
     fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, _relation: &Relation) -> Views {
         let Span {
@@ -184,7 +189,7 @@ impl BoxTest for Hulls<'_> {
         );
         let (size, apart, views) = (sizes[0] + sizes[1], way_of_b.places, Views { of_a, of_b });
         self.bulge = 0.127 * turn * (way + turn * larger(sizes[0], sizes[1])) + bulge;
-        // One branch for both: neither can be guessed.
+        // One branch for both, because neither is predictable.
         self.are_apart = f32x4::splat(self.bulge)
             .simd_lt(way_of_a.gap().fast_max(way_of_b.gap()))
             .any()
@@ -234,7 +239,7 @@ impl BoxTest for Hulls<'_> {
         let scale = f32x4::splat(scales[0]);
         let (low, high) = ends(x.own_center * scale, x.own_half * scale);
         let alive_y = alive_y & !y_hull.depth(lanes, low, high).mask();
-        // Else a branch that cannot be guessed costs more than it saves.
+        // Without whole registers, an unpredictable branch costs more than it saves.
         if !L::IS_WHOLE && alive_y == 0 {
             return 0;
         }
@@ -269,7 +274,8 @@ impl BoxTest for Hulls<'_> {
         !in_opened.min(hulls.depth(lanes, low, high)).mask() & opened.valid()
     }
 
-    /// By the triangles' boxes along the axes of the other node, and by their planes; no later than the pair at hand.
+    /// Tests the triangles' boxes along the axes of the other node, and their planes. All keys are
+    /// that of the current pair.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,
@@ -314,7 +320,7 @@ impl BoxTest for Hulls<'_> {
             if !apart & node.valid() == 0 {
                 continue;
             }
-            // How far the boxes reach below the plane and above it.
+            // The extents of the boxes below the plane and above it.
             let ([d, r], [e, s]) = (first.across(lanes, &boxes), last.across(lanes, &boxes));
             let apart = apart | (r - d).max(s - e).min((r + d).max(s + e)).mask();
             pairs |= u64::from(!apart & node.valid()) << (WIDTH * i);
@@ -323,15 +329,15 @@ impl BoxTest for Hulls<'_> {
     }
 }
 
-/// How the own box of a node goes, as the other node sees it: from one middle to the other, and the half extents of both
-/// together, at the begin and at the end.
+/// The motion of the own box of a node, as seen from the other node: the vector between the
+/// middles, and the sums of the half extents, each at the begin and at the end.
 struct Way<L: Lanes> {
     places: F8<L>,
     halves: F8<L>,
 }
 
 impl<L: Lanes> Way<L> {
-    /// The way of B's box, and that of A's.
+    /// The motion of B's box, and that of A's.
     #[inline(always)]
     fn of_both(
         lanes: L,
@@ -347,7 +353,7 @@ impl<L: Lanes> Way<L> {
         );
         let apart = of_b.origin - a_center;
         let scaled = per_axis!(k => of_b.columns[k] * scale);
-        // Else the compiler spreads entries in registers.
+        // Without this, the compiler spreads entries in registers.
         let [a, b] = core::hint::black_box([a, b]);
         [
             Self {
@@ -368,7 +374,7 @@ impl<L: Lanes> Way<L> {
         end - begin
     }
 
-    /// How far both boxes stay apart, axis by axis.
+    /// Gap between the boxes along each axis during the span.
     #[inline(always)]
     fn gap(&self) -> f32x4 {
         let ([x, y], [u, v]) = (
@@ -378,14 +384,15 @@ impl<L: Lanes> Way<L> {
         x.fast_min(y).fast_max(-u.fast_max(v))
     }
 
-    /// How far they are apart at the begin.
+    /// Gap at the begin.
     #[inline(always)]
     fn gap_at_begin(&self) -> f32x4 {
         self.places.halves()[0].abs() - self.halves.halves()[0]
     }
 }
 
-/// The entries of a vector, each eight times: spread from memory, since out of a register that takes as long as a product.
+/// The entries of a vector, each eight times, spread from memory: spreading from a register takes
+/// as long as a product.
 #[inline(always)]
 fn each<L: Lanes>(lanes: L, v: &f32x4) -> V8<L> {
     per_axis!(k => F8::splat(lanes, v.as_array()[k]))
@@ -396,7 +403,8 @@ fn sizes<L: Lanes>(columns: &V8<L>) -> V8<L> {
     per_axis!(k => columns[k].abs())
 }
 
-/// The length of the longer of two ways, or up to a tenth more: for `x >= y >= z`, `|v| <= x + (y + z) (sqrt2 - 1)`.
+/// Upper bound of the length of the longer of two vectors, at most a tenth more: for `x >= y >= z`,
+/// `|v| <= x + (y + z) (sqrt2 - 1)`.
 #[inline(always)]
 fn longer(u: f32x4, v: f32x4) -> f32 {
     let ([a, b, c, _], [d, e, f, _]) = (u.abs().to_array(), v.abs().to_array());

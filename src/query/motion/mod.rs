@@ -1,8 +1,8 @@
-//! Until when a motion is free: two trees, how one moves, and a budget in, a proven [`TimeOfImpact`] out.
+//! Time of impact: two trees, a motion and a budget in, a proven [`TimeOfImpact`] out.
 //!
-//! [`course`] cuts the motion into pieces that all but go straight. Of each piece the traversal asks the question of [`sweep`],
-//! with the box test of [`windows`]. What is proven so far is the [`state`]; [`ahead`] bounds what is left of it, and
-//! [`estimate`] tells what that may cost.
+//! [`course`] cuts the motion into pieces that are nearly straight. For each piece the traversal
+//! runs the question of [`sweep`], with the box test of [`windows`] or [`hulls`]. [`state`] holds
+//! what is proven so far, [`ahead`] bounds what is left, and [`estimate`] predicts its cost.
 
 pub(super) mod ahead;
 mod course;
@@ -32,21 +32,21 @@ use core::cell::OnceCell;
 use course::Course;
 use sweep::{Sweep, span};
 
-/// The question until when a motion is free, and when the surfaces meet: continuous collision detection ([`Query::impact`]).
+/// Asks until when a motion is free, and when the surfaces meet: continuous collision detection
+/// ([`Query::impact`]).
 ///
-/// **Guarantee.** Whenever it stops, the surfaces meet at no time before `lower`, and at `upper` they do: two named
-/// triangles intersect exactly at the pose of that time ([`Query::pose`]). `lower` only ever grows, and
-/// `upper` only ever falls. A query that is finished has found a contact no later than the tolerance after `lower`,
-/// or none, and then the motion is free to its end, time 1.
+/// **Guarantee.** Whenever it stops, the surfaces meet at no time before `lower`, and they do meet
+/// at `upper`: two named triangles intersect exactly at the pose of that time ([`Query::pose`]).
+/// `lower` only grows, and `upper` only falls. A finished query has found a contact no later than
+/// the tolerance after `lower`, or none; then the motion is free to its end, time 1.
 ///
-/// There is one exception: grazes. Surfaces may come within a few tolerances of each other, or of the rounding of their
-/// coordinates, or may meet so briefly, or in so small a place, that no pose in `f64` shows it, as a point that goes
-/// through a
-/// triangle. Then `lower` stays at that time, and the search goes on for a contact that it can prove:
-/// `upper` may be
-/// later by more than the tolerance, or `None` although `lower` is less than 1. Both still hold. So it is with all
-/// surfaces
-/// where squares of lengths overflow, from 1e154 on.
+/// There is one exception: grazes. Surfaces may come within a few tolerances of each other, or
+/// within the rounding of their coordinates. Or they may meet so briefly, or in so small a place,
+/// that no pose in `f64` shows it, such as a point that passes through a triangle. Then `lower`
+/// stays at that time, and the query goes on searching for a contact that it can prove. `upper` may
+/// be later than `lower` by more than the tolerance, or `None` although `lower` is less than 1.
+/// Both bounds still hold. This applies to all surfaces for which squares of lengths overflow, from
+/// 1e154 on.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
@@ -69,20 +69,20 @@ impl Question for Impact {
 
 impl Remembers for Impact {}
 
-/// The default tolerance over the unit of the smaller mesh.
+/// The default tolerance, relative to the unit of the smaller mesh.
 const DEFAULT_TOLERANCE: f64 = 2e-6;
 
 /// The least tolerance in time.
 const LEAST_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 
 impl<'t> Query<'t, Impact> {
-    /// Asks about the meshes of `a` and `b`, where `b_in_a` says where B is in A from time 0 to 1. The tolerance is a
-    /// length: two
-    /// millionths of the smaller mesh's unit ([`Tree::unit_length`], about half of its longest extent), but no less
-    /// than the
-    /// rounding of coordinates. A point is as large as its margin; beside one without a margin it is a millionth of the
-    /// other
-    /// mesh's unit.
+    /// Asks when the meshes of `a` and `b` meet, where `b_in_a` is the motion of B in A from time 0
+    /// to 1.
+    ///
+    /// The tolerance is a length. Its default is two millionths of the smaller mesh's unit
+    /// ([`Tree::unit_length`], about half of its longest extent), but at least the rounding of
+    /// coordinates. For a point, the margin counts as its unit; for a point without a margin, the
+    /// default is a millionth of the other mesh's unit.
     #[must_use]
     #[inline]
     pub fn impact(a: &'t Tree, b: &'t Tree, b_in_a: Motion) -> Self {
@@ -96,7 +96,7 @@ impl<'t> Query<'t, Impact> {
         Self::of([a, b], Impact { options })
     }
 
-    /// Asks about two bodies that both move, in the world or any other common frame.
+    /// Asks when two moving bodies meet. Both motions are in the world or any other common frame.
     #[must_use]
     #[inline]
     pub fn impact_of_both(trees: [&'t Tree; 2], motions: [Motion; 2]) -> Self {
@@ -106,8 +106,8 @@ impl<'t> Query<'t, Impact> {
         query
     }
 
-    /// Done when no point of B goes farther than this, seen from A, between the two times. NaN counts as 0: as close as `f64`
-    /// can tell.
+    /// The query is finished when no point of B moves farther than this, seen from A, between the
+    /// two times. NaN counts as 0: as close as `f64` can resolve.
     #[must_use]
     #[inline]
     pub fn tolerance(mut self, length: f64) -> Self {
@@ -116,7 +116,8 @@ impl<'t> Query<'t, Impact> {
         self
     }
 
-    /// Done also when the two times differ by no more than this. What is negative, and NaN, counts as 0.
+    /// The query is finished also when the two times differ by at most this. Negative values and
+    /// NaN count as 0.
     #[must_use]
     #[inline]
     pub fn time_tolerance(mut self, time: f64) -> Self {
@@ -125,8 +126,8 @@ impl<'t> Query<'t, Impact> {
         self
     }
 
-    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the length unit of the meshes:
-    /// a point becomes a ball, a segment a capsule.
+    /// Thickens each surface by its margin (not negative, at most 2^1000; NaN counts as 0), in the
+    /// length unit of the meshes: a point becomes a ball, a segment a capsule.
     #[must_use]
     #[inline]
     pub fn margins(mut self, margins: [f64; 2]) -> Self {
@@ -136,13 +137,14 @@ impl<'t> Query<'t, Impact> {
         self
     }
 
-    /// Where B is in A at a time, 0 to 1: the very bits that the query uses.
+    /// The pose of B in A at a time, 0 to 1, with the bits that the query uses.
     #[must_use]
     pub fn pose(&self, time: f64) -> Pose {
         self.course().pose(time)
     }
 
-    /// Until when B's points go less far than the surfaces are known to be apart at the start.
+    /// The time until which B's points cannot have moved as far as the known clearance at the
+    /// start.
     fn clear_until(&self, course: &Course, memory: &PairMemory) -> f64 {
         let known = memory.clearance(self.a, self.b, &course.pose(0.0));
         let way = known - self.asked.options.margin - 4.0 * course.rounding;
@@ -153,8 +155,8 @@ impl<'t> Query<'t, Impact> {
         }
     }
 
-    /// Proven by the run in the workspace: the triangles that meet first are no farther apart then. 0 only if they
-    /// intersect.
+    /// Proven upper bound, from the run in the workspace, of the distance of the first contact's
+    /// triangles at its time. 0 only if they intersect.
     pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace
             .motion
@@ -171,15 +173,16 @@ impl<'t> Query<'t, Impact> {
         )
     }
 
-    /// Half of it: a contact is looked for so much after the time at which it may be. Others that may be as much earlier do
-    /// not matter then, so that neighbors which meet at the same time are not looked at one by one.
+    /// Half of the tolerance: a contact is searched for up to this long after the time at which it
+    /// is possible. Contacts that are possible up to this much earlier do not matter then, so that
+    /// neighbors that meet at the same time are not tested one by one.
     fn tolerance_in_time(&self, course: &Course) -> f64 {
         let length = self
             .asked
             .options
             .length
             .unwrap_or_else(|| self.default_tolerance());
-        // No time is known better than the places are.
+        // A time cannot be resolved better than the positions.
         let time = self
             .asked
             .options
@@ -234,7 +237,7 @@ impl<'t> Query<'t, Impact> {
             return stop.unwrap_or(StopReason::Finished);
         }
         let relation = Relation::new(self.a, self.b, &piece.pose);
-        // What is large stays where it is made.
+        // Large values stay where they are made.
         let (margin, middle) = (self.asked.options.margin, OnceCell::new());
         let mut span = span(trees, course, &piece, &relation, margin, &workspace.motion);
         let place = (trees, course, &piece);
@@ -291,7 +294,7 @@ impl Ask for Query<'_, Impact> {
         }
     }
 
-    /// Piece after piece.
+    /// Runs piece after piece.
     fn advance(
         &self,
         workspace: &mut Workspace,
@@ -340,7 +343,8 @@ impl Ask for Query<'_, Impact> {
 }
 
 impl Workspace {
-    /// Prepares the buffers for a piece of a motion, in which these triangles may meet.
+    /// Prepares the buffers for a piece of a motion. `guess` is a pair of triangles that may meet
+    /// in it.
     fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
         self.front.clear();
         self.search.begin_pairs(guess.map(|pair| Bounded {
@@ -352,16 +356,18 @@ impl Workspace {
     }
 }
 
-/// The answer of a motion query; times from 0 to 1.
+/// The answer to a motion query; times from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
 pub struct TimeOfImpact {
-    /// Proven: the surfaces meet at no time before. 1 without [`TimeOfImpact::upper`]: the motion is free to its end.
+    /// Proven: the surfaces meet at no time before. If it is 1 and [`TimeOfImpact::upper`] is
+    /// `None`, the motion is free to its end.
     pub lower: f64,
-    /// Proven: the surfaces meet at this time; 0 if they do at the start. `None`: no contact was found (yet).
+    /// Proven: the surfaces meet at this time; 0 if they meet at the start. `None` if no contact
+    /// was found (yet).
     pub upper: Option<f64>,
-    /// The triangles that meet then: triangle of A, triangle of B, ids of the input meshes.
+    /// The triangles that meet at `upper`: triangle of A, triangle of B, ids of the input meshes.
     pub triangles: Option<[u32; 2]>,
 }

@@ -1,4 +1,5 @@
-//! The state of a motion query: how far the motion is proven to be free, and the earliest contact found.
+//! The state of a motion query: the time until which the motion is proven free, and the earliest
+//! contact found.
 
 use super::course::Piece;
 use crate::query::options::MotionOptions;
@@ -6,24 +7,25 @@ use crate::query::queue::{BUCKETS, Front};
 use crate::query::search::Search;
 use crate::query::views::Views;
 
-/// A triangle pair (tree order) that is followed through time.
+/// A triangle pair (tree order) that is traced through time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Followed {
     pub pair: [u32; 2],
-    /// It does not meet before, nor, in this piece, after.
+    /// The pair does not meet before `from`, nor, in this piece, after `until`.
     pub from: f64,
     pub until: f64,
-    /// Over how much time it is looked at next, and how long after `from` a contact is looked for.
+    /// Length of the next time interval to test, and of the interval after `from` in which a
+    /// contact is searched for.
     pub span: f64,
     pub longest: f64,
     pub phase: Phase,
-    /// Steps since the last time at which it could not be told whether it meets, and how many such times there were.
+    /// Steps since the last time at which the test was inconclusive, and number of such times.
     pub steps: u32,
     pub doubts: i32,
 }
 
 impl Followed {
-    /// A pair that may meet between two times, to be looked at over a span of time.
+    /// A pair that may meet between two times, with the length of the first time interval to test.
     pub fn new(pair: [u32; 2], [from, until]: [f64; 2], span: f64) -> Self {
         Self {
             pair,
@@ -38,46 +40,48 @@ impl Followed {
     }
 }
 
-/// What is asked of a pair next.
+/// The next test of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// When it may meet, by the normals and edges of its triangles.
+    /// Finds when the pair may meet, from the normals and edges of its triangles.
     Window,
-    /// The same by the direction in which the triangles are closest: where they are coplanar or degenerate, or turn.
+    /// Finds it from the direction between their closest points: for triangles that are coplanar or
+    /// degenerate, or that turn.
     Direction,
-    /// Whether it meets at one of the [`MOMENTS`], by number.
+    /// Tests whether the pair meets at one of the [`MOMENTS`], given by its index.
     Contact(usize),
 }
 
-/// At which parts of the time in which a contact is looked for: the first if that is the start of the motion, the second, and
-/// where neither shows a contact nor any direction that there is none, the others, before this time is given up.
+/// Fractions of the search interval at which contact is tested. 0.0 applies only at the start of
+/// the motion, then 1.0. The others follow if these show no contact and no direction separates the
+/// triangles; after them the time is given up.
 pub(super) const MOMENTS: [f64; 4] = [0.0, 1.0, 1.0 / 2.0, 1.0 / 16.0];
 
-/// A proven contact: the surfaces meet at this time, where these triangles (tree order) do.
+/// A proven contact: the surfaces meet at this time, in these triangles (tree order).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Contact {
     pub time: f64,
     pub pair: [u32; 2],
-    /// Proven: these are no farther apart then. 0 only if they intersect.
+    /// Proven upper bound of the distance of the triangles at this time. 0 only if they intersect.
     pub distance: f64,
 }
 
-/// What is known of a motion, times from 0 to 1.
+/// The state of a motion; times from 0 to 1.
 #[derive(Clone, Debug)]
 pub(crate) struct MotionState {
-    /// What was asked.
+    /// The options of the query.
     pub options: Option<MotionOptions>,
-    /// The piece of the motion at hand.
+    /// The current piece of the motion.
     pub piece: u32,
-    /// Half of how much later than `free_until` a contact may be.
+    /// Half of the tolerance in time: a contact may be twice this later than `free_until`.
     tolerance: f64,
     free_until: f64,
-    /// The earliest time at which triangles may meet that are done with: they meet then, or later than matters, or `f64` cannot
-    /// tell.
+    /// The least time before which no pair that is done meets. A pair is done if it meets at that
+    /// time, or later than matters, or if `f64` cannot decide.
     done: f64,
     contact: Option<Contact>,
     pub followed: Option<Followed>,
-    /// How the two nodes at hand see one another, where the box test needs it in memory.
+    /// The views of the current nodes, for box tests that need them in memory.
     pub(super) views: Views<[f32; 8]>,
 }
 
@@ -94,9 +98,9 @@ impl MotionState {
         views: Views::NONE,
     };
 
-    /// Begins with a time before which there is no contact.
+    /// Starts a motion for which no contact is possible before `free_until`.
     pub fn begin(&mut self, options: &MotionOptions, tolerance: f64, free_until: f64) {
-        // Not as a whole: it is large, and most of it need not be written.
+        // Field by field: the state is large, and most of it need not be written.
         let Self {
             options: asked,
             piece,
@@ -119,24 +123,25 @@ impl MotionState {
         self.contact
     }
 
-    /// No contact before.
+    /// There is no contact before this time.
     pub fn free_until(&self) -> f64 {
         self.free_until
     }
 
-    /// What is free until then does not matter any more.
+    /// A pair that is free until this time no longer matters.
     pub fn cut(&self) -> f64 {
         self.contact.map_or(f64::INFINITY, |contact| {
             (contact.time - 2.0 * self.tolerance).max(0.0)
         })
     }
 
-    /// Whether a pair matters that does not meet before `from`. Whether surfaces meet at the start is no question of tolerance.
+    /// True if a pair that does not meet before `from` matters. The tolerance does not apply to the
+    /// question whether the surfaces meet at the start.
     pub fn matters(&self, from: f64) -> bool {
         from < self.cut() || from <= 0.0
     }
 
-    /// Whether nothing that is left could change the answer: the surfaces meet at the start.
+    /// True if nothing left could change the answer: the surfaces meet at the start.
     pub fn is_decided(&self) -> bool {
         self.contact.is_some_and(|contact| contact.time <= 0.0)
     }
@@ -147,18 +152,19 @@ impl MotionState {
         }
     }
 
-    /// Takes note that triangles that do not meet before this time are done with.
+    /// Records that triangles that do not meet before `time` are done.
     #[inline(always)]
     pub fn pass(&mut self, time: f64) {
         self.done = self.done.min(time);
     }
 
-    /// Takes note that all pieces are done.
+    /// Records that all pieces are done.
     pub fn end(&mut self) {
         self.free_until = self.free_until.max(self.done.min(1.0));
     }
 
-    /// Takes note of what is proven when so much of a piece is left; of the node pair at hand, if there is one, `at_hand`.
+    /// Raises the lower bound from what is left of a piece. `at_hand` is the time of the current
+    /// node pair, if there is one.
     pub(super) fn bound(&mut self, front: &Front, search: &Search, piece: &Piece, at_hand: f32) {
         let nodes = match front.least_bucket() {
             None => f32::INFINITY,
@@ -175,14 +181,15 @@ impl MotionState {
     }
 }
 
-/// The bucket of a time in lengths of the piece: the first one is for what may meet at its begin.
+/// The bucket of a time in lengths of the piece. The first bucket is for pairs that may meet at its
+/// begin.
 pub(super) fn bucket(key: f32) -> usize {
     let steps = (key + 0.5) * (BUCKETS - 2) as f32;
-    // Conversions to `i32` take fewer instructions than those to `usize`.
+    // Conversions to `i32` need fewer instructions than those to `usize`.
     1 + (steps as i32).clamp(0, BUCKETS as i32 - 2) as usize
 }
 
-/// The least time of a bucket.
+/// The earliest time of a bucket.
 pub(super) fn least_key(bucket: usize) -> f32 {
     if bucket == 0 {
         f32::NEG_INFINITY

@@ -1,10 +1,12 @@
-//! When do two surfaces meet on the way? What a traversal that asks this does with node pairs and triangle pairs.
+//! Time of impact of two surfaces: how the traversal handles node pairs and triangle pairs.
 //!
-//! It asks for one piece of the motion. Boxes are compared by windows of time ([`Windows`]), or where B turns on the spot by the
-//! hulls of their ways ([`Hulls`]). Pairs whose boxes overlap when it begins are finished depth-first; others wait in the
-//! queue by the time when they may meet, and are dropped when there is an earlier contact. Triangles are compared eight at a
-//! time in `f32`; those that may meet earlier than all before are *followed* in `f64`, one at a time and a step of bounded work
-//! after the other: over ever shorter spans of time, until an exact test proves a contact.
+//! A run covers one piece of the motion. Boxes are compared by time intervals ([`Windows`]), or, if
+//! B turns on the spot, by the hulls of their positions ([`Hulls`]). Pairs whose boxes overlap at
+//! the begin are finished depth-first. Other pairs wait in the queue, ordered by the time at which
+//! they may meet, and are dropped when there is an earlier contact. Triangles are compared in
+//! `f32`, eight at a time. Those that may meet earlier than all before are *followed* in `f64`, one
+//! at a time, in steps of bounded work: over ever shorter time intervals, until an exact test
+//! proves a contact.
 
 use super::course::{Course, Piece};
 use super::hulls::{Hulls, Span};
@@ -34,32 +36,33 @@ use arrayvec::ArrayVec;
 use core::cell::OnceCell;
 use glam::DVec3;
 
-/// Where B lies in the middle of a piece, and how it goes through it.
+/// The pose of B in the middle of a piece, and its motion through the piece.
 pub(super) struct Middle {
     relation: Relation,
     glide: Glide,
 }
 
-/// When two surfaces meet in a piece of a motion.
+/// The question when two surfaces meet in a piece of a motion.
 pub(super) struct Sweep<'q> {
     trees: [&'q Tree; 2],
     course: &'q Course<'q>,
     piece: &'q Piece,
-    /// Where B lies at the time at which the piece is looked at.
+    /// The pose of B at the reference time of the piece.
     relation: &'q Relation,
-    /// What of the piece matters, if B turns on the spot.
+    /// The part of the piece that matters, if B turns on the spot.
     span: &'q mut Option<Span>,
     middle: &'q OnceCell<Middle>,
-    /// By how much the surfaces are thickened together.
+    /// Sum of the margins of both surfaces.
     margin: f64,
-    /// How long after the time at which triangles may meet a contact is looked for.
+    /// A contact is searched for up to this long after the time at which triangles may meet.
     tolerance: f64,
-    /// The same as `f32` sees it: from this time of the piece on nothing matters.
+    /// The local time, in `f32`, from which on nothing matters.
     cut: f32,
 }
 
 impl<'q> Sweep<'q> {
-    /// With what [`span`] tells, and a place for what may be asked.
+    /// Takes the result of [`span`], and a cell for the state in the middle, which is computed when
+    /// it is needed.
     pub fn new(
         (trees, course, piece): ([&'q Tree; 2], &'q Course<'q>, &'q Piece),
         relation: &'q Relation,
@@ -82,7 +85,7 @@ impl<'q> Sweep<'q> {
         }
     }
 
-    /// After a contact was found.
+    /// Updates the cut and the span after a contact was found.
     fn update(&mut self, state: &MotionState) {
         let Self {
             trees,
@@ -117,13 +120,13 @@ impl<'q> Sweep<'q> {
     }
 }
 
-/// From which time of the piece on nothing matters, as `f32` sees it.
+/// The local time of the piece, in `f32`, from which on nothing matters.
 fn cut(piece: &Piece, state: &MotionState) -> f32 {
     let cut = piece.local(state.cut().min(piece.end));
     cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING
 }
 
-/// What of the piece matters, if B turns on the spot.
+/// The part of the piece that matters, if B turns on the spot.
 pub(super) fn span(
     trees: [&Tree; 2],
     course: &Course,
@@ -160,12 +163,12 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
             if least >= question.cut {
                 workspace.run.stats.work += WORK_PER_LOOKUP;
                 if least_key(bucket(least)) >= question.cut {
-                    // So do all others that wait.
+                    // All others that wait reach the cut too.
                     workspace.front.clear_queue();
                 }
                 return workspace.motion.pass(question.piece.time(least));
             }
-            // What goes on the stack for lack of room has no bound any more.
+            // A pair that the full queue puts on the stack loses its bound.
             if workspace.front.room() < WIDTH * WIDTH {
                 workspace
                     .motion
@@ -236,8 +239,9 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
 }
 
 impl Traversal<'_, '_, Sweep<'_>> {
-    /// When up to eight waiting pairs may meet; or when the one does that may first of those that were so compared, which is
-    /// followed then: if B turns by a closer look at each eighth of the piece.
+    /// Computes the times at which up to eight waiting pairs may meet. If earlier pairs were
+    /// compared, it instead follows the one of them that may meet first. If B turns, it first tests
+    /// each eighth of the piece for that pair.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
@@ -290,8 +294,9 @@ impl Traversal<'_, '_, Sweep<'_>> {
         }
     }
 
-    /// What was not kept of something that was known to be no earlier than this is no earlier than the cut either, if that is for a
-    /// contact and not for the piece's end. Never less than a call that was stopped in between has told.
+    /// Children that were dropped, of a parent with the known bound `known`, have at least that
+    /// bound and at least the cut, if the cut is that of a contact and not the end of the piece. So
+    /// the result is never less than what an earlier, stopped call has proven.
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
         if self.workspace.motion.contact().is_some() {
@@ -321,7 +326,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         self.workspace.search.proposed = proposed;
     }
 
-    /// Goes on with a pair by one step.
+    /// Advances a pair by one step.
     #[inline(never)]
     fn follow(&mut self, followed: Followed) {
         let state = &mut self.workspace.motion;
@@ -336,7 +341,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
         };
     }
 
-    /// When a pair may meet in the span at hand, by its edges or the direction in which it is closest; the next step.
+    /// Narrows the times at which a pair may meet in the current interval, by its edges or by the
+    /// direction between its closest points. Returns the next step.
     fn narrow(&mut self, mut followed: Followed) -> Option<Followed> {
         let Followed {
             pair,
@@ -362,7 +368,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let span = span.min(until - from);
         let (half, middle) = (span / 2.0, from + span / 2.0);
         let (b, twist) = (at(middle), course.twist(middle));
-        // How well times are known: by how corners leave their lines, and by how the triangle turns.
+        // The error of times, from the bend of the corners' paths and from the turn of the
+        // triangle.
         let enough = (tolerance * course.speed / 16.0).max(course.rounding);
         let velocities = b.map(|corner| twist.at(corner));
         let tilt = course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length());
@@ -389,7 +396,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             })
         };
         let Some([enter, leave]) = window else {
-            // Free for this span.
+            // No contact in this interval.
             (followed.from, followed.span, followed.phase) =
                 (from + span, 4.0 * span, Phase::Window);
             return (followed.from < until).then_some(followed);
@@ -417,7 +424,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         Some(followed)
     }
 
-    /// Whether a pair meets at a moment; if not, the next step.
+    /// Tests whether a pair meets at a moment. If not, returns the next step.
     fn look_for_contact(&mut self, mut followed: Followed, moment: usize) -> Option<Followed> {
         let Followed {
             pair,
@@ -460,7 +467,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             1 => Phase::Direction,
             _ if moment + 1 < MOMENTS.len() => Phase::Contact(moment + 1),
             _ => {
-                // Whether they meet could not be told; on to where it can.
+                // The tests at this time were inconclusive; continue at a later time.
                 state.pass(from);
                 let further = (tolerance * libm::ldexp(1.0, followed.doubts)).max(f64::EPSILON);
                 if from + further >= until {
@@ -475,21 +482,23 @@ impl Traversal<'_, '_, Sweep<'_>> {
     }
 }
 
-/// The larger of a bound, if it is a number, and one that is known.
+/// The larger of a bound and a known one; NaN is ignored.
 fn larger_known(bound: f32, known: f32) -> f32 {
     if bound > known { bound } else { known }
 }
 
-/// So many steps are done with a pair before it is given up where it cannot be told whether it meets.
+/// After this many inconclusive steps with a pair, contact is tested instead of ever shorter
+/// intervals.
 const PATIENCE: u32 = 400;
 
-/// Where the motion brings a triangle of B.
+/// The corners of a triangle of B at a time.
 fn placed(course: &Course, corners: &[DVec3; 3], time: f64) -> [DVec3; 3] {
     let pose = course.pose(time);
     corners.map(|corner| pose.transform_point(corner))
 }
 
-/// If two triangles meet, thickened by a margin together: how far apart they are at most, and 0 only if they intersect.
+/// If two triangles meet, thickened by `margin` in total: an upper bound of their distance, 0 only
+/// if they intersect.
 fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> Option<f64> {
     if triangles_intersect(a, b) {
         return Some(0.0);
@@ -499,7 +508,7 @@ fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> Option<f64> {
         .filter(|&distance| distance <= margin)
 }
 
-/// Where the children of an opened pair go. If they are alike, all have the first key of the table.
+/// Receives the children of an opened pair. If `ALIKE`, all have the first key of the table.
 struct Children<'w, const ALIKE: bool> {
     front: &'w mut Front,
     search: &'w mut Search,

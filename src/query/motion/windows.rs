@@ -1,9 +1,10 @@
-//! When boxes meet on the way: lower bounds of times, eight at a time.
+//! Times at which moving boxes meet: lower bounds, eight at a time.
 //!
-//! A box of B that goes along a straight line overlaps one of A, on an axis, from one time to another; on six axes, from the
-//! latest such beginning to the earliest end. Triangles against boxes are compared along their normals too. All is in A's
-//! units, with the views and margins of the overlap test, and with the length of the piece of motion as unit of time, from -1/2
-//! to 1/2; the proof is in `docs/numerics.md`, "Motion".
+//! A box of B that moves along a straight line overlaps a box of A, on an axis, during one time
+//! interval; on six axes, from the latest start to the earliest end. Triangles and boxes are also
+//! compared along the triangles' normals. All is in A's units, with the views and margins of the
+//! overlap test. The unit of time is the length of the piece, from -1/2 to 1/2. The proof is in
+//! `docs/numerics.md`, "Motion".
 
 use super::course::{Course, Piece};
 use crate::math::bits;
@@ -19,19 +20,19 @@ use crate::triangle::swept::Glide;
 use glam::DVec3;
 use wide::f32x4;
 
-/// When the piece begins.
+/// The begin of the piece.
 pub(super) const BEGIN: f32 = -0.5;
 
-/// Times are rounded by no more than this.
+/// Bound on the rounding of times.
 pub(super) const SLOP: f32 = 8.0 * ROUNDING;
 
-/// Half a unit of time, and 1 percent for matrices that are not quite rotations.
+/// Half a unit of time, plus 1 percent for matrices that are not exactly rotations.
 const HALF_A_PIECE: f32 = 0.505;
 
-/// Slower projections count as this fast; what that makes of them is covered by what is added for underflow.
+/// Least speed of a projection. The allowance for underflow covers the difference.
 const LEAST_SPEED: f32 = 1e-37;
 
-/// A piece of motion as `f32` sees it, in A's unit coordinates.
+/// A piece of motion in `f32`, in A's unit coordinates.
 pub(super) fn glide(
     course: &Course,
     piece: &Piece,
@@ -58,7 +59,7 @@ pub(super) fn glide(
             swings: piece.is_on_the_spot,
         }
     } else {
-        // Beyond `f32`, or of unknown size: everything may meet at any time.
+        // Beyond the range of `f32`, or NaN: everything may meet at any time.
         Glide {
             bulge: 1e15,
             ..Glide::NONE
@@ -66,30 +67,31 @@ pub(super) fn glide(
     }
 }
 
-/// Whether boxes meet before `cut`. Keys are lower bounds of the times when they do.
+/// Selects boxes that meet before `cut`. Keys are lower bounds of the times at which they meet.
 pub(super) struct Windows<'g> {
-    /// From this time on pairs are of no interest.
+    /// Pairs with this time or a later one are of no interest.
     cut: f32,
-    /// The key of the pair at hand; its children's are no less.
+    /// The key of the current pair; its children's keys are not less.
     pub least: f32,
     skew: f32,
     glide: &'g Glide,
-    /// In the orientations of the nodes at hand.
+    /// The drift of B in the orientations of the current nodes.
     in_a: Drift,
     in_b: Drift,
 }
 
-/// How B passes, along the axes of a node. Places over the velocity are times: with the ends of boxes so scaled, two boxes meet
-/// from the difference of two ends to that of the two others.
+/// The motion of B along the axes of a node. Positions divided by the velocity are times: with the
+/// ends of boxes scaled to times, two boxes meet from the difference of two ends to the difference
+/// of the two others.
 #[derive(Clone, Copy)]
 struct Drift {
     /// Minus one over the velocity, and one over the speed.
     inverse: f32x4,
     size: f32x4,
-    /// What margins are in time.
+    /// The margins as times.
     extra: f32x4,
     velocity: f32x4,
-    /// What B may be off, and the margin of the overlap test.
+    /// The position error of B plus the margin of the overlap test.
     pub margin: f32x4,
 }
 
@@ -104,7 +106,7 @@ impl Drift {
 
     #[inline(always)]
     fn new(velocity: f32x4, margin: f32x4) -> Self {
-        // What is slower than this counts as this fast.
+        // Lower limit of the speed along an axis.
         let least = sum(velocity) * 1e-6 + 1e-20;
         let size = f32x4::ONE / velocity.abs().fast_max(f32x4::splat(least));
         let inverse = velocity
@@ -120,7 +122,7 @@ impl Drift {
         }
     }
 
-    /// The ends of boxes in time; `sign` is -1 where they are of B and those that they meet of A.
+    /// The ends of boxes as times. `sign` is -1 if the boxes are of B, which meet boxes of A.
     #[inline(always)]
     fn ends<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, sign: f32) -> Slabs<L> {
         let (inverse, size) = (self.inverse * f32x4::splat(sign), self.size);
@@ -132,7 +134,7 @@ impl Drift {
         .slabs()
     }
 
-    /// The same, widened by the margins.
+    /// The ends of boxes as times, widened by the margins.
     #[inline(always)]
     fn wide_ends<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, sign: f32) -> Slabs<L> {
         let Slabs { low, high } = self.ends(lanes, boxes, sign);
@@ -143,7 +145,7 @@ impl Drift {
         }
     }
 
-    /// The same of a single box, eight times.
+    /// The ends of a single box as times, eight times.
     #[inline(always)]
     fn ends_of_one<L: Lanes>(
         &self,
@@ -162,7 +164,7 @@ impl Drift {
         }
     }
 
-    /// The ends of a triangle's box in time, eight times.
+    /// The ends of a triangle's box as times, eight times.
     #[inline(always)]
     fn ends_of_triangle<L: Lanes>(&self, lanes: L, plane: &Plane, sign: f32) -> Slabs<L> {
         let inverse = self.inverse * f32x4::splat(sign);
@@ -173,7 +175,7 @@ impl Drift {
         }
     }
 
-    /// When boxes reach across the plane of a triangle.
+    /// Time interval in which boxes reach across the plane of a triangle.
     #[inline(always)]
     fn through_plane<L: Lanes>(
         &self,
@@ -206,7 +208,8 @@ impl Drift {
         [middle - half, middle + half]
     }
 
-    /// When two boxes overlap whose centres are `apart` and whose half extents sum to `reach`.
+    /// Time interval in which two boxes overlap whose centres are `apart` and whose half extents
+    /// sum to `reach`.
     #[inline(always)]
     fn window(&self, apart: f32x4, reach: f32x4) -> [f32; 2] {
         let (middle, half) = (apart * self.inverse, reach * self.size + self.extra);
@@ -215,7 +218,7 @@ impl Drift {
     }
 }
 
-/// When boxes with these ends in time overlap, the second of them as they are opened.
+/// Time interval in which boxes with these ends as times overlap.
 #[inline(always)]
 fn between<L: Lanes>(other: &Slabs<L>, opened: &Slabs<L>) -> [F8<L>; 2] {
     let [x, y, z] = per_axis!(k => other.low[k] - opened.high[k]);
@@ -223,18 +226,18 @@ fn between<L: Lanes>(other: &Slabs<L>, opened: &Slabs<L>) -> [F8<L>; 2] {
     [x.max(y).max(z), u.min(v).min(w)]
 }
 
-/// How a part of B passes, as one node sees it.
+/// The motion of a part of B, as seen from one node.
 struct Way {
     velocity: f32x4,
     turn: f32x4,
-    /// What its line bends until the piece ends.
+    /// The bend of its path until the piece ends.
     bend: f32x4,
-    /// By how much all this may be off.
+    /// Bound on the error of the path.
     margin: f32,
 }
 
 impl Way {
-    /// As the other node sees it.
+    /// The motion as seen from the other node.
     #[inline(always)]
     fn seen(&self, view: &View) -> Self {
         let [velocity, turn, bend] = [self.velocity, self.turn, self.bend].map(|v| view.vector(v));
@@ -260,7 +263,7 @@ impl<'g> Windows<'g> {
         }
     }
 
-    /// How a part of B at `place` passes, as A's node sees it.
+    /// The motion of a part of B at `place`, as seen from A's node.
     #[inline(always)]
     fn way(&self, a: &Node, views: &Views, place: f32x4) -> Way {
         let Glide {
@@ -287,7 +290,7 @@ impl<'g> Windows<'g> {
             if wobble > 0.0 {
                 acceleration += cross(seen(self.glide.change), place);
             }
-            // In half a unit of time half of its square is an eighth; and 1 percent.
+            // In half a unit of time, half of its square is an eighth; plus 1 percent.
             way.bend = acceleration * f32x4::splat(0.12625);
             speed += sum(way.turn) * sum(place) + sum(pull);
         }
@@ -295,7 +298,7 @@ impl<'g> Windows<'g> {
         way
     }
 
-    /// How a box passes with these half extents, if directions are off by `skew`.
+    /// The drift of a box with these half extents, if directions are off by `skew`.
     #[inline(always)]
     fn drift(&self, way: &Way, half: f32x4, margin: f32x4, skew: f32) -> Drift {
         let mut margin = margin + f32x4::splat(way.margin);
@@ -306,7 +309,8 @@ impl<'g> Windows<'g> {
         Drift::new(way.velocity, margin)
     }
 
-    /// By how much points within half extents leave the lines that they would be on with the velocity of their middle.
+    /// Bound on the distance of points within the half extents from the lines that they would
+    /// follow with the velocity of their middle.
     #[inline(always)]
     fn off(&self, turn: f32x4, wobble: f32, half: f32x4) -> f32x4 {
         let turn = turn.abs() + f32x4::splat(wobble);
@@ -314,7 +318,7 @@ impl<'g> Windows<'g> {
         way * f32x4::splat(HALF_A_PIECE) + f32x4::splat(sum(way) * self.glide.spin * 0.25)
     }
 
-    /// The time from which on boxes may meet, infinite if they do not.
+    /// The time from which on boxes may meet; infinite if they do not.
     #[inline(always)]
     fn key<L: Lanes>(&self, lanes: L, [enter, leave]: [F8<L>; 2]) -> F8<L> {
         let gone = leave.less(enter.max(F8::splat(lanes, BEGIN)));
@@ -324,7 +328,7 @@ impl<'g> Windows<'g> {
         )
     }
 
-    /// The same after comparisons along the axes of both.
+    /// [`Windows::key`] from the comparisons along the axes of both nodes.
     #[inline(always)]
     fn key_of_both<L: Lanes>(&self, lanes: L, [of_x, of_y]: [[F8<L>; 2]; 2]) -> F8<L> {
         self.key(lanes, [of_x[0].max(of_y[0]), of_x[1].min(of_y[1])])
@@ -335,8 +339,8 @@ impl<'g> Windows<'g> {
         keys.less(F8::splat(lanes, self.cut)).mask()
     }
 
-    /// What B does in the orientation of the opened node, and in that of the other; the sign that makes it so for the latter's
-    /// boxes against the former's.
+    /// The drift in the orientation of the opened node, the drift in that of the other, and the
+    /// sign for boxes of the latter against those of the former.
     #[inline(always)]
     fn drifts(&self, is_a: bool) -> (&Drift, &Drift, f32) {
         if is_a {
@@ -368,7 +372,8 @@ impl BoxTest for Windows<'_> {
         if leave < enter.max(BEGIN) || enter >= self.cut {
             return false;
         }
-        // Directions are off by the skew of their sum, which may be seen up to the root of 3 shorter.
+        // Directions are off by the skew of their sum, which may appear shorter by up to the root
+        // of 3.
         self.in_b = self.drift(
             &way.seen(&views.of_a),
             b_half,
@@ -434,7 +439,7 @@ impl BoxTest for Windows<'_> {
         self.soon(lanes, key) & opened.valid()
     }
 
-    /// By the triangles' boxes along the axes of the other node, and by their planes.
+    /// Tests the triangles' boxes along the axes of the other node, and their planes.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,
@@ -475,7 +480,8 @@ impl BoxTest for Windows<'_> {
     }
 }
 
-/// The given children of two nodes. Compiled once, as it is large and asked for in several places.
+/// The active children of two nodes. Compiled once, because it is large and called from several
+/// places.
 struct Both<'k> {
     windows: &'k Windows<'k>,
     facing: Facing<'k>,
@@ -533,7 +539,7 @@ impl Kernel for Both<'_> {
 }
 
 impl Stored {
-    /// One of the boxes, eight times.
+    /// Box `i`, eight times.
     #[inline(always)]
     fn at<L: Lanes>(&self, lanes: L, i: usize) -> Slabs<L> {
         Slabs {

@@ -1,8 +1,8 @@
-//! A ray in the unit coordinates of a tree, and which boxes it enters.
+//! A ray in the unit coordinates of a tree, and the boxes that it enters.
 //!
-//! Local parameters count from where the ray comes near the mesh, in the length of a direction whose largest component is
-//! within 1 and 2. So all numbers are near 1, wherever the ray begins. A bound on all rounding is in the margin of the boxes:
-//! `docs/numerics.md`, "Rays".
+//! Local parameters start where the ray approaches the mesh. Their unit is the length of a
+//! direction whose largest component is between 1 and 2. So all numbers are near 1, wherever the
+//! ray begins. The margin of the boxes covers all rounding: `docs/numerics.md`, "Rays".
 
 use crate::math::Ray;
 use crate::math::lanes::{Column, F8, Lanes, per_axis};
@@ -20,7 +20,7 @@ pub(crate) struct Beam {
     /// Only hits between these local parameters matter.
     pub from: f32,
     pub to: f32,
-    /// The ray's own parameter is `(entry + local) unit`; `unit` is 0 where all is in doubt.
+    /// The parameter of the ray is `(entry + local) unit`; `unit` is 0 if everything is in doubt.
     pub entry: f64,
     pub unit: f64,
     /// Error bound of local parameters.
@@ -31,16 +31,16 @@ pub(crate) struct Beam {
 /// Roundings of coordinates and boxes (`docs/numerics.md`).
 const MARGIN: f32 = 128.0 * ROUNDING;
 
-/// An origin no farther than this from the middle of the mesh, along any axis, is taken as it is.
+/// An origin within this distance of the middle of the mesh, along every axis, is used unchanged.
 const NEAR: f64 = 2.0;
 
-/// How far the mesh may leave the cube from -1 to 1, with room for rounding.
+/// How far the mesh may extend beyond the cube from -1 to 1, including rounding.
 const CUBE_MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
-/// The most that an origin may be off for `f32` to be of use.
+/// Largest error of an origin for which `f32` is useful.
 const LARGEST_SLOP: f64 = 0.01;
 
-/// The least component of a direction.
+/// Least component of a direction.
 const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
 impl Beam {
@@ -51,7 +51,8 @@ impl Beam {
         beam
     }
 
-    /// Makes it the beam of another ray. In place, since to return one of two cases takes thirty instructions more.
+    /// Makes this the beam of another ray. In place, because returning one of two cases takes
+    /// thirty more instructions.
     #[inline(always)]
     pub fn follow(&mut self, unit: &Unit, ray: &Ray) {
         let aim = Aim::new(ray);
@@ -72,7 +73,8 @@ impl Beam {
         };
         let (mut entry, mut last) = (0.0, end);
         if reach > NEAR {
-            // Where a component is 0 and the origin in a plane of the cube, these are no numbers, and change nothing.
+            // If a component is 0 and the origin is in a plane of the cube, these are NaN and
+            // change nothing.
             let side = DVec3::splat(1.0 + CUBE_MARGIN + 2.0 * slop);
             let inverse = 1.0 / direction;
             let (one, other) = ((-side - origin) * inverse, (side - origin) * inverse);
@@ -109,7 +111,8 @@ impl Beam {
         *self = Self::BLIND;
     }
 
-    /// For what `f32` cannot hold: every box is entered at once and every triangle is in doubt.
+    /// For what is out of the range of `f32`: enters every box at once, and every triangle is in
+    /// doubt.
     pub const BLIND: Self = Self {
         shaft: Shaft {
             origin: [0.0; 3],
@@ -124,12 +127,12 @@ impl Beam {
         margin: 1e30,
     };
 
-    /// A parameter of the ray that no hit at or after a local one comes before.
+    /// Lower bound of the ray parameter of hits at or after a local parameter.
     pub fn t(&self, local: f32) -> f64 {
         ((self.entry + f64::from(local) - self.slack) * self.unit).max(0.0)
     }
 
-    /// From now on nothing after a hit with this parameter matters.
+    /// From here on, nothing after a hit with this parameter matters.
     #[inline(always)]
     pub fn cut(&mut self, t: f64) {
         if self.unit > 0.0 {
@@ -139,7 +142,7 @@ impl Beam {
         }
     }
 
-    /// Seen along the axes of a node's boxes: the origin, and one over the direction.
+    /// The origin, and one over the direction, along the axes of a node's boxes.
     #[inline(always)]
     fn seen(&self, node: &Node) -> [f32x4; 2] {
         let seen = |v: [f32; 3]| {
@@ -154,8 +157,8 @@ impl Beam {
         ]
     }
 
-    /// Where it enters the boxes of a node's children, no earlier than the node, and which of them it enters before `to`, a bit
-    /// for each.
+    /// The local parameters at which the ray enters the boxes of a node's children, not less than
+    /// `entry`, and the mask of those that it enters before `to`.
     #[inline(always)]
     pub fn enter<L: Lanes>(&self, lanes: L, node: &Node, entry: f32) -> ([f32; WIDTH], u32) {
         let [origin, inverse] = self.seen(node);
@@ -178,22 +181,24 @@ impl Beam {
     }
 }
 
-/// The largest size of a component. Compares bits, which are in the order of positive numbers: for other comparisons the
-/// compiler makes branches that are hard to predict.
+/// The largest absolute value of a component. Compares bits, which are ordered like positive
+/// numbers: for other comparisons the compiler generates branches that are hard to predict.
 #[inline(always)]
 fn largest_size(v: DVec3) -> f64 {
     let [x, y, z] = v.abs().to_array().map(f64::to_bits);
     f64::from_bits(x.max(y).max(z))
 }
 
-/// The lesser of two parameters if it is greater than `first`, else that: the last of several entries.
+/// The smaller of two parameters if it is greater than `first`, else `first`: the last of several
+/// entries.
 #[inline(always)]
 fn later(first: f64, one: f64, other: f64) -> f64 {
     let enter = if one < other { one } else { other };
     if enter > first { enter } else { first }
 }
 
-/// The greater of two parameters if it is less than `last`, else that: the first of several exits.
+/// The greater of two parameters if it is less than `last`, else `last`: the first of several
+/// exits.
 #[inline(always)]
 fn earlier(last: f64, one: f64, other: f64) -> f64 {
     let leave = if one > other { one } else { other };

@@ -1,11 +1,12 @@
-//! What does a ray hit? What a traversal that asks this does with nodes and triangles.
+//! Ray cast: how the traversal handles nodes and triangles.
 //!
-//! There is no second tree. A pair stands for a node and, in place of the other node, where the ray enters its box, as the bits
-//! of a positive `f32`, which are in the order of the numbers. Nodes are finished depth-first, of siblings the one that is
-//! entered first; what is entered after the nearest hit is dropped. Triangles of a cluster go through a test in `f32` at once;
-//! those that it cannot exclude are tested one at a time in `f64`, exactly where that is in doubt.
+//! There is no second tree. A pair consists of a node and, in place of the other node, the
+//! parameter at which the ray enters its box, as the bits of a positive `f32`, which are ordered
+//! like the numbers. Nodes are finished depth-first, of siblings the one entered first; nodes
+//! entered after the nearest hit are dropped. Triangles of a cluster are tested in `f32` together.
+//! Those that this test cannot exclude are tested in `f64`, one at a time, and exactly if in doubt.
 //!
-//! The rays of a batch are cast one after the other in the same run.
+//! The rays of a batch are cast one after another in the same run.
 
 use super::state::{RayHit, RayMode, Suspect};
 use crate::math::Ray;
@@ -24,16 +25,16 @@ use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::candidates;
 use core::slice;
 
-/// What rays hit.
+/// The question what rays hit.
 pub(super) struct Cast<'q> {
     mode: RayMode,
-    /// The ray at hand and those after it, and where the hits of them go.
+    /// The current ray and those after it, and the slots of their hits.
     rays: &'q [Ray],
     hits: slice::IterMut<'q, Option<RayHit>>,
 }
 
 impl<'q> Cast<'q> {
-    /// Goes on with the first of some rays, of which there is at least one.
+    /// Continues with the first of `rays`, which must not be empty.
     pub fn new(rays: &'q [Ray], mode: RayMode, hits: &'q mut [Option<RayHit>]) -> Self {
         Self {
             mode,
@@ -46,17 +47,17 @@ impl<'q> Cast<'q> {
 /// The node that a ray enters first.
 pub(super) const ROOT: u32 = 0;
 
-/// A node and where the ray enters it.
+/// The pair of a node and the parameter at which the ray enters it.
 pub(super) fn entered(node: u32, enter: f32) -> Pair {
     Pair::new(node, enter.to_bits())
 }
 
-/// Where the ray enters the node of a pair.
+/// The parameter at which the ray enters the node of a pair.
 pub(super) fn entry(pair: &Pair) -> f32 {
     f32::from_bits(pair.nodes[1])
 }
 
-/// Most nodes that are opened in one step, each a child of the one before.
+/// Maximum number of nodes opened in one step, each a child of the previous one.
 const NODES_PER_STEP: u64 = 3;
 
 const _: () = assert!(
@@ -75,7 +76,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
         }
     }
 
-    /// Goes on with the child that is entered first, some nodes at a time.
+    /// Continues with the child entered first, some nodes at a time.
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair) {
         if pair.nodes[0] == ROOT {
@@ -115,8 +116,8 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
 }
 
 impl Traversal<'_, '_, Cast<'_>> {
-    /// Replaces a node by its children that the ray enters, or the triangles that it may meet; returns the child that it enters
-    /// first, the others are on the stack.
+    /// Replaces a node by its children that the ray enters, or by the triangles that it may hit.
+    /// Returns the child entered first; the others are on the stack.
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
         let (index, entry) = (pair.nodes[0], entry(&pair));
@@ -157,18 +158,20 @@ impl Traversal<'_, '_, Cast<'_>> {
         None
     }
 
-    /// Puts children on the stack, the last to be entered first, and returns the one that is entered first.
+    /// Pushes children on the stack, the last to be entered first, and returns the one entered
+    /// first.
     #[inline(always)]
     fn push(&mut self, first_child: u32, mut children: u32, enter: &[f32; WIDTH]) -> Pair {
         let count = children.count_ones() as usize;
-        // By where it is entered, then by its number.
+        // Sort key: the parameter of entry, then the index.
         let mut next = || {
             let i = children.trailing_zeros();
             children &= children.wrapping_sub(1);
             u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
         };
         let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
-        // Nobody asks for this copy of the kind: it is read so that the node is near when the pair is popped.
+        // This copy of the kind is never read. Making it loads the node into the cache before the
+        // pair is popped.
         let nodes = self.a.nodes();
         let waiting = |pair: Pair| Pair {
             alive: [nodes[pair.nodes[0] as usize].is_cluster.into(), 0],
@@ -243,13 +246,14 @@ impl Traversal<'_, '_, Cast<'_>> {
         None
     }
 
-    /// Goes on with the next ray of the batch, if there is one.
+    /// Continues with the next ray of the batch, if there is one.
     #[inline(always)]
     fn next_ray(&mut self) -> Option<(Pair, Origin)> {
         let Cast { rays, hits, .. } = &mut self.question;
         let rest = rays.get(1..).filter(|rest| !rest.is_empty())?;
         let state = &mut self.workspace.rays;
-        // Piece by piece, as it was found: a load of what several stores wrote waits until all are in the cache.
+        // Field by field, as it was found: loading what several stores wrote would wait until all
+        // are in the cache.
         let answer = hits.next()?;
         *answer = None;
         if let Some(RayHit { triangle, t, side }) = state.hit {
@@ -293,7 +297,7 @@ mod tests {
         }
     }
 
-    /// On which side the line from `origin` to `target` passes the edges of a triangle.
+    /// The sides on which the line from `origin` to `target` passes the edges of a triangle.
     fn exact_sides([origin, target]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> [i8; 3] {
         let point = |v: DVec3| Coord3D {
             x: v.x,
@@ -305,7 +309,8 @@ mod tests {
             .map(|x| i8::from(x > 0.0) - i8::from(x < 0.0))
     }
 
-    /// Segments past points of edges, from near and far, off by all that lies between certain and in doubt.
+    /// Segments past points of edges, from near and far, offset by all amounts between certain and
+    /// in doubt.
     #[test]
     fn sides_that_are_certain_are_the_exact_ones() {
         let mut random = Random::new(7);

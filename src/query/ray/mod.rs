@@ -1,7 +1,7 @@
-//! What rays hit: a tree, a ray and a budget in, [`RayBounds`] out; and the same for many rays.
+//! Ray casts: a tree, a ray and a budget in, [`RayBounds`] out; and batches of rays.
 //!
-//! [`cast`] is the question that the traversal asks, [`beam`] a ray among the boxes of a tree, [`state`] what
-//! is kept between calls.
+//! [`cast`] is the question that the traversal answers, [`beam`] a ray among the boxes of a tree,
+//! and [`state`] what is kept between calls.
 
 mod beam;
 mod cast;
@@ -25,14 +25,16 @@ use cast::{Cast, ROOT, entered, entry};
 use core::{mem, slice};
 pub use state::{RayHit, RayMode};
 
-/// The question what a ray or a segment hits ([`Query::ray`]).
+/// Asks what a ray or a segment hits ([`Query::ray`]).
 ///
-/// **Guarantee.** A triangle is hit if it shares a point with the ray, exactly for the coordinates as they are given: closed
-/// triangles, edges and corners included, so no ray passes between triangles that share an edge. A degenerate triangle is
-/// the hull of its points, and one in whose plane the ray lies is hit where it begins to be. Whenever the query stops, every
-/// hit that it has not found lies at [`RayBounds::free_until`] or after it. The nearest hit is the one with the least `t` as it
-/// is told ([`RayHit::t`]), of equal ones the one with the least id. Two hits that are closer together than the error of `t`
-/// may so change places; the answer does not depend on budgets, machines or the shape of the tree.
+/// **Guarantee.** A triangle is hit if it shares a point with the ray, exactly for the coordinates
+/// as given. Triangles are closed, edges and corners included, so no ray passes between triangles
+/// that share an edge. A degenerate triangle is the hull of its points. A triangle in whose plane
+/// the ray lies is hit where the ray enters it. Whenever the query stops, every hit not found is at
+/// [`RayBounds::free_until`] or after it. The nearest hit is the one with the least reported `t`
+/// ([`RayHit::t`]), of equal ones the one with the least id. So two hits that are closer together
+/// than the error of `t` may change places. The answer does not depend on budgets, machines or the
+/// shape of the tree.
 ///
 /// ```
 /// use punctual::{Budget, Query, Ray, Side, Tree, Workspace, shapes};
@@ -50,11 +52,11 @@ pub struct RayCast {
 }
 
 impl Question for RayCast {
-    /// [`Workspace::ray_hits`] has the hits of [`RayMode::All`].
+    /// The hits of [`RayMode::All`] are in [`Workspace::ray_hits`].
     type Value = RayBounds;
 }
 
-/// Room that the first query for all hits makes in a workspace that has none.
+/// Room that the first query for all hits reserves in a workspace without any.
 const DEFAULT_ROOM: usize = 4096;
 
 impl<'t> Query<'t, RayCast> {
@@ -65,7 +67,7 @@ impl<'t> Query<'t, RayCast> {
         Self::of([tree; 2], RayCast { ray, mode })
     }
 
-    /// Asks for the nearest hit, for any, or for all.
+    /// Sets whether to find the nearest hit, any, or all.
     #[must_use]
     pub fn mode(mut self, mode: RayMode) -> Self {
         self.asked.mode = mode;
@@ -121,8 +123,8 @@ impl Ask for Query<'_, RayCast> {
     }
 }
 
-/// The question what many rays through one tree hit ([`Query::rays`]), answered one after the other within one budget; for each
-/// its nearest hit, or any. Takes less time for each ray than [`Query::ray`].
+/// Asks for the nearest hit, or any, of each of many rays through one tree ([`Query::rays`]). The
+/// rays are cast one after another within one budget. Takes less time per ray than [`Query::ray`].
 ///
 /// ```
 /// use punctual::{Budget, Query, Ray, Tree, Workspace, shapes};
@@ -140,13 +142,13 @@ pub struct Rays<'r> {
 }
 
 impl Question for Rays<'_> {
-    /// The first so many rays are done: [`Workspace::first_hits`] has their hits.
+    /// Number of rays done, from the first; their hits are in [`Workspace::first_hits`].
     type Value = usize;
 }
 
 impl<'t, 'r> Query<'t, Rays<'r>> {
-    /// Asks for the nearest hit of each ray, all in the frame of the tree's mesh. The first query for so many rays in a
-    /// workspace allocates room for their hits, 32 bytes each.
+    /// Asks for the nearest hit of each ray, all in the frame of the tree's mesh. The first query
+    /// for this many rays in a workspace allocates room for their hits, 32 bytes each.
     #[must_use]
     pub fn rays(tree: &'t Tree, rays: &'r [Ray]) -> Self {
         let mode = RayMode::Nearest;
@@ -203,7 +205,7 @@ fn key(tree: &Tree) -> Key {
     Key::new([tree; 2], Pose::IDENTITY, Asked::Ray)
 }
 
-/// Prepares the workspace for the first of some rays.
+/// Prepares the workspace for the first of `count` rays.
 fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, mode: RayMode) {
     workspace.clear();
     workspace.run.begin(key(tree), Strategy::NONE);
@@ -218,7 +220,7 @@ fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, mode: RayMode) {
     }
 }
 
-/// Whether the workspace has stopped in a run of these rays.
+/// True if the workspace has stopped in a run of these rays.
 fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
     let state = &workspace.rays;
     state.mode == mode
@@ -226,7 +228,8 @@ fn is_in(workspace: &Workspace, rays: &[Ray], mode: RayMode) -> bool {
         && rays.get(state.done) == state.ray.as_ref()
 }
 
-/// Goes on with the run of these rays in the workspace, whose hits go to `hits`, until it is over or the deadline stops it.
+/// Continues the run of these rays in the workspace until it is over or the deadline stops it.
+/// Their hits go to `hits`.
 fn advance(
     tree: &Tree,
     workspace: &mut Workspace,
@@ -273,7 +276,7 @@ fn advance(
     stop
 }
 
-/// The parameter of a ray before which the run in the workspace has left no hit to be found.
+/// Ray parameter before which the run in the workspace has left no hit to find.
 fn open_from(tree: &Tree, workspace: &Workspace, ray: &Ray) -> f64 {
     let entries = workspace.front.iter().map(|pair| entry(&pair));
     let suspects = workspace.rays.suspects.iter().map(|suspect| suspect.enter);
@@ -281,16 +284,17 @@ fn open_from(tree: &Tree, workspace: &Workspace, ray: &Ray) -> f64 {
     Beam::new(tree.unit(), ray).t(first)
 }
 
-/// The answer of a ray query.
+/// The answer to a ray query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
 pub struct RayBounds {
-    /// The nearest hit of those found; in [`RayMode::Any`] the one found.
+    /// The nearest of the hits found. In [`RayMode::Any`] the hit found.
     pub hit: Option<RayHit>,
-    /// Proven: every hit that was not found is at this parameter or after it. In [`RayMode::Nearest`] never after the hit that
-    /// was found, in [`RayMode::Any`] with a hit the least parameter that was asked for. Infinite if there is none.
+    /// Proven: every hit not found is at this parameter or after it. In [`RayMode::Nearest`] it is
+    /// at most the parameter of the hit found. In [`RayMode::Any`] with a hit it is the start of
+    /// the ray's parameter range. Infinite if no hit is missing.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub free_until: f64,
 }

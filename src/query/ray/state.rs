@@ -1,4 +1,4 @@
-//! The state of a ray query: what was asked, which ray of a batch is its turn, and what it has hit.
+//! The state of a ray query: its options, the current ray of a batch, and the hits.
 
 use super::beam::Beam;
 use crate::math::Ray;
@@ -7,21 +7,22 @@ use crate::triangle::ray::Side;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 
-/// Which of its hits a ray is asked for.
+/// Selects which hits of a ray a query searches for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RayMode {
-    /// The one with the least `t`; of several with the same, the triangle with the least id.
+    /// The hit with the least `t`; of several with equal `t`, the triangle with the least id.
     #[default]
     Nearest,
-    /// Any: whether there is one. Stops at the first that is found.
+    /// Any hit. Stops at the first hit found.
     Any,
-    /// All, each triangle once.
+    /// All hits, each triangle once.
     All,
 }
 
 impl RayMode {
-    /// A parameter of the ray before which there is no hit that was not found; `open`: the same of what is not looked at yet.
+    /// Ray parameter before which no hit is missing. `open` is that parameter for the nodes and
+    /// triangles not tested yet.
     pub(crate) fn free_until(self, ray: &Ray, hit: Option<RayHit>, open: f64) -> f64 {
         match (self, hit) {
             (Self::All, _) | (_, None) => open,
@@ -34,19 +35,20 @@ impl RayMode {
 named!(Side { Front => "front", Back => "back", Edge => "edge" });
 named!(RayMode { Nearest => "nearest", Any => "any", All => "all" });
 
-/// A triangle that a ray meets.
+/// A triangle that a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RayHit {
     /// Id of the input mesh.
     pub triangle: u32,
-    /// The least parameter of a common point, which is `origin + t direction` ([`Ray::at`]). It is off by no more than 1e-11
-    /// times the largest coordinate of the triangle seen from the origin, over the largest component of the direction; never
-    /// negative, of a segment at most 1, and infinite beyond the range of `f64`.
+    /// The least parameter of a common point, which is `origin + t direction` ([`Ray::at`]). Its
+    /// error is at most 1e-11 times the largest coordinate of the triangle relative to the origin,
+    /// over the largest component of the direction. It is never negative, at most 1 for a segment,
+    /// and infinite beyond the range of `f64`.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub t: f64,
-    /// The side that the ray comes from.
+    /// The side of the triangle that the ray comes from.
     pub side: Side,
 }
 
@@ -57,31 +59,33 @@ impl RayHit {
     }
 }
 
-/// A triangle (tree order) that `f32` could not exclude, and where the ray enters its box.
+/// A triangle (tree order) that `f32` could not exclude, and the parameter at which the ray enters
+/// its box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Suspect {
     pub triangle: u32,
     pub enter: f32,
-    /// On which side the line passes all three edges, where `f32` is certain of that.
+    /// The side on which the line passes all three edges, if `f32` is certain of it.
     pub faces: Option<i8>,
 }
 
-/// What a ray query keeps in its workspace.
+/// The state of a ray query in its workspace.
 #[derive(Clone, Debug)]
 pub(crate) struct RayState {
     pub mode: RayMode,
-    /// The ray at hand where a run was stopped, and how many of the batch are done, or come after it.
+    /// The current ray of a stopped run; the number of rays of the batch that are done; and the
+    /// number after it.
     pub ray: Option<Ray>,
     pub done: usize,
     pub after: usize,
-    /// The first hit of the ray at hand, in the mode's sense.
+    /// The best hit of the current ray so far.
     pub hit: Option<RayHit>,
     pub suspects: ArrayVec<Suspect, 8>,
-    /// The ray at hand in the unit coordinates of the tree.
+    /// The current ray in the unit coordinates of the tree.
     pub beam: Beam,
-    /// Those of [`RayMode::All`], in order of discovery.
+    /// The hits of [`RayMode::All`], in order of discovery.
     pub hits: Vec<RayHit>,
-    /// Those of a batch, one for each ray.
+    /// The hits of a batch, one for each ray.
     pub first_hits: Vec<Option<RayHit>>,
 }
 

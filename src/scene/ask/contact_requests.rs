@@ -1,11 +1,11 @@
-//! The pairs of bodies whose contacts are asked for.
+//! The pairs of bodies whose contacts are requested.
 
 use crate::scene::id::{PairKey, bodies_of};
 use alloc::collections::BTreeSet;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactRequests {
-    /// Whether all that meet are.
+    /// True if the contacts of all pairs that meet are requested.
     pub all: bool,
     pub chosen: BTreeSet<PairKey>,
 }

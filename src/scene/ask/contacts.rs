@@ -1,4 +1,4 @@
-//! Where bodies touch: which pairs are asked, and what is known of them.
+//! Contact points of bodies: the requests, and the answers.
 
 use crate::query::Verdict;
 use crate::scene::Scene;
@@ -6,41 +6,46 @@ use crate::scene::error::SceneError;
 use crate::scene::id::{BodyId, bodies_of};
 use glam::DVec3;
 
-/// A place where two bodies touch, in the coordinates of the scene, rounded: one of the few that stand for a patch of
-/// contacts ([`crate::Patches`]).
+/// A contact point of two bodies, in the coordinates of the scene, rounded: one of the few
+/// representative points of a patch of contacts ([`crate::Patches`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ContactPoint {
-    /// The patch it belongs to. Stays the same from frame to frame while the patch has a triangle in common with what it was
-    /// when it was found last; no other patch of the pair gets it as long as the boxes of the bodies overlap.
+    /// The id of its patch. Constant from frame to frame while the patch shares a triangle with its
+    /// state when it was last found. No other patch of the pair gets the id as long as the boxes of
+    /// the bodies overlap.
     pub patch: u64,
-    /// Triangle of the body of the lower index, and of the other one: ids of their meshes.
+    /// Triangle of the body with the lower index, and of the other one: ids of their meshes.
     pub triangles: [u32; 2],
-    /// The closest points of these triangles. Of triangles that meet both are the middle of the segment in which they do.
+    /// The closest points of these triangles. For triangles that intersect, both are the middle of
+    /// the segment in which they do.
     pub points: [DVec3; 2],
-    /// Unit vector: moved along it, the body of the lower index parts from the other. [`crate::Contact::normal`].
+    /// Unit vector: moving the body with the lower index along it separates it from the other.
+    /// [`crate::Contact::normal`].
     pub normal: DVec3,
-    /// How far apart the triangles are, without margins; 0 only if they meet. [`crate::Contact::distance`].
+    /// Distance of the triangles, without margins; 0 only if they intersect.
+    /// [`crate::Contact::distance`].
     pub distance: f64,
 }
 
-/// Where two bodies touch: [`Scene::contact_points`].
+/// The contact points of two bodies: [`Scene::contact_points`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ContactPoints<'s> {
-    /// The points of the nearest patch first, its nearest point first; then those of the next. At most four a patch, and 16.
+    /// The points of the nearest patch first, its nearest point first, then those of the next
+    /// patch. At most four per patch, and 16 in total.
     pub points: &'s [ContactPoint],
-    /// Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if
-    /// there is none, and 0 if nothing is known.
+    /// Every contact within the margins that no point represents is at least this far away, up to
+    /// some roundings. Infinite if there is none, and 0 if nothing is known.
     pub low: f64,
-    /// Frames since this was found. 0: it holds for the bodies where they were in the last frame. As many as there were if
-    /// nothing is known.
+    /// Frames since this was found: 0 if it holds for the poses of the last frame. If nothing is
+    /// known, the number of frames so far.
     pub age: u64,
 }
 
 impl ContactPoints<'_> {
-    /// Whether the points stand for all contacts.
+    /// True if the points represent all contacts.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.low == f64::INFINITY
@@ -48,14 +53,16 @@ impl ContactPoints<'_> {
 }
 
 impl Scene {
-    /// Finds where bodies touch from the next frame on, of all pairs that meet: [`Scene::contact_points`].
+    /// Finds contact points, from the next frame on, for all pairs that meet:
+    /// [`Scene::contact_points`].
     ///
-    /// It is a question of its own, asked of a pair once it is known to meet, and it shares the budget of the frame with all
-    /// others ([`Scene::detect`]). Its contacts are all pairs of triangles within the margins of both bodies, or that meet if
-    /// these are 0 ([`crate::Query::contacts`]), up to 256 of a pair; they hang together in patches, of which the nearest are
-    /// told.
+    /// This is a separate question, asked once a pair is known to meet, and it shares the budget of
+    /// the frame with all others ([`Scene::detect`]). Its contacts are all pairs of triangles
+    /// within the sum of the margins of both bodies, or that intersect if that is 0
+    /// ([`crate::Query::contacts`]), up to 256 per pair. They form patches, of which the nearest
+    /// are reported.
     ///
-    /// Takes about 12 kB more for each pair that meets, and 5 MB.
+    /// Takes about 12 kB more for each pair that meets, plus 5 MB.
     ///
     /// ```
     /// use punctual::glam::{DMat3, Vec3};
@@ -79,7 +86,7 @@ impl Scene {
         self.make_room_for_contacts();
     }
 
-    /// The same of two bodies, whenever they meet.
+    /// Finds contact points of two bodies, whenever they meet: [`Scene::find_contacts`].
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.
@@ -90,7 +97,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Does not ask for the contacts of two bodies any more, but as one of all pairs.
+    /// Stops finding contact points of two bodies, unless [`Scene::find_contacts`] includes them.
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.
@@ -107,12 +114,12 @@ impl Scene {
         self.pairs.reserve_touches();
     }
 
-    /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for
-    /// ([`Scene::find_contacts`]); no points if they were found apart.
+    /// The contact points of two bodies, as far as the frames so far have found them, if requested
+    /// ([`Scene::find_contacts`]). No points if the bodies were found separated.
     ///
-    /// A question that was cut short tells the nearest part of what it has found, and goes on in the next frame if the bodies
-    /// rest. What was found stays, with its age, until there is something newer. A search for the pair, and otherwise free:
-    /// nothing is copied within the time of a frame.
+    /// A question that was cut short reports the nearest part of its contacts, and continues in the
+    /// next frame if the bodies rest. Its points stay, with their age, until there are newer ones.
+    /// Costs one search for the pair; nothing is copied within the time of a frame.
     ///
     /// # Errors
     /// If one of the bodies is not in the scene, or both are the same.

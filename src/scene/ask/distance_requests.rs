@@ -1,31 +1,31 @@
-//! The pairs of bodies whose distances are asked for, by themselves or as pairs of two groups.
+//! The pairs of bodies whose distances are requested, individually or as pairs of two groups.
 
 use crate::scene::error::SceneError;
 use crate::scene::id::{MeasureId, PairKey, SceneNumber, bodies_of};
 use crate::scene::pair::bounds::{Bounds, Near};
 use alloc::vec::Vec;
 
-/// Who asks for the distance of a pair: the pair itself, or two groups, of this number.
+/// The source of a distance request: the pair itself, or two groups, by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Asker {
     Pair,
     Groups(u32),
 }
 
-/// What is asked of a pair.
+/// The distance request of a pair.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DistanceRequest {
     pub tolerance: f64,
-    /// Distances beyond it are not told apart.
+    /// Distances beyond it are not resolved.
     pub ceiling: f64,
-    /// Whether it is asked for by itself, and for groups.
+    /// True if the pair itself is requested; true if groups request it.
     pub by_itself: bool,
     pub of_groups: bool,
 }
 
 impl DistanceRequest {
-    /// Whether the pair is known to be no closer than the groups are, as far as the tolerance tells, or else how far apart it
-    /// is.
+    /// True if the distance is measured as required, or if the pair is known to be no closer than
+    /// its groups, up to the tolerance.
     pub fn is_settled(&self, near: &Near) -> bool {
         let Bounds {
             low, high, below, ..
@@ -36,16 +36,17 @@ impl DistanceRequest {
     }
 }
 
-/// Two groups of bodies whose least distance is asked for, as a frame begins with them.
+/// Two groups of bodies whose least distance is requested, with their state at the begin of a
+/// frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
-    /// `None`: the place of a group that is asked for no more.
+    /// `None` for the free slot of a group whose request has ended.
     pub id: Option<MeasureId>,
-    /// How many pairs of bodies there are.
+    /// Number of pairs of bodies.
     pub pairs: usize,
-    /// The closest pair that was found, and what was proven of it, in which frame.
+    /// The closest pair found, the bounds proven for it, and the frame of the proof.
     pub closest: Option<(PairKey, Bounds, u64)>,
-    /// Proven for the frame at hand before any query: the groups are no farther apart.
+    /// Upper bound of the distance of the groups, proven for the current frame before any query.
     pub ceiling: f64,
 }
 
@@ -67,10 +68,10 @@ impl Group {
 pub(crate) struct DistanceRequests {
     /// Ascending, each with its tolerance.
     pairs: Vec<(PairKey, Asker, f64)>,
-    /// How many of them ask by themselves.
+    /// Number of requests of single pairs.
     pub of_pairs: usize,
     pub groups: Vec<Group>,
-    /// How many groups there were.
+    /// Number of groups requested so far.
     count: u64,
 }
 
@@ -80,7 +81,7 @@ impl DistanceRequests {
             .binary_search_by_key(&(key, asker), |&(key, asker, _)| (key, asker))
     }
 
-    /// Who asks for the distance of a pair, and with which tolerance.
+    /// The sources of the distance requests of a pair, each with its tolerance.
     pub fn askers(&self, key: PairKey) -> impl Iterator<Item = (Asker, f64)> {
         let from = self.pairs.partition_point(|&(other, ..)| other < key);
         let of_pair = self.pairs[from..]
@@ -89,7 +90,7 @@ impl DistanceRequests {
         of_pair.map(|&(_, asker, tolerance)| (asker, tolerance))
     }
 
-    /// What is asked of a pair, if its distance is.
+    /// The combined distance request of a pair, if there is one.
     pub fn wanted(&self, key: PairKey) -> Option<DistanceRequest> {
         let all = self.askers(key).map(|(asker, tolerance)| match asker {
             Asker::Pair => DistanceRequest {
@@ -116,7 +117,7 @@ impl DistanceRequests {
         })
     }
 
-    /// Whether the distance of a pair is asked for.
+    /// True if the distance of a pair is requested.
     pub fn has(&self, key: PairKey) -> bool {
         self.askers(key).next().is_some()
     }
@@ -138,7 +139,7 @@ impl DistanceRequests {
         }
     }
 
-    /// Asks for the least distance of pairs of bodies, ascending.
+    /// Requests the least distance of pairs of bodies, given in ascending order.
     pub fn insert_groups(
         &mut self,
         keys: &[PairKey],
@@ -165,7 +166,7 @@ impl DistanceRequests {
         id
     }
 
-    /// Asks for it no more; the bodies of these pairs.
+    /// Ends the request of groups. Returns the bodies of their pairs.
     pub fn remove_groups(&mut self, id: MeasureId) -> Result<Vec<u32>, SceneError> {
         let number = self
             .groups

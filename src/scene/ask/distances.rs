@@ -1,4 +1,4 @@
-//! Margins of bodies, and distances that are asked for, of pairs and of groups.
+//! Margins of bodies, and distance requests for pairs and for groups.
 
 use super::distance_requests::Asker;
 use crate::model::cost::WORK_PER_PAIR_APART;
@@ -13,14 +13,13 @@ use crate::scene::room::reserve;
 use alloc::vec::Vec;
 
 impl Scene {
-    /// Thickens a body by a margin, a length: [`Body::margin`](crate::Body::margin). Pairs of it meet when they come
-    /// within the
-    /// sum of their margins. Then the witness is the closest pair of triangles that was found, and the verdict is
+    /// Thickens a body by a margin, in the length unit of the scene:
+    /// [`Body::margin`](crate::Body::margin). Two bodies meet when they come within the sum of
+    /// their margins. Then the witness is the closest pair of triangles found. The verdict is
     /// [`Verdict::Within`](crate::Verdict::Within) with its distance, or
-    /// [`Verdict::Intersecting`](crate::Verdict::Intersecting) if these intersect. The search ends with the first pair
-    /// within
-    /// the margins: that some others intersect is found only by chance. One contact is counted in [`crate::Mode::All`]
-    /// too.
+    /// [`Verdict::Intersecting`](crate::Verdict::Intersecting) if these triangles intersect. The
+    /// search ends with the first pair within the margins, so an intersection of other triangles is
+    /// found only by chance. Only one contact is counted, also in [`crate::Mode::All`].
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -40,26 +39,27 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If the body is not in the scene, or the margin not from 0 to 2^1000.
+    /// If the body is not in the scene, or the margin is not from 0 to 2^1000.
     pub fn set_margin(&mut self, id: BodyId, margin: f64) -> Result<(), SceneError> {
         let margin = checks::length(id, margin)?;
         self.change(id, |placed| placed.body.margin = margin)
     }
 
-    /// Asks for the distance of two bodies in every frame from now on, wherever they are, if they may meet by their filters
-    /// and are not parts of one compound: [`crate::Report::distances`]. `tolerance`: a length, as of
-    /// [`crate::Query::absolute_tolerance`]. Their margins count.
+    /// Measures the distance of two bodies in every frame from now on, wherever they are, if they
+    /// may meet by their filters and are not parts of one compound: [`crate::Report::distances`].
+    /// `tolerance` is a length, as for [`crate::Query::absolute_tolerance`]. The margins of the
+    /// bodies count.
     ///
-    /// A pair is asked either how far apart it is or until when it is free: while its distance is asked for, by itself
-    /// or for
-    /// groups, it has no [passage](crate::Report::passages), though a body [moves](Scene::set_motion), and `low` and
-    /// `high` are
-    /// those at the beginning of the motion. Who needs both asks a [`crate::Query<Impact>`] besides.
+    /// A pair has either a distance or a time of impact. While its distance is measured, by itself
+    /// or for groups, it has no [passage](crate::Report::passages), even if a body
+    /// [moves](Scene::set_motion), and `low` and `high` are those at the begin of the motion. If
+    /// you need both, also run a [`crate::Query<Impact>`].
     ///
-    /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by importance and in its turn; a
-    /// run that is cut short goes on in the next frame while both bodies rest. The bounds that the last run proved stay, with
-    /// their age. Whether the bodies meet is known as soon as one of the bounds tells. What is known of other pairs of the two
-    /// bodies is found anew once.
+    /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by
+    /// importance and in its turn. A run that is cut short continues in the next frame while both
+    /// bodies rest. The bounds of the last run stay, with their age. The verdict is decided as soon
+    /// as one of the bounds decides it. The results of other pairs of the two bodies are computed
+    /// anew once.
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -94,7 +94,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Asks for the distance of two bodies no more. A no-op if it was not asked for.
+    /// Ends the measurement of the distance of two bodies. A no-op if it is not measured.
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.
@@ -115,20 +115,23 @@ impl Scene {
             .try_for_each(|id| bodies.stop_measuring(id.index, frame))
     }
 
-    /// Asks for the least distance between two groups of bodies in every frame from now on: a robot and what stands around it,
-    /// say. Both may have bodies in common, or be one, as the links of a robot for the distance within it: a body has
-    /// no distance
-    /// from itself, and links that are joined are kept apart by their filters, or are parts of one compound.
-    /// [`crate::Report::group_distances`] has bounds that hold in each frame, whatever the budget reached. `tolerance`:
-    /// a
-    /// length; no pair is asked about that is farther apart than the closest less this. The margins of bodies count; pairs that
-    /// may not meet by their filters do not.
+    /// Measures the least distance between two groups of bodies in every frame from now on, for
+    /// example a robot and its surroundings. [`crate::Report::group_distances`] has bounds that
+    /// hold in each frame, whatever the budget reached.
     ///
-    /// This takes fewer queries than all pairs: what is left of the last upper bound, after both bodies have gone on, is an upper
-    /// bound at once, and pairs whose boxes, or whose own lower bounds less the way of their bodies, are farther apart need
-    /// none. The others are in [`crate::Report::pairs`], are asked for their distance like those of [`Scene::measure`] within
-    /// the one budget, and are not asked about motions. A frame takes time linear in the number of pairs, 40 bytes each; what is
-    /// known of the pairs of these bodies is found anew once.
+    /// The groups may share bodies, or be equal, for example the links of a robot for its
+    /// self-distance. A body has no distance from itself; exclude joined links by their filters, or
+    /// make them parts of one compound. `tolerance` is a length: pairs that are farther apart than
+    /// the closest pair minus the tolerance are not queried. The margins of bodies count. Pairs
+    /// that may not meet by their filters do not count.
+    ///
+    /// This takes fewer queries than all pairs. The last upper bound, corrected for the
+    /// displacement of both bodies, is an upper bound at once. Pairs need no query if their boxes,
+    /// or their own lower bounds minus the displacement of their bodies, are farther apart than
+    /// that. The others are in [`crate::Report::pairs`], are measured like those of
+    /// [`Scene::measure`] within the one budget, and have no time of impact. A frame takes time
+    /// linear in the number of pairs, 40 bytes each. The results of the pairs of these bodies are
+    /// computed anew once.
     ///
     /// ```
     /// use punctual::glam::DMat3;
@@ -148,7 +151,8 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If a body is not in the scene, both groups are one and the same body, or the tolerance is not from 0 to 2^1000.
+    /// If a body is not in the scene, both groups consist of one and the same body, or the
+    /// tolerance is not from 0 to 2^1000.
     pub fn measure_groups(
         &mut self,
         x: &[BodyId],
@@ -185,10 +189,11 @@ impl Scene {
         Ok(id)
     }
 
-    /// Asks for the distance of two groups no more. Of the pairs of their bodies what is known is found anew once.
+    /// Ends the measurement of the distance of two groups. The results of the pairs of their bodies
+    /// are computed anew once.
     ///
     /// # Errors
-    /// If it is not asked for, or was by another scene.
+    /// If the distance is not measured, or by another scene.
     pub fn stop_measuring_groups(&mut self, id: MeasureId) -> Result<(), SceneError> {
         let frame = self.next_frame();
         self.edit(|bodies| {
@@ -201,21 +206,23 @@ impl Scene {
 }
 
 impl Bodies {
-    /// Takes note of whether distances of a body are asked for. What was found of it is the answer to another question.
+    /// Records whether distances of a body are measured. Earlier results for the body answered
+    /// another question and are dropped.
     fn renew(&mut self, body: u32, is_measured: bool, frame: u64) -> Result<(), SceneError> {
         self.facts[body as usize].is_measured = is_measured;
         self.change(self.id(body), frame, |_| ())
     }
 
-    /// Takes note that a distance of a body is asked for no more. A pair of it stays known only if the broad phase finds it.
+    /// Records that a distance of a body is no longer measured. A pair of the body stays known only
+    /// if the broad phase finds it.
     fn stop_measuring(&mut self, body: u32, frame: u64) -> Result<(), SceneError> {
         self.renew(body, self.distance_requests.has_body(body), frame)?;
         self.set_pending(body, Change::Place);
         Ok(())
     }
 
-    /// Finds out what of the last frame's upper bounds is left for the groups; where nothing is, boxes tell, as far as there is
-    /// room to look at them.
+    /// Sets the upper bound of each group for this frame: the last frame's bound, corrected for
+    /// displacement. If there is none, it uses boxes, as far as the budget allows.
     pub fn begin_groups(&mut self, frame: u64, deadline: &mut Deadline) {
         for number in 0..self.distance_requests.groups.len() {
             let closest = self.distance_requests.groups[number].closest;
@@ -237,7 +244,7 @@ impl Bodies {
         }
     }
 
-    /// An upper bound of the distance of groups, by the boxes of their bodies.
+    /// An upper bound of the distance of groups, from the boxes of their bodies.
     fn farthest(&self, number: usize, deadline: &mut Deadline) -> f64 {
         let mut ceiling = f64::INFINITY;
         for key in self.distance_requests.keys(Asker::Groups(number as u32)) {

@@ -1,4 +1,4 @@
-//! How much each question matters.
+//! Importance of the questions.
 
 use super::{PairQuestion, TurnKind};
 use crate::scene::Scene;
@@ -6,16 +6,17 @@ use crate::scene::body::Bodies;
 use crate::scene::error::SceneError;
 use crate::scene::id::PairKey;
 
-/// What each question adds to the importance of a pair.
+/// The amount that each question adds to the importance of a pair.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Weights {
     of: [f32; 4],
-    /// Whether one was ever set.
+    /// True if an importance was ever set.
     any: bool,
 }
 
 impl Bodies {
-    /// What the question that comes next adds to the importance of a pair; it is looked for only if it matters.
+    /// The amount that the next question of a pair adds to its importance. Determines the question
+    /// only if some importance was set.
     #[inline]
     pub fn weight(&self, key: PairKey, kind: TurnKind) -> f32 {
         if self.weights.any {
@@ -37,18 +38,18 @@ impl Bodies {
 }
 
 impl Scene {
-    /// Says how much a question matters, beside the bodies that it is asked of; 0 by default. A question of a pair counts as
-    /// much as the [importance](crate::Body::importance) of the more important body and this together, and goes before all
-    /// questions of any pair that count less ([`Scene::detect`]).
+    /// Sets how much a question matters, in addition to the bodies; 0 by default. The importance of
+    /// a question of a pair is the sum of this and the [importance](crate::Body::importance) of the
+    /// more important body. It goes before all less important questions of any pair
+    /// ([`Scene::detect`]).
     ///
-    /// That holds to the end of the budget. [`PairQuestion::Contacts`] above the others are asked first of all pairs
-    /// that met
-    /// last, even a little above: if finding where these touch takes all that the budget has beside the quarter that
-    /// goes round
-    /// in turn, the other pairs are decided by that quarter alone, within the frames that [`Scene::detect`] states, and
-    /// [`crate::Report::undecided`] counts those that wait. One contact question takes as long as some ten others.
-    /// Whether
-    /// bodies meet is asked first, and where they touch of what is left, with the default of 0.
+    /// That holds to the end of the budget. If [`PairQuestion::Contacts`] is more important than
+    /// the others, even slightly, the contacts of all pairs that met last are found first. If that
+    /// uses all of the budget apart from the quarter that goes to all questions in turn, the other
+    /// pairs are decided by that quarter alone, within the frames that [`Scene::detect`] states,
+    /// and [`crate::Report::undecided`] counts those that wait. One contact question takes as long
+    /// as about ten others. With the default of 0, whether bodies meet is decided first, and
+    /// contacts are found with the rest of the budget.
     ///
     /// ```
     /// use punctual::{PairQuestion, Scene};
@@ -68,7 +69,7 @@ impl Scene {
         if !importance.is_finite() {
             return Err(SceneError::QuestionImportanceNotFinite { question });
         }
-        // One zero, so that the bits give the order.
+        // One zero, so that the order of the bits is that of the numbers.
         let weights = &mut self.bodies_mut().weights;
         (weights.of[question as usize], weights.any) = (importance + 0.0, true);
         Ok(())

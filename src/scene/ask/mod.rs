@@ -1,5 +1,5 @@
-//! The questions that are asked of pairs: how far apart they are ([`distances`]), until when they are free ([`motions`]), where
-//! they touch ([`contacts`]); and how much each matters ([`importance`]).
+//! The questions of pairs: distance ([`distances`]), time of impact ([`motions`]), contacts
+//! ([`contacts`]); and their importance ([`importance`]).
 
 pub(crate) mod contact_requests;
 pub(crate) mod contacts;
@@ -11,28 +11,28 @@ mod motions;
 use crate::names::named;
 pub(crate) use importance::Weights;
 
-/// What a scene asks of a pair of bodies: [`crate::Scene::set_question_importance`].
+/// A question of a scene about a pair of bodies: [`crate::Scene::set_question_importance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum PairQuestion {
-    /// Whether they meet.
+    /// Do the bodies meet?
     Meet,
-    /// How far apart they are: [`crate::Scene::measure`].
+    /// Their distance: [`crate::Scene::measure`].
     Distance,
-    /// Until when they are free: [`crate::Scene::set_motion`].
+    /// Their time of impact: [`crate::Scene::set_motion`].
     Motion,
-    /// Where they touch: [`crate::Scene::find_contacts`].
+    /// Their contact points: [`crate::Scene::find_contacts`].
     Contacts,
 }
 
 named!(PairQuestion { Meet => "meet", Distance => "distance", Motion => "motion", Contacts => "contacts" });
 
-/// What the next turn of a pair asks.
+/// The kind of the next turn of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TurnKind {
-    /// Whether the bodies meet, how far apart they are, or until when.
+    /// Decides whether the bodies meet, or computes their distance or time of impact.
     Meet,
-    /// Where they touch, as they are known to.
+    /// Finds contact points; the bodies are known to meet.
     Contacts,
 }

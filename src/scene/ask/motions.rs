@@ -1,4 +1,4 @@
-//! Bodies that are given where they go until the next frame.
+//! Bodies with a given motion until the next frame.
 
 use crate::math::Motion;
 use crate::scene::Scene;
@@ -9,15 +9,16 @@ use crate::scene::room::reserve;
 use alloc::boxed::Box;
 
 impl Scene {
-    /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1; in the coordinates of the
-    /// scene. [`Report::passages`](crate::Report::passages) tells until when each of its pairs is free.
+    /// Moves a body to the start of a motion, which ends at the next frame, time 1; in the
+    /// coordinates of the scene. [`Report::passages`](crate::Report::passages) has the time of
+    /// impact of each of its pairs.
     ///
-    /// The boxes of its way are compared, true bounds of arcs. A pair of which one body has a motion is asked until when it is
-    /// free, margins included ([`crate::Query::impact`]), and its verdict is that of time 0. Of equally important pairs those that
-    /// met in their last motion go first, the soonest of them before all. The motion stays until [`Scene::set_pose`], or another
-    /// one. A pair whose distance is [asked for](Scene::measure), by itself or for groups, is not asked about motions
-    /// and has no
-    /// passage.
+    /// The broad phase compares boxes around the whole motion, with true bounds of arcs. If one
+    /// body of a pair has a motion, the question of the pair is its time of impact, margins
+    /// included ([`crate::Query::impact`]), and its verdict is that of time 0. Of equally important
+    /// pairs, those that met in their last motion go first, the earliest contact before all. The
+    /// motion stays until [`Scene::set_pose`], or another motion. A pair whose distance is
+    /// [measured](Scene::measure), by itself or for groups, has no time of impact and no passage.
     ///
     /// ```
     /// use punctual::{Body, Budget, Motion, Pose, Scene, Tree, shapes};
@@ -36,7 +37,8 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If the body is not in the scene, or cannot be where the motion begins or ends; it then stays where it was.
+    /// If the body is not in the scene, or its pose would be invalid at the begin or the end of the
+    /// motion. The body then stays where it was.
     pub fn set_motion(&mut self, id: BodyId, motion: Motion) -> Result<(), SceneError> {
         self.bodies.get(id)?;
         checks::motion(id, &motion)?;

@@ -7,21 +7,23 @@ use crate::tree::{Node, Tree};
 use core::f64::consts::PI;
 use glam::{DMat3, DVec3, Vec3};
 
-/// Rounding that the box of a body allows for, relative to its distance and size.
+/// Rounding allowance of a body's box, relative to its distance and size.
 ///
-/// What a query decides is decided in the frame of one body. There and back is one inverse and two products of poses, each
-/// entry a sum of at most four products: less than 40 roundings of 2^-53, of magnitudes up to three times those used here.
+/// A query decides in the frame of one body. The way there and back is one inverse and two products
+/// of poses. Each entry is a sum of at most four products: less than 40 roundings of 2^-53, of
+/// magnitudes up to three times those used here.
 const MARGIN: f64 = 128.0 * f64::EPSILON;
 
-/// Rounding of the boxes of a tree and of their way into the scene, in units of the tree: a coordinate is a sum of three
-/// products, of a column of length 1 and a vector of length sqrt 3 at most, so off by 4 sqrt 3 roundings, twice, and the sum
-/// of both by 2 sqrt 3 more; all this is less than 18.
+/// Rounding of the boxes of a tree and of their map into the scene, in units of the tree. A
+/// coordinate is a sum of three products, of a column of length 1 and a vector of length at most
+/// sqrt 3. Its error is at most 4 sqrt 3 roundings, twice, and the sum of both adds 2 sqrt 3. The
+/// total is less than 18.
 const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 
 /// A box, along the axes of the scene, around the mesh of a tree at `pose`; empty if the mesh is.
 ///
-/// It is that of the boxes below the root, which fit more closely than the root's own when they are turned. Lanes without a
-/// child hold the middle of the mesh's box.
+/// It surrounds the boxes below the root, which fit more closely than the root's own when rotated.
+/// Lanes without a child hold the middle of the mesh's box.
 pub(crate) fn at(tree: &Tree, pose: &Pose) -> Aabb {
     let Some(root) = tree.nodes().first() else {
         return Aabb::EMPTY;
@@ -39,12 +41,13 @@ pub(crate) fn at(tree: &Tree, pose: &Pose) -> Aabb {
     }
 }
 
-/// A box around all places that the mesh takes on its way from `from` to `to`, at a constant velocity and turn: along the
-/// screw between the poses, or with the middle of its box on a straight line.
+/// A box around all positions of the mesh between `from` and `to`, at a constant velocity and turn:
+/// along the screw motion between the poses, or with the middle of its box on a straight line.
 ///
-/// A point at distance `r` from the axis of a turn by `a` leaves the straight line between its ends by at most `r a^2 / 8`
-/// (linear interpolation of a curve with a second derivative of `r a^2`). The axis of the screw is at most
-/// `d / (2 sin(a/2))` from the middle of the box, which moves by `d`.
+/// A point at distance `r` from the axis of a turn by `a` deviates from the straight line between
+/// its ends by at most `r a^2 / 8` (linear interpolation of a curve with a second derivative of `r
+/// a^2`). The axis of the screw is at most `d / (2 sin(a/2))` from the middle of the box, which
+/// moves by `d`.
 pub(crate) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     let ends = at(tree, from).union(&at(tree, to));
     if tree.nodes().is_empty() || from.rotation() == to.rotation() {
@@ -57,7 +60,7 @@ pub(crate) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     let angle = (turn(from.rotation(), to.rotation()) + 4.0 * deviation + TURN_ROUNDING).min(PI);
     let radius = length(max - min) * (1.0 + deviation);
     let bulge = angle / 8.0 * (distance * (angle / 2.0) / libm::sin(angle / 2.0) + radius * angle);
-    // What is not quite a rotation is not quite the screw.
+    // A matrix that is not exactly a rotation deviates from the screw motion.
     let bulge = DVec3::splat((bulge + 4.0 * deviation * (distance + radius)) * (1.0 + 1e-9));
     Aabb {
         min: ends.min - bulge,
@@ -65,11 +68,11 @@ pub(crate) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     }
 }
 
-/// A box around all places that the mesh takes in a motion.
+/// A box around all positions of the mesh during a motion.
 ///
-/// The bound is that of [`swept`], with the radius of the body about the axis of the turn, which is known; and no point is
-/// farther from the line between its ends than from one end of a circle to the other. Rounding of the poses in between is
-/// relative to the arm and the way, and less than a tenth of what is allowed for.
+/// The bound is that of [`swept`], with the known radius of the body about the axis of the turn. No
+/// point is farther from the line between its ends than the diameter of a circle. Rounding of
+/// intermediate poses is relative to the arm and the path, and less than a tenth of the allowance.
 pub(crate) fn on_way(tree: &Tree, motion: &Motion) -> Aabb {
     let (start, end) = (motion.start(), motion.pose(1.0));
     let ends = at(tree, &start).union(&at(tree, &end));
@@ -92,7 +95,8 @@ pub(crate) fn on_way(tree: &Tree, motion: &Motion) -> Aabb {
     }
 }
 
-/// A box around what is thickened by a margin. That is a sum more for each corner; the margins of the box have room for it.
+/// A box thickened by a margin. This adds one sum per corner; the margins of the box cover its
+/// rounding.
 pub(crate) fn thickened(bounds: Aabb, margin: f64) -> Aabb {
     let margin = margin * (1.0 + 4.0 * f64::EPSILON);
     Aabb {
@@ -115,7 +119,8 @@ fn turn(from: &DMat3, to: &DMat3) -> f64 {
 /// Rounding of [`turn`], radians.
 const TURN_ROUNDING: f64 = 1e-12;
 
-/// Least and largest coordinates of the boxes below a node along three directions, given along its axes.
+/// Least and largest coordinates of the boxes below a node along three directions, which are given
+/// in the node's axes.
 #[inline(always)]
 fn reach(node: &Node, directions: [DVec3; 3]) -> (DVec3, DVec3) {
     let center = per_axis!(k => F8::read(Portable {}, &node.center[k]));

@@ -1,7 +1,8 @@
-//! How the tree of fat AABBs is built: in steps, so that a frame may end between any two of them.
+//! Builds the tree of fat AABBs in steps, so that a frame may end between any two of them.
 //!
-//! Top down, each range of bodies split by their middles along an axis, near its half: a small range exactly, a large one at
-//! the median of a sample, again where that was far off. Then bottom up for the boxes. Balanced, so paths are short.
+//! Top down, each range of bodies is split by their middles along an axis, near its half: a small
+//! range exactly, a large one at the median of a sample, with another sample if the split was far
+//! from the half. Then the boxes are computed bottom up. The tree is balanced, so paths are short.
 
 use super::node::{NONE, Node, Proxy};
 use crate::math::Aabb;
@@ -13,13 +14,14 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-/// Bodies of a step.
+/// Bodies per step.
 const STEP: usize = 16;
 
-/// Bodies of a sample.
+/// Bodies per sample.
 const SAMPLE: usize = 31;
 
-/// A range of `order` that becomes a subtree: the second child of its parent, or its first.
+/// A range of `order` that becomes a subtree. `second`: the second child of its parent, else the
+/// first.
 #[derive(Clone, Copy, Debug)]
 struct Range {
     begin: usize,
@@ -28,16 +30,16 @@ struct Range {
     second: bool,
 }
 
-/// A large range in which those below a pivot are being moved to the front.
+/// The partition of a large range: bodies below a pivot are moved to the front.
 #[derive(Clone, Copy, Debug)]
 struct Partition {
     range: Range,
     node: u32,
-    /// The part of the range that the half lies in.
+    /// The part of the range that contains the half.
     part: [usize; 2],
     axis: usize,
     pivot: (f64, u32),
-    /// Those before are below the pivot; those from there to `at` are not.
+    /// Bodies before `split` are below the pivot; those from `split` to `at` are not.
     split: usize,
     at: usize,
 }
@@ -45,7 +47,8 @@ struct Partition {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Build {
     order: Vec<u32>,
-    /// Bodies that have been collected, of those that there were at the beginning, and nodes whose boxes fit.
+    /// Number of bodies collected, number of bodies at the begin, and number of nodes whose boxes
+    /// are not computed yet.
     collected: usize,
     bodies: usize,
     ranges: Vec<Range>,
@@ -59,7 +62,8 @@ impl Build {
         reserve(&mut self.ranges, 256);
     }
 
-    /// Begins with bodies of indices below `bodies`; others may come before it is done.
+    /// Begins with the bodies of indices below `bodies`. More bodies may be inserted before it is
+    /// done.
     pub fn begin(&mut self, bodies: usize) {
         *self = Self {
             bodies,
@@ -71,8 +75,8 @@ impl Build {
         self.ranges.clear();
     }
 
-    /// Builds as far as the deadline allows; whether it is done. The root is node 0, if there is one. Bodies that have `news` are
-    /// newcomers of this `generation`.
+    /// Builds as far as the deadline allows; true if done. The root is node 0, if there is one.
+    /// Bodies with `news` are newcomers of this `generation`.
     pub fn advance(
         &mut self,
         nodes: &mut Vec<Node>,
@@ -107,7 +111,7 @@ impl Build {
         false
     }
 
-    /// Collects the next bodies that are there; of how many it was looked at.
+    /// Collects the next bodies that are present. Returns the number of slots examined.
     fn collect(&mut self, proxies: &mut [Proxy]) -> usize {
         let end = self.bodies.min(self.collected + STEP);
         for (proxy, body) in proxies[self.collected..end]
@@ -132,7 +136,7 @@ impl Build {
         count
     }
 
-    /// Makes the node of a range; `newest` is the generation of a body.
+    /// Makes the node of a range. `newest` returns the generation of a body.
     fn split(
         &mut self,
         range: Range,
@@ -177,7 +181,7 @@ impl Build {
         }
     }
 
-    /// Chooses the median of a sample of the part at hand.
+    /// Chooses the median of a sample of the current part as pivot.
     fn choose_pivot(&mut self, proxies: &[Proxy]) {
         let Some(partition) = &mut self.partition else {
             return;
@@ -193,8 +197,8 @@ impl Build {
         (partition.pivot, partition.split, partition.at) = (keys[keys.len() / 2], begin, begin);
     }
 
-    /// Compares the next bodies with the pivot; after the last of them the range is split, or a part of it is partitioned anew.
-    /// How many bodies there were.
+    /// Compares the next bodies with the pivot. After the last, it splits the range, or partitions
+    /// a part of it again. Returns the number of bodies compared.
     fn partition(&mut self, mut partition: Partition, proxies: &[Proxy]) -> usize {
         let Partition {
             range,
@@ -222,7 +226,8 @@ impl Build {
             self.descend(range, split, node);
             return count;
         }
-        // The part that holds the half is smaller than before: a median of many has some below it.
+        // The part that contains the half is smaller than before: the median of several has some
+        // below it.
         partition.part = if split < range.begin + quarter {
             [split, end]
         } else {
@@ -233,7 +238,8 @@ impl Build {
         count
     }
 
-    /// Leaves the halves of a range to the next steps, the first one first: its root is the next node.
+    /// Queues the halves of a range for the next steps, the first one first: its root is the next
+    /// node.
     fn descend(&mut self, range: Range, middle: usize, parent: u32) {
         self.ranges.push(Range {
             begin: middle,
@@ -249,7 +255,8 @@ impl Build {
         });
     }
 
-    /// Makes the boxes of the last nodes fit that do not yet: children come after their parents. How many nodes.
+    /// Computes the boxes of the last nodes that have none yet; children come after their parents.
+    /// Returns the number of nodes.
     fn fit(&mut self, nodes: &mut [Node]) -> usize {
         let begin = self.open.saturating_sub(STEP);
         for at in (begin..self.open).rev() {
@@ -266,7 +273,7 @@ fn middle(proxies: &[Proxy], body: u32) -> DVec3 {
     fat.min * 0.5 + fat.max * 0.5
 }
 
-/// Where a body goes along an axis. No two are equal.
+/// The sort key of a body along an axis. No two are equal.
 fn key(proxies: &[Proxy], body: u32, axis: usize) -> (f64, u32) {
     (middle(proxies, body)[axis], body)
 }
@@ -275,7 +282,7 @@ fn compare(x: (f64, u32), y: (f64, u32)) -> core::cmp::Ordering {
     x.0.total_cmp(&y.0).then(x.1.cmp(&y.1))
 }
 
-/// The axis along which the middles lie farthest apart, by a sample of them.
+/// The axis with the largest extent of a sample of the middles.
 fn longest_axis(order: &[u32], proxies: &[Proxy]) -> usize {
     let sample = order.iter().step_by(order.len().div_ceil(SAMPLE));
     Aabb::from_points(sample.map(|&body| middle(proxies, body)))

@@ -1,4 +1,5 @@
-//! The tree of fat AABBs, and the search of it against itself; in steps, so that a frame may end between any two of them.
+//! The tree of fat AABBs, and its search for overlapping pairs, in steps, so that a frame may end
+//! between any two of them.
 
 use super::build::Build;
 use super::node::{NONE, Node, Proxy};
@@ -12,20 +13,20 @@ use crate::scene::room::reserve;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 
-/// Times that a body leaves its fat AABB, on average, before the tree is built anew.
+/// The tree is rebuilt after this many moves out of a fat AABB per body, on average.
 const MOVES_BEFORE_REBUILD: usize = 6;
 
-/// If more than one of so many nodes is new, all are refitted: one after the other, that is fast.
+/// If more than one of this many nodes is new, all nodes are refitted in order, which is fast.
 const SWEPT_PART: usize = 16;
 
-/// Nodes of a step, or pairs of them; and of a step in which all are refitted, which takes as long.
+/// Nodes, or pairs of nodes, per step; and nodes per step of a refit of all, which takes as long.
 const STEP: usize = 16;
 const SWEEP: usize = 128;
 
-/// The most pairs that a step of the search finds.
+/// Maximum number of pairs that a step of the search finds.
 pub(crate) const MOST_FOUND: usize = STEP;
 
-/// How a part of a search ended.
+/// The result of a part of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Searched {
     All,
@@ -38,28 +39,32 @@ pub(crate) enum Searched {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FatTree {
     nodes: Vec<Node>,
-    /// The root of the tree, then a one-leaf tree for each body inserted or teleported since the last rebuild.
+    /// The root of the tree, then a one-leaf tree for each body inserted or teleported since the
+    /// last rebuild.
     roots: Vec<u32>,
-    /// Generations of newcomers since it was built, and their moves.
+    /// Number of generations of newcomers since the last rebuild, and number of their moves.
     generation: u16,
     moves: usize,
     build: Build,
-    /// Whether so many bodies are new that all nodes are refitted, not paths; and how many nodes still are to be.
+    /// True if so many bodies are new that all nodes are refitted instead of paths; and the number
+    /// of nodes still to refit.
     sweeps: bool,
     unswept: usize,
-    /// Nodes whose children are to be refitted, parents first, and to be looked at for that; then pairs of nodes to be searched.
+    /// Nodes to refit, parents first. Then node pairs to visit: by the refit, and after it by the
+    /// search.
     inner: Vec<u32>,
     stack: Vec<[u32; 2]>,
-    /// The next two roots to be searched against one another, as places among them.
+    /// The next two roots to search against each other, as indices of `roots`.
     next_roots: [usize; 2],
 }
 
 impl FatTree {
-    /// Makes room for bodies of indices below `bodies`.
+    /// Reserves room for bodies of indices below `bodies`.
     ///
-    /// A tree has less than `2 bodies` nodes. Beside it there are no more roots than [`FatTree::begin_update`] allows, less than
-    /// `bodies + 64`, and those of bodies that came in this generation. A step of the search adds no more than three pairs of
-    /// nodes for each that it opens, one level deeper; the tree is balanced, and has fewer levels than this allows for.
+    /// A tree has less than `2 bodies` nodes. Besides its root there are at most the roots that
+    /// [`FatTree::begin_update`] allows, less than `bodies + 64`, and those of bodies that came in
+    /// this generation. A step of the search adds at most three pairs of nodes for each pair that
+    /// it opens, one level deeper. The tree is balanced and has fewer levels than this allows for.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.roots, 2 * bodies + 64);
         reserve(&mut self.nodes, 4 * bodies + 64);
@@ -74,12 +79,13 @@ impl FatTree {
         self.sweeps = SWEPT_PART * newcomers > self.nodes.len();
     }
 
-    /// Whether the fat AABB of a body overlaps that in its leaf: it was not teleported.
+    /// True if the fat AABB of a body overlaps the one in its leaf: the body was not teleported.
     pub fn is_near(&self, proxy: &Proxy) -> bool {
         self.bounds(proxy).intersects(&proxy.fat)
     }
 
-    /// Puts a body's fat AABB into its leaf if it [is near](FatTree::is_near), or else into a one-leaf tree.
+    /// Updates a body's leaf to its fat AABB if it [is near](FatTree::is_near), else moves the body
+    /// to a one-leaf tree.
     pub fn renew(&mut self, body: u32, proxy: &mut Proxy, is_near: bool) {
         self.moves += 1;
         if (proxy.leaf as usize) < self.nodes.len() {
@@ -101,7 +107,7 @@ impl FatTree {
         }
     }
 
-    /// Sets a leaf, and says along the path to it that there is a new one, unless all nodes will be looked at.
+    /// Sets a leaf, and marks the path to it as new, unless all nodes will be visited.
     fn set_leaf(&mut self, leaf: u32, bounds: Aabb, moving: bool) {
         let node = &mut self.nodes[leaf as usize];
         (node.bounds, node.moving) = (bounds, moving);
@@ -120,7 +126,7 @@ impl FatTree {
         }
     }
 
-    /// The box in the tree of a body that is there.
+    /// The box of a body in the tree; empty if it has none.
     pub fn bounds(&self, proxy: &Proxy) -> Aabb {
         self.nodes
             .get(proxy.leaf as usize)
@@ -145,8 +151,8 @@ impl FatTree {
         }
     }
 
-    /// Begins to bring the tree up to date, its newcomers being renewed, of bodies of indices below `bodies`: whether it is to be
-    /// built anew.
+    /// Starts an update of the tree after its newcomers were renewed. `bodies` bounds their
+    /// indices. Returns true if the tree must be rebuilt.
     pub fn begin_update(&mut self, bodies: usize) -> bool {
         let leaves = self.nodes.len() / 2;
         let outgrown = self.roots.len().pow(2) > leaves + 64
@@ -165,7 +171,7 @@ impl FatTree {
         outgrown
     }
 
-    /// Builds the tree of all bodies that are there; whether it is done.
+    /// Builds the tree of all bodies; true if done.
     pub fn build(
         &mut self,
         proxies: &mut [Proxy],
@@ -181,14 +187,14 @@ impl FatTree {
         done
     }
 
-    /// Makes the boxes above new ones fit again; whether they do. Then a search may begin.
+    /// Refits the boxes above new ones; true if done. Then a search may begin.
     pub fn refit(&mut self, deadline: &mut Deadline) -> bool {
         const WORK: u64 = STEP as u64 * WORK_PER_REFIT;
         while self.unswept > 0 {
             if !deadline.has_room(WORK) {
                 return false;
             }
-            // Children come after their parents, and one after the other they come fast from memory.
+            // Children come after their parents, and access in order is fast.
             let first = self.unswept.saturating_sub(SWEEP);
             (first..self.unswept)
                 .rev()
@@ -221,7 +227,8 @@ impl FatTree {
         self.stack.clear();
     }
 
-    /// Adds pairs that may meet of fat AABBs that overlap and have a new one among them, until there are `most`.
+    /// Adds pairs that may meet, of overlapping fat AABBs of which one is new, until there are
+    /// `most`.
     pub fn search(
         &mut self,
         bodies: &Bodies,
@@ -283,7 +290,7 @@ struct Search<'b> {
 }
 
 impl Search<'_> {
-    /// Pairs below one node.
+    /// Visits the pairs below one node.
     #[inline(always)]
     fn within(&mut self, at: u32) {
         let node = &self.nodes[at as usize];
@@ -293,7 +300,7 @@ impl Search<'_> {
         );
     }
 
-    /// Pairs of one body below each of two nodes.
+    /// Visits the pairs of one body below each of two nodes.
     #[inline(always)]
     fn across(&mut self, x: u32, y: u32) {
         let (a, b) = (&self.nodes[x as usize], &self.nodes[y as usize]);
@@ -312,7 +319,7 @@ impl Search<'_> {
         self.stack.truncate(len + usize::from(keep));
     }
 
-    /// Replaces two nodes by their children; two leaves are found.
+    /// Replaces two nodes by their children. A pair of leaves is a result.
     #[inline(always)]
     fn open(&mut self, x: u32, y: u32) {
         match (self.nodes[x as usize].second, self.nodes[y as usize].second) {

@@ -1,18 +1,19 @@
-//! The broad phase: which bodies may meet at all.
+//! The broad phase: finds the pairs of bodies that may meet.
 //!
-//! Each body has its box and a fat AABB around it; while the box stays inside that, nothing else is done. Bodies that have left
-//! theirs wait, and go through the tree of fat AABBs ([`fat_tree`]) as a *generation* of newcomers: their leaves are renewed, the
-//! tree is refitted along their paths, or all of it, or built anew, and one descent of the tree against itself finds the pairs
-//! of overlapping fat AABBs that have a new one among them. All subtrees without one are passed by, and so are those of fixed
-//! bodies among themselves. The pairs found are sorted and merged into those known ([`super::schedule::pairs`]), which stay until
-//! one of their bodies leaves its fat AABB again.
+//! Each body has its box and a fat AABB around it. While the box stays inside the fat AABB, nothing
+//! else is done. Bodies that have left theirs wait, and go through the tree of fat AABBs
+//! ([`fat_tree`]) as a *generation* of newcomers. Their leaves are renewed. The tree is refitted
+//! along their paths, or completely, or rebuilt. Then one descent of the tree against itself finds
+//! the pairs of overlapping fat AABBs of which one is new. It skips all subtrees without a new one,
+//! and pairs of fixed bodies. The pairs found are sorted and merged into the known pairs
+//! ([`super::schedule::pairs`]), which stay until one of their bodies leaves its fat AABB again.
 //!
-//! Every step ends when its share of the frame does, and goes on in the next frame. A body whose generation is not at its end is
-//! *open*: not all of its partners may be known. Where many pairs are found, they are merged in portions, so that the first of
-//! them are known long before the last.
+//! Every step ends with its share of the frame, and continues in the next frame. A body whose
+//! generation is unfinished is *open*: some of its partners may be unknown. If many pairs are
+//! found, they are merged in portions, so that the first of them are known long before the last.
 //!
-//! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its fat AABB, and as much, spread over
-//! the frames, for building the tree anew when its bodies have moved about.
+//! Cost: nothing for bodies that rest; `O(log n)` expected for a body that leaves its fat AABB, and
+//! as much, spread over the frames, for rebuilding the tree after its bodies have moved.
 
 pub(crate) mod bounds;
 mod build;
@@ -36,48 +37,50 @@ use glam::DVec3;
 use node::{NONE, Proxy};
 use sort::Sort;
 
-/// How far the fat AABB of a moving body reaches beyond its box, on each side, relative to the longest edge.
+/// Widening of a moving body's box to its fat AABB, on each side, relative to its longest edge.
 const SLACK: f64 = 0.05;
 
-/// Newcomers of a generation where time or work is limited: at least `GENERATION`; one for each `GENERATION_PART` known pairs
-/// (to find the pairs of one takes about as long as to merge that many); and as many as there is room for.
+/// Number of newcomers of a generation if time or work is limited: at least `GENERATION`, at least
+/// one for each `GENERATION_PART` known pairs (finding the pairs of one takes about as long as
+/// merging that many), and at least as many as there is room for.
 const GENERATION: usize = 64;
 const GENERATION_PART: usize = 64;
 const WORK_PER_NEWCOMER: u64 = 1_000;
 
-/// Bodies of a step.
+/// Bodies per step.
 const STEP: usize = 16;
 
-/// Pairs of a portion, at least, and for so many known pairs one.
+/// Pairs per portion: at least `PORTION`, and at least one for each `PORTION_PART` known pairs.
 const PORTION: usize = 4096;
 const PORTION_PART: usize = 4;
 
-/// What comes next for the newcomers of a generation.
+/// The next step for the newcomers of a generation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    /// There are none.
+    /// There are no newcomers.
     #[default]
     Idle,
-    /// Those from this one on are put into the tree.
+    /// Puts the newcomers from this one on into the tree.
     Renew(usize),
     Build,
     Refit,
     Search,
-    /// A portion was found; whether it is the last.
+    /// Sorts a portion; `last` if it is the last one.
     Sort {
         last: bool,
     },
     Merge {
         last: bool,
     },
-    /// The last so many of them become bodies like others.
+    /// Ends the newcomer state, starting with the last of them.
     Settle,
 }
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Broad {
     proxies: Vec<Proxy>,
-    /// What is new about each body in this generation: a byte, since it is asked of both bodies of all known pairs.
+    /// The news of each body in this generation: one byte, because it is read for both bodies of
+    /// all known pairs.
     news: Vec<Change>,
     waiting: Waiting,
     newcomers: Vec<u32>,
@@ -86,61 +89,62 @@ pub(crate) struct Broad {
     /// A portion of pairs, ascending.
     pub found: Vec<PairKey>,
     sort: Sort,
-    /// Whether pairs of this generation were left out, and the bodies of such generations that are still open.
+    /// True if pairs of this generation were left out; and the open bodies of such generations.
     crops: bool,
     cropped: Vec<u32>,
-    /// Whether the pairs that the newcomers had before are gone: the first portion of this generation was merged.
+    /// True if the earlier pairs of the newcomers were removed: the first portion of this
+    /// generation was merged.
     pub purged: bool,
-    /// Bodies that not all partners are known of.
+    /// Number of open bodies, with possibly unknown partners.
     pub open: usize,
 }
 
 impl Broad {
-    /// What is new about a pair of bodies in this generation.
+    /// The news of a pair of bodies in this generation.
     pub fn news(&self, pair: [u32; 2]) -> Change {
         let [x, y] = pair.map(|body| self.news[body as usize]);
         x.max(y)
     }
 
-    /// Whether another body was in the slot when the pairs known were found.
+    /// True if the slot had another body when the known pairs were found.
     #[inline(always)]
     fn is_another(&self, body: u32) -> bool {
         self.proxies[body as usize].next == Change::Body
             || !self.purged && self.news[body as usize] == Change::Body
     }
 
-    /// Whether what is known of a pair is of another body than it has now.
+    /// True if the results of a pair belong to another body than it has now.
     #[inline(always)]
     pub fn is_of_another(&self, bodies: &Bodies, pair: [u32; 2]) -> bool {
         pair.into_iter()
             .any(|body| bodies.facts(body).is_another() || self.is_another(body))
     }
 
-    /// Whether a pair is compared without its distance being asked for, by what was placed last: one of its bodies
-    /// moves.
+    /// True if a pair is compared even if its distance is not measured: one of its bodies was a
+    /// moving one when it was last placed.
     #[inline(always)]
     pub fn compares(&self, [a, b]: [u32; 2]) -> bool {
         self.proxies[a as usize].moving | self.proxies[b as usize].moving
     }
 
-    /// Whether the portion at hand is all that is found of its generation.
+    /// True if the current portion contains all pairs of its generation.
     pub fn has_found_all(&self) -> bool {
         !self.purged && self.stage == (Stage::Merge { last: true })
     }
 
-    /// Whether all partners of a body may be known.
+    /// True if all partners of a body are known.
     pub fn is_closed(&self, body: u32) -> bool {
         self.proxies
             .get(body as usize)
             .is_some_and(|proxy| !proxy.open)
     }
 
-    /// Whether there were more pairs than there may be.
+    /// True if there were more pairs than allowed.
     pub fn has_cropped(&self) -> bool {
         !self.cropped.is_empty()
     }
 
-    /// Whether two bodies overlap and may meet, by what the tree has of them.
+    /// True if two bodies overlap and may meet, by their state in the tree.
     pub fn overlap(&self, bodies: &Bodies, [a, b]: [u32; 2]) -> bool {
         let [x, y] = [a, b].map(|body| &self.proxies[body as usize]);
         (x.moving || y.moving)
@@ -148,12 +152,13 @@ impl Broad {
             && bodies.may_meet([a, b])
     }
 
-    /// The tree, if its boxes hold those of all bodies but the [unsettled](Broad::is_unsettled) ones; not while it is built.
+    /// The tree, whose boxes contain those of all bodies except the
+    /// [unsettled](Broad::is_unsettled) ones. `None` during a rebuild.
     pub fn tree(&self) -> Option<&FatTree> {
         (self.stage != Stage::Build).then_some(&self.tree)
     }
 
-    /// Whether the box of a body may not be in the tree.
+    /// True if the box of a body may not be in the tree.
     pub fn is_unsettled(&self, body: u32) -> bool {
         self.proxies[body as usize].waiting || self.news[body as usize] != Change::None
     }
@@ -170,7 +175,7 @@ impl Broad {
             .chain(newcomers.filter(|&body| self.is_unsettled(body)))
     }
 
-    /// Makes room for bodies of indices below `bodies`.
+    /// Reserves room for bodies of indices below `bodies`.
     pub fn reserve(&mut self, bodies: usize) {
         reserve(&mut self.proxies, bodies);
         reserve(&mut self.news, bodies);
@@ -180,13 +185,13 @@ impl Broad {
         self.tree.reserve(bodies);
     }
 
-    /// Makes room for this many pairs found in a frame.
+    /// Reserves room for this many pairs found in a frame.
     pub fn reserve_found(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
         self.sort.reserve(pairs);
     }
 
-    /// Takes a body in that has no box yet.
+    /// Inserts a body without a box.
     pub fn insert(&mut self, body: u32) {
         if body as usize == self.proxies.len() {
             self.proxies.push(Proxy::NOWHERE);
@@ -194,7 +199,7 @@ impl Broad {
         }
     }
 
-    /// Gives a body its box; an empty box takes it away.
+    /// Sets the box of a body; an empty box removes it.
     pub fn place(&mut self, body: u32, bounds: Aabb, moving: bool, news: Change, importance: f32) {
         let proxy = &mut self.proxies[body as usize];
         proxy.moving = moving;
@@ -220,7 +225,7 @@ impl Broad {
         proxy.open = true;
     }
 
-    /// Lets bodies wait again whose pairs were left out for want of room.
+    /// Requeues bodies whose pairs were left out for lack of room.
     pub fn retry(&mut self, bodies: &Bodies, deadline: &mut Deadline) {
         while deadline.has_room(WORK_PER_NEW_PLACE)
             && let Some(body) = self.cropped.pop()
@@ -235,9 +240,9 @@ impl Broad {
         }
     }
 
-    /// Finds pairs that may meet, of fat AABBs that overlap and have a new one among them: a portion of them is in
-    /// [`Broad::found`] then. `None`: none is left, or the deadline came first. `known`: pairs known, and the most that there
-    /// may be.
+    /// Finds pairs that may meet, of overlapping fat AABBs of which one is new, and puts a portion
+    /// of them into [`Broad::found`]. `None` if none is left, or the deadline came first. `known`:
+    /// the number of known pairs, and its maximum.
     pub fn find(
         &mut self,
         bodies: &Bodies,
@@ -264,7 +269,8 @@ impl Broad {
         }
     }
 
-    /// Ends a portion that was merged; `left_out`: not all of it, for want of room.
+    /// Ends a portion that was merged. `left_out`: some of its pairs were left out for lack of
+    /// room.
     pub fn end_portion(&mut self, left_out: bool) {
         self.crops |= left_out;
         self.found.clear();
@@ -328,7 +334,7 @@ impl Broad {
         deadline: &mut Deadline,
     ) -> Option<Stage> {
         if self.crops {
-            // There is no room for more.
+            // There is no room for more pairs.
             self.tree.end_search();
             return Some(Stage::Settle);
         }

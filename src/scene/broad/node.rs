@@ -1,4 +1,4 @@
-//! What the tree of fat AABBs consists of: its nodes, and the bodies in its leaves.
+//! Nodes of the tree of fat AABBs, and the bodies in its leaves.
 
 use crate::math::Aabb;
 use crate::scene::facts::Change;
@@ -12,13 +12,13 @@ pub(crate) struct Proxy {
     pub fat: Aabb,
     pub leaf: u32,
     pub moving: bool,
-    /// What will be new about it in the next generation.
+    /// Its news in the next generation.
     pub next: Change,
-    /// Whether it waits for the next generation.
+    /// True if it waits for the next generation.
     pub waiting: bool,
-    /// Whether not all of its partners may be known.
+    /// True if some of its partners may be unknown.
     pub open: bool,
-    /// Its place among those of which pairs were left out, or [`NONE`].
+    /// Its index in the list of bodies whose pairs were left out, or [`NONE`].
     pub cropped: u32,
 }
 
@@ -47,16 +47,16 @@ pub(crate) struct Node {
     pub parent: u32,
     /// The body of a leaf.
     pub body: u32,
-    /// The last generation of which there is a new fat AABB below.
+    /// The last generation with a new fat AABB below this node.
     pub newest: u16,
-    /// Whether there is a moving body below.
+    /// True if a moving body is below this node.
     pub moving: bool,
 }
 
 const _: () = assert!(size_of::<Node>() == 64);
 
 impl Node {
-    /// Of a body that was new in a generation.
+    /// The leaf of a body. `newest` is the generation in which the body was new.
     pub fn leaf(body: u32, proxy: &Proxy, parent: u32, newest: u16) -> Self {
         Self {
             bounds: proxy.fat,
@@ -68,7 +68,7 @@ impl Node {
         }
     }
 
-    /// Without its children.
+    /// An inner node without its children.
     pub fn inner(parent: u32) -> Self {
         Self {
             bounds: Aabb::EMPTY,
@@ -80,7 +80,7 @@ impl Node {
         }
     }
 
-    /// Sets what a node has from its children, if there are any.
+    /// Computes the box and marks of an inner node from its children.
     pub fn fit(nodes: &mut [Self], at: usize) {
         let Some(second) = nodes.get(nodes[at].second as usize).copied() else {
             return;

@@ -7,20 +7,21 @@ use crate::scene::room::reserve;
 use alloc::vec::Vec;
 use core::mem;
 
-/// Keys of a step.
+/// Keys per step.
 const STEP: usize = 16;
 
-/// What sorting one key takes, of as many as fit into memory, if it need not stop.
+/// Work per key of a sort without interruption, for up to as many keys as fit into memory.
 const WORK_AT_ONCE: u64 = 3 * WORK_PER_SORTED_KEY;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sort {
-    /// What the pass at hand has merged.
+    /// The output of the current pass.
     merged: Vec<PairKey>,
-    /// Length of the sorted runs; before all of the first are there, keys of those that are.
+    /// Length of the sorted runs. While the first runs are made, `runs` counts the keys that are in
+    /// runs.
     width: usize,
     runs: usize,
-    /// The next keys of the two runs at hand.
+    /// The next keys of the two current runs.
     next: [usize; 2],
 }
 
@@ -29,7 +30,8 @@ impl Sort {
         reserve(&mut self.merged, keys);
     }
 
-    /// Sorts keys as far as the deadline allows; whether they are sorted. They must not change until then.
+    /// Sorts keys as far as the deadline allows; true if they are sorted. The keys must not change
+    /// until then.
     pub fn advance(&mut self, keys: &mut Vec<PairKey>, deadline: &mut Deadline) -> bool {
         let at_once = keys.len() as u64 * WORK_AT_ONCE;
         if self.runs == 0 && deadline.has_room(at_once) {

@@ -1,21 +1,23 @@
-//! Where a ray of the scene enters a box.
+//! The parameter at which a ray of the scene enters a box.
 
 use crate::math::tolerance::UNDERFLOW;
 use crate::math::{Aabb, Ray, largest};
 use glam::DVec3;
 
-/// How far a box is widened, relative to the largest coordinate of the ray's origin or of the box: the ray is asked about in
-/// the coordinates of a body, there and back. Each is a map with an inverse matrix whose entries are off by less than 16
-/// roundings, of points and directions up to where the ray passes the box; what comes from the translation of the body is in
-/// the margin of its box ([`crate::scene::broad::bounds`]).
+/// Widening of a box, relative to the largest coordinate of the ray's origin or of the box. It
+/// covers the map of the ray to the coordinates of a body and back. Each is a map with an inverse
+/// matrix whose entries have errors of less than 16 roundings, of points and directions up to where
+/// the ray passes the box. The margin of the box covers the error from the translation of the body
+/// ([`crate::scene::broad::bounds`]).
 const MARGIN: f64 = 128.0 * f64::EPSILON;
 
-/// How far a parameter that is told may be off, in units of the size of coordinates over the largest component of the
-/// direction: 1e-11 ([`crate::RayHit::t`]), of coordinates that are up to sqrt 3 larger, and a component that is up to sqrt 3
-/// smaller, in the frame of the body.
+/// Error of a reported parameter, in units of the size of coordinates over the largest component of
+/// the direction: 1e-11 ([`crate::RayHit::t`]), for coordinates up to sqrt 3 larger and a component
+/// up to sqrt 3 smaller in the frame of the body.
 const SLACK: f64 = 4e-11;
 
-/// A direction no longer than this is lost in roundings that are not relative: all boxes are entered at once.
+/// A direction no longer than this is lost in absolute roundings: the ray counts as entering all
+/// boxes at once.
 const SHORTEST: f64 = 1e-290;
 
 /// A ray of the scene.
@@ -37,7 +39,7 @@ impl Line {
         }
     }
 
-    /// A parameter that no hit in a box is told to lie before, if there may be one.
+    /// A lower bound of the reported parameters of hits in a box; `None` if there can be none.
     pub fn enter(&self, bounds: &Aabb) -> Option<f64> {
         if bounds.is_empty() {
             return None;
@@ -69,7 +71,7 @@ impl Line {
         let (enter, leave) = (enter - slack, leave + slack);
         let [from, to] = self.limits;
         let misses = enter > leave || enter > to || leave < from;
-        // The bits of zero, not of minus zero.
+        // 0.0 instead of -0.0.
         (!misses).then(|| enter.max(0.0) + 0.0)
     }
 }

@@ -1,4 +1,5 @@
-//! How a ray is cast: through the tree of fat AABBs, then through those of the bodies, whatever is entered first.
+//! Casts a ray: through the tree of fat AABBs and the trees of the bodies, in the order in which
+//! the ray enters them.
 
 mod line;
 pub(crate) mod ray;
@@ -18,19 +19,21 @@ use line::Line;
 use ray::{BodyHit, SceneCast, SceneRay};
 
 impl Scene {
-    /// Which body a ray or a segment hits, within a budget of its own.
+    /// Finds which body a ray or a segment hits, within a budget of its own.
     ///
-    /// It sees every body at the pose that was set last, whether there was a frame since or not. Bodies whose boxes the last
-    /// frame left behind, or that were changed since, are looked at one by one, 120 units of work each: cast rays after
-    /// [`Scene::detect`] rather than before it. The others are found through the tree of the broad phase, nearest boxes first,
-    /// in a time that grows with the logarithm of their number.
+    /// It uses the pose of each body that was set last, whether a frame has run since or not.
+    /// Bodies whose boxes the last frame did not reach, or that changed since, are tested one by
+    /// one, with 120 units of work each. So cast rays after [`Scene::detect`] rather than before
+    /// it. Other bodies are found through the tree of the broad phase, nearest boxes first, in a
+    /// time that grows with the logarithm of their number.
     ///
-    /// **Guarantee.** A body is hit where its own [`Query::ray`] says so, asked about the ray [as it
-    /// is](crate::Ray::transformed) in the coordinates of its mesh, by the inverse of its pose: no ray passes between
-    /// triangles of a body that share an edge. Of several nearest hits with the same `t`, the one of the least body, then
-    /// of the least triangle. A cast that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same
-    /// bits under the same budget of work, which is never passed. It allocates only in a scene with more bodies, or for
-    /// more hits, than any before.
+    /// **Guarantee.** A body is hit where its own [`Query::ray`] reports a hit of the ray,
+    /// [transformed](crate::Ray::transformed) to the coordinates of its mesh by the inverse of its
+    /// pose. No ray passes between triangles of a body that share an edge. Of several nearest hits
+    /// with equal `t`, the one of the least body counts, then of the least triangle. A cast that is
+    /// cut short has true hits, and [`SceneCast::free_until`] is proven. The same budget of work
+    /// gives the same bits and is never exceeded. It allocates only in a scene with more bodies, or
+    /// for more hits, than any before.
     ///
     /// # Errors
     /// [`SceneError::NoRay`].
@@ -54,7 +57,7 @@ impl Scene {
             rays,
             ..
         } = self;
-        // A refused cast leaves the hits of the one before.
+        // A rejected cast keeps the hits of the cast before.
         let before = rays.hits.len();
         let cast = Casting {
             asked: ray,
@@ -72,16 +75,17 @@ impl Scene {
         cast
     }
 
-    /// The hits of the last cast with [`RayMode::All`]: of one body after the other, in order of discovery.
+    /// The hits of the last cast with [`RayMode::All`]: body after body, each in order of
+    /// discovery.
     pub fn ray_hits(&self) -> &[BodyHit] {
         &self.rays.hits
     }
 }
 
-/// What waits for a ray. Sorts by where it is entered.
+/// A node or body that waits for a ray. Sorted by the parameter of entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    /// The bits of the parameter, which is not negative.
+    /// The bits of the parameter of entry, which is not negative.
     enter: u64,
     what: What,
 }
@@ -89,15 +93,15 @@ struct Entry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum What {
     Body(u32),
-    /// Of the tree of fat AABBs.
+    /// A node of the tree of fat AABBs.
     Node(u32),
 }
 
-/// What rays keep from one cast to the next.
+/// The buffers of casts.
 #[derive(Debug, Default)]
 pub(crate) struct Rays {
     queue: BinaryHeap<Reverse<Entry>>,
-    /// Those of the last cast for all.
+    /// The hits of the last cast with [`RayMode::All`].
     pub hits: Vec<BodyHit>,
 }
 
@@ -151,7 +155,8 @@ impl Casting<'_> {
         Ok(known)
     }
 
-    /// Queues the roots, and what is not in the tree; whether there was room for it all.
+    /// Queues the roots, and the bodies that are not in the tree. False if the budget did not
+    /// suffice.
     fn begin(&mut self, line: &Line, deadline: &mut Deadline) -> bool {
         let Self {
             bodies,
@@ -190,8 +195,8 @@ impl Casting<'_> {
         }
     }
 
-    /// Follows the ray until nothing nearer is left, or the deadline comes. No hit of what has been looked at, and was not
-    /// found, lies before what `known` says.
+    /// Casts the ray until nothing nearer is left, or the deadline comes. Of the bodies already
+    /// tested, no missing hit lies before `known.free_until`.
     fn search(
         &mut self,
         line: &Line,
@@ -249,7 +254,7 @@ impl Casting<'_> {
         }
     }
 
-    /// Asks the tree of a body.
+    /// Casts the ray against the tree of a body.
     fn ask(
         &mut self,
         index: u32,
@@ -305,14 +310,14 @@ impl Casting<'_> {
 }
 
 impl Rays {
-    /// Makes room for the casts of a scene of so many bodies.
+    /// Reserves room for the casts of a scene with this many bodies.
     pub fn reserve(&mut self, bodies: usize) {
-        // Each body may wait in a node of the tree, and as one that has left its place there.
+        // Each body may wait in a node of the tree, and separately if it has left its fat AABB.
         self.queue
             .reserve_exact((2 * bodies).saturating_sub(self.queue.len()));
     }
 
-    /// Queues what the ray enters.
+    /// Queues a node or body if the ray enters its box.
     fn push(&mut self, line: &Line, what: What, bounds: &Aabb) {
         self.queue.extend(line.enter(bounds).map(|enter| {
             Reverse(Entry {

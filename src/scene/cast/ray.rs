@@ -1,4 +1,4 @@
-//! What rays hit in a scene.
+//! Rays in a scene, and their hits.
 
 use crate::math::Ray;
 use crate::query::{RayHit, RayMode, StopReason};
@@ -6,7 +6,7 @@ use crate::scene::filter::Filter;
 use crate::scene::id::BodyId;
 use core::time::Duration;
 
-/// The question which body a ray or a segment of the scene hits: [`crate::Scene::cast`].
+/// Asks which body a ray or a segment of the scene hits: [`crate::Scene::cast`].
 ///
 /// ```
 /// use punctual::glam::DMat3;
@@ -45,25 +45,25 @@ impl SceneRay {
         }
     }
 
-    /// Asks for the nearest hit, for any, or for all.
+    /// Sets whether to find the nearest hit, any, or all.
     pub fn mode(self, mode: RayMode) -> Self {
         Self { mode, ..self }
     }
 
-    /// Asks only bodies that a body of this filter may meet; by default, all.
+    /// Restricts the cast to bodies that a body with this filter may meet; by default all.
     pub fn filter(self, filter: Filter) -> Self {
         Self { filter, ..self }
     }
 }
 
-/// A triangle of a body that a ray meets.
+/// A triangle of a body that a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BodyHit {
     /// The body.
     pub body: BodyId,
-    /// The triangle, and the parameter of the ray, which is the same in the scene: [`Ray::at`].
+    /// The triangle, and the ray parameter, which is the same in the scene: [`Ray::at`].
     pub on_body: RayHit,
 }
 
@@ -82,18 +82,20 @@ impl BodyHit {
 #[must_use]
 #[non_exhaustive]
 pub struct SceneCast {
-    /// The nearest hit found, or in [`RayMode::Any`] the one that was found: of all there are, if `stop` is
-    /// [`StopReason::Finished`].
+    /// The nearest hit found; in [`RayMode::Any`] the hit found. If `stop` is
+    /// [`StopReason::Finished`], it is the nearest of all hits.
     pub hit: Option<BodyHit>,
-    /// How many triangles were found to be hit. In [`RayMode::All`], those of [`crate::Scene::ray_hits`].
+    /// Number of triangles found to be hit. In [`RayMode::All`] those of
+    /// [`crate::Scene::ray_hits`].
     pub found: u64,
-    /// Proven: no hit that was not found lies before this parameter of the ray. Of a nearest hit that is known, its own;
-    /// infinite if nothing is left to be found.
+    /// Proven: no missing hit lies before this parameter of the ray. For a known nearest hit, its
+    /// own parameter. Infinite if nothing is left to find.
     #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
     pub free_until: f64,
-    /// Why the call returned. [`StopReason::FlushedToZero`]: for one of the bodies that could falsify the answer.
+    /// The reason why the call returned. [`StopReason::FlushedToZero`] if flushing could falsify
+    /// the answer for one of the bodies.
     pub stop: StopReason,
-    /// Work done.
+    /// Work of the call.
     pub work: u64,
     /// Time of the call; measured only under a time budget.
     pub elapsed: Option<Duration>,

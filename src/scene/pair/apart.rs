@@ -1,8 +1,10 @@
-//! Pairs that were proven to be farther apart than their bodies have moved since: they are decided without a query.
+//! Pairs proven to be farther apart than their bodies have moved since: they are decided without a
+//! query.
 //!
-//! Bodies at rest on one another jitter, and most pairs of overlapping boxes are apart. If both bodies move slowly, the query is
-//! not whether they meet, but whether they are closer than a number of steps of this size. That takes a few times the work, and
-//! then none for as many frames. Why it holds: `docs/numerics.md`.
+//! Bodies at rest on one another jitter, and most pairs of overlapping boxes are separated. If both
+//! bodies move slowly, the query asks whether they are closer than a number of steps of this size,
+//! instead of whether they meet. That takes a few times the work, and then none for as many frames.
+//! The proof is in `docs/numerics.md`.
 
 use super::batch::{Desk, Ended, RoundKind};
 use super::question::Question;
@@ -20,39 +22,42 @@ use crate::scene::facts::Facts;
 use crate::scene::id::{PairKey, bodies_of};
 use crate::scene::spot::Spot;
 
-/// Lengths in the scene and in the frame of a body differ by less than this part of them.
+/// Relative difference of lengths in the scene and in the frame of a body, upper bound.
 pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
 
-/// A proof has to last for this many steps at least, or for so many where bodies are found to be closer than was asked; at most so
-/// many are asked for.
+/// A proof must last for at least `LEAST_STEPS` steps, or for `LEAST_OF_NEAR` if the bodies are
+/// closer than the first limit. At most `MOST_STEPS` are asked for.
 const LEAST_STEPS: f64 = 8.0;
 const LEAST_OF_NEAR: f64 = 3.0;
 const MOST_STEPS: f64 = 64.0;
 
-/// Nor is more asked for than this part of the smaller body: what is farther apart is found to be so at little cost.
+/// Upper limit of the distance asked for, relative to the smaller body: larger separations are
+/// found at little cost anyway.
 const LARGEST_PART: f64 = 1.0 / 64.0;
 
-/// Frames without another attempt: after a proof that failed, and where bodies were too fast for one.
+/// Frames until the next attempt: after a failed proof, and after the bodies were too fast for one.
 const PAUSE: u64 = 32;
 const BREAK: u64 = 8;
 
-/// Planes that are tried in a turn, at most.
+/// Maximum number of planes tried in a turn.
 const PLANES: u32 = 16;
 
-/// Turns without planes, after none has parted the bodies. Each time that happens again they are doubled, so often at most.
+/// Turns without planes after none has separated the bodies. Each further failure doubles them, at
+/// most `MOST_IN_VAIN` times.
 const WITHOUT_PLANES: u8 = 4;
 const MOST_IN_VAIN: u8 = 4;
 
-/// The root test is no use to most pairs whose last search took more work than this, and a plane little to others.
+/// If the last search of a pair took more work than this, the root test rarely helps; if it took
+/// less, planes help little.
 const LONG_SEARCH: u32 = 400;
 
-/// There has to be room for this many times the work of the last search, and so much more.
+/// Room required for a proof: `ROOM` times the work of the last search, plus `MORE_ROOM`.
 const ROOM: u64 = 4;
 const MORE_ROOM: u64 = 4096;
 
 impl Bodies {
-    /// How far both of a pair have gone, together, at most; infinite if one was changed otherwise since frame `since`, now being
-    /// `frame`.
+    /// Upper bound of the sum of the displacements of both bodies. Infinite if one was changed
+    /// other than by a move between frames `since` and `frame`, the current one.
     #[inline]
     pub fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
         let [x, y] = self.spots_of(key);
@@ -63,7 +68,7 @@ impl Bodies {
         }
     }
 
-    /// The same, at least.
+    /// Lower bound of the sum of the displacements of both bodies.
     pub fn gone_at_least(&self, key: PairKey) -> f64 {
         let [x, y] = self.spots_of(key);
         (x.gone + y.gone).next_down()
@@ -75,7 +80,7 @@ impl Bodies {
 }
 
 impl Turn {
-    /// Whether the root test may tell that the bodies are apart, and is likely to.
+    /// True if the root test is applicable, and likely to separate the bodies.
     #[inline]
     pub fn may_test_roots(&self, desk: &mut Desk) -> bool {
         self.kind == TurnKind::Meet
@@ -84,8 +89,8 @@ impl Turn {
             && self.has_room(WORK_PER_ROOT_TEST, desk)
     }
 
-    /// Whether a plane may part the bodies, and is likely to. Before the broad phase, where time is short, this is so only where
-    /// one did the last time.
+    /// True if a plane is likely to separate the bodies. Before the broad phase, where time is
+    /// short, only if one did the last time.
     #[inline]
     pub fn may_part(&mut self, desk: &mut Desk) -> bool {
         let did = self.state.in_vain == 0 && self.state.parting != Parting::default();
@@ -99,14 +104,15 @@ impl Turn {
         is_likely && !waits
     }
 
-    /// Whether there is room for work beside that of a query, and nothing else is asked than whether the bodies meet.
+    /// True if there is room for extra work besides a query, and the only question is whether the
+    /// bodies meet.
     #[inline(always)]
     fn has_room(&self, work: u64, desk: &mut Desk) -> bool {
         !desk.held && !desk.bodies.is_special(self.key) && desk.deadline.has_room(work + LEAST_WORK)
     }
 
-    /// Whether the root test tells that the bodies are apart. If so, takes note of it, and of how far; not if they are slow, and a
-    /// proof that lasts longer is to be tried.
+    /// Runs the root test; true if it separates the bodies, and then records the bound. False also
+    /// if the bodies are slow and a proof that lasts longer should be tried instead.
     #[inline(never)]
     pub fn root_test_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
         desk.deadline.spend(WORK_PER_ROOT_TEST);
@@ -131,7 +137,7 @@ impl Turn {
         true
     }
 
-    /// Whether one of a few planes parts the bodies. If so, takes note of it, and of how far.
+    /// True if one of a few planes separates the bodies; then records the bound.
     #[inline(never)]
     pub fn a_plane_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
         let trees = pair.map(|placed| &*placed.body.tree);
@@ -154,13 +160,13 @@ impl Turn {
         true
     }
 
-    /// The bodies are apart, and their pair is at its end.
+    /// Ends the turn of a pair of separated bodies.
     fn end_apart(&mut self, frame: u64) {
         (self.state.completed, self.state.pending) = (frame, Spent::default());
         self.state.decide(Verdict::Separated, 0, frame);
     }
 
-    /// Whether to try a proof that they are apart by some distance; not if there is a stopped run to resume.
+    /// True if a proof of some distance should be tried; not if there is a stopped run to resume.
     #[inline]
     pub fn may_prove_apart(&self, desk: &Desk) -> bool {
         let until = self.state.proves_from.wrapping_sub(desk.round.frame as u16);
@@ -168,7 +174,8 @@ impl Turn {
         desk.looks_ahead && !desk.held && self.state.verdict == Verdict::Separated && is_due
     }
 
-    /// Proves of slow bodies how far apart they are. `None`: whether they meet is still to be asked.
+    /// Proves a lower bound of the distance of slow bodies. `None` if the question whether they
+    /// meet is still open.
     #[inline(never)]
     pub fn prove_apart(
         &mut self,
@@ -208,7 +215,7 @@ impl Turn {
                     break answer;
                 }
                 verdict if verdict.meets() && round.mode == Mode::Any => break answer,
-                // They are likely to be half as far apart as was found.
+                // Their distance is likely to be half of the bound found.
                 Verdict::Undecided if bounds.high < limit => limit = bounds.high / 2.0,
                 _ => return None,
             }
@@ -222,14 +229,14 @@ impl Turn {
     }
 }
 
-/// How far both have to have gone, together, before they may meet, that are `low` apart in `frame`.
+/// The sum of displacements below which bodies cannot meet that are `low` apart in `frame`.
 fn until(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], low: f64, frame: u64) -> f64 {
     (room(pair, low) + bodies.gone(key, frame, frame))
         .next_down()
         .next_down()
 }
 
-/// How far both have gone in this frame, together.
+/// Sum of the displacements of both bodies in this frame.
 fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
     let step = |facts: &Facts| {
         if facts.changed == frame {
@@ -242,7 +249,8 @@ fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
     step(a) + step(b)
 }
 
-/// The distance to be proven; `None` if the bodies rest or are too fast, or if more is asked than whether they meet.
+/// The distance to prove. `None` if the bodies rest or are too fast, or if the pair has other
+/// questions.
 fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
     let step = step(bodies, key, frame);
     if step == 0.0 {
@@ -257,7 +265,7 @@ fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Optio
     (is_slow && !bodies.distance_requests.has(key) && !bodies.is_moving(key)).then_some(limit)
 }
 
-/// How far bodies that were proven to be `low` apart, margins not counted, can move before they may meet.
+/// How far bodies at a proven distance `low`, margins not counted, can move before they may meet.
 pub(crate) fn room(pair: [&Placed; 2], low: f64) -> f64 {
     let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
     low - STRETCH * (low + margins(pair)) - of_a - of_b

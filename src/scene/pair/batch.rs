@@ -1,7 +1,7 @@
-//! A batch: pairs that are run one after the other, each to its end, within one deadline.
+//! A batch: pairs that are run one after another, each to its end, within one deadline.
 //!
-//! Batches are what threads share out among themselves. What comes of a batch depends on nothing outside it, so under a budget
-//! of work it does not matter which thread runs it, or when.
+//! Threads share the batches among themselves. The result of a batch depends on nothing outside it.
+//! So under a budget of work it does not matter which thread runs it, or when.
 
 use super::question::Question;
 use super::retest::{Retest, Test, WITNESSES};
@@ -20,11 +20,12 @@ use arrayvec::ArrayVec;
 use core::mem;
 use core::time::Duration;
 
-/// Room for queued node pairs in the workspaces of a scene, and for found pairs, which are only counted.
+/// Capacity for queued node pairs in the workspaces of a scene, and for found pairs, which are only
+/// counted.
 const QUEUE: usize = 1024;
 const FOUND: usize = 1024;
 
-/// Turns whose bodies are looked up together, so that their cache misses overlap.
+/// Number of turns whose bodies are read together, so that their cache misses overlap.
 const TOGETHER: usize = 16;
 
 pub(crate) fn workspace() -> Box<Workspace> {
@@ -33,31 +34,31 @@ pub(crate) fn workspace() -> Box<Workspace> {
     workspace
 }
 
-/// What is done with the pairs of a round.
+/// The task for the pairs of a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RoundKind {
-    /// One of their witnesses is tested, and what lies next to the latest one if that is asked.
+    /// Tests one witness of each pair, and, if requested, the neighbors of the latest one.
     Test,
-    /// They are searched before the broad phase; a search that is stopped is not gone on with.
+    /// Searches the pairs before the broad phase; a stopped search is not resumed.
     Search,
-    /// Their questions are answered.
+    /// Answers the questions of the pairs.
     Answer,
 }
 
-/// What all batches of a round have in common.
+/// Data common to all batches of a round.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Round {
     pub kind: RoundKind,
     pub frame: u64,
     pub mode: Mode,
-    /// Whether all pairs are expected to get to their ends, so that their queries need no queue.
+    /// True if all pairs are expected to finish, so that their queries need no queue.
     pub to_the_end: bool,
-    /// When the last batch has to end, by the clock.
+    /// Time at which the last batch must end.
     pub end: Option<Duration>,
 }
 
 impl Round {
-    /// Of questions that are all expected to be answered.
+    /// A round of questions that are all expected to be answered.
     pub fn to_the_end(frame: u64, mode: Mode, end: Option<Duration>) -> Self {
         Self {
             kind: RoundKind::Answer,
@@ -69,24 +70,24 @@ impl Round {
     }
 }
 
-/// Pairs with a budget for all of them.
+/// Pairs with a common budget.
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
     pub turns: Vec<Turn>,
-    /// Pairs that are tested, in a round of tests.
+    /// Pairs to test, in a round of tests.
     pub tests: Vec<Test>,
     pub budget: u64,
-    /// Whether it may do more than answer, to save later frames work.
+    /// True if it may do extra work to save work in later frames.
     pub looks_ahead: bool,
-    /// The pair whose run was stopped by the end of the budget; the run is in the workspace.
+    /// The pair whose run the end of the budget stopped. The run is in the workspace.
     pub held: Option<PairKey>,
     workspace: Option<Box<Workspace>>,
-    /// Room for patches, if contacts are asked for.
+    /// Buffers for patches, if contacts are requested.
     patches: Option<Box<Patches>>,
 }
 
 impl Batch {
-    /// With a workspace, so that no frame has to allocate one.
+    /// A batch with a workspace, so that no frame has to allocate one.
     pub fn new() -> Self {
         Self {
             workspace: Some(workspace()),
@@ -94,12 +95,12 @@ impl Batch {
         }
     }
 
-    /// Whether there is nothing to run.
+    /// True if there is nothing to run.
     pub fn is_empty(&self) -> bool {
         self.turns.is_empty() && self.tests.is_empty()
     }
 
-    /// Whether there is no room for more turns.
+    /// True if there is no room for more turns.
     pub fn is_full(&self) -> bool {
         self.turns.len() == self.turns.capacity()
     }
@@ -108,7 +109,7 @@ impl Batch {
         self.patches.get_or_insert_with(Touch::patches);
     }
 
-    /// The stopped run, if there is one, and the pair that it is of.
+    /// The stopped run, if there is one, and its pair.
     pub fn stopped(&self) -> Option<(PairKey, &Workspace)> {
         self.held.zip(self.workspace.as_deref())
     }
@@ -118,7 +119,7 @@ impl Batch {
         mem::swap(&mut self.workspace, &mut other.workspace);
     }
 
-    /// Runs what fits. `scratch` is a workspace of the thread at hand.
+    /// Runs what fits. `scratch` is a workspace of the current thread.
     pub fn run(
         &mut self,
         bodies: &Bodies,
@@ -170,7 +171,8 @@ impl Batch {
             }
             let turn = &mut self.turns[at];
             let key = turn.key;
-            // A pair that is not expected to end has room in the next round, and those after it do not go first.
+            // A pair that is not expected to finish has room in the next round; the pairs after it
+            // must not overtake it.
             if !deadline.has_room(LEAST_WORK)
                 || at > 0 && u64::from(turn.median) > deadline.work_left()
             {
@@ -203,19 +205,19 @@ impl Batch {
     }
 }
 
-/// All that a turn needs.
+/// Everything that a turn needs.
 pub(crate) struct Desk<'d, 'c> {
     pub bodies: &'d Bodies,
     pub round: &'d Round,
     pub deadline: &'d mut Deadline<'c>,
     pub workspace: &'d mut Workspace,
-    /// Whether the workspace has a stopped run of the pair.
+    /// True if the workspace holds a stopped run of the pair.
     pub held: bool,
     pub patches: Option<&'d mut Patches>,
     pub looks_ahead: bool,
 }
 
-/// How far a pair got.
+/// The progress of a pair in its turn.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Ended {
     Complete,
@@ -224,7 +226,7 @@ pub(crate) enum Ended {
 }
 
 impl Turn {
-    /// Asks whether the pair meets, before the broad phase.
+    /// Decides whether the pair meets, before the broad phase.
     pub fn search(
         &mut self,
         bodies: &Bodies,
@@ -287,7 +289,7 @@ impl Turn {
         }
     }
 
-    /// Goes on with any other question, as far as the deadline allows.
+    /// Runs any other question, as far as the deadline allows.
     #[inline(always)]
     fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
         let Desk {
@@ -298,7 +300,7 @@ impl Turn {
             held,
             ..
         } = desk;
-        // They were tested in this frame.
+        // The witnesses were tested in this frame.
         let refuted = if self.state.is_lost(round.frame) {
             WITNESSES
         } else {

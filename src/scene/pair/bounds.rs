@@ -1,16 +1,16 @@
-//! What is proven of two bodies besides whether they meet.
+//! Proven bounds on two bodies, besides whether they meet.
 
-/// What is proven of a distance, or of the time of a contact.
+/// Proven bounds of a distance, or of a time of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
     pub low: f64,
     pub high: f64,
-    /// The triangles that are `high` apart, or meet then.
+    /// The triangles that are `high` apart, or that meet at time `high`.
     pub triangles: Option<[u32; 2]>,
-    /// Whether these are times of a motion, not lengths.
+    /// True for times of a motion, false for lengths.
     pub are_times: bool,
-    /// Of a distance: how far both bodies had gone then, together, and up to where a run that came to its end would have told
-    /// more than that it is more; 0 if none did.
+    /// Only for a distance. `gone`: sum of the displacements of both bodies at the proof. `below`:
+    /// a finished run resolves distances up to this; 0 if no run finished.
     pub gone: f64,
     pub below: f64,
 }
@@ -25,7 +25,7 @@ impl Bounds {
         below: 0.0,
     };
 
-    /// Both of one pose.
+    /// Combines bounds for one pose.
     pub fn and(self, other: Self) -> Self {
         let nearer = if other.high < self.high { other } else { self };
         Self {
@@ -37,10 +37,10 @@ impl Bounds {
     }
 }
 
-/// What is known of a distance in a frame.
+/// The known bounds of a distance in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
     pub bounds: Bounds,
-    /// Whether a query has proven it of the bodies where they are.
+    /// True if a query has proven them for the current poses.
     pub is_of_query: bool,
 }

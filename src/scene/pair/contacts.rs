@@ -1,4 +1,4 @@
-//! A turn that finds where two bodies touch.
+//! A turn that finds the contact points of two bodies.
 
 use super::batch::{Desk, Ended};
 use super::question::Question;
@@ -9,7 +9,7 @@ use crate::query::{Mode, StopReason, Verdict};
 use crate::scene::body::Placed;
 
 impl Turn {
-    /// Goes on finding where the bodies touch, as far as the deadline allows, and patches what was found.
+    /// Continues finding contacts, as far as the deadline allows, and forms patches of those found.
     #[inline(never)]
     pub fn find_contacts(
         &mut self,
@@ -44,7 +44,7 @@ impl Turn {
         let is_over = answer.stop.is_final() || answer.stop == StopReason::PairsFull;
         let (found, mut patched) = (workspace.contacts().len(), 0);
         let room = deadline.room();
-        // Of a list that has nothing yet nothing is told.
+        // An unfinished search without contacts reports nothing.
         if found == 0 && is_over || found > 0 && room >= WORK_PER_PATCHED_CONTACT {
             patched = touch.update(pair, workspace, answer.missing, patches, room);
             touch.since = frame;
@@ -52,7 +52,7 @@ impl Turn {
             deadline.spend(work);
             self.spent.work += work;
         }
-        // What does not fit a second time is left out.
+        // If the contacts do not fit a second time, the rest is left out.
         let is_over = is_over && (patched == found || resumed.is_some() && patched > 0);
         let patching = found as u64 * WORK_PER_PATCHED_CONTACT;
         if is_over {
@@ -61,7 +61,7 @@ impl Turn {
             touch.left_out = if patched < found { patching } else { 0 };
             touch.pending = Spent::default();
         } else {
-            // It takes more than that.
+            // The question takes more work than that.
             touch.cost = touch.cost.max(2 * (spent.work + patching));
         }
         let is_all =

@@ -1,4 +1,4 @@
-//! What a frame asks.
+//! The question and budget of a frame.
 
 use super::state::PairState;
 use crate::query::{Budget, Clock, Mode};
@@ -8,30 +8,31 @@ use crate::scene::schedule::crew::Crew;
 use alloc::sync::Arc;
 use core::time::Duration;
 
-/// The least time of a frame that affords estimates of its stopped queries, the part of it that is kept for them, and the most
-/// of that for each thread.
+/// Minimum time of a frame with estimates for stopped queries; the part of the frame reserved for
+/// them; and its maximum per thread.
 const ESTIMATES: Duration = Duration::from_millis(1);
 const ESTIMATES_PART: u32 = 32;
 const ESTIMATES_MOST: Duration = Duration::from_micros(50);
 
-/// The guaranteed share of the round robin is this part of the budget.
+/// The guaranteed share of the round robin is the budget divided by this.
 pub(crate) const GUARANTEED: u64 = 8;
 
-/// A frame: what is asked, of which bodies, within which budget.
+/// A frame: its mode, bodies and budget.
 pub(crate) struct Frame<'f> {
     pub number: u64,
     pub mode: Mode,
-    /// The frame in which this mode was first asked for; what older ones found is of another question.
+    /// The frame in which this mode was first set. Results of earlier frames answer another
+    /// question.
     pub asked_since: u64,
-    /// The last frame that found all, and the last of those after it in which nothing had changed.
+    /// The last frame that found everything, and the last of the unchanged frames after it.
     pub rest: [u64; 2],
-    /// Whether the report of the last frame was not whole, and whether the box of a body was out of date when this one began.
+    /// True if the last report was not whole; true if a body's box was outdated when this frame
+    /// began.
     pub cut: bool,
     pub moved: bool,
     pub budget: Budget,
-    /// For a budget of time, when it began and how long it is: two zeros otherwise, since the compiler computes with
-    /// them before it
-    /// is known whether they are asked for.
+    /// For a budget of time, its start and length. Otherwise two zeros, because the compiler
+    /// computes with them before it is known whether they are needed.
     pub times: [Duration; 2],
     pub clock: &'f dyn Clock,
     pub bodies: &'f Arc<Bodies>,
@@ -43,19 +44,19 @@ impl Frame<'_> {
         self.crew.threads()
     }
 
-    /// Whether its budget is one of time.
+    /// True for a budget of time.
     pub fn is_timed(&self) -> bool {
         self.budget.time.is_some()
     }
 
-    /// When the budget ends, less what has to be kept for the rest of the frame.
+    /// The end of the budget, minus `rest`, which is reserved for the rest of the frame.
     pub fn end(&self, rest: Duration) -> Option<Duration> {
         let [start, limit] = self.times;
         self.is_timed()
             .then(|| start.saturating_add(limit).saturating_sub(rest))
     }
 
-    /// The time since the last lap, which ends here; under a budget of time.
+    /// The time since the last lap, which ends now. `None` without a budget of time.
     pub fn lap(&self, last: &mut Option<Duration>) -> Option<Duration> {
         let now = self.is_timed().then(|| self.clock.now());
         let since = now.map(|now| now.saturating_sub(last.unwrap_or(self.times[0])));
@@ -63,14 +64,15 @@ impl Frame<'_> {
         since
     }
 
-    /// Time that is kept for asking stopped queries how sure they are; none if they are not asked.
+    /// Time reserved for the estimates of stopped queries; `None` if there are none.
     pub fn for_estimates(&self) -> Option<Duration> {
         let limit = self.budget.time.unwrap_or(Duration::MAX);
         (limit >= ESTIMATES)
             .then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
     }
 
-    /// Whether the contacts of bodies that were last new in `changed` are known as well as this frame can tell.
+    /// True if the contacts of bodies that last changed in `changed` are known as well as this
+    /// frame can find them.
     pub fn knows_contacts(&self, state: &PairState, changed: u64) -> bool {
         let left_out = state.touch.as_ref().map_or(0, |touch| touch.left_out);
         let work = self.budget.work.unwrap_or(u64::MAX);
@@ -81,7 +83,8 @@ impl Frame<'_> {
         state.knows_contacts(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
     }
 
-    /// The last frame in which a pair was decided; those of a rest count, though nothing was looked at.
+    /// The last frame in which a pair was decided. The frames of a rest count, although they test
+    /// nothing.
     pub fn decided(&self, state: &PairState) -> u64 {
         let [found_all, last] = self.rest;
         if state.decided == found_all {
@@ -91,7 +94,7 @@ impl Frame<'_> {
         }
     }
 
-    /// The last frame in which something about a pair was new.
+    /// The last frame in which something about a pair changed.
     pub fn changed(&self, key: PairKey) -> u64 {
         self.bodies.last_change(key).max(self.asked_since)
     }

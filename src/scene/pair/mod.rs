@@ -1,8 +1,11 @@
-//! A pair of bodies: what a frame asks of it ([`frame`]), the query that answers ([`question`]), and what is kept ([`state`]).
+//! A pair of bodies: the parameters of a frame ([`frame`]), the query that answers ([`question`]),
+//! and the state that is kept ([`state`]).
 //!
-//! A frame begins with the last witnesses of the pairs that met ([`retest`]). In its turn ([`batch`]) a pair goes on with the
-//! query, as far as its share of the frame allows. A pair that stays apart as far as its bodies have gone ([`travel`]) needs none ([`apart`]), nor does one of two groups that have a
-//! nearer pair ([`near`]); of one that meets, a second query finds where ([`contacts`], [`touch`]).
+//! A frame begins with the latest witnesses of the pairs that met ([`retest`]). In its turn
+//! ([`batch`]) a pair runs or resumes its query, as far as its share of the frame allows. Some
+//! pairs need no query: those that stay farther apart than their bodies have moved ([`travel`],
+//! [`apart`]), and those of two groups that have a nearer pair ([`near`]). For a pair that meets, a
+//! second query finds contact points ([`contacts`], [`touch`]).
 
 pub(crate) mod apart;
 pub(crate) mod batch;

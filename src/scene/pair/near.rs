@@ -1,5 +1,5 @@
-//! Distances that are known without a query: from the boxes of bodies, and from what was proven before they went on.
-//! Why they hold: `docs/numerics.md`.
+//! Distance bounds without a query: from the boxes of bodies, and from earlier proofs minus the
+//! displacement since. The proofs are in `docs/numerics.md`.
 
 use super::apart::{STRETCH, room};
 use super::bounds::{Bounds, Near};
@@ -11,7 +11,7 @@ use crate::scene::id::{PairKey, bodies_of};
 use glam::DVec3;
 
 impl Bodies {
-    /// What is known of the distance of a pair in `frame`; the bodies were last new in `changed`.
+    /// The known distance bounds of a pair in `frame`. The bodies last changed in `changed`.
     pub fn near(&self, key: PairKey, state: &PairState, changed: u64, frame: u64) -> Near {
         let (bounds, is_of_query) = match state.bounds(false) {
             Some((bounds, since)) if since >= changed => (bounds, true),
@@ -25,7 +25,7 @@ impl Bodies {
         }
     }
 
-    /// What is known of the distance of a pair by its boxes alone.
+    /// The distance bounds of a pair from its boxes alone.
     pub fn near_by_boxes(&self, key: PairKey) -> Near {
         let low = self.boxes_apart(key)[0];
         Near {
@@ -37,7 +37,7 @@ impl Bodies {
         }
     }
 
-    /// What is left in `frame` of bounds that were proven in frame `since`.
+    /// The part of bounds, proven in frame `since`, that still holds in `frame`.
     pub fn carried(&self, key: PairKey, bounds: Bounds, since: u64, frame: u64) -> Bounds {
         let Some(pair) = self.pair(key) else {
             return Bounds::NOTHING;
@@ -61,7 +61,7 @@ impl Bodies {
         }
     }
 
-    /// Bounds of the distance of a pair by its boxes.
+    /// Bounds of the distance of a pair from its boxes.
     pub fn boxes_apart(&self, key: PairKey) -> [f64; 2] {
         let nothing = [0.0, f64::INFINITY];
         let Some(pair) = self.pair(key) else {
@@ -85,12 +85,12 @@ impl Bodies {
     }
 }
 
-/// From one box to the other, along each axis; 0 where they overlap.
+/// Gap between two boxes along each axis; 0 if they overlap.
 fn gap(x: &Aabb, y: &Aabb) -> DVec3 {
     (x.min - y.max).max(y.min - x.max).max(DVec3::ZERO)
 }
 
-/// From end to end of both.
+/// Extent of both boxes together along each axis.
 fn span(x: &Aabb, y: &Aabb) -> DVec3 {
     (x.max - y.min).max(y.max - x.min)
 }

@@ -1,4 +1,5 @@
-//! What is asked of a pair: one question at a time, which is begun, resumed and answered here.
+//! The question of a pair. A pair has one question at a time; it is begun, resumed and answered
+//! here.
 
 use super::bounds::Bounds;
 use super::spent::Spent;
@@ -16,37 +17,36 @@ use crate::scene::ask::distance_requests::DistanceRequest;
 use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::id::PairKey;
 
-/// What is asked of a pair. A stopped run is resumed by an equal question.
+/// The question of a pair. An equal question resumes a stopped run.
 #[allow(
     clippy::large_enum_variant,
     reason = "it is made anew for each turn, on the stack"
 )]
 pub(crate) enum Question<'t> {
-    /// Whether, or where, the surfaces meet.
+    /// Do the surfaces meet, and where?
     Meet(Query<'t, Intersection>),
-    /// How far the thickened surfaces are apart, or only whether they meet.
+    /// The distance of the thickened surfaces, or only whether they meet.
     Distance(Query<'t, Distance>),
-    /// Until when they are apart.
+    /// The time of impact.
     Motion(Query<'t, Impact>),
-    /// Where they touch.
+    /// The contacts.
     Contacts(Query<'t, Contacts>),
 }
 
-/// What is known after a call.
+/// The results so far after a call.
 pub(crate) struct Answer {
     pub stop: StopReason,
     pub verdict: Verdict,
     /// Intersecting pairs of triangles.
     pub found: u64,
     pub bounds: Option<Bounds>,
-    /// How far away contacts are, at least, that were not found.
+    /// Lower bound of the distance of contacts not found.
     pub missing: f64,
 }
 
 impl Answer {
-    /// They meet now if the upper bound is 0, and do not if the lower one is more. `distance`: that of the witness,
-    /// without
-    /// margins.
+    /// The answer from bounds: the bodies meet now if the upper bound is 0, and do not if the lower
+    /// bound is positive. `distance` is that of the witness, without margins.
     fn bounded(stop: StopReason, bounds: Bounds, distance: f64) -> Self {
         let verdict = match bounds.triangles {
             Some(witness) if bounds.high == 0.0 => Verdict::of_witness(witness, distance),
@@ -64,7 +64,8 @@ impl Answer {
 }
 
 impl<'t> Question<'t> {
-    /// That of a pair of bodies, of which the second one is at a pose in the frame of the first; `mode` is that of the scene.
+    /// The question of a pair of bodies, with the second at a pose in the frame of the first.
+    /// `mode` is that of the scene.
     #[inline(always)]
     pub fn new(
         bodies: &Bodies,
@@ -83,7 +84,7 @@ impl<'t> Question<'t> {
         })
     }
 
-    /// What is asked besides; `None` if that is nothing.
+    /// The question other than an intersection; `None` if there is none.
     #[cold]
     fn special(
         bodies: &Bodies,
@@ -108,7 +109,7 @@ impl<'t> Question<'t> {
         }
     }
 
-    /// Whether the bodies of a pair are closer than `limit`.
+    /// Are the bodies of a pair closer than `limit`?
     #[cold]
     pub fn apart([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
         let query = Query::distance(&a.body.tree, &b.body.tree, b_in_a);
@@ -119,7 +120,7 @@ impl<'t> Question<'t> {
         )
     }
 
-    /// Where the bodies of a pair touch.
+    /// The contacts of the bodies of a pair.
     #[cold]
     pub fn contacts(pair @ [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
         let query = Query::contacts(&a.body.tree, &b.body.tree, b_in_a).margin(margins(pair));
@@ -135,7 +136,7 @@ impl<'t> Question<'t> {
         }
     }
 
-    /// Whether a workspace holds a stopped run of it, or contacts that were found.
+    /// True if a workspace holds a stopped run of this question, or its contacts.
     #[inline]
     pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         match self {
@@ -146,8 +147,9 @@ impl<'t> Question<'t> {
         }
     }
 
-    /// Goes on with the stopped run of it that the workspace holds, if it does, or begins one. What the run has spent, by the
-    /// workspace: what the pair knows of it may be newer, if its boxes were apart meanwhile.
+    /// Resumes the stopped run of this question that the workspace holds, or begins one. Returns
+    /// the work of a resumed run, from the workspace, because the pair's own record may be newer if
+    /// its boxes were separated in the meantime.
     #[inline(always)]
     pub fn resume_or_begin(
         &self,
@@ -164,8 +166,8 @@ impl<'t> Question<'t> {
         None
     }
 
-    /// Prepares a workspace for a run, which is expected to get to its end or not. So many of the latest witnesses are known not
-    /// to meet.
+    /// Prepares a workspace for a run. `to_the_end`: it is expected to finish. The first `refuted`
+    /// of the latest witnesses are known not to meet.
     #[inline]
     pub fn begin(
         &self,
@@ -184,7 +186,7 @@ impl<'t> Question<'t> {
         }
     }
 
-    /// [`Question::advance`] where that is not worth a copy of its own.
+    /// [`Question::advance`] for callers that do not need a copy of their own.
     #[inline(never)]
     pub fn go_on(
         &self,
@@ -195,7 +197,7 @@ impl<'t> Question<'t> {
         self.advance(workspace, memory, deadline)
     }
 
-    /// Goes on with the run in a workspace until it is over or the deadline stops it.
+    /// Continues the run in a workspace until it is over or the deadline stops it.
     #[inline(always)]
     pub fn advance(
         &self,

@@ -1,4 +1,5 @@
-//! Whether the triangles that met last still do, or those next to them: the cheapest question, asked of eight pairs at once.
+//! Tests whether the triangles that met last, or their neighbors, still meet: the cheapest test,
+//! for eight pairs at once.
 
 use super::state::PairState;
 use crate::math::lanes::Instructions;
@@ -16,23 +17,24 @@ use arrayvec::ArrayVec;
 use core::mem;
 use glam::DVec3;
 
-/// Pairs that are tested at once.
+/// Pairs tested at once.
 pub(crate) const LANES: usize = 8;
 
-/// How many of the latest witnesses of a pair are tested, one after the other.
+/// Number of the latest witnesses of a pair that are tested, one after another.
 pub(crate) const WITNESSES: usize = 2;
 
-/// A pair that met, in a batch of tests. All that is needed to deal and to collect it is here.
+/// A pair that met, in a batch of tests. Holds all that is needed to deal and to collect it.
 #[derive(Clone, Debug)]
 pub(crate) struct Test {
     pub key: PairKey,
-    /// Its place among the known pairs.
+    /// Its index in the list of known pairs.
     pub place: u32,
-    /// The triangles that are tested (tree order); of a pair that met, those that do (ids).
+    /// The triangles to test (tree order); after a test that met, the triangles that meet (ids).
     pub witness: [u32; 2],
-    /// Its state; the test of its latest witness does without.
+    /// Its state. The test of its latest witness does not need it.
     pub state: Option<Box<PairState>>,
-    /// Whether to test what lies next to its latest witness too, if these triangles do not meet; and what came of it.
+    /// True if the neighbors of its latest witness are to be tested too, if these triangles do not
+    /// meet; and the result of that test.
     pub asks_beside: bool,
     pub beside: Option<bool>,
     pub outcome: Outcome,
@@ -40,7 +42,7 @@ pub(crate) struct Test {
 
 const _: () = assert!(size_of::<Test>() == 32);
 
-/// What came of a test.
+/// The result of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Outcome {
     /// There was no time for it.
@@ -72,7 +74,7 @@ impl Test {
     }
 }
 
-/// What is in a lane: a pair, by its place in the batch, and its triangles (ids).
+/// Contents of a lane: a pair, by its index in the batch, and its triangles (ids).
 #[derive(Clone, Copy, Debug)]
 struct Tested {
     at: usize,
@@ -112,7 +114,7 @@ impl<'b> Retest<'b> {
         }
     }
 
-    /// Tests witnesses of pairs, and what lies next to them where that is asked, as far as the deadline allows.
+    /// Tests witnesses of pairs, and neighbors of them if requested, as far as the deadline allows.
     pub fn run(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
         self.witnesses(tests, deadline);
         for test in tests
@@ -154,7 +156,7 @@ impl<'b> Retest<'b> {
         }
     }
 
-    /// Puts the witness of a pair into the next lane, if it may be tested by itself.
+    /// Puts the witness of a pair into the next lane. `None` if it cannot be tested separately.
     #[inline]
     fn add(&mut self, at: usize, test: &Test) -> Option<()> {
         let [a, b] = self.bodies.pair(test.key)?;
@@ -169,8 +171,9 @@ impl<'b> Retest<'b> {
         Some(())
     }
 
-    /// Of what lies next to the latest witness of a pair, a triangle of it with one behind an edge of the other, two that
-    /// meet. Their ids; and the memory knows them from now on.
+    /// Tests the neighbors of the latest witness of a pair: one of its triangles with the neighbor
+    /// of the other across an edge. Returns the ids of two that meet, and stores them in the
+    /// memory.
     fn meets_beside(&mut self, test: &mut Test) -> Option<[u32; 2]> {
         let [a, b] = self.bodies.pair(test.key)?;
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
@@ -212,7 +215,7 @@ impl<'b> Retest<'b> {
     }
 }
 
-/// Which of the first `count` pairs of triangles meet, a bit each.
+/// Mask of the first `count` pairs of triangles that meet.
 fn meeting(instructions: Instructions, [a, b]: &[Columns; 2], count: usize) -> u32 {
     let Verdicts { hit, doubt } = instructions.run(Again {
         a,

@@ -1,4 +1,4 @@
-//! What was done for a pair.
+//! Work done for a pair.
 
 use crate::query::Workspace;
 
@@ -10,7 +10,7 @@ pub(crate) struct Spent {
 }
 
 impl Spent {
-    /// All that the query in a workspace has done.
+    /// All work of the query in a workspace.
     pub fn of(workspace: &Workspace) -> Self {
         Self {
             work: workspace.work(),
@@ -31,7 +31,7 @@ impl Spent {
     }
 }
 
-/// Work in fewer bits; what does not fit is as much as does.
+/// Work in 32 bits, saturating.
 pub(crate) fn capped(work: u64) -> u32 {
     work.min(u64::from(u32::MAX)) as u32
 }

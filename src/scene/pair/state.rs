@@ -1,4 +1,4 @@
-//! What is kept about two bodies from the first turn of their pair on, while their boxes overlap.
+//! The state of a pair of bodies, kept from its first turn on while their boxes overlap.
 
 use super::bounds::Bounds;
 use super::question::Answer;
@@ -13,82 +13,83 @@ use crate::scene::id::PairKey;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 
-/// Most estimates of a pair that are kept until their truth comes out.
+/// Maximum number of estimates of a pair that are kept until it is decided.
 const TOLD: usize = 8;
 
-/// Tests over which the steadiness of a pair is averaged, and what it is before the first.
+/// Number of tests over which the steadiness of a pair is averaged, and its initial value.
 const TESTS_OF_STEADINESS: f32 = 8.0;
 const USUAL_STEADINESS: f32 = 0.5;
 
-/// A witness that no two trees have.
+/// A witness that exists in no pair of trees.
 pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
 
-/// After so many tests nothing is left of what was before.
+/// After this many tests, earlier ones no longer matter.
 const MOST_TESTS: u64 = 64;
 
-/// What was said of a pair, besides verdicts.
+/// The reported results of a pair, besides verdicts.
 #[derive(Clone, Debug)]
 pub(crate) enum Said {
-    /// Probabilities that estimates told of the bodies as they are, until their truth comes out.
+    /// Probabilities that estimates reported for the current poses, until the pair is decided.
     Estimates(ArrayVec<f64, TOLD>),
-    /// What was proven last of its distance or motion, and in which frame.
+    /// The last proven bounds of its distance or motion, and the frame of the proof.
     Bounds(Bounds, u64),
 }
 
-/// What is known of a pair in a frame.
+/// The result of a pair in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Standing {
-    /// What the frame found; [`Verdict::Undecided`] if it did not decide it.
+    /// The verdict of the frame; [`Verdict::Undecided`] if it did not decide the pair.
     pub verdict: Verdict,
     pub found: u64,
-    /// Whether the frame ran it to its end.
+    /// True if the frame finished the pair.
     pub complete: bool,
-    /// Expected share of what is to be found.
+    /// Expected share of the intersections that was found.
     pub recall: f64,
 }
 
-/// The turn of a pair in a batch. All that is needed to deal and to collect it is here: its state is out of cache by then, or in
-/// that of another core.
+/// The turn of a pair in a batch. Holds all that is needed to deal and to collect it, because by
+/// then its state is out of the cache, or in that of another core.
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
     pub state: Box<PairState>,
     pub key: PairKey,
-    /// The place of its job among those of the frame.
+    /// The index of its job in the frame.
     pub index: u32,
-    /// Work that it is expected to take.
+    /// Expected work, median.
     pub median: u32,
     pub kind: TurnKind,
-    /// Whether a body has moved, and its state does not know.
+    /// True if a body has moved since the state was updated.
     pub is_new: bool,
-    /// What is left to ask after it.
+    /// The question left after the turn.
     pub next: Option<TurnKind>,
-    /// Whether probabilities were reported whose truth is known now.
+    /// True if reported probabilities can now be compared with the verdict.
     pub teaches: bool,
     pub spent: Spent,
-    /// What came of it.
+    /// Its result.
     pub standing: Standing,
     pub marks: Marks,
 }
 
-/// The bits of a frame's number that are kept with each pair.
+/// The bits of a frame number that are kept with each pair.
 pub(crate) const FRAME: u32 = (1 << 29) - 1;
 
-/// The last frame until `frame` whose kept bits are these.
+/// The last frame up to `frame` with these low bits.
 pub(crate) fn last_frame(bits: u32, frame: u64) -> u64 {
     frame - u64::from((frame as u32).wrapping_sub(bits) & FRAME)
 }
 
-/// What is known of a pair before and after its turn, for the list of pairs: what it was when it was last decided, its proof, and the
-/// last frame that ran it to its end, its bits in [`FRAME`].
+/// Summary of a pair before and after its turn, for the list of pairs: its last verdict, its proof,
+/// and the last frame that finished it, as bits of [`FRAME`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Marks {
-    /// Two triangles met (tree order), which may have been lost since.
+    /// Two triangles met (tree order). They may have been lost since.
     Met {
         witness: [u32; 2],
         lost: bool,
         completed: u32,
     },
-    /// The bodies are apart until the ways of both add up to this length; 0 proves nothing. Maybe no frame ran it to its end.
+    /// The bodies are separated until the sum of their displacements reaches `until`; 0 proves
+    /// nothing. `is_completed` is false if no frame finished the pair.
     Apart {
         until: f64,
         is_completed: bool,
@@ -99,7 +100,8 @@ pub(crate) enum Marks {
 const _: () = assert!(size_of::<Marks>() == 16);
 
 impl Marks {
-    /// Tells the state of the pair what the list has found out since its last turn, now being `frame`.
+    /// Updates the state of the pair with what the list found since its last turn. `frame` is the
+    /// current frame.
     #[inline]
     pub fn tell(&self, key: PairKey, state: &mut PairState, bodies: &Bodies, frame: u64) {
         match *self {
@@ -125,7 +127,7 @@ impl Marks {
 }
 
 impl Turn {
-    /// Of a pair about which nothing is to be asked yet.
+    /// A turn of a pair without a question yet.
     pub fn new(key: PairKey, state: Box<PairState>, marks: Marks) -> Self {
         let standing = Standing {
             verdict: Verdict::Undecided,
@@ -150,14 +152,14 @@ impl Turn {
         }
     }
 
-    /// Takes note of what came of it in `frame`.
+    /// Stores the result in `frame`.
     #[inline]
     pub fn end(&mut self, frame: u64) {
         let state = &self.state;
         (self.standing, self.marks) = (state.standing(frame), state.marks(frame));
     }
 
-    /// Ends the turn of a question in `frame`: says what is to be asked next.
+    /// Ends the turn of a question in `frame`, and determines the next question.
     #[inline]
     pub fn end_question(&mut self, bodies: &Bodies, frame: u64) {
         self.end(frame);
@@ -187,49 +189,56 @@ impl Turn {
         };
     }
 
-    /// Whether the question of this turn, or its contacts after it, are still to be answered.
+    /// True if the question of this turn, or its contacts after it, must still be answered.
     pub fn is_due(&self) -> bool {
         self.next == Some(TurnKind::Contacts)
             || self.next.is_some() && self.kind != TurnKind::Contacts
     }
 }
 
-/// What is kept about two bodies as long as their boxes overlap.
+/// The state of a pair of bodies, kept while their boxes overlap.
 #[derive(Clone, Debug)]
 pub(crate) struct PairState {
     pub memory: PairMemory,
-    /// What the last frame that decided it found.
+    /// The result of the last frame that decided it.
     pub verdict: Verdict,
     pub found: u64,
-    /// The last frame that ran it to its end; 0 if none did.
+    /// The last frame that finished it; 0 if none did.
     pub completed: u64,
-    /// The last frame that decided it; before, the one before the first.
+    /// The last frame that decided it; before that, the frame before its boxes overlapped.
     pub decided: u64,
-    /// The last frame, its low bits, in which its last witnesses were tested and did not meet.
+    /// The last frame, low bits, in which its latest witnesses were tested and did not meet.
     pub refuted: u32,
-    /// Which part of the tests of its last witnesses found that they still met, a mean that fades.
+    /// Share of the tests of its latest witnesses in which they still met; exponentially weighted
+    /// mean.
     pub steadiness: f32,
-    /// How much more often than elsewhere in the scene what lies next to a lost witness met, a mean that fades.
+    /// How much more often than on average in the scene the neighbors of a lost witness met;
+    /// exponentially weighted mean.
     pub nearby: f32,
-    /// Work of the last run that no remembered witness cut short; a lower bound while that run is unfinished.
+    /// Work of the last run that no remembered witness cut short; a lower bound while that run is
+    /// unfinished.
     pub search: u32,
-    /// What the run that is not at its end has spent.
+    /// Work of the unfinished run.
     pub pending: Spent,
     pub said: Said,
-    /// The bodies are apart until the ways of both add up to this; 0: that is not known.
+    /// The bodies are separated until the sum of their displacements reaches this; 0 if nothing is
+    /// proven.
     pub apart: f64,
-    /// The frame, its low bits, before which no proof is tried that they are apart by some distance; 0: any may.
+    /// The frame, low bits, before which no proof of a distance is tried; 0 if one may be tried at
+    /// any time.
     pub proves_from: u16,
-    /// The plane that parted them last; how often in a row none did, and how many turns begin without another.
+    /// The last plane that separated them; the number of failures in a row; and the number of next
+    /// turns without planes.
     pub parting: Parting,
     pub in_vain: u8,
     pub without_planes: u8,
-    /// Where they touch, if that was ever asked.
+    /// Their contact points, if these were ever requested.
     pub touch: Option<Box<Touch>>,
 }
 
 impl PairState {
-    /// Of a pair of which nothing is known; `before`: the frame before that since which its boxes overlap.
+    /// The state of a pair of which nothing is known. `before` is the frame before its boxes
+    /// overlapped.
     pub fn new(before: u64) -> Self {
         Self {
             memory: PairMemory::without_clearance(),
@@ -252,19 +261,20 @@ impl PairState {
         }
     }
 
-    /// Whether, in `frame`, its last witnesses did not meet when they were last tested, and no others are known.
+    /// True if, in `frame`, its latest witnesses did not meet when last tested, and no others are
+    /// known.
     #[inline]
     pub fn is_lost(&self, frame: u64) -> bool {
         u64::from((frame as u32).wrapping_sub(self.refuted)) < frame - self.decided
     }
 
-    /// Whether it met when it was last decided.
+    /// True if it met when it was last decided.
     #[inline]
     pub fn met(&self) -> bool {
         self.verdict.meets()
     }
 
-    /// What the list of pairs is told of it in `frame`.
+    /// The summary for the list of pairs in `frame`.
     pub fn marks(&self, frame: u64) -> Marks {
         let completed = self.completed as u32 & FRAME;
         if self.met() {
@@ -282,17 +292,19 @@ impl PairState {
         }
     }
 
-    /// Takes note of bodies that are apart until the ways of both add up to `until`; not at all, if that is negative.
+    /// Records that the bodies are separated until the sum of their displacements reaches `until`;
+    /// a negative value proves nothing.
     pub fn note_apart(&mut self, until: f64) {
         (self.apart, self.proves_from) = (until.max(0.0), 0);
     }
 
-    /// Takes note of bodies that were known to be apart until `frame`, since they had not gone far.
+    /// Records that the bodies stayed separated until `frame`, because they had not moved far.
     pub fn stayed_apart(&mut self, frame: u64) {
         (self.completed, self.decided) = (self.completed.max(frame), self.decided.max(frame));
     }
 
-    /// Takes note of triangles that went on meeting until `frame`, as tests found in the frames since it was decided.
+    /// Records that the triangles still met until `frame`, as tests found in the frames since the
+    /// pair was decided.
     #[cold]
     pub fn went_on_meeting(&mut self, witness: Option<[u32; 2]>, frame: u64) {
         for _ in self.decided.max(frame.saturating_sub(MOST_TESTS)) + 1..frame {
@@ -303,7 +315,7 @@ impl PairState {
         }
     }
 
-    /// What is known of it in `frame`.
+    /// The result of the pair in `frame`.
     pub fn standing(&self, frame: u64) -> Standing {
         let verdict = if self.decided == frame {
             self.verdict
@@ -327,19 +339,19 @@ impl PairState {
     /// The share of the expected work of its run that is done: above 0, at most 1/2.
     #[cold]
     fn share_done(&self) -> f64 {
-        // Twice what an unfinished run has spent is expected at least.
+        // The expected work is at least twice that of the unfinished run so far.
         self.pending.work.max(1) as f64
             / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
     }
 
-    /// Whether the contacts of bodies that were last new in `changed` are known.
+    /// True if the contacts of bodies that last changed in `changed` are known.
     pub fn knows_contacts(&self, changed: u64) -> bool {
         self.touch
             .as_ref()
             .is_some_and(|touch| touch.completed >= changed)
     }
 
-    /// Keeps a probability that was reported, if there is room.
+    /// Stores a reported probability, if there is room.
     pub fn tell(&mut self, probability: f64) {
         match &mut self.said {
             Said::Estimates(told) => {
@@ -349,12 +361,13 @@ impl PairState {
         }
     }
 
-    /// Whether probabilities were reported whose truth is not known yet.
+    /// True if there are reported probabilities of a pair that is not decided yet.
     fn has_told(&self) -> bool {
         matches!(&self.said, Said::Estimates(told) if !told.is_empty())
     }
 
-    /// Forgets the probabilities of bodies that have moved since, and a search for contacts that was cut short.
+    /// Drops the reported probabilities, because the bodies have moved, and the record of an
+    /// unfinished search for contacts.
     #[inline]
     pub fn forget_told(&mut self) {
         if let Said::Estimates(told) = &mut self.said {
@@ -365,7 +378,7 @@ impl PairState {
         }
     }
 
-    /// Corrects the calibration by what was reported of the pair, which is decided now.
+    /// Updates the calibration from the reported probabilities of the pair, which is now decided.
     pub fn teach(&mut self, calibration: &mut Calibration) {
         if let Said::Estimates(told) = &mut self.said {
             let met = self.verdict != Verdict::Separated;
@@ -373,7 +386,8 @@ impl PairState {
         }
     }
 
-    /// Takes note of a test of its last witnesses in `frame`: which of them still meets.
+    /// Records a test of its latest witnesses in `frame`. `witness` is the one that still meets, if
+    /// any.
     pub fn note_test(&mut self, witness: Option<[u32; 2]>, frame: u64) {
         self.learn_steadiness(if witness.is_some() { 1.0 } else { 0.0 });
         let Some(witness) = witness else {
@@ -388,7 +402,7 @@ impl PairState {
         self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
     }
 
-    /// Takes note of bounds that are proven in `frame`.
+    /// Records bounds proven in `frame`.
     #[cold]
     pub fn note_bounds(&mut self, key: PairKey, bodies: &Bodies, bounds: Bounds, frame: u64) {
         let bounds = Bounds {
@@ -399,7 +413,8 @@ impl PairState {
             Said::Bounds(before, _) if before.are_times != bounds.are_times => bounds,
             Said::Bounds(before, since) if since >= bodies.last_change(key) => before.and(bounds),
             Said::Bounds(before, since) if !bounds.are_times => {
-                // A run that is cut may know less than is left of what was proven before.
+                // A truncated run may prove less than the old bound minus the displacement since;
+                // keep the larger.
                 let carried = bodies.carried(key, before, since, frame);
                 Bounds {
                     low: bounds.low.max(carried.low).min(bounds.high),
@@ -411,7 +426,7 @@ impl PairState {
         self.said = Said::Bounds(bounds, frame);
     }
 
-    /// What was proven last, times or lengths, and in which frame.
+    /// The last proven bounds, times or lengths, and the frame of the proof.
     pub fn bounds(&self, are_times: bool) -> Option<(Bounds, u64)> {
         match self.said {
             Said::Bounds(bounds, frame) if bounds.are_times == are_times => Some((bounds, frame)),
@@ -419,19 +434,20 @@ impl PairState {
         }
     }
 
-    /// How soon a contact was proven in the last motion: 1 at once, 0 at its end.
+    /// How early a contact was proven in the last motion: 1 at once, 0 at its end.
     pub fn urgency(&self) -> Option<f32> {
         self.bounds(true)
             .filter(|(bounds, _)| bounds.high <= 1.0)
             .map(|(bounds, _)| 1.0 - bounds.low as f32)
     }
 
-    /// Takes note of what `frame` has found out.
+    /// Records the verdict of `frame`.
     pub fn decide(&mut self, verdict: Verdict, found: u64, frame: u64) {
         (self.decided, self.verdict, self.found) = (frame, verdict, found);
     }
 
-    /// Takes note of the answer of a call in `frame`, and of what the run has spent; whether it is over.
+    /// Records the answer of a call in `frame` and the work of the run. Returns true if the run is
+    /// over.
     pub fn note(&mut self, answer: &Answer, spent: Spent, frame: u64) -> bool {
         let is_final = answer.stop.is_final();
         if is_final {
@@ -446,7 +462,7 @@ impl PairState {
         if answer.verdict != Verdict::Undecided {
             self.decide(answer.verdict, answer.found, frame);
         } else if is_final {
-            // A distance that equals the margins as far as numbers tell.
+            // The distance equals the margins up to rounding.
             self.verdict = Verdict::Undecided;
         }
         is_final

@@ -1,4 +1,4 @@
-//! Where two bodies touch: the few points that stand for their contacts, kept from frame to frame.
+//! Contact points of two bodies: the representatives of their contacts, kept from frame to frame.
 
 use super::spent::Spent;
 use crate::contact::{Contact, Patch, PatchMemory, Patches};
@@ -12,25 +12,25 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 
-/// Most contacts of a pair that are looked at, and most points that are kept of them.
+/// Maximum number of contacts of a pair that are found, and of points that are kept.
 pub(crate) const MOST_CONTACTS: usize = 256;
 pub(crate) const MOST_POINTS: usize = 16;
 
-/// What is known of the contacts of a pair.
+/// The contact points of a pair.
 #[derive(Clone, Debug)]
 pub(crate) struct Touch {
     pub points: ArrayVec<ContactPoint, MOST_POINTS>,
-    /// How far away contacts are, at least, that no point stands for.
+    /// Lower bound of the distance of contacts that no point represents.
     pub low: f64,
-    /// The frame that proved it; 0 if none did.
+    /// The frame of the proof; 0 if there is none.
     pub since: u64,
-    /// The last frame that ran the question to its end.
+    /// The last frame that finished the question.
     pub completed: u64,
-    /// Work of the last run to the end; 0 if there was none.
+    /// Work of the last finished run; 0 if there was none.
     pub cost: u64,
-    /// Work of patching what there was no room to patch at its end; 0 if there was room.
+    /// Work of forming patches for which there was no room at the end; 0 if there was room.
     pub left_out: u64,
-    /// What the run that is not at its end has spent.
+    /// Work of the unfinished run.
     pub pending: Spent,
     memory: PatchMemory,
 }
@@ -52,7 +52,7 @@ impl Touch {
         })
     }
 
-    /// Room for the patches of a pair.
+    /// Buffers for the patches of a pair.
     pub fn patches() -> Box<Patches> {
         let mut patches = Patches::new();
         patches.reserve(MOST_CONTACTS);
@@ -65,15 +65,15 @@ impl Touch {
         self.pending = Spent::default();
     }
 
-    /// Takes note of bodies that are apart in `frame`: what touches later is another contact.
+    /// Records that the bodies are separated in `frame`. Later contacts get new ids.
     pub fn separate(&mut self, frame: u64) {
         self.points.clear();
         self.memory.forget();
         (self.low, self.since) = (f64::INFINITY, frame);
     }
 
-    /// Takes note of the nearest contacts of two bodies, as many as there is room to patch; those that were not found are at
-    /// least `low` away. How many were patched.
+    /// Stores the nearest contacts of two bodies, as many as there is room to form patches of.
+    /// Contacts not found are at least `low` away. Returns the number of contacts in patches.
     pub fn update(
         &mut self,
         [a, b]: [&Placed; 2],
@@ -108,35 +108,35 @@ impl Touch {
     }
 }
 
-/// What is kept of contacts for pairs to come.
+/// Preallocated contact states for pairs.
 #[derive(Debug, Default)]
 pub(crate) struct Touches {
     #[allow(clippy::vec_box, reason = "they move in and out by their pointers")]
     free: Vec<Box<Touch>>,
     lent: usize,
-    /// Contacts of so many pairs there is room for; and room that was made so far, which is what it costs.
+    /// Number of pairs with room for contacts, and the number already made, which was paid for.
     room: Room,
     made: usize,
-    /// Ids of patches of pairs that get room begin here, above all of those that gave theirs back before this frame,
-    /// whichever
-    /// room they had: it depends on the threads which pair gets which.
+    /// The first patch id of pairs that get a state. It is above all ids of states that were
+    /// returned before this frame. So ids do not depend on which pair gets which state, which in
+    /// turn depends on the threads.
     next_id: u64,
     highest_id: u64,
 }
 
 impl Touches {
-    /// Whether pairs may have some.
+    /// True if pairs may have contact states.
     pub fn any(&self) -> bool {
         self.room.pairs > 0
     }
 
-    /// Makes room for the contacts of at least so many pairs.
+    /// Makes room for the contacts of at least this many pairs.
     pub fn ask(&mut self, pairs: usize) {
         self.room.ask(pairs.max(1));
         self.fill(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
     }
 
-    /// Makes room for more than are in use or soon will be.
+    /// Makes room for more pairs than are in use or soon will be.
     pub fn grow(&mut self, touching: usize, young: bool, deadline: &mut Deadline) {
         self.next_id = self.highest_id;
         if self.any() {
@@ -150,7 +150,7 @@ impl Touches {
         while self.made < self.room.pairs && deadline.has_room(WORK_PER_TOUCH) {
             deadline.spend(WORK_PER_TOUCH);
             self.made += 1;
-            // Some may have been made when they were needed.
+            // Some may have been made on demand.
             if self.free.len() + self.lent < self.made {
                 self.free.push(Touch::new());
             }
@@ -172,7 +172,7 @@ impl Touches {
     }
 }
 
-/// A contact in the frame of a body at a pose.
+/// A contact, mapped from the frame of a body to the scene.
 fn in_scene(contact: &Contact, patch: &Patch, pose: &Pose) -> ContactPoint {
     let Contact {
         triangles,

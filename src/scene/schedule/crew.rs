@@ -1,4 +1,4 @@
-//! Who runs the batches of a frame: the calling thread alone, or several.
+//! Runs the batches of a frame: on the calling thread alone, or on several.
 
 use crate::query::{Clock, Workspace};
 use crate::scene::body::Bodies;
@@ -7,18 +7,18 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 
 pub(crate) trait Crew {
-    /// Threads that take part, the calling one included.
+    /// Number of threads, including the calling one.
     fn threads(&self) -> usize;
 
-    /// Says that batches will come soon, so that nobody sleeps when they do.
+    /// Announces batches, so that no thread sleeps when they come.
     fn call(&self);
 
-    /// Gives those of the batches that are not empty to whoever is free, the first of them being number `first`; they are back
-    /// after [`Crew::finish`].
+    /// Gives the batches that are not empty to free threads. The first of them has the number
+    /// `first`. They are back after [`Crew::finish`].
     fn begin(&self, first: usize, batches: &mut [Batch], round: &Round, bodies: &Arc<Bodies>);
 
-    /// Runs all batches that were begun and that nobody has taken, and waits for the others. Each goes through `back` when it has
-    /// ended. `scratch` is a workspace of the calling thread.
+    /// Runs all started batches that no thread has taken, and waits for the others. Passes each to
+    /// `back` when it has ended. `scratch` is a workspace of the calling thread.
     fn finish(
         &self,
         batches: &mut [Batch],
@@ -41,7 +41,7 @@ pub(crate) trait Crew {
     }
 }
 
-/// The calling thread.
+/// The calling thread alone.
 pub(crate) struct Alone<'c>(pub &'c dyn Clock);
 
 impl Crew for Alone<'_> {
@@ -78,7 +78,7 @@ mod tests {
     use core::cell::RefCell;
     use glam::{DMat3, DVec3};
 
-    /// Stands for two threads, and notes how many turns each batch has that they are given.
+    /// Acts as two threads, and records the number of turns of each batch it receives.
     struct Two<'c>(Alone<'c>, RefCell<Vec<usize>>);
 
     impl Crew for Two<'_> {

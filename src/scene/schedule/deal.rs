@@ -1,4 +1,4 @@
-//! Which job goes into which batch, and what comes back.
+//! Deals jobs to batches, and takes them back.
 
 use super::job::Job;
 use super::pairs::Pairs;
@@ -8,10 +8,11 @@ use crate::scene::pair::frame::Frame;
 use crate::scene::report::Report;
 use alloc::vec::Vec;
 
-/// Batches under a budget of work, on any number of threads; the first is that of the round robin.
+/// Number of batches under a budget of work, on any number of threads. The first is that of the
+/// round robin.
 pub(crate) const BATCHES: usize = 16;
 
-/// Turns that a batch has room for, of so many pairs: the first one may have all.
+/// Number of turns that a batch has room for, with this many pairs. The first may get all.
 pub(crate) fn room(batch: usize, pairs: usize) -> usize {
     let part = match batch {
         0 => 1,
@@ -24,15 +25,15 @@ pub(crate) fn room(batch: usize, pairs: usize) -> usize {
 /// Under a budget of work, a batch has at least this much: about 20 us.
 const BATCH_WORK: u64 = 1 << 16;
 
-/// Otherwise, on several threads, there is one for each so much work, to hand it to a thread takes a tenth of that; and so many
-/// at least.
+/// Otherwise, on several threads, one batch for each `PART_WORK` units of work, because handing it
+/// to a thread takes a tenth of that; and at least `LEAST_PARTS` batches.
 const PART_WORK: u64 = 1 << 12;
 const LEAST_PARTS: u64 = 8;
 
-/// The usual share of the round robin is this part of what is left.
+/// The usual share of the round robin is the remaining budget divided by this.
 const ROUND_ROBIN: u64 = 4;
 
-/// The jobs of a round, and the batches that they are dealt to.
+/// The jobs of a round, and the batches that receive them.
 pub(crate) struct Deal<'s> {
     pub jobs: &'s mut [Job],
     pub batches: &'s mut [Batch],
@@ -42,13 +43,14 @@ pub(crate) struct Deal<'s> {
     pub order: &'s mut Vec<(u64, u32)>,
     /// The job whose turn it is.
     pub first_turn: usize,
-    /// Work that a query could do in the time that each job takes besides; 0 without a budget of time.
+    /// Overhead of a job, as work that a query could do in that time; 0 without a budget of time.
     pub overhead: u64,
 }
 
 impl Deal<'_> {
-    /// Median and 90 % quantile of the cost of all open jobs: the sum of the medians, and to it the deviations of the
-    /// quantiles from them added as those of independent variables.
+    /// Median and 90 % quantile of the cost of all open jobs. The median is the sum of the medians.
+    /// The deviations of the quantiles from the medians are added as those of independent
+    /// variables.
     pub fn expected(&self) -> [u64; 2] {
         let (mut sum, mut squares) = (0, 0.0);
         for job in self.jobs.iter().filter(|job| job.open) {
@@ -59,7 +61,7 @@ impl Deal<'_> {
         [sum, sum + libm::sqrt(squares) as u64]
     }
 
-    /// All jobs in the order of their turns, in blocks of equal expected cost, on so many threads.
+    /// Deals all jobs in the order of their turns, in blocks of equal expected cost.
     pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool, threads: usize) {
         let free = timed || left == u64::MAX;
         let blocks = match threads {
@@ -78,11 +80,12 @@ impl Deal<'_> {
         }
     }
 
-    /// Fills the batch of the round robin, then deals the rest by importance and hit probability per cost. `timed`: the
-    /// threads that share a budget of time.
+    /// Fills the batch of the round robin, then deals the rest by importance and hit probability
+    /// per cost. `timed` is the number of threads under a budget of time.
     pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
         let turns = reserve.max(left / ROUND_ROBIN);
-        // Some take far more than their medians. Those that are not reached would wait, however important.
+        // Some jobs take far more than their medians. Jobs that are not reached would have to wait,
+        // however important.
         self.turns(turns / 2, |_| 0);
         (self.batches[0].budget, self.batches[0].looks_ahead) = (turns, false);
 
@@ -90,7 +93,7 @@ impl Deal<'_> {
             Some(threads) => threads.clamp(1, BATCHES - 1),
             None => (left / BATCH_WORK).clamp(1, BATCHES as u64 - 1) as usize,
         };
-        // Expected costs may be too high: twice as many jobs as fit are dealt.
+        // Expected costs may be too high, so twice as many jobs as fit are dealt.
         let ready = 2 * (left - turns);
         self.order_by_rank(ready);
         let mut before = 0;
@@ -121,7 +124,7 @@ impl Deal<'_> {
         self.order.clear();
         let (mut expected, mut counted) = (0, 0);
         for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
-            // Those of contacts cost many times as much as others, and are seldom the first.
+            // Contact jobs cost many times as much as others, and are rarely the first.
             if job.kind != TurnKind::Contacts {
                 expected += job.median() + self.overhead;
                 counted += 1;
@@ -137,8 +140,8 @@ impl Deal<'_> {
         self.order.sort_unstable();
     }
 
-    /// Deals open jobs in the order of their turns until `work` is expected to be spent. `batch` says where to, by the work
-    /// before.
+    /// Deals open jobs in the order of their turns until `work` is expected to be spent. `batch`
+    /// returns the batch for a job from the expected work before it.
     fn turns(&mut self, work: u64, batch: impl Fn(u64) -> usize) {
         let mut before = 0;
         for at in self.in_turn() {
@@ -151,13 +154,13 @@ impl Deal<'_> {
         }
     }
 
-    /// The jobs in the order of their turns: by key from the cursor on and around.
+    /// The jobs in the order of their turns: by key, from the cursor on and around.
     fn in_turn(&self) -> impl Iterator<Item = usize> + use<> {
         (self.first_turn..self.jobs.len()).chain(0..self.first_turn)
     }
 
-    /// Puts a job into the batch that holds its stopped run, or else into the one given; if that is full, it waits for the next
-    /// round. The work that is expected, overhead included.
+    /// Puts a job into the batch that holds its stopped run, or else into `batch`. If that is full,
+    /// the job waits for the next round. Returns the expected work, including overhead.
     fn deal(&mut self, index: usize, batch: usize) -> u64 {
         let job = &mut self.jobs[index];
         let batch = &mut self.batches[job.home.take().map_or(batch, usize::from)];
@@ -171,7 +174,7 @@ impl Deal<'_> {
     }
 }
 
-/// Takes jobs back from a batch and tells what became of them. Returns how many are at their ends.
+/// Takes jobs back from a batch and reports their results. Returns the number of finished jobs.
 pub(crate) fn take_back(
     batch: &mut Batch,
     jobs: &mut [Job],

@@ -1,4 +1,4 @@
-//! What a pair is expected to cost, and how likely it intersects.
+//! Expected cost of a pair, and its probability of intersecting.
 
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::query::Verdict;
@@ -6,21 +6,22 @@ use crate::scene::pair::frame::Frame;
 use crate::scene::pair::spent::capped;
 use crate::scene::pair::state::PairState;
 
-/// Expectations of a pair.
+/// The forecast of a pair.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Forecast {
-    /// Work of a run to its end, median.
+    /// Work of a complete run, median.
     pub median: u32,
-    /// The same, 90 % quantile.
+    /// Work of a complete run, 90 % quantile.
     pub high: u32,
-    /// Probability that it intersects.
+    /// Probability that the pair intersects.
     pub probability: f32,
-    /// Intersections that are expected to be known, in this frame and in those after it, for a unit of work; at most 1.
+    /// Expected number of frames, this one and those after it, with a known intersection, per unit
+    /// of work; at most 1.
     pub gain: f32,
 }
 
 impl Forecast {
-    /// Where nothing depends on it: all pairs are taken to cost the same.
+    /// The forecast when nothing depends on it: all pairs have equal costs.
     pub const EQUAL: Self = Self {
         median: 1,
         high: 1,
@@ -28,8 +29,8 @@ impl Forecast {
         gain: 0.0,
     };
 
-    /// From what is remembered, or else from the fourth roots of the triangle counts, in a frame; and from the part that the boxes
-    /// have [in common](crate::scene::body::Bodies::common_part).
+    /// The forecast of a pair from its state, or else from the fourth roots of the triangle counts,
+    /// and from the [overlap](crate::scene::body::Bodies::common_part) of the boxes.
     #[inline]
     pub fn new(state: &PairState, sizes: [f32; 2], part: f32, frame: &Frame) -> Self {
         let age = (frame.number - frame.decided(state)) as f32;
@@ -50,7 +51,7 @@ impl Forecast {
         };
         let (median, high) = expected_cost(state, sizes);
         let [median, high] = [median, high].map(|work| capped(work + WORK_PER_QUERY));
-        // What is found once is found by its witness as long as that lasts.
+        // After an intersection is found once, its witness finds it as long as the witness lasts.
         let later = state.steadiness / (1.0 + SHORTEST_LOSS - state.steadiness);
         let gain = probability * (1.0 + later) / (median as f32 + later * WORK_PER_WITNESS as f32);
         Self {
@@ -61,7 +62,8 @@ impl Forecast {
         }
     }
 
-    /// Of the contacts of a pair that is known to meet: from the last run, or else from what a search takes.
+    /// The forecast of the contacts of a pair that is known to meet: from the last run, or else
+    /// from the cost of a search.
     pub fn of_contacts(state: &PairState, sizes: [f32; 2]) -> Self {
         let (cost, pending) = state
             .touch
@@ -85,39 +87,42 @@ impl Forecast {
 /// However steady a pair was, its witness is expected to be lost in one frame of 50.
 const SHORTEST_LOSS: f32 = 0.02;
 
-/// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two scenes).
+/// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two
+/// scenes).
 const PARTED: f32 = 0.01;
 
-// These chances were fitted on three scenes: `docs/scene.md`.
+// These probabilities were fitted on three scenes: `docs/scene.md`.
 
-/// However long ago a pair met, unless its witnesses were lost, the least chance that it does; and if they were, the chance where
-/// boxes have next to nothing in common, and all.
+/// Lower limit of P(contact) for a pair that met before. P(contact) after its witnesses were lost,
+/// at zero and at full overlap of the boxes.
 const LEAST_OF_MET: f32 = 0.93;
 const LEAST_OF_LOST: f32 = 0.55;
 const MOST_OF_LOST: f32 = 0.98;
 
-/// The part in common at which the chances of a pair that was lost or apart are half way to their largest.
+/// The overlap of the boxes at which P(contact) of a lost or separated pair is half of its maximum.
 const HALF_PART: f32 = 0.1;
 
-/// That of a pair that was never decided is one half where this is the square of that part.
+/// P(contact) of a pair that was never decided is one half if the square of the overlap is this.
 const NEVER_DECIDED: f32 = 0.1;
 
-/// That of a pair that was apart, for each frame since, each unit of work that it took to find it apart and so many more, and that
-/// part; and the most that it is.
+/// P(contact) of a pair that was separated: the factor per frame since, per unit of work that the
+/// separation took plus `MORE_WORK`, and per overlap; and the upper limit.
 const NEW_CONTACT: f32 = 2.5e-5;
 const MORE_WORK: f32 = 1000.0;
 const MOST_OF_APART: f32 = 0.5;
 
-/// Work of finding the contacts of a pair for the first time, times the fourth roots of the triangle counts.
+/// Work to find the contacts of a pair for the first time, times the fourth roots of the triangle
+/// counts.
 const CONTACTS: u64 = 2000;
 
-/// Work of a query that no remembered witness spares, median and 90 % quantile.
+/// Work of a query without a remembered witness: median and 90 % quantile.
 #[inline]
 fn expected_cost(state: &PairState, sizes: [f32; 2]) -> (u64, u64) {
     let (search, spread) = if state.search > 0 {
         (u64::from(state.search), u64::from(state.search / 2))
     } else {
-        // Near contact, work grows about like the fourth root of the product of the triangle counts.
+        // Near contact, work grows about like the fourth root of the product of the triangle
+        // counts.
         let guess = (40.0 * sizes[0] * sizes[1]) as u64;
         (guess, 4 * guess)
     };
@@ -125,7 +130,7 @@ fn expected_cost(state: &PairState, sizes: [f32; 2]) -> (u64, u64) {
     (left, left + spread)
 }
 
-/// From 0 to 1, and 1/2 where `x` is `half`.
+/// A function from 0 to 1 that is 1/2 at `x = half`.
 #[inline]
 fn saturating(x: f32, half: f32) -> f32 {
     x / (x + half)

@@ -1,4 +1,4 @@
-//! One pair in one frame: what is expected of it, and what became of it.
+//! A pair in a frame: its forecast and its result.
 
 use super::forecast::Forecast;
 use super::pairs::Pairs;
@@ -8,31 +8,32 @@ use crate::scene::pair::frame::Frame;
 use crate::scene::pair::state::{PairState, Turn};
 use core::mem;
 
-/// A pair that was not at its end when the frame began.
+/// A pair that was not finished when the frame began.
 #[derive(Debug)]
 pub(crate) struct Job {
     pub key: PairKey,
-    /// Its place in the report, and that among the known pairs.
+    /// Its index in the report, and its index in the list of known pairs.
     pub listed: u32,
     pub place: u32,
     pub forecast: Forecast,
-    /// Sorts by importance, then by the chance of finding an intersection per expected work, both descending.
+    /// Sort key: by importance, then by expected gain per work, both descending.
     pub rank: u64,
     /// The batch that holds its stopped run.
     pub home: Option<u8>,
     pub kind: TurnKind,
-    /// Whether it may be the closest of a group.
+    /// True if it may be the closest of a group.
     pub measures: bool,
-    /// Whether a body has moved, and the state of the pair was not told when it was listed.
+    /// True if a body has moved, and the state of the pair was not updated when it was listed.
     pub is_new: bool,
-    /// Whether probabilities were reported of it whose truth is known now.
+    /// True if its reported probabilities can now be compared with the verdict.
     pub teaches: bool,
-    /// Whether it is neither in a batch nor at its end.
+    /// True if it is neither in a batch nor finished.
     pub open: bool,
 }
 
 impl Job {
-    /// Of a question that is open; `places`: in the report, and among the known pairs.
+    /// A job for an open question. `places`: its indices in the report and in the list of known
+    /// pairs.
     pub fn new(
         key: PairKey,
         [listed, place]: [usize; 2],
@@ -78,7 +79,7 @@ impl Job {
         }
     }
 
-    /// Asks another question from now on.
+    /// Changes its question.
     #[cold]
     pub fn ask(&mut self, kind: TurnKind, frame: &Frame, state: &PairState) {
         self.kind = kind;
@@ -86,8 +87,9 @@ impl Job {
     }
 }
 
-/// What is expected of a question, and its rank; nothing, unless something depends on it. `nearness`: of a pair that may be the
-/// closest of two groups, 1 where it meets and 0 where it is as far away as they are at most.
+/// The forecast and rank of a question; trivial if `expects` is false. `nearness`, for a pair that
+/// may be the closest of two groups: 1 if it meets, 0 if it is at the upper bound of their
+/// distance.
 #[inline(always)]
 pub(crate) fn outlook(
     frame: &Frame,
@@ -127,7 +129,7 @@ pub(crate) fn outlook(
     )
 }
 
-/// Sorts by importance, then by gain, not negative, both descending.
+/// Sort key: by importance, then by gain, which is not negative, both descending.
 pub(crate) fn rank(importance: f32, gain: f32) -> u64 {
     let bits = importance.to_bits();
     let ascending = if bits >> 31 == 1 {

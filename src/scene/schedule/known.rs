@@ -1,16 +1,16 @@
-//! What is known of every pair of near bodies, in few bytes: a frame looks at all of them.
+//! A compact record of every pair of near bodies: a frame reads all of them.
 
 use crate::scene::body::Bodies;
 use crate::scene::id::PairKey;
 use crate::scene::pair::state::{FRAME, Marks, last_frame};
 use core::num::NonZeroU32;
 
-/// The place of a state.
+/// The index of a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Slot(NonZeroU32);
 
 impl Slot {
-    /// `place` is below `u32::MAX`.
+    /// `place` must be below `u32::MAX`.
     pub fn new(place: usize) -> Self {
         Self(NonZeroU32::MIN.saturating_add(place as u32))
     }
@@ -20,21 +20,23 @@ impl Slot {
     }
 }
 
-/// Two bodies whose fat AABBs overlap, and where their state is. The state of a pair that stays apart is not read.
+/// Two bodies whose fat AABBs overlap, and the index of their state. The state of a pair that stays
+/// separated is not read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     pub key: PairKey,
-    /// None before the first turn of the pair since its boxes overlap.
+    /// `None` before the first turn of the pair since its boxes overlap.
     pub slot: Option<Slot>,
-    /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of a frame: the last that ran the pair to its end; before, the one
-    /// before that since which its boxes overlap. All 0 if they are apart.
+    /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of the last frame that finished the pair;
+    /// before that, of the frame before its boxes overlapped. 0 if the boxes are separated.
     bits: u32,
-    /// Of a pair that met, the two triangles of [`Marks::Met`]; of others, the bits of the length of [`Marks::Apart`].
+    /// For a pair that met, the two triangles of [`Marks::Met`]; for others, the bits of the length
+    /// of [`Marks::Apart`].
     proof: u64,
 }
 
-/// Of [`Known::bits`]: whether the boxes overlap, whether the bodies met when it was last decided, whether their witnesses were
-/// lost since, and the frame.
+/// Bits of [`Known::bits`]: the boxes overlap; the bodies met when last decided; their witnesses
+/// were lost since. The lower bits hold the frame.
 const OVERLAPS: u32 = 1 << 31;
 const MET: u32 = 1 << 30;
 const LOST: u32 = 1 << 29;
@@ -42,7 +44,7 @@ const LOST: u32 = 1 << 29;
 const _: () = assert!(FRAME == LOST - 1 && size_of::<Known>() == 24);
 
 impl Known {
-    /// Of a pair whose boxes were not compared yet.
+    /// A pair whose boxes were not compared yet.
     pub fn new(key: PairKey) -> Self {
         Self {
             key,
@@ -52,29 +54,29 @@ impl Known {
         }
     }
 
-    /// Takes note of boxes that overlap from `frame` on.
+    /// Records that the boxes overlap from `frame` on.
     pub fn begin(&mut self, frame: u64) {
         self.bits = OVERLAPS | (frame as u32).wrapping_sub(1) & FRAME;
     }
 
-    /// Takes note of boxes that are apart, and gives the state up.
+    /// Records that the boxes are separated, and returns the state's slot.
     pub fn end(&mut self) -> Option<Slot> {
         let slot = self.slot;
         *self = Self::new(self.key);
         slot
     }
 
-    /// Whether the boxes overlapped when they were last compared.
+    /// True if the boxes overlapped when last compared.
     pub fn overlaps(&self) -> bool {
         self.bits & OVERLAPS != 0
     }
 
-    /// The frame in the bits, if that is not 2^29 frames before `frame`.
+    /// The frame in the bits, unless it is 2^29 or more frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
         last_frame(self.bits, frame)
     }
 
-    /// Takes note of what is known of the pair after its turn.
+    /// Stores the summary of the pair after its turn.
     pub fn mark(&mut self, marks: Marks) {
         match marks {
             Marks::Met {
@@ -115,7 +117,7 @@ impl Known {
         }
     }
 
-    /// Of a pair that did not meet, the length of [`Marks::Apart`].
+    /// The length of [`Marks::Apart`], for a pair that did not meet.
     fn apart(&self) -> f64 {
         f64::from_bits(self.proof)
     }
@@ -125,12 +127,13 @@ impl Known {
         [(self.proof >> 32) as u32, self.proof as u32]
     }
 
-    /// Takes note that the triangles that met last meet in `frame` too.
+    /// Records that the triangles that met last also meet in `frame`.
     pub fn hold(&mut self, frame: u64) {
         self.bits = OVERLAPS | MET | frame as u32 & FRAME;
     }
 
-    /// Whether the bodies are known to be apart in `frame` since they have not gone far. If so, takes note of it.
+    /// True if the bodies are known to be separated in `frame` because they have not moved far.
+    /// Then records it.
     #[inline]
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
         let until = if self.met() { 0.0 } else { self.apart() };
@@ -141,17 +144,17 @@ impl Known {
         stays
     }
 
-    /// Whether `frame` ran it to its end.
+    /// True if `frame` finished the pair.
     pub fn is_completed(&self, frame: u64) -> bool {
         self.bits & FRAME == frame as u32 & FRAME
     }
 
-    /// Whether it met when it was last decided.
+    /// True if the pair met when last decided.
     pub fn met(&self) -> bool {
         self.bits & MET != 0
     }
 
-    /// Whether its witnesses were lost since then.
+    /// True if its witnesses were lost since then.
     pub fn is_lost(&self) -> bool {
         self.bits & LOST != 0
     }

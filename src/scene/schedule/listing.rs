@@ -1,7 +1,7 @@
-//! The list of a frame: the known pairs whose boxes overlap, as far as there is room for them.
+//! The list of a frame: the known pairs whose boxes overlap, as far as the budget allows.
 //!
-//! A list that is not whole begins with the pair whose turn it is, so that the guarantee of the round robin holds however few
-//! pairs a frame can look at.
+//! A partial list begins with the pair whose turn it is, so that the guarantee of the round robin
+//! holds however few pairs a frame can read.
 
 use super::forecast::Forecast;
 use super::job::{Job, outlook};
@@ -31,30 +31,30 @@ pub(crate) struct Listing<'l> {
     pub report: &'l mut Report,
     pub turns: &'l mut RoundRobin,
     pub tallies: &'l mut Tallies,
-    /// Pairs that were found to meet before anything else, ascending.
+    /// Pairs that were found to meet before the list, ascending.
     pub found: &'l [Meeting],
-    /// The next of them to be listed.
+    /// Index of the next of them to be listed.
     pub next_found: usize,
-    /// Whether something depends on what is expected of the jobs.
+    /// True if something depends on the forecasts of the jobs.
     pub expects: bool,
     pub counts: Counts,
 }
 
-/// What a list counts beside the pairs in it.
+/// Counts of a list, besides the pairs in it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Counts {
-    /// Pairs whose contacts are asked for, as they met when it was last decided.
+    /// Pairs whose contacts are requested and that met when last decided.
     pub touching: usize,
-    /// Those of them of whose contacts a frame with a larger budget would look for more.
+    /// Those of them for which a frame with a larger budget would find more contacts.
     pub partial: usize,
-    /// Pairs of groups that are not listed, and of which something is kept.
+    /// Pairs of groups that are not listed but whose state is kept.
     pub kept: usize,
 }
 
-/// Pairs whose bodies are read together, so that their cache misses overlap.
+/// Number of pairs whose bodies are read together, so that their cache misses overlap.
 const TOGETHER: usize = 16;
 
-/// A known pair, and what is to be known of its bodies.
+/// A known pair, and data of its bodies.
 #[derive(Clone, Copy)]
 struct Candidate {
     key: PairKey,
@@ -69,24 +69,25 @@ impl Candidate {
     }
 }
 
-/// What follows for a pair from the requests for its distance.
+/// The consequences of the distance requests for a pair.
 #[derive(Clone, Copy, Debug, Default)]
 struct Look {
-    /// Whether its bodies may not meet.
+    /// True if its bodies may not meet.
     is_out: bool,
-    /// Whether it is listed, wherever its boxes are.
+    /// True if it is listed wherever its boxes are.
     listed: bool,
-    /// Whether something is kept of it for later frames.
+    /// True if its state is kept for later frames.
     keep: bool,
-    /// Whether it is proven to be apart.
+    /// True if it is proven separated.
     is_apart: bool,
-    /// If it may be the closest of groups, how near it is: [`outlook`].
+    /// If it may be the closest pair of groups, its nearness: [`outlook`].
     nearness: Option<f32>,
 }
 
 impl<'l> Listing<'l> {
-    /// Begins the report; what is known already is in it, the other pairs become jobs. Both ascend.
-    /// After each of so many `parts` of the list, its number and the list so far are given to `hand_out`.
+    /// Begins the report. Pairs with a known result go into the report, the others become jobs;
+    /// both ascending. After each of `parts` parts of the list, calls `hand_out` with the number of
+    /// the part and the list so far.
     pub fn run(
         mut self,
         deadline: &mut Deadline,
@@ -101,7 +102,7 @@ impl<'l> Listing<'l> {
         } else {
             0
         };
-        // What was found is paid for, wherever it is listed.
+        // The pairs found are paid for here, wherever they are listed.
         deadline.spend(self.found.len() as u64 * WORK_PER_FOUND_PAIR);
         let split = if start > 0 {
             self.found
@@ -140,7 +141,7 @@ impl<'l> Listing<'l> {
         self.counts
     }
 
-    /// Brings what was listed first, so many jobs and pairs, behind the rest.
+    /// Moves the first `jobs` jobs and `pairs` pairs, which were listed first, behind the rest.
     fn turn(&mut self, jobs: usize, pairs: usize) {
         let all = self.report.pairs.len();
         self.jobs.rotate_left(jobs);
@@ -155,7 +156,7 @@ impl<'l> Listing<'l> {
         }
     }
 
-    /// Lists pairs in a range of places; the place before which it ended.
+    /// Lists the pairs in a range of places. Returns the place before which it ended.
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
         for first in places.clone().step_by(TOGETHER) {
@@ -199,8 +200,8 @@ impl<'l> Listing<'l> {
         places.end
     }
 
-    /// A pair, as far as its bodies are read for it: no more than their ids, so that all of their cache lines are waited for at
-    /// once.
+    /// A pair with the data of its bodies that is read in advance: only their ids, so that all
+    /// cache lines are loaded at the same time.
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate {
         let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
@@ -214,7 +215,8 @@ impl<'l> Listing<'l> {
         }
     }
 
-    /// Lists the next pairs that were found, up to one of these; none of them is known at a place before `from`. How many.
+    /// Lists the pairs found, from the next one up to `end`. None of them is known at a place
+    /// before `from`. Returns their number.
     fn list_found_until(&mut self, end: usize, from: usize) -> usize {
         let next = mem::replace(&mut self.next_found, end);
         for &met in &self.found[next..end] {
@@ -227,7 +229,8 @@ impl<'l> Listing<'l> {
         end - next
     }
 
-    /// Lists pairs that were found and are not known any more, since their fat AABBs do not overlap as the tree has them.
+    /// Lists pairs that were found but are no longer known, because their fat AABBs in the tree do
+    /// not overlap.
     #[cold]
     fn list_found_before(&mut self, pair: Candidate) {
         let found = &self.found[self.next_found..];
@@ -235,7 +238,8 @@ impl<'l> Listing<'l> {
         self.list_found_until(self.next_found + count, pair.place());
     }
 
-    /// Lists a pair that was found to meet: all that is told of it is known, unless it is asked where it touches.
+    /// Lists a pair that was found to meet. Its result is complete, unless its contacts are
+    /// requested.
     #[inline(always)]
     fn list_found(&mut self, met: Meeting, ids: [BodyId; 2], from: usize) {
         let Frame { bodies, number, .. } = *self.frame;
@@ -262,7 +266,8 @@ impl<'l> Listing<'l> {
         }
     }
 
-    /// Lists a pair if its boxes overlap; whether they do. `SPECIAL`: more may be asked than whether it meets.
+    /// Lists a pair if its boxes overlap; true if they do. `SPECIAL`: the pair may have other
+    /// questions than whether it meets.
     #[inline(always)]
     fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool) -> bool {
         let Frame { number, bodies, .. } = *self.frame;
@@ -302,7 +307,8 @@ impl<'l> Listing<'l> {
             && bodies.last_change(key) == number
             && !bodies.contact_requests.any()
         {
-            // All that is to be known of its state is that a body has moved: whoever runs the job reads it.
+            // The state only needs to know that a body has moved. The thread that runs the job
+            // reads it.
             let job = Job::new(
                 key,
                 [self.report.pairs.len(), place],
@@ -323,7 +329,7 @@ impl<'l> Listing<'l> {
             state.forget_told();
         }
         let complete = state.completed >= changed;
-        // What was proven of bodies that rest since holds, though more may be left to find.
+        // A verdict of bodies that rest since still holds, even if more may be left to find.
         let holds = state.verdict != Verdict::Undecided && (complete || state.decided >= changed);
         if holds {
             state.decided = number;
@@ -380,7 +386,8 @@ impl<'l> Listing<'l> {
         true
     }
 
-    /// What follows from the requests for the distance of a pair; takes note of what is known of it.
+    /// Determines the consequences of the distance requests for a pair, and records its known
+    /// bounds.
     #[cold]
     fn look(&mut self, pair: Candidate, settled: bool) -> Look {
         let Frame { number, bodies, .. } = *self.frame;
@@ -428,10 +435,10 @@ impl<'l> Listing<'l> {
         }
     }
 
-    /// Whether the boxes of a pair may overlap, of which `overlap` says whether they did when they were made. `None` if that
-    /// cannot be said: one of the bodies is not the one that it was, may not meet the other now, or is not where its
-    /// box is; nor
-    /// is it said of two fixed bodies whose distance was asked for.
+    /// Returns true if the boxes of a pair may overlap. `overlap` is the result for the boxes as
+    /// computed. `None` if no answer is possible: a body was replaced, may no longer meet the
+    /// other, or has moved away from its box. Also `None` for two fixed bodies whose distance is no
+    /// longer measured.
     fn may_overlap(&self, pair: Candidate, overlap: bool) -> Option<bool> {
         let (bodies, both) = (self.frame.bodies, bodies_of(pair.key));
         if self.broad.is_of_another(bodies, both) || !bodies.may_meet(both) {
@@ -450,7 +457,8 @@ impl<'l> Listing<'l> {
     }
 }
 
-/// Whether contacts come before anything else of a pair that met: in their turn, or if they matter more.
+/// True if contacts come before any other question of a pair that met: in their turn, or if they
+/// are more important.
 fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
     let weight = |kind| bodies.weight(key, kind);
     turns

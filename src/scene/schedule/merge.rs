@@ -1,4 +1,5 @@
-//! How the pairs that the broad phase finds are merged into those known: in steps, so that a frame may end between any two of them.
+//! Merges the pairs that the broad phase finds into the known ones, in steps, so that a frame may
+//! end between any two of them.
 
 use super::known::Known;
 use super::pairs::Pairs;
@@ -11,11 +12,11 @@ use crate::scene::id::bodies_of;
 use arrayvec::ArrayVec;
 use core::mem;
 
-/// Pairs of a step.
+/// Pairs per step.
 const STEP: usize = 32;
 
 impl Pairs {
-    /// Brings the list of known pairs up to date, as far as the deadline allows.
+    /// Updates the list of known pairs, as far as the deadline allows.
     pub fn update(&mut self, broad: &mut Broad, bodies: &Bodies, deadline: &mut Deadline) {
         if broad.has_cropped() && self.len() < self.most - self.most / 8 {
             broad.retry(bodies, deadline);
@@ -31,8 +32,8 @@ impl Pairs {
         }
     }
 
-    /// Merges a portion of new pairs with those known; whether it is done. Before the first portion of a generation, pairs of
-    /// its newcomers are dropped whose fat AABBs do not overlap any more.
+    /// Merges a portion of new pairs with the known ones; true if done. Before the first portion of
+    /// a generation, drops pairs of its newcomers whose fat AABBs no longer overlap.
     fn merge(&mut self, broad: &Broad, bodies: &Bodies, deadline: &mut Deadline) -> bool {
         let found = &broad.found;
         const WORK: u64 = STEP as u64 * WORK_PER_MERGED_PAIR;
@@ -75,7 +76,8 @@ impl Pairs {
         true
     }
 
-    /// Whether a pair stays, which was found `again` or not; its state is given up if it does not.
+    /// True if a pair stays. `again`: it was found again. If it does not stay, its state is
+    /// released.
     #[inline]
     fn stays(
         &mut self,

@@ -1,29 +1,35 @@
-//! How the budget of a frame is shared among its pairs.
+//! Shares the budget of a frame among its pairs.
 //!
-//! A pair that was decided and whose bodies have not moved since needs nothing. Of the others the cost is expected
-//! ([`forecast`]), and the frame goes in rounds:
+//! A pair that was decided and whose bodies have not moved since needs nothing. For the others the
+//! cost is predicted ([`forecast`]), and the frame proceeds in rounds:
 //!
-//! - Before the broad phase the last witnesses of pairs that met are tested, eight pairs at once, and under a budget of time, if
-//!   the last frame was cut short, known pairs are searched ([`revisit`]): what is found so is told however little of the frame
-//!   is left. Without a budget, other threads test while this one pairs bodies.
-//! - A job asks one question. That of a pair which is found to meet goes on with its contacts, if they are asked for, and is
-//!   ranked anew: in the next round.
-//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends; without a budget and on several threads
-//!   in the first round already, part by part as the list goes on.
-//! - Otherwise a quarter goes round all pairs in turn (the *round robin*); the rest by importance, then by the intersections
-//!   that are expected to be found per expected cost, in this frame and by the witness as long as it lasts. (Information, the
-//!   entropy of the chance, was measured worse: what is almost sure to intersect would wait.)
-//! - What is left over goes into the next round.
+//! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
+//!   Under a budget of time, if the last frame was cut short, known pairs are then searched
+//!   ([`revisit`]). The pairs found are reported however little of the frame is left. Without a
+//!   budget, other threads test while this one pairs bodies.
+//! - A job has one question. If its pair is found to meet and its contacts are requested, the job
+//!   continues with the contacts, with a new rank, in the next round.
+//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends. Without a
+//!   budget and on several threads, this begins in the first round, part by part while the list is
+//!   made.
+//! - Otherwise a quarter goes to all pairs in turn (the *round robin*). The rest is dealt by
+//!   importance, then by the expected number of intersections found per expected cost, in this
+//!   frame and by the witness as long as it lasts. (Information, the entropy of the probability,
+//!   was measured to be worse: pairs that almost certainly intersect would wait.)
+//! - The rest goes into the next round.
 //!
-//! Why the guarantee of [`crate::Scene::detect`] holds, with `B`, `R`, `C` and `K` from there:
+//! The guarantee of [`crate::Scene::detect`] holds for these reasons, with `B`, `R`, `C` and `K`
+//! from there:
 //!
-//! - No budget of work is passed: each query ends one step of work before that of its batch is spent.
-//! - In each frame the round robin has at least `R`, and it comes before anything but tests of witnesses, which leave it that
-//!   much. Its first pair runs to its end if it takes no more than `R`. Otherwise it goes on in the next frame if neither body
-//!   has moved, or else has had its turn.
-//! - A turn cut short is the first of the next frame, and so is the turn of the contacts of a pair that was found to meet:
-//!   they come before the question whether it still does. So in any two frames the round robin spends more than `R` on turns that
-//!   end, and it is round in `K` frames.
+//! - No budget of work is exceeded: each query ends one step of work before that of its batch is
+//!   spent.
+//! - In each frame the round robin has at least `R`, and only tests of witnesses come before it,
+//!   which leave it that much. Its first pair finishes if it takes at most `R`. Otherwise it
+//!   continues in the next frame if neither body has moved, or else has had its turn.
+//! - A turn cut short is the first of the next frame. So is the turn of the contacts of a pair that
+//!   was found to meet: it comes before the question whether the pair still meets. So in any two
+//!   frames the round robin spends more than `R` on turns that end, and it completes a round in `K`
+//!   frames.
 
 pub(crate) mod crew;
 mod deal;
@@ -71,24 +77,25 @@ use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
 
-/// When the steps before the broad phase end ([`revisit`]), in sixteenths of the time of a frame: tests of last witnesses, if
-/// nothing comes after them; and searches.
+/// Ends of the steps before the broad phase ([`revisit`]), in sixteenths of the time of a frame:
+/// `TEST` if only witnesses are tested, `SEARCH` if searches follow.
 const TEST: u32 = 8;
 const SEARCH: u32 = 13;
 const PARTS: u32 = 16;
 
-/// Known pairs of a part of the list, at least, where their jobs are short; and of one whose jobs the calling thread does itself
-/// before it lists the next.
+/// Minimum number of known pairs per part of the list if their jobs are short; and the number per
+/// part if the calling thread runs the jobs itself before it lists the next part.
 const PART: usize = 64;
 const PART_ALONE: usize = 512;
 
-/// At most this part of a frame is kept for listing the pairs that were found to meet before it.
+/// The time reserved for listing the pairs that were found to meet before the list is at most a
+/// frame divided by this.
 const LIST_OF_FOUND: u32 = 4;
 
-/// Most rounds of a frame. Leftovers are small after two or three.
+/// Maximum number of rounds of a frame. The rest is small after two or three.
 const ROUNDS: u64 = 8;
 
-/// What the broad phase has found, and who tells what becomes of contacts.
+/// The results of the broad phase, and the contact tracking.
 pub(crate) struct Found<'f> {
     pub broad: &'f mut Broad,
     pub pairs: &'f mut Pairs,
@@ -98,22 +105,22 @@ pub(crate) struct Found<'f> {
 #[derive(Debug, Default)]
 pub(crate) struct Schedule {
     batches: Vec<Batch>,
-    /// Those of the frame, ascending by pair.
+    /// The jobs of the frame, ascending by pair.
     jobs: Vec<Job>,
-    /// How many of them are not at their ends.
+    /// Number of unfinished jobs.
     open: usize,
-    /// Whether the frame had none, and one with a larger budget would have none either.
+    /// True if the frame had no jobs, and a frame with a larger budget would have none either.
     pub is_idle: bool,
-    /// Buffer for dealing them.
+    /// Buffer for dealing jobs.
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
     tallies: Tallies,
     revisit: Revisit,
     speed: Speed,
     overhead: Overhead,
-    /// Time from the last job that is collected to the end of the frame, estimates aside.
+    /// Time from the collection of the last job to the end of the frame, without estimates.
     rest: Reserved,
-    /// Of what estimates tell.
+    /// The correction of the estimated probabilities.
     pub calibration: Calibration,
 }
 
@@ -150,7 +157,7 @@ impl Schedule {
         self.batches.iter_mut().for_each(Batch::make_patches);
     }
 
-    /// What the stopped run of a pair left open, if it is kept.
+    /// The certificate of the stopped run of a pair, if the run is kept.
     pub fn certificate(
         &self,
         key: PairKey,
@@ -158,7 +165,7 @@ impl Schedule {
         b_in_a: Pose,
         mode: Mode,
     ) -> Option<PairCertificate> {
-        // A stopped run of another question is none of this query.
+        // A stopped run of another question does not belong to this query.
         let query = Query::intersection(a, b, b_in_a).mode(mode);
         let mut held = self
             .batches
@@ -172,9 +179,10 @@ impl Schedule {
         })
     }
 
-    /// Tests the last witnesses of pairs that met, `meanwhile` being done while other threads test; if only time is limited and the
-    /// last frame was cut, searches the pairs that these leave open. Under a budget of time: when that ended, and the time left, less
-    /// that for listing what was found.
+    /// Tests the latest witnesses of pairs that met, and calls `meanwhile` while other threads
+    /// test. If only time is limited and the last frame was cut, then searches the pairs that these
+    /// tests leave open. Under a budget of time, returns when that ended, and the time left, minus
+    /// that for listing the pairs found.
     pub fn revisit(
         &mut self,
         frame: &Frame,
@@ -217,12 +225,13 @@ impl Schedule {
         Some([ended, end.saturating_sub(ended)])
     }
 
-    /// How many pairs were found to meet before the broad phase.
+    /// Number of pairs that were found to meet before the broad phase.
     pub fn found(&self) -> usize {
         self.revisit.found.len()
     }
 
-    /// Runs the overlapping pairs as far as the budget goes and fills the report. Returns when it ended, under a budget of time.
+    /// Runs the overlapping pairs as far as the budget allows and fills the report. Under a budget
+    /// of time, returns when it ended.
     pub fn run(
         &mut self,
         frame: &Frame,
@@ -249,7 +258,8 @@ impl Schedule {
         for number in 0..ROUNDS {
             let left = self.left(frame, end.zip(lap), report.work);
             let open = self.open;
-            // Of work, nothing comes before the guaranteed share, not even what it costs to plan another round.
+            // Under a budget of work, nothing comes before the guaranteed share, not even the cost
+            // of planning another round.
             let rounds = if end.is_some() { number + 1 } else { number };
             let planning = rounds * WORK_PER_PLANNED_PAIR * open as u64;
             if open == 0 || left < LEAST_WORK + planning {
@@ -284,7 +294,8 @@ impl Schedule {
         self.tell(frame, found, report, estimates, lap)
     }
 
-    /// Tells what is known at the end of the rounds, which was at `lap`, and learns how long that takes. Returns when it ended.
+    /// Reports the results at the end of the rounds, which was at `lap`, and measures how long that
+    /// takes. Returns when it ended.
     fn tell(
         &mut self,
         frame: &Frame,
@@ -314,7 +325,8 @@ impl Schedule {
         lap
     }
 
-    /// Learns from the pairs that were decided, one after the other, whichever thread was done with which first.
+    /// Updates the calibration from the decided pairs, in their order, which does not depend on the
+    /// threads.
     fn learn(&mut self, frame: &Frame, pairs: &mut Pairs) {
         for job in self.jobs.iter().filter(|job| job.teaches) {
             pairs
@@ -341,12 +353,12 @@ impl Schedule {
         self.tallies.tell(bodies, report);
     }
 
-    /// Hands on to the next frames what this one has found out about groups.
+    /// Passes the findings about groups on to the next frames.
     pub fn hand_on(&self, bodies: &mut Bodies, frame: u64) {
         self.tallies.hand_on(&mut bodies.distance_requests, frame);
     }
 
-    /// Decides what the round is for and deals the jobs.
+    /// Chooses the plan of the round and deals the jobs.
     fn plan(
         &mut self,
         frame: &Frame,
@@ -385,8 +397,8 @@ impl Schedule {
         }
     }
 
-    /// Estimates the queries that were stopped, at most one a batch and as long as there is time. Returns the time that it took
-    /// before that was over.
+    /// Estimates the stopped queries, at most one per batch, as long as there is time. Returns the
+    /// time that it took within its limit.
     fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
         let end = frame.end(self.rest.times(1.0));
         let began = end.map_or(Duration::ZERO, |_| frame.clock.now());
@@ -419,7 +431,7 @@ impl Schedule {
             let state = pairs.state(place as usize, frame);
             if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on)
             {
-                // Of what is known already nothing is to be learned.
+                // An estimate of a decided pair teaches nothing.
                 if report.pairs[listed as usize].verdict == Verdict::Undecided {
                     state.tell(estimate.probability);
                 }
@@ -431,7 +443,7 @@ impl Schedule {
         interrupted.saturating_sub(began)
     }
 
-    /// Work that is left, `spent` being done; `u64::MAX` without a budget.
+    /// Work left after `spent`; `u64::MAX` without a budget.
     fn left(&self, frame: &Frame, until_from: Option<(Duration, Duration)>, spent: u64) -> u64 {
         let time = until_from.map(|(end, now)| end.saturating_sub(now));
         let work = |time: Duration| {
@@ -446,8 +458,8 @@ impl Schedule {
         )
     }
 
-    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the order of the jobs, they are run
-    /// while the list goes on, by other threads if there are any.
+    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the
+    /// order of the jobs, they are run while the list is made, by other threads if there are any.
     fn list(
         &mut self,
         frame: &Frame,
@@ -457,7 +469,7 @@ impl Schedule {
         deadline: &mut Deadline,
     ) {
         for batch in &mut self.batches {
-            // A stopped run of a body that changed is of an older pose or tree.
+            // After a body changed, a stopped run belongs to an older pose or tree.
             batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
         }
         let Found {
@@ -557,7 +569,8 @@ impl Schedule {
         events.reserve(pairs.room(), report);
     }
 
-    /// Finds the jobs that have a stopped run somewhere. The one whose turn it is gets it into the batch of the round robin.
+    /// Finds the jobs with a stopped run. The run of the job whose turn it is moves to the batch of
+    /// the round robin.
     fn find_homes(&mut self) {
         let first = self.jobs.partition_point(|job| job.key < self.turns.cursor);
         if let Some(first) = self.jobs.get(first).or(self.jobs.first())
@@ -578,8 +591,8 @@ impl Schedule {
         }
     }
 
-    /// Takes the jobs back from the batches; `total` is the work of this frame, `least` that of a turn. Returns the work that
-    /// was done.
+    /// Takes the jobs back from the batches. `total` is the work of this frame, `least` that of a
+    /// turn. Returns the work done.
     fn collect(
         &mut self,
         frame: &Frame,

@@ -1,24 +1,26 @@
-//! How fast the frames of a scene go on this machine, as measured, so that what is left of a frame can be shared.
+//! Measured speeds of the frames of a scene on this machine, for sharing the rest of a frame.
 
 use crate::math::nanoseconds;
 use crate::model::cost::{TYPICAL_UNIT, WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR};
 use core::time::Duration;
 
-/// Nanoseconds of a unit of work of the list, of dealing a job to a batch, and of collecting it, before they are measured.
+/// Initial values: nanoseconds per unit of work of the list, per job dealt to a batch, and per job
+/// collected.
 const LISTING: f64 = 1.0;
 const DEALING: f64 = 50.0;
 const COLLECTING: f64 = 25.0;
 
-/// Nanoseconds that a list takes after its end, at most.
+/// Maximum time that counts for a list after its deadline, nanoseconds.
 const MOST_CLOSING: f64 = 10_000.0;
 
-/// What is beyond so many times the usual was taken by other programs.
+/// Time beyond this many times the usual is attributed to other programs.
 const MOST: f64 = 4.0;
 
-/// Added to a number of jobs or units before a time is divided by it, since a step takes time even without any.
+/// Added to a number of jobs or units before a time is divided by it, because a step takes time
+/// even without any.
 const NEVER_NONE: f64 = 16.0;
 
-/// How fast the queries of a thread are: sums that fade.
+/// Speed of the queries of a thread: exponentially fading sums.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Speed {
     work: f64,
@@ -46,12 +48,12 @@ impl Speed {
     }
 }
 
-/// Nanoseconds that are reserved for what varies: they rise at once and fall slowly.
+/// Nanoseconds reserved for a time that varies: they rise at once and fall slowly.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reserved(f64);
 
 impl Reserved {
-    /// `most`: what is beyond that was taken by other programs.
+    /// `most`: time beyond it is attributed to other programs.
     pub fn learn(&mut self, nanos: f64, most: f64) {
         let took = nanos.min(most);
         self.0 = took.max((15.0 * self.0 + took) / 16.0);
@@ -62,14 +64,14 @@ impl Reserved {
     }
 }
 
-/// Nanoseconds that pairs take in a frame besides their queries.
+/// Overhead of the pairs in a frame besides their queries, nanoseconds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Overhead {
-    /// Means that fade.
+    /// Exponentially weighted means.
     listing: f64,
     dealing: f64,
     collecting: Reserved,
-    /// Time of a list after its end.
+    /// Time of a list after its deadline.
     closing: Reserved,
 }
 
@@ -90,34 +92,34 @@ impl Overhead {
         self.listing += (each.min(MOST * LISTING) - self.listing) / 16.0;
     }
 
-    /// Of a list: the time from its end until it was over; none if that came first.
+    /// Records the time from the deadline of a list to its end; zero if it ended before.
     pub fn learn_closing(&mut self, took: Duration) {
         self.closing.learn(nanoseconds(took), MOST_CLOSING);
     }
 
-    /// What a list may take after its end.
+    /// Expected maximum time of a list after its deadline.
     pub fn closing(&self) -> Duration {
         self.closing.times(1.0)
     }
 
-    /// Of a round: the time in which so many jobs were dealt, and that in which they were collected.
+    /// Records the times in which the jobs of a round were dealt and collected.
     pub fn learn_round(&mut self, [dealing, collecting]: [Duration; 2], jobs: usize) {
         let each = |took: Duration| nanoseconds(took) / (jobs as f64 + NEVER_NONE);
         self.dealing += (each(dealing).min(MOST * DEALING) - self.dealing) / 16.0;
         self.collecting.learn(each(collecting), MOST * COLLECTING);
     }
 
-    /// The time in which so many pairs are listed.
+    /// Time to list this many pairs.
     pub fn listing(&self, pairs: usize) -> Duration {
         Duration::from_nanos((self.listing * (pairs as u64 * WORK_PER_FOUND_PAIR) as f64) as u64)
     }
 
-    /// Of a job, from the list to the report.
+    /// Overhead of a job, from the list to the report, nanoseconds.
     pub fn of_a_job(&self) -> f64 {
         self.dealing + self.collecting.0
     }
 
-    /// The time in which so many jobs are collected.
+    /// Time to collect this many jobs.
     pub fn collecting(&self, jobs: usize) -> Duration {
         self.collecting.times(jobs as f64 + NEVER_NONE)
     }

@@ -1,4 +1,4 @@
-//! The pairs of bodies whose fat AABBs overlap, and where the states of those are that need one.
+//! The pairs of bodies whose fat AABBs overlap, and the states of those that need one.
 
 use super::known::{Known, Slot};
 use crate::model::cost::WORK_PER_STATE;
@@ -16,19 +16,20 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// From so many pairs on there is room for all that may be kept, so that no frame moves many of them.
+/// With more pairs than this there is room for the maximum number, so that no frame moves many of
+/// them.
 const MANY: usize = 8192;
 
-/// The most pairs that are kept if no other limit is set, and the most that there may be: places and slots are 32-bit numbers.
+/// Default maximum number of pairs, and its upper limit: places and slots are 32-bit numbers.
 const MOST_PAIRS: usize = 1 << 20;
 pub(crate) const LIMIT: usize = u32::MAX as usize - 1;
 
-/// How far a portion of new pairs is merged: places of the next of those known, and of those found.
+/// Progress of the merge of a portion: the next indices in the known pairs and in those found.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Merge {
     pub known: usize,
     pub found: usize,
-    /// Whether some did not fit.
+    /// True if some pairs did not fit.
     pub left_out: bool,
 }
 
@@ -36,22 +37,21 @@ pub(super) struct Merge {
 pub(crate) struct Pairs {
     /// Ascending.
     pub(super) known: Vec<Known>,
-    /// The list that comes after it, as far as it is merged.
+    /// The merged part of the next list.
     pub(super) merged: Vec<Known>,
     pub(super) merge: Merge,
-    /// A state is away while its pair is run.
+    /// `None` while the pair of the state is run.
     states: Vec<Option<Box<PairState>>>,
-    /// How many of them were made for pairs to come, which is what it costs. Others were made when they were needed: it
-    /// depends on
-    /// the threads how many at once.
+    /// Number of states made in advance, which was paid for. Other states were made on demand;
+    /// their number depends on the threads.
     made: usize,
     free: Vec<Slot>,
     touches: Touches,
-    /// What stands for the state of a pair that had no turn yet.
+    /// Stands in for the state of a pair without a turn.
     new: PairState,
-    /// Pairs that there is room for: known ones, and states.
+    /// Room for pairs: for known ones, and for states.
     room: [Room; 2],
-    /// The most that are kept.
+    /// Maximum number of pairs.
     pub most: usize,
 }
 
@@ -73,12 +73,13 @@ impl Default for Pairs {
 }
 
 impl Pairs {
-    /// How many pairs of overlapping fat AABBs are known.
+    /// Number of known pairs of overlapping fat AABBs.
     pub fn len(&self) -> usize {
         self.merged.len() + self.known.len() - self.merge.known
     }
 
-    /// One of them, ascending. While a portion is merged, they are those merged and those that are still to be.
+    /// The known pair at a place, ascending. During a merge, these are the merged pairs, then those
+    /// not merged yet.
     fn at(&self, place: usize) -> &Known {
         let merged = self.merged.len();
         if place < merged {
@@ -101,7 +102,7 @@ impl Pairs {
         self.at(place).key
     }
 
-    /// The place of the first one that is not below a key.
+    /// The place of the first pair whose key is not below `key`.
     pub fn place(&self, key: PairKey) -> usize {
         let merged = self.merged.partition_point(|known| known.key < key);
         if merged < self.merged.len() {
@@ -110,7 +111,8 @@ impl Pairs {
         merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
     }
 
-    /// The same, of a key that is not below those before a place, and near to it: `O(log d)`, `d` places away.
+    /// [`Pairs::place`] for a key that is not below those before `from`, and near it: `O(log d)`
+    /// for a distance of `d` places.
     pub fn place_from(&self, from: usize, key: PairKey) -> usize {
         let (mut low, mut step) = (from, 1);
         while low + step <= self.len() && self.key(low + step - 1) < key {
@@ -129,7 +131,8 @@ impl Pairs {
         low
     }
 
-    /// The place of a pair that was at `place`, if it is still known; `before`: that of one before it, most likely.
+    /// The present place of a pair that was at `place`, if it is still known. `before` is probably
+    /// the place of an earlier pair.
     #[inline]
     pub fn place_now(&self, place: usize, key: PairKey, before: usize) -> Option<usize> {
         let is_at = |place: usize| place < self.len() && self.key(place) == key;
@@ -144,7 +147,7 @@ impl Pairs {
         Some(self.place_from(from, key)).filter(|&place| is_at(place))
     }
 
-    /// Takes note of whether the boxes of a pair overlap in `frame`, and gives what the list has of it if they do.
+    /// Records whether the boxes of a pair overlap in `frame`. Returns its record if they do.
     #[inline(always)]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {
         if overlap {
@@ -159,12 +162,12 @@ impl Pairs {
         None
     }
 
-    /// Whether the boxes of a pair overlapped when they were last compared.
+    /// True if the boxes of a pair overlapped when last compared.
     pub fn overlapped(&self, place: usize) -> bool {
         self.at(place).overlaps()
     }
 
-    /// The first of some places whose pair met when it was last decided.
+    /// The first of these places whose pair met when last decided.
     #[inline]
     pub fn next_met(&self, places: Range<usize>) -> Option<usize> {
         let split = self.merged.len();
@@ -185,17 +188,17 @@ impl Pairs {
             .map(|at| places.start + at)
     }
 
-    /// Whether the witnesses of a pair were lost since it was last decided.
+    /// True if the witnesses of a pair were lost since it was last decided.
     pub fn is_lost(&self, place: usize) -> bool {
         self.at(place).is_lost()
     }
 
-    /// Whether a pair did not meet when it was last decided, or never was.
+    /// True if a pair did not meet when last decided, or was never decided.
     pub fn is_unmet(&self, place: usize) -> bool {
         !self.at(place).met()
     }
 
-    /// What is known about a pair whose boxes overlap.
+    /// The state of a pair whose boxes overlap.
     #[inline]
     pub fn state(&mut self, place: usize, frame: &Frame) -> &mut PairState {
         self.state_of(*self.at(place), frame)
@@ -222,13 +225,14 @@ impl Pairs {
         self.at(place).witness()
     }
 
-    /// Takes note that the last witness of a pair meets in `frame` too.
+    /// Records that the latest witness of a pair also meets in `frame`.
     #[inline]
     pub fn hold(&mut self, place: usize, frame: u64) {
         self.at_mut(place).hold(frame);
     }
 
-    /// Takes the state of a pair out, if it has one, and what is to be told to it first.
+    /// Takes the state of a pair out, if it has one, with the summary that the state must be
+    /// updated with first.
     #[inline]
     pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Marks)> {
         let known = *self.at(place);
@@ -237,7 +241,7 @@ impl Pairs {
             .map(|state| (state, known.marks()))
     }
 
-    /// Takes the state of a pair out, for a turn; a pair that had none gets one.
+    /// Takes the state of a pair out for a turn. A pair without a state gets one.
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {
         let known = *self.at(place);
@@ -265,7 +269,7 @@ impl Pairs {
         }
     }
 
-    /// Lets others have the state in a slot, if there is one.
+    /// Frees the state in a slot, if there is one.
     #[inline]
     pub(super) fn release(&mut self, slot: Option<Slot>) {
         let Some(slot) = slot else { return };
@@ -280,17 +284,17 @@ impl Pairs {
         }
     }
 
-    /// Room for what is known of the contacts of a pair.
+    /// A contact state for a pair.
     pub fn lend_touch(&mut self) -> Box<Touch> {
         self.touches.lend()
     }
 
-    /// Whether it may be known of pairs where they touch.
+    /// True if pairs may have contact states.
     pub fn tell_touches(&self) -> bool {
         self.touches.any()
     }
 
-    /// What is known of the contacts of a pair.
+    /// The contact state of a pair.
     pub fn touch(&self, key: PairKey) -> Option<&Touch> {
         let place = self.place(key);
         let known = (place < self.len())
@@ -299,12 +303,12 @@ impl Pairs {
         self.states[known.slot?.place()].as_ref()?.touch.as_deref()
     }
 
-    /// Makes room for the contacts of the pairs that there is room for.
+    /// Makes room for the contacts of all pairs that there is room for.
     pub fn reserve_touches(&mut self) {
         self.touches.ask(self.room[1].asked);
     }
 
-    /// Puts a state back, and takes note of what is known then.
+    /// Puts a state back, and stores its summary.
     #[inline]
     pub fn put_back(&mut self, place: usize, state: Box<PairState>, marks: Marks) {
         let known = self.at_mut(place);
@@ -314,7 +318,7 @@ impl Pairs {
         }
     }
 
-    /// Pairs whose boxes overlap that there is room for.
+    /// Number of pairs with overlapping boxes that there is room for.
     pub fn room(&self) -> usize {
         self.room[1].pairs
     }
@@ -329,8 +333,8 @@ impl Pairs {
         self.reserve_states(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
     }
 
-    /// Makes pairs known whose distances are asked for, wherever their bodies are; beside those that there is room for. They
-    /// ascend.
+    /// Inserts pairs whose distances are measured, wherever their bodies are, in addition to those
+    /// that there is room for. They must ascend.
     pub fn insert(&mut self, keys: &[PairKey]) {
         let is_merged = |&key: &PairKey| self.merged.last().is_some_and(|last| key <= last.key);
         let (to_merged, to_known) = keys.split_at(keys.partition_point(is_merged));
@@ -338,7 +342,7 @@ impl Pairs {
         insert(&mut self.known, self.merge.known, to_known);
     }
 
-    /// Tells the distances and motions that are asked for.
+    /// Reports the requested distances and motions.
     pub fn tell_bounds(&mut self, frame: &Frame, broad: &Broad, report: &mut Report) {
         for key in frame.bodies.distance_requests.keys(Asker::Pair) {
             let (
@@ -391,7 +395,7 @@ impl Pairs {
         }
     }
 
-    /// What was proven of a pair, times or lengths, and how many frames ago.
+    /// The proven bounds of a pair, times or lengths, and their age in frames.
     fn bounds(
         &mut self,
         key: PairKey,
@@ -416,8 +420,8 @@ impl Pairs {
         }
     }
 
-    /// Makes room for as many pairs as are known, for the states of so many whose boxes overlap, and for the contacts of so many
-    /// that touch; or more if the scene is `young`.
+    /// Makes room for the known pairs, for the states of `overlapping` pairs, and for the contacts
+    /// of `touching` pairs; for more if the scene is `young`.
     pub fn grow(
         &mut self,
         broad: &mut Broad,
@@ -427,7 +431,7 @@ impl Pairs {
     ) {
         self.room[0].grow(self.len(), young);
         if self.room[0].pairs > MANY {
-            // Later they would have to be copied; memory that is not touched costs next to nothing.
+            // Growing later would copy them; untouched memory costs almost nothing.
             self.room[0].ask(self.most.min(self.room[0].pairs.max(MOST_PAIRS)));
         }
         self.room[1].grow(overlapping, young);
@@ -458,7 +462,7 @@ impl Pairs {
     }
 }
 
-/// Adds pairs to the part of a list from a place on; those that are in it stay.
+/// Inserts pairs into the part of a list from a place on. Pairs that are already in it stay.
 fn insert(list: &mut Vec<Known>, from: usize, keys: &[PairKey]) {
     list.extend(keys.iter().map(|&key| Known::new(key)));
     list[from..].sort_by_key(|known| known.key);

@@ -1,4 +1,4 @@
-//! What the broad phase may spend of a frame.
+//! The share of a frame that the broad phase may spend.
 
 use super::pace::Overhead;
 use crate::model::cost::{BROAD_PHASE_WORK, WORK_PER_FOUND_PAIR};
@@ -15,12 +15,12 @@ pub(crate) enum Step {
 }
 
 impl Step {
-    /// The part of the share of work that is spent at its end, in sixths.
+    /// The part of the work that is spent at the end of the step, in sixths.
     fn part(self) -> u64 {
         [3, 5, PARTS][self as usize]
     }
 
-    /// The part of the time, in eighths.
+    /// The part of the time that has passed at the end of the step, in eighths.
     fn part_of_time(self) -> u32 {
         [2, 6, 7][self as usize]
     }
@@ -35,7 +35,7 @@ pub(crate) struct Share<'c> {
     started: Duration,
     limit: Duration,
     work: Option<u64>,
-    /// Work of listing the pairs that were found before, which is set aside.
+    /// Work reserved for listing the pairs found before.
     of_found: u64,
     clock: &'c dyn Clock,
     /// Work done so far.
@@ -43,7 +43,7 @@ pub(crate) struct Share<'c> {
 }
 
 impl<'c> Share<'c> {
-    /// Of a frame without a budget, or before [`Share::begin`].
+    /// The share of a frame without a budget, or before [`Share::begin`].
     pub fn new(clock: &'c dyn Clock) -> Self {
         let zero = Duration::ZERO;
         Self {
@@ -57,14 +57,16 @@ impl<'c> Share<'c> {
         }
     }
 
-    /// Of what is left of a frame: when that begins, and how long it is, if its time is limited; `found` pairs are known to meet.
+    /// Sets the share from the rest of a frame. `left`: when the rest begins, and how long it is,
+    /// if time is limited. `found`: number of pairs known to meet.
     pub fn begin(&mut self, budget: Budget, left: Option<[Duration; 2]>, found: usize) {
         self.of_found = found as u64 * WORK_PER_FOUND_PAIR;
         self.work = budget.work.map(|work| {
             work.saturating_add(BROAD_PHASE_WORK)
                 .saturating_sub(self.of_found)
         });
-        // Otherwise the compiler computes with what is missing before it is asked for, which valgrind reports.
+        // Without this, the compiler computes with missing values before they are needed, which
+        // valgrind reports.
         [self.started, self.limit] = black_box(left.unwrap_or_default());
         self.is_timed = left.is_some();
     }
@@ -75,8 +77,9 @@ impl<'c> Share<'c> {
         self.run_until(end, work, run)
     }
 
-    /// Runs the list, and learns how fast it goes. It has half of the time that is left, what it takes after its end included, and
-    /// leaves at least a quarter to the queries. The pairs that were found are listed in addition.
+    /// Runs the list, and measures its speed. It gets half of the time left, including what it
+    /// takes after its deadline, and leaves at least a quarter to the queries. The pairs found
+    /// before are listed in addition.
     pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (end, work) = self.limits(Step::List);
         let of_found = self.of_found;
@@ -99,7 +102,7 @@ impl<'c> Share<'c> {
         result
     }
 
-    /// When a step ends, by the clock and by work.
+    /// The end of a step, as a time and as work.
     fn limits(&self, step: Step) -> (Option<Duration>, u64) {
         let work = self.work.map_or(u64::MAX, |work| {
             (work / PARTS * step.part()).saturating_sub(self.spent)
@@ -107,7 +110,7 @@ impl<'c> Share<'c> {
         (self.end_of(step.part_of_time()), work)
     }
 
-    /// When so many parts of the time of the frame are over.
+    /// The time at which `parts` parts of the frame's time are over.
     fn end_of(&self, parts: u32) -> Option<Duration> {
         self.is_timed.then(|| {
             self.started

@@ -1,8 +1,9 @@
-//! What a frame finds out about the distances of groups.
+//! Collects the distance bounds of groups in a frame.
 //!
-//! The least of the lower bounds of all pairs of two groups bounds their distance from below; any upper bound does from above,
-//! and pairs that are farther apart than the least of these need no query: the *ceiling* of the frame, what is left of the last
-//! frame's upper bound. All of this holds however the frame is cut.
+//! The least lower bound of all pairs of two groups is a lower bound of their distance; any upper
+//! bound of a pair is an upper bound. Pairs that are farther apart than the least upper bound need
+//! no query. At the begin of a frame this is its *ceiling*, the upper bound of the last frame
+//! corrected for displacements. All of this holds wherever the frame is cut.
 
 use crate::scene::ask::distance_requests::Group;
 use crate::scene::ask::distance_requests::{Asker, DistanceRequests};
@@ -13,15 +14,15 @@ use crate::scene::report::{GroupDistance, Report};
 use crate::scene::room::reserve;
 use alloc::vec::Vec;
 
-/// What is known of two groups.
+/// The bounds of two groups.
 #[derive(Clone, Copy, Debug)]
 struct Tally {
-    /// The least lower bound of pairs that were looked at.
+    /// The least lower bound of the pairs examined.
     low: f64,
-    /// The closest pair that a query was asked about.
+    /// The closest pair that was queried.
     closest: Option<(PairKey, Bounds)>,
     looked_at: usize,
-    /// How many of them may be closer.
+    /// Number of them that may be closer.
     open: usize,
 }
 
@@ -44,7 +45,7 @@ impl Tallies {
         self.0.extend(requests.groups.iter().map(|_| nothing));
     }
 
-    /// Takes note of a pair; `None`: its bodies may not meet, so it does not count.
+    /// Adds a pair. `None`: its bodies may not meet, so it does not count.
     pub fn add(
         &mut self,
         requests: &DistanceRequests,
@@ -72,7 +73,7 @@ impl Tallies {
         }
     }
 
-    /// Tells what is known at the end of a frame.
+    /// Reports the bounds at the end of a frame.
     pub fn tell(&self, bodies: &Bodies, report: &mut Report) {
         for (
             Tally {
@@ -119,7 +120,7 @@ impl Tallies {
         }
     }
 
-    /// Hands on to the next frames which pairs were the closest in this one.
+    /// Passes the closest pairs of this frame on to the next frames.
     pub fn hand_on(&self, requests: &mut DistanceRequests, frame: u64) {
         for (tally, group) in self.0.iter().zip(&mut requests.groups) {
             if let Some((key, bounds)) = tally.closest {

@@ -1,4 +1,4 @@
-//! Whose turn it is: the round robin.
+//! The round robin: whose turn it is.
 
 use super::job::Job;
 use crate::scene::ask::TurnKind;
@@ -10,20 +10,20 @@ use crate::scene::pair::state::Turn;
 pub(crate) struct RoundRobin {
     /// The pair that it begins with.
     pub cursor: PairKey,
-    /// Whether it is the turn of its contacts.
+    /// True if it is the turn of the contacts of that pair.
     at_contacts: bool,
-    /// Whether that has used up a guaranteed share.
+    /// True if that turn has used up a guaranteed share.
     overspent: bool,
-    /// Whether the list of the last frame was cut short, and where the next one goes on.
+    /// True if the list of the last frame was cut short; and where the next list continues.
     pub cut: bool,
     end: PairKey,
-    /// Whether the list begins with the cursor, or is whole.
+    /// True if the list begins with the cursor, or is complete.
     holds_cursor: bool,
 }
 
 impl RoundRobin {
-    /// Takes note of a pair that is listed. If its turn ended without an answer and a body moved, its run would begin anew, so
-    /// the next pair has its turn.
+    /// Records a pair that is listed. If its turn ended without an answer and a body moved, its run
+    /// would begin anew, so the turn goes to the next pair.
     #[inline]
     pub fn list(&mut self, key: PairKey, changed: impl FnOnce() -> bool) {
         if self.overspent && key == self.cursor {
@@ -34,19 +34,20 @@ impl RoundRobin {
         }
     }
 
-    /// If it is the turn of a pair, whether it is that of its contacts: they then come before anything else of it, since its
-    /// bodies may move in each frame.
+    /// If it is the turn of this pair, true if it is the turn of its contacts. They then come
+    /// before its other questions, because its bodies may move in each frame.
     pub fn is_at_contacts(&self, key: PairKey) -> Option<bool> {
         (key == self.cursor).then_some(self.at_contacts)
     }
 
-    /// Takes note of a list that ends before the pair `end`; `cut`: and before all pairs are in it.
+    /// Records that the list ends before the pair `end`. `cut`: the list is incomplete.
     pub fn end_list(&mut self, end: PairKey, cut: bool) {
         self.holds_cursor = self.cut || !cut;
         (self.cut, self.end) = (cut, end);
     }
 
-    /// Moves on past the turns that have ended. `enough`: work that is all but the guaranteed share.
+    /// Moves the cursor past the turns that have ended. `enough`: work that is nearly the
+    /// guaranteed share.
     pub fn advance(&mut self, batch: &Batch, enough: u64) {
         let Some(last) = batch.turns.last().filter(|_| self.holds_cursor) else {
             return;
@@ -60,7 +61,7 @@ impl RoundRobin {
         self.overspent = waiting == Some(0) && is_cut;
     }
 
-    /// Passes by the jobs of a list cut short that are at their ends, so that the next list has others.
+    /// After a list cut short, skips the finished jobs, so that the next list has others.
     pub fn end_frame(&mut self, jobs: &[Job]) {
         if self.cut && self.holds_cursor {
             let (before, after) = jobs.split_at(jobs.partition_point(|job| job.key < self.cursor));

@@ -1,10 +1,11 @@
 //! Threads that run batches, and sleep between frames.
 //!
-//! A batch goes to a worker and comes back by value, and the bodies are shared, so there is nothing to lock but the lists of
-//! tasks. Locks, waits and lists allocate nothing, which is more than the channels of the standard library promise.
+//! A batch goes to a worker and comes back by value, and the bodies are shared, so only the lists
+//! of tasks need a lock. Locks, waits and lists allocate nothing; the channels of the standard
+//! library do not promise that.
 //!
-//! Waking a thread takes as long as a short frame. So each frame wakes all threads when it begins, and they poll for tasks for a
-//! while before they sleep again.
+//! Waking a thread takes as long as a short frame. So each frame wakes all threads when it begins,
+//! and they poll for tasks for a while before they sleep again.
 
 use super::crew::Crew;
 use crate::query::{SYSTEM, Workspace};
@@ -24,10 +25,10 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, Builder, JoinHandle};
 use std::time::Instant;
 
-/// How long a thread polls for tasks before it sleeps: a few times as long as waking it takes.
+/// How long a thread polls for tasks before it sleeps: a few times the time that waking it takes.
 const LOOKOUT: Duration = Duration::from_micros(200);
 
-/// Polls between two yields of the core to other threads.
+/// Number of polls between two yields of the core to other threads.
 const LOOKS: usize = 100;
 
 #[derive(Debug)]
@@ -39,17 +40,18 @@ struct Task {
 }
 
 impl Task {
-    /// Lets go of the bodies before the batch is given back: the owner of the scene may then change them.
+    /// Drops the bodies before the batch is returned, so that the owner of the scene may change
+    /// them.
     fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Batch) {
         self.batch.run(&self.bodies, scratch, &self.round, &SYSTEM);
         (self.index, self.batch)
     }
 }
 
-/// What became of a task.
+/// The result of a task.
 type Ended = thread::Result<(usize, Batch)>;
 
-/// What the caller does next.
+/// The next action of the caller.
 enum Next {
     Ended(Ended),
     Task(Task),
@@ -58,36 +60,36 @@ enum Next {
 #[derive(Debug, Default)]
 struct Tasks {
     waiting: VecDeque<Task>,
-    /// How many tasks workers are running, and what became of those that they ran.
+    /// Number of tasks that workers are running, and results of finished tasks.
     taken: usize,
     ended: Vec<Ended>,
-    /// How often workers were called, and how many sleep until they are.
+    /// Number of calls so far, and number of workers that sleep until the next one.
     calls: usize,
     asleep: usize,
-    /// Whether the caller sleeps until a task ends.
+    /// True if the caller sleeps until a task ends.
     caller_sleeps: bool,
-    /// How many workers have begun to wait for tasks.
+    /// Number of workers that have begun to wait for tasks.
     begun: usize,
-    /// Whether no more will come.
+    /// True if no more tasks will come.
     closed: bool,
 }
 
-/// What the threads share.
+/// The state shared by the threads.
 #[derive(Debug, Default)]
 struct Shared {
     tasks: Mutex<Tasks>,
-    /// There are new tasks, or there will be soon, or no more will come.
+    /// Signals new tasks, tasks to come soon, or that no more will come.
     begin: Condvar,
-    /// A task has ended.
+    /// Signals that a task has ended.
     end: Condvar,
-    /// Copies of the counts of tasks that wait and that have ended, for polling without the lock.
+    /// Copies of the numbers of waiting and of ended tasks, for polling without the lock.
     waiting: AtomicUsize,
     ended: AtomicUsize,
 }
 
 impl Shared {
-    /// No task runs under the lock, so no panic leaves the lists half changed. It is held so briefly that spinning for it is
-    /// cheaper than sleeping.
+    /// No task runs under the lock, so a panic cannot leave the lists inconsistent. The lock is
+    /// held so briefly that spinning is cheaper than sleeping.
     fn lock(&self) -> MutexGuard<'_, Tasks> {
         let backoff = Backoff::new();
         loop {
@@ -105,7 +107,7 @@ impl Shared {
         }
     }
 
-    /// A task for a worker, if there is one.
+    /// Takes a task for a worker, if there is one.
     fn take(&self, tasks: &mut Tasks) -> Option<Task> {
         let task = tasks.waiting.pop_front()?;
         tasks.taken += 1;
@@ -113,7 +115,8 @@ impl Shared {
         Some(task)
     }
 
-    /// Waits for a task; `None` if no more will come. `calls`: how many calls the worker has seen.
+    /// Waits for a task; `None` if no more will come. `calls`: number of calls that the worker has
+    /// seen.
     fn next(&self, calls: &mut usize) -> Option<Task> {
         loop {
             look_out(|| self.waiting.load(Ordering::Acquire) > 0);
@@ -135,12 +138,12 @@ impl Shared {
         }
     }
 
-    /// What the caller does next: runs a task; or takes back what has ended, while the last tasks run; or waits. `None` if nothing
-    /// is left.
+    /// The next action of the caller: runs a task; or takes back an ended one while the last tasks
+    /// run; or waits. `None` if nothing is left.
     fn next_for_caller(&self, round: &Round) -> Option<Next> {
         let mut tasks = self.lock();
-        // Workers take tasks from the front. Without a deadline the caller takes them from the back, so that in most frames the
-        // same thread runs the same pairs.
+        // Workers take tasks from the front. Without a deadline the caller takes them from the
+        // back, so that in most frames the same thread runs the same pairs.
         let task = if round.end.is_some() {
             tasks.waiting.pop_front()
         } else {
@@ -177,7 +180,7 @@ impl Shared {
         self.lock().begun += 1;
         self.end.notify_one();
         while let Some(task) = next.or_else(|| self.next(&mut calls)) {
-            // The caller waits for every task, so even a panic has to come back to it.
+            // The caller waits for every task, so even a panic must be returned to it.
             let ended = catch_unwind(AssertUnwindSafe(|| task.run(&mut scratch)));
             let mut tasks = self.lock();
             tasks.ended.push(ended);
@@ -191,7 +194,7 @@ impl Shared {
     }
 }
 
-/// Polls until something is found, or for [`LOOKOUT`].
+/// Polls until `found` returns true, or for [`LOOKOUT`].
 fn look_out(found: impl Fn() -> bool) {
     let began = Instant::now();
     while began.elapsed() < LOOKOUT {
@@ -233,7 +236,8 @@ impl Workers {
                     .spawn(move || shared.work(scratch))?,
             );
         }
-        // What the system allocates when a thread begins is not left to a frame.
+        // Waits for the threads, so that allocations of the system at their start do not fall into
+        // a frame.
         let tasks = workers.shared.lock();
         drop(
             workers
@@ -308,7 +312,7 @@ impl Drop for Workers {
         self.shared.lock().closed = true;
         self.shared.begin.notify_all();
         for thread in self.threads.drain(..) {
-            // Nothing is left to do for one that panicked.
+            // A thread that panicked needs no further action.
             let _ = thread.join();
         }
     }

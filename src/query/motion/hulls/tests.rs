@@ -1,4 +1,5 @@
-//! Pairs of triangles that are built to meet at a known time: the tests of boxes and of triangles find each, no later than that.
+//! Pairs of triangles constructed to meet at a known time: the tests of boxes and of triangles find
+//! each pair, with a time no later than that.
 
 use super::*;
 use crate::math::lanes::{Instructions, Kernel};
@@ -13,7 +14,7 @@ use crate::triangle::swept::{Glide, Swept, windows};
 use crate::{Mesh, shapes};
 use glam::{DMat3, DVec3};
 
-/// What a pair was replaced by, with keys.
+/// The pairs that replace a pair, with keys.
 struct Found {
     keys: Keys,
     pairs: Vec<(Pair, f32)>,
@@ -47,7 +48,7 @@ impl Sink for Found {
     }
 }
 
-/// Two triangles that meet at a time of the piece, in its lengths from its middle.
+/// Two triangles that meet at `time`, in lengths of the piece from its middle.
 struct Meeting<'t> {
     trees: [&'t Tree; 2],
     relation: &'t Relation,
@@ -59,7 +60,7 @@ struct Meeting<'t> {
 impl Kernel for &Meeting<'_> {
     type Output = bool;
 
-    /// Whether they are found below the roots, and no pair on the way there waits for longer.
+    /// True if the pair is found below the roots, and no node pair on the way has a later time.
     fn run<L: Lanes>(self, lanes: L) -> bool {
         let holds = |side: usize, pair: &Pair| {
             let (node, i) = (
@@ -106,7 +107,7 @@ impl Kernel for &Meeting<'_> {
     }
 }
 
-/// When two triangles may meet, eight times the same pair in `f32`.
+/// The times at which two triangles may meet, in `f32`: eight times the same pair.
 struct InLanes<'t> {
     trees: [&'t Tree; 2],
     placement: &'t Placement,
@@ -124,7 +125,8 @@ impl Kernel for &InLanes<'_> {
     }
 }
 
-/// What is said of two triangles that meet at a time: by `f32` of the whole piece and of its eighths, and by `f64`.
+/// Checks the result for two triangles that meet at a time: in `f32` for the whole piece and for
+/// its eighths, and in `f64`.
 fn check_triangles(trees: [&Tree; 2], course: &Course, piece: &Piece, pair: [u32; 2], time: f64) {
     let [a, b] = trees;
     let relation = Relation::new(a, b, &course.pose(piece.middle));
@@ -233,7 +235,8 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
                 turned * start * normal(of_b) * vector(size).x,
             ),
         };
-        // The last kinds like a pendulum, lowest where it meets the other triangle, or like a wheel, which rolls there.
+        // The last kinds move like a pendulum, lowest where it meets the other triangle, or like a
+        // wheel, which rolls there.
         let velocity = axis.cross(from_axis) * (-angle * [0.0, 0.4, 1.0][round / 9 % 3]);
         let arm = turned.transpose() * from_axis - start * of_b;
         let place = at - from_axis - velocity * time + arm;

@@ -1,9 +1,10 @@
-//! The first step of a frame: known pairs are looked at again.
+//! The first step of a frame: known pairs are tested again.
 //!
-//! Most pairs that met in the last frame still do, and two triangles prove it where the bodies are now, whether those are placed
-//! and paired or not: their last witnesses, or two that lie next to the latest. Where time is limited and the last frame was cut
-//! short, pairs whose witnesses are lost are searched next, and after them all others that are known. What is found so is told,
-//! even if the list of the frame ends before it, and so are the pairs that met and rest.
+//! Most pairs that met in the last frame still meet. Two triangles prove it for the current poses,
+//! whether the bodies are placed and paired or not: the latest witnesses, or neighbors of the
+//! latest one. If time is limited and the last frame was cut short, pairs whose witnesses are lost
+//! are searched next, and then all other known pairs. The pairs found are reported even if the list
+//! of the frame ends before them, and so are pairs that met and rest.
 
 mod search;
 
@@ -22,23 +23,26 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-/// A frame looks for pairs that met among this many known ones at least, or among so many for each test of the last frame; and for
-/// pairs to be searched among this many, and so many for each search. For so many of them it finds at most one that rests:
-/// listing these leaves less for the others.
+/// Limits for the pairs that a frame examines. It looks for pairs that met among at least `LEAST`
+/// known ones, or among `PER_TEST` for each test of the last frame. It looks for pairs to search
+/// among `LEAST`, and `PER_TEST` more for each search. For each `PER_REST` pairs it finds at most
+/// one that rests: listing these leaves less for the others.
 const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
 const PER_REST: usize = 16;
 
-/// What lies next to a lost witness is tested where it is expected to meet this often, and one time in so many where it is not.
+/// The neighbors of a lost witness are tested if they meet at least this often in expectation, and
+/// otherwise one time in `PER_NEARBY`.
 const LEAST_NEARBY: f32 = 0.2;
 const PER_NEARBY: u32 = 16;
 
-/// Tests over which is averaged how often it meets, of a pair and of all; and how often it does before the first.
+/// Number of tests over which the frequency of meeting neighbors is averaged, for a pair and for
+/// the scene; and its initial value.
 const TESTS_OF_PAIR: f32 = 8.0;
 const TESTS_OF_SCENE: f32 = 64.0;
 const USUAL_NEARBY: f32 = 0.5;
 
-/// A pair that was found to meet, and two triangles that do.
+/// A pair that was found to meet, with its witness.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
     pub key: PairKey,
@@ -46,9 +50,9 @@ pub(crate) struct Meeting {
 }
 
 impl Meeting {
-    /// Of a pair of which this was found.
+    /// The result of a pair, if its verdict has a witness that intersects.
     fn new(key: PairKey, verdict: Verdict) -> Option<Self> {
-        // Of bodies with margins nothing is found: they are not plain.
+        // Bodies with margins do not occur here: they are not plain.
         let Verdict::Intersecting { witness } = verdict else {
             return None;
         };
@@ -56,17 +60,17 @@ impl Meeting {
     }
 }
 
-/// The batches that tests are dealt to, a workspace for them, and when they end, by the clock.
+/// The batches that receive tests, a workspace, and the time at which they end.
 pub(crate) struct Hands<'h> {
     pub batches: &'h mut [Batch],
     pub scratch: &'h mut Box<Workspace>,
     pub end: Option<Duration>,
-    /// Searches that were dealt.
+    /// Number of searches dealt.
     pub dealt: usize,
 }
 
 impl Hands<'_> {
-    /// Runs what was begun to its end.
+    /// Runs everything started to its end.
     fn finish(&mut self, frame: &Frame, round: &Round) {
         frame
             .crew
@@ -81,13 +85,13 @@ impl Hands<'_> {
     }
 }
 
-/// Where time is limited, a thread tests so many pairs at once.
+/// If time is limited, each thread tests this many pairs at once.
 const TESTS: usize = 64;
 
-/// Several threads share the tests in so many parts.
+/// Number of parts in which several threads share the tests.
 const PARTS: usize = 8;
 
-/// Tests that a batch of so many pairs needs room for.
+/// Number of tests that a batch needs room for, with this many pairs.
 pub(crate) fn room(batch: usize, pairs: usize) -> usize {
     match batch {
         0 => pairs,
@@ -98,36 +102,37 @@ pub(crate) fn room(batch: usize, pairs: usize) -> usize {
 
 #[derive(Debug, Default)]
 pub(crate) struct Revisit {
-    /// The pairs that were found to meet in this frame, ascending.
+    /// The pairs found to meet in this frame, ascending.
     pub found: Vec<Meeting>,
-    /// Places of pairs that wait for their tests, and of those whose witnesses are lost.
+    /// Places of the pairs that wait for their tests, and of those whose witnesses are lost.
     waiting: Vec<u32>,
     lost: Vec<u32>,
-    /// Tests of this frame, work of looking next to witnesses that are lost, and what its searches spent.
+    /// Number of tests of this frame, work of testing neighbors of lost witnesses, and work of its
+    /// searches.
     tests: usize,
     beside: u64,
     searches: Spent,
-    /// How much more often than usual what lies next to a lost witness meets, and how often it was not tested since it is not
-    /// expected to.
+    /// How much more often than usual the neighbors of a lost witness meet; and how often they were
+    /// not tested because they were not expected to meet.
     nearby: f32,
     passed: u32,
-    /// Whether there is no room for more of them.
+    /// True if there is no room for more pairs.
     pub is_full: bool,
-    /// Where the next frame goes on with its tests; and with its searches of pairs that are lost, whose boxes overlap deeply, and of
-    /// others.
+    /// Where the next frame continues its tests; and where it continues its searches: of lost
+    /// pairs, of pairs whose boxes overlap deeply, and of others.
     next: PairKey,
     turns: [PairKey; 3],
 }
 
 impl Revisit {
-    /// Makes room for this many pairs.
+    /// Reserves room for this many pairs.
     pub fn reserve(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
         reserve(&mut self.waiting, pairs);
         reserve(&mut self.lost, pairs);
     }
 
-    /// What this frame spent.
+    /// Work of this frame.
     pub fn spent(&self) -> Spent {
         let work = self.searches.work + self.beside + self.tests as u64 * WORK_PER_WITNESS;
         Spent {
@@ -136,15 +141,16 @@ impl Revisit {
         }
     }
 
-    /// Of a frame that tests nothing.
+    /// Resets the results, for a frame without tests.
     pub fn skip(&mut self) {
         self.found.clear();
         self.lost.clear();
         (self.tests, self.beside, self.searches, self.is_full) = (0, 0, Spent::default(), false);
     }
 
-    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If the last list was cut, those that
-    /// rest are found too, that they are listed. `meanwhile` is done while other threads test.
+    /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If
+    /// the last list was cut, pairs that rest are also found, so that they are listed. Calls
+    /// `meanwhile` while other threads test.
     pub fn test(
         &mut self,
         frame: &Frame,
@@ -206,7 +212,7 @@ impl Revisit {
                 },
             );
         }
-        // Those from a place on come before the others; and before both, those that rest.
+        // Order: first those that rest, then those from the start place on, then the others.
         let turn = self.found.iter().position(|meeting| meeting.key < first);
         self.found.rotate_left(turn.unwrap_or(0));
         if !self.found.is_sorted_by_key(|meeting| meeting.key) {
@@ -215,8 +221,9 @@ impl Revisit {
         self.test_again(frame, pairs, hands, deadline);
     }
 
-    /// Of the pairs whose latest witnesses do not meet any more, tests the ones before, and what lies next to the latest if it is
-    /// expected to meet: surfaces that meet go on meeting there, unless they go far in a frame.
+    /// For the pairs whose latest witnesses no longer meet, tests the witnesses before them, and
+    /// the neighbors of the latest if these are expected to meet: surfaces usually still meet
+    /// nearby, unless they move far in a frame.
     fn test_again(
         &mut self,
         frame: &Frame,
@@ -237,7 +244,8 @@ impl Revisit {
             test.witness = state.memory.witness(1).unwrap_or(test.witness);
             if deadline.has_room(WORK_PER_NEIGHBORS) {
                 let is_expected = of_all + state.nearby >= LEAST_NEARBY;
-                // Things may have changed since it was expected.
+                // Tested sometimes even if not expected to meet, because the expectation may be
+                // outdated.
                 passed = if is_expected {
                     passed
                 } else {
@@ -288,9 +296,10 @@ impl Revisit {
         );
     }
 
-    /// Gathers pairs that met, from the one on whose turn it is: those that rest are found, and others wait for their tests or
-    /// are lost. `left`: places that may be looked at, and pairs that may rest. Whether there are more of them, since not many are
-    /// to wait where time is limited.
+    /// Gathers pairs that met, starting with the one whose turn it is. Pairs that rest are found;
+    /// others wait for their tests or are lost. `left`: number of places to examine, and of resting
+    /// pairs to find. Returns true if there are more pairs, because only few wait at a time if time
+    /// is limited.
     fn gather(
         &mut self,
         frame: &Frame,
@@ -324,7 +333,7 @@ impl Revisit {
                 break;
             }
             let key = pairs.key(place);
-            // What moved in this frame does not rest, whatever is known of it.
+            // A pair that moved in this frame does not rest, whatever its state says.
             let changed = frame.changed(key);
             let rests = changed < frame.number && pairs.state(place, frame).completed >= changed;
             if (frame.cut || !rests) && is_plain(key, frame, broad) {
@@ -341,7 +350,8 @@ impl Revisit {
                     self.waiting.push(place as u32);
                     deadline.spend(WORK_PER_WITNESS);
                 } else if !frame.budget.is_unlimited() {
-                    // Otherwise it is searched when it is listed, wherever its place is by then.
+                    // Without a budget it is searched when it is listed, wherever its place is by
+                    // then.
                     self.lost.push(place as u32);
                 }
             }
@@ -351,7 +361,7 @@ impl Revisit {
         goes_on && *left > 0
     }
 
-    /// Begins to test the pairs that wait, in batches.
+    /// Starts the tests of the pairs that wait, in batches.
     fn begin(
         &mut self,
         frame: &Frame,
@@ -382,7 +392,7 @@ impl Revisit {
         round
     }
 
-    /// Learns from a test of what lies next to the witness of a pair.
+    /// Updates the frequency of meeting neighbors from the test of a pair.
     fn learn_beside(&mut self, state: &mut PairState, met: bool) {
         self.beside += WORK_PER_NEIGHBORS;
         let (met, of_all) = (if met { 1.0 } else { 0.0 }, USUAL_NEARBY + self.nearby);
@@ -390,18 +400,18 @@ impl Revisit {
         self.nearby += (met - of_all) / TESTS_OF_SCENE;
     }
 
-    /// Takes note of a pair that meets.
+    /// Inserts a pair that meets.
     fn find(&mut self, met: Meeting) {
         let at = self.found.partition_point(|other| other.key < met.key);
         self.found.insert(at, met);
     }
 }
 
-/// Whether all that is asked of a pair is if the bodies meet that it was found for.
+/// True if the only question of a pair is whether these two bodies meet.
 #[inline(always)]
 fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
-    // Two fixed bodies may be known whose distance was asked for.
+    // Two fixed bodies may be known because their distance was measured.
     !bodies.is_special(key)
         && broad.compares(pair)
         && bodies.may_meet(pair)

@@ -1,4 +1,4 @@
-//! Searches before the broad phase: known pairs that their last witnesses leave open.
+//! Searches before the broad phase: known pairs that the tests of their witnesses leave open.
 
 use super::{Hands, LEAST, Meeting, PER_TEST, Revisit, is_plain};
 use crate::model::cost::{LEAST_WORK, WORK_PER_MERGED_PAIR};
@@ -14,19 +14,21 @@ use crate::scene::schedule::pairs::Pairs;
 use core::mem;
 use core::time::Duration;
 
-/// Of pairs that are not to be searched, every so many-th place is checked against the deadline, and costs as many units of work.
+/// Of the pairs that are not to be searched, every `PASSED`-th place is checked against the
+/// deadline, and costs `PASSED` units of work.
 const PASSED: usize = 64;
 
-/// Boxes overlap deeply that have this part [in common](crate::scene::body::Bodies::common_part) or more. Most pairs that meet are
-/// among these.
+/// Boxes overlap deeply if their [overlap](crate::scene::body::Bodies::common_part) is at least
+/// this. Most pairs that meet are among these.
 const DEEP: f64 = 0.1;
 
-/// A thread searches so many pairs at once.
+/// Each thread searches this many pairs at once.
 const SEARCHES: usize = 4;
 
 impl Revisit {
-    /// Asks whether the pairs meet that were lost; if bodies have moved, then those that did not meet and whose boxes overlap deeply,
-    /// and then all others that are known; each in turn, as far as the deadline and [`LEAST`] allow.
+    /// Searches the lost pairs; if bodies have moved, then pairs that did not meet and whose boxes
+    /// overlap deeply, and then all other known pairs. Each group in turn, as far as the deadline
+    /// and [`LEAST`] allow.
     pub fn search(
         &mut self,
         frame: &Frame,
@@ -83,7 +85,8 @@ impl Revisit {
         deadline.has_room(LEAST_WORK) && !self.is_full
     }
 
-    /// Whether a pair that did not meet, and whose boxes overlap `deep`ly or not, is to be searched before it is listed.
+    /// True if a pair that did not meet should be searched before it is listed. `deep`: selects
+    /// pairs whose boxes overlap deeply, else the others.
     fn is_sought(
         &self,
         place: usize,
@@ -94,7 +97,7 @@ impl Revisit {
     ) -> bool {
         let (key, number) = (pairs.key(place), frame.number);
         let part = frame.bodies.common_part(bodies_of(key));
-        // The stopped run of bodies at rest is gone on with later.
+        // The stopped run of bodies at rest is resumed later.
         if part.is_none_or(|part| (part >= DEEP) != deep) || frame.changed(key) < number {
             return false;
         }
@@ -104,7 +107,7 @@ impl Revisit {
         pairs.overlapping(place, true, number).is_some_and(is_due) && is_plain(key, frame, broad)
     }
 
-    /// Asks whether a pair meets; on several threads, together with a few others.
+    /// Searches a pair; on several threads, together with a few others.
     fn ask(
         &mut self,
         turn: usize,
@@ -121,7 +124,7 @@ impl Revisit {
             ..pairs.take(place, frame.number)
         };
         if threads == 1 {
-            // A deadline that goes on knows how fast it goes.
+            // A deadline in use knows the pace of the work.
             let mut searched = dealt;
             searched.search(
                 frame.bodies,
@@ -162,7 +165,8 @@ impl Revisit {
         }
     }
 
-    /// Takes note of what came of a search. If there was no time for it, the next frame goes on with it, or with an earlier one.
+    /// Stores the result of a search. If there was no time for it, the next frame continues with
+    /// it, or with an earlier one.
     fn end_search(&mut self, turn: usize, searched: Turn, pairs: &mut Pairs) {
         self.searches.add(searched.spent);
         if let Some(met) = Meeting::new(searched.key, searched.standing.verdict) {
