@@ -1,4 +1,5 @@
-//! Enums as text: `Display` and `FromStr` from one table of names, the same that the program and the files use.
+//! Names of enums: `named!` makes `Display` and `FromStr` from one table. The program and its
+//! files use these names.
 
 use alloc::borrow::ToOwned;
 use alloc::string::String;

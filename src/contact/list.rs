@@ -17,7 +17,7 @@ const BLOCK: usize = 16;
 pub(crate) struct ContactList {
     /// In order of discovery. Drained contacts stay here until the next one is added.
     contacts: Vec<Contact>,
-    /// The sort keys: the first `sorted` keys nearest first, then the latest in order of discovery.
+    /// The sort keys: `order[..sorted]` is nearest first, the rest in order of discovery.
     order: Vec<Place>,
     sorted: usize,
     /// Scratch of `sort_all`: the start of each bucket.

@@ -6,8 +6,8 @@ use super::cost::WORK_PER_SWEPT_EXPANSION;
 use super::prediction::{Quantiles, dot, with_history};
 use libm::{exp2, log2};
 
-/// A motion query in numbers, before it or after a part of it. Lengths are relative to the sum of
-/// the units of both meshes.
+/// The inputs of the prediction of a motion query that has not begun, or was stopped. Lengths are
+/// divided by the sum of the units of both meshes.
 #[derive(Clone, Copy, Debug)]
 pub struct Passing {
     /// Number of triangles of A times that of B.

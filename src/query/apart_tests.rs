@@ -31,8 +31,8 @@ fn rotation(random: &mut Random) -> DMat3 {
     DMat3::from_quat(DQuat::from_axis_angle(axis, random.between(-3.0, 3.0)))
 }
 
-/// The bound, after checks with both kinds of instructions, from both sides: it is not above the
-/// distance of two triangles, and it is 0 if some intersect.
+/// Returns the bound, after assertions: it is at most the distance of the meshes, and 0 if they
+/// intersect, also with A and B exchanged; the portable kernels give the same bits.
 fn proven(bound: Bound, a: &Tree, b: &Tree, pose: &Pose) -> f64 {
     let (clock, mut workspace) = (ManualClock::new(), Workspace::new());
     let met = Query::intersection(a, b, *pose)

@@ -168,7 +168,7 @@ impl<'w> Certificate<'w> {
 
     fn open(&self) -> impl Iterator<Item = Open> + 'w {
         let workspace = self.workspace;
-        // Pairs that wait may have been found along a curve in the meantime.
+        // A waiting triangle pair that was found along a curve is no longer open.
         let trees = [self.a, self.b];
         let is_open = move |pair: &[u32; 2]| !workspace.march.knows(trees, *pair);
         let triangles = workspace

@@ -1,8 +1,8 @@
-//! Boxes that are separated by less than the margins of `f32`: their gap along one direction, in
-//! `f64`.
+//! Computes in `f64`, along one direction, the gap of boxes that are separated by less than the
+//! margins of `f32`.
 //!
-//! Those margins are relative to the meshes, however small the nodes are. Here little more than the
-//! rounding of the boxes themselves remains, so parallel sheets are separated high up in the trees.
+//! Those margins scale with the meshes, however small the nodes are. The margin in `f64` is little
+//! more than the rounding of the boxes, so parallel sheets are separated high up in the trees.
 //! The proof is in `docs/numerics.md`, "Boxes that are close".
 
 use super::views::{Relation, Views};

@@ -250,8 +250,8 @@ impl PairMemory {
         self.remember_work(Sought::Distance, work);
     }
 
-    /// Updates the memory after a call of a motion query. `work` is that of the whole query, if it
-    /// is finished.
+    /// Updates the memory after a call of a motion query. `work` is the work of the whole query, or
+    /// `None` if the query is not finished.
     pub(super) fn remember_motion(
         &mut self,
         a: &Tree,

@@ -42,7 +42,8 @@ impl Bounded {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Waiting {
     pub pair: [u32; 2],
-    /// The key of its boxes, as for node pairs: in a distance query, the squared distance.
+    /// The key of the boxes of both triangles, as for node pairs: in a distance query, a lower
+    /// bound of the squared distance.
     pub key: f32,
 }
 

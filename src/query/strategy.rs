@@ -131,7 +131,8 @@ pub(crate) enum Marching {
     Never,
     /// Until the traversal has done more work than this for each node pair on the front.
     Within(u64),
-    /// No longer; pairs found along curves are still known.
+    /// Tracing has ended. Pairs that were found along curves are remembered, so that none is
+    /// reported twice.
     Over,
 }
 

@@ -5,7 +5,7 @@ use super::filter::Filter;
 /// The news of a body, as far as pairs are concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) enum Change {
-    /// Nothing new: only its swept box of the previous frame is to be replaced by a smaller one.
+    /// The body did not change. The box at its pose replaces its swept box of the previous frame.
     Settle,
     /// At most its box is new.
     #[default]

@@ -156,8 +156,8 @@ impl Scene {
         }
     }
 
-    /// From the next frame on, searches for any intersection of each pair (the default), or counts
-    /// all. Results of earlier frames do not answer the other question.
+    /// From the next frame on, decides only if each pair intersects (the default), or counts all
+    /// its intersections. After a change, results of earlier frames no longer count.
     pub fn set_mode(&mut self, mode: Mode) {
         if self.mode != mode {
             (self.mode, self.asked_since, self.is_known) = (mode, self.next_frame(), false);

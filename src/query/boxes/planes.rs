@@ -114,7 +114,7 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Computes one triangle with the same bits as [`Planes`].
+    /// Computes the plane of one triangle, bit for bit as [`Planes`] does for eight.
     #[inline(always)]
     pub fn new([first, second, third]: &Rows, view: &View, skew: f32) -> Self {
         let (margin, zero) = (view.margin, f32x4::ZERO);

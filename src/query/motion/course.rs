@@ -74,7 +74,8 @@ const BEND: f64 = 5e-3;
 const SPOT: f64 = 0.1;
 const TURNING: f64 = 0.25;
 
-/// A matrix counts as a rotation if it changes lengths by up to 5e-4.
+/// Factor for bounds of lengths, since the matrix of a pose is a rotation within a tolerance
+/// only (`Pose::new`).
 const STRETCH: f64 = 1.01;
 
 impl<'m> Course<'m> {

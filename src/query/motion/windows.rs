@@ -218,7 +218,8 @@ impl Drift {
     }
 }
 
-/// Time interval in which boxes with these ends as times overlap.
+/// Time interval in which two boxes overlap. Their ends on each axis are given as times:
+/// coordinates divided by the relative speed on that axis.
 #[inline(always)]
 fn between<L: Lanes>(other: &Slabs<L>, opened: &Slabs<L>) -> [F8<L>; 2] {
     let [x, y, z] = per_axis!(k => other.low[k] - opened.high[k]);

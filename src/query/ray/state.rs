@@ -40,7 +40,7 @@ named!(RayMode { Nearest => "nearest", Any => "any", All => "all" });
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RayHit {
-    /// Id of the input mesh.
+    /// Id of the triangle in the input mesh.
     pub triangle: u32,
     /// The least parameter of a common point, which is `origin + t direction` ([`Ray::at`]). Its
     /// error is at most 1e-11 times the largest coordinate of the triangle relative to the origin,

@@ -16,7 +16,7 @@ use arrayvec::ArrayVec;
 /// The tree is rebuilt after this many moves out of a fat AABB per body, on average.
 const MOVES_BEFORE_REBUILD: usize = 6;
 
-/// If more than one of this many nodes is new, all nodes are refitted in order, which is fast.
+/// If the new bodies are more than one per this many nodes, all nodes are refitted in order.
 const SWEPT_PART: usize = 16;
 
 /// Nodes, or pairs of nodes, per step; and nodes per step of a refit of all, which takes as long.

@@ -225,7 +225,7 @@ impl Pairs {
         self.at(place).witness()
     }
 
-    /// Records that the latest witness of a pair also meets in `frame`.
+    /// Records that the two triangles of a pair that intersected last also intersect in `frame`.
     #[inline]
     pub fn hold(&mut self, place: usize, frame: u64) {
         self.at_mut(place).hold(frame);

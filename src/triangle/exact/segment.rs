@@ -1,7 +1,7 @@
 //! The segment in which two triangles meet.
 //!
-//! Each end is a corner, or the point of an edge in the other triangle's plane. Exact signs decide
-//! which one. The position along the edge comes from volumes, which are exact where `f64` is in
+//! Each end is a corner, or the point in which an edge of one triangle crosses the plane of the
+//! other. Exact signs decide which corner or edge it is. The position along the edge comes from volumes, which are exact where `f64` is in
 //! doubt. So no error is amplified: the ends are off by the rounding of their coordinates, even if
 //! the triangles are thin, flat or nearly parallel.
 

@@ -143,7 +143,7 @@ struct Ends<L: Lanes, const SWINGS: bool> {
     /// First corner of B, and its edges, at the begin and at the end.
     q: [V8<L>; 2],
     f: [[V8<L>; 3]; 2],
-    /// Edges of B in the middle of the time.
+    /// Edges of B halfway through the time interval.
     middle: [V8<L>; 3],
     bend: V8<L>,
     /// Deviation of the first corner from the line between its two end positions, per component of
@@ -172,7 +172,8 @@ fn extent<L: Lanes>(lanes: L, x: F8<L>, y: F8<L>) -> [F8<L>; 2] {
     [zero.min(x).min(y), zero.max(x).max(y)]
 }
 
-/// Extent of a triangle if its other two corners project to one point.
+/// Extent of a triangle along a direction on which two of its corners have the same
+/// projection `x`; that of the third is 0.
 #[inline(always)]
 fn to_corner<L: Lanes>(lanes: L, x: F8<L>) -> [F8<L>; 2] {
     let zero = F8::splat(lanes, 0.0);
