@@ -4,7 +4,10 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{Budget, Contact, Contacts, ManualClock, Patch, Patches, Pose, PushOutQuery, Query, StopReason, Tree, Verdict, Workspace};
+use punctual::{
+    Budget, Contact, Contacts, ManualClock, Patch, Patches, Pose, PushOutQuery, Query, StopReason,
+    Tree, Verdict, Workspace,
+};
 use punctual_fuzz::contacts::{ENOUGH, Truth, listed, resume, run};
 use punctual_fuzz::{assert_names, few_triangles, length, pose};
 
@@ -33,8 +36,8 @@ fn ask(
     let (mut said, mut found) = (run(&query, &mut workspace, Budget::work(work)), Vec::new());
     while said.stop != StopReason::Finished {
         let known: Vec<_> = found.iter().chain(workspace.contacts()).copied().collect();
-        assert_eq!(said.found, known.len() as u64);
-        truth.assert_missing(&set, &known, said.low);
+        assert_eq!(said.stats.found, known.len() as u64);
+        truth.assert_missing(&set, &known, said.value.low);
         let missing: Vec<_> = set
             .iter()
             .filter(|contact| !known.contains(contact))
@@ -42,14 +45,14 @@ fn ask(
             .collect();
         assert_names(
             &query.certificate(&workspace).expect("it is stopped"),
-            said.found,
+            said.stats.found,
             &missing,
         );
         if said.stop == StopReason::PairsFull {
             found.extend(workspace.drain_contacts());
         }
         let next = resume(&query, &mut workspace, Budget::work(work.max(1)));
-        assert!(said.low <= next.low, "{said:?} {next:?}");
+        assert!(said.value.low <= next.value.low, "{said:?} {next:?}");
         said = next;
     }
     found.extend(workspace.drain_contacts());
@@ -82,14 +85,18 @@ fn assert_patches(a: &Tree, b: &Tree, contacts: &[Contact], patches: &mut Patche
 }
 
 fn assert_push(a: &Tree, b: &Tree, pose: Pose, work: u64) {
-    let found = PushOutQuery::new(a, b, pose).run(&mut Workspace::new(), Budget::work(work).clock(&ManualClock::new()));
+    let found = PushOutQuery::new(a, b, pose).run(
+        &mut Workspace::new(),
+        Budget::work(work).clock(&ManualClock::new()),
+    );
     if let Some(push) = found.push {
         assert!(
             (push.direction.length() - 1.0).abs() < 1e-12 && push.distance >= 0.0,
             "{push:?}"
         );
-        let there = Query::intersection(a, b, push.b_in_a).run(&mut Workspace::new(), ENOUGH.clock(&ManualClock::new()));
-        assert_eq!(there.verdict, Verdict::Separated, "{push:?}");
+        let there = Query::intersection(a, b, push.b_in_a)
+            .run(&mut Workspace::new(), ENOUGH.clock(&ManualClock::new()));
+        assert_eq!(there.value, Verdict::Separated, "{push:?}");
     }
 }
 

@@ -4,7 +4,9 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{Budget, Contact, ManualClock, PairMemory, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{
+    Budget, Contact, ManualClock, PairMemory, Pose, Query, StopReason, Tree, Workspace,
+};
 use punctual_fuzz::distance::{ENOUGH, Question, Truth, run, run_with_memory};
 use punctual_fuzz::{assert_names, contacts, few_triangles, length, pose};
 
@@ -61,8 +63,10 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
             // To look through the boxes of a certificate takes far longer than the query.
             if let (Some(tolerance), [0.0, 0.0], 0..16) = (asked.absolute, asked.margins, stops) {
                 let reach = match asked.closer_than {
-                    Some(limit) => limit.min(said.high),
-                    None => (said.high - tolerance).min(said.high / (1.0 + asked.relative)),
+                    Some(limit) => limit.min(said.value.high),
+                    None => {
+                        (said.value.high - tolerance).min(said.value.high / (1.0 + asked.relative))
+                    }
                 };
                 let closer =
                     contacts_within(&a, &b, pose, reach - 1e-12 * reach - truth.rounding());
@@ -71,10 +75,12 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
                     .expect("the workspace holds a stopped run");
                 assert_names(&plain, 0, &closer);
             }
-            let resumed = query.with_memory(&mut memory).resume(&mut workspace, Budget::work(work.max(1)).clock(&clock));
+            let resumed = query
+                .with_memory(&mut memory)
+                .resume(&mut workspace, Budget::work(work.max(1)).clock(&clock));
             let more = resumed.expect("the workspace holds a stopped run");
             assert!(
-                said.low <= more.low && more.high <= said.high,
+                said.value.low <= more.value.low && more.value.high <= said.value.high,
                 "{said:?} {more:?}"
             );
             (said, stops) = (more, stops + 1);

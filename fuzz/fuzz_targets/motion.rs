@@ -5,7 +5,10 @@
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Answer, Budget, Impact, ManualClock, Mesh, Motion, Pose, Query, StopReason, TimeOfImpact, Tree, Workspace, triangles_intersect};
+use punctual::{
+    Answer, Budget, Impact, ManualClock, Mesh, Motion, Pose, Query, StopReason, TimeOfImpact, Tree,
+    Workspace, triangles_intersect,
+};
 use punctual_fuzz::Numbers;
 
 fn tree(bytes: &mut Unstructured) -> Result<Option<Tree>> {
@@ -72,18 +75,19 @@ fn meet(a: &Tree, b: &Tree, pose: &Pose) -> bool {
 
 fn assert_sound(query: &Query<Impact>, [a, b]: [&Tree; 2], said: &Answer<TimeOfImpact>) {
     assert!(
-        (0.0..=1.0).contains(&said.free_until)
-            && said.touching_at.is_none_or(|time| time >= said.free_until)
+        (0.0..=1.0).contains(&said.value.lower)
+            && said.value.upper.is_none_or(|time| time >= said.value.lower)
     );
     for i in 0..16 {
-        let time = said.free_until * f64::from(i) / 16.0;
+        let time = said.value.lower * f64::from(i) / 16.0;
         assert!(
-            time >= said.free_until || !meet(a, b, &query.pose(time)),
+            time >= said.value.lower || !meet(a, b, &query.pose(time)),
             "they meet at {time}: {said:?}"
         );
     }
     assert!(
-        said.touching_at
+        said.value
+            .upper
             .is_none_or(|time| meet(a, b, &query.pose(time))),
         "{said:?}"
     );
@@ -117,7 +121,7 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
         let more = query
             .resume(&mut workspace, piece.clock(&clock))
             .expect("the workspace holds a stopped run");
-        assert!(said.free_until <= more.free_until, "{said:?} {more:?}");
+        assert!(said.value.lower <= more.value.lower, "{said:?} {more:?}");
         said = more;
     }
     assert_eq!(said, whole);

@@ -4,7 +4,10 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{Budget, ManualClock, Mesh, Query, Ray, RayHit, RayMode, StopReason, Tree, Workspace, triangles_intersect};
+use punctual::{
+    Budget, ManualClock, Mesh, Query, Ray, RayHit, RayMode, StopReason, Tree, Workspace,
+    triangles_intersect,
+};
 use punctual_fuzz::Numbers;
 
 fn tree(bytes: &mut Unstructured) -> Result<Option<Tree>> {
@@ -66,16 +69,17 @@ fn ask(bytes: &mut Unstructured) -> Result<()> {
     let piece = Budget::work(bytes.int_in_range(1..=600)?);
     let mut said = query.run(&mut workspace, piece.clock(&clock));
     while said.stop == StopReason::WorkLimit {
-        let told = said.hit.map_or(f64::INFINITY, |hit| hit.t);
+        let told = said.value.hit.map_or(f64::INFINITY, |hit| hit.t);
         assert!(
-            hits.iter().all(|hit| hit.t >= said.free_until.min(told)),
+            hits.iter()
+                .all(|hit| hit.t >= said.value.free_until.min(told)),
             "{said:?} {hits:?}"
         );
         said = query
             .resume(&mut workspace, piece.clock(&clock))
             .expect("the workspace holds a stopped run");
     }
-    assert_eq!(said.hit, nearest);
+    assert_eq!(said.value.hit, nearest);
     let _ = Query::rays(&tree, &[ray, ray]).run(&mut workspace, Budget::unlimited().clock(&clock));
     assert_eq!(workspace.first_hits(), [nearest; 2]);
     Ok(())

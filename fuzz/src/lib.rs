@@ -17,7 +17,10 @@ pub mod reference;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Budget, Certificate, Contact, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{
+    Budget, Certificate, Contact, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query,
+    StopReason, Tree, Workspace,
+};
 
 /// How coordinates are read from bytes.
 #[derive(Clone, Copy)]
@@ -186,7 +189,9 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
             }
             pairs.extend(workspace.drain_pairs());
             check::assert_sound(&outcome, &pairs, &truth);
-            let resumed = query.with_memory(&mut memory).resume(&mut workspace, Budget::work(work.max(1)).clock(&clock));
+            let resumed = query
+                .with_memory(&mut memory)
+                .resume(&mut workspace, Budget::work(work.max(1)).clock(&clock));
             outcome = resumed.expect("the workspace holds a stopped run");
         }
         pairs.extend(workspace.drain_pairs());

@@ -14,7 +14,9 @@ use core::time::Duration;
 
 use alloc::format;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Clock, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
+use punctual::{
+    Budget, Clock, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+};
 
 /// What this program asks of the outside.
 mod c {
@@ -101,27 +103,28 @@ fn ask() -> Result<bool, alloc::boxed::Box<dyn core::error::Error>> {
     let mut memory = PairMemory::new();
     let mut as_expected = true;
     for (shift, meet) in [(0.8, true), (9.0, false)] {
-        let query =
-            Query::all_pairs(&knot, &ball, Pose::new(DMat3::IDENTITY, DVec3::X * shift)?);
+        let query = Query::all_pairs(&knot, &ball, Pose::new(DMat3::IDENTITY, DVec3::X * shift)?);
         let budget = Budget::time(Duration::from_secs(1));
-        let outcome = query.with_memory(&mut memory).run(&mut workspace, budget.clock(&Monotonic));
+        let outcome = query
+            .with_memory(&mut memory)
+            .run(&mut workspace, budget.clock(&Monotonic));
         let spent = outcome.stats.elapsed.unwrap_or_default();
         print(&format!(
             "{:?}, {} pairs, {} BV tests, {spent:?}\n",
-            outcome.verdict, outcome.found, outcome.stats.bv_tests
+            outcome.value, outcome.stats.found, outcome.stats.bv_tests
         ));
         as_expected &=
-            outcome.stop == StopReason::Finished && meet == (outcome.verdict != Verdict::Separated);
+            outcome.stop == StopReason::Finished && meet == (outcome.value != Verdict::Separated);
         // A budget of work needs no clock.
         let stopped = query.run(&mut workspace, Budget::work(50));
-        as_expected &=
-            query.certificate(&workspace)?.upper_bound() >= outcome.found.max(stopped.found);
+        as_expected &= query.certificate(&workspace)?.upper_bound()
+            >= outcome.stats.found.max(stopped.stats.found);
     }
     // Without one there is no time: such a call does nothing, and says so.
     let query = Query::intersection(&knot, &ball, Pose::IDENTITY);
     let untimed = query.run(&mut workspace, Budget::time(Duration::from_secs(1)));
     as_expected &= untimed.stop == StopReason::Deadline && untimed.stats.work == 0;
-    as_expected &= query.resume(&mut workspace, Budget::unlimited())?.verdict != Verdict::Undecided;
+    as_expected &= query.resume(&mut workspace, Budget::unlimited())?.value != Verdict::Undecided;
     Ok(as_expected)
 }
 

@@ -39,9 +39,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     for x in [21.0, 23.0] {
         let rock_in_world = Isometry3d::new(Vec3::new(x, 0.1, 4.7), Quat::from_rotation_z(0.8));
         let rock_in_ship = pose_of(ship_in_world.inverse() * rock_in_world)?;
-        let outcome =
-            Query::intersection(&ship, &rock, rock_in_ship).run(&mut workspace, Budget::unlimited());
-        match outcome.verdict {
+        let outcome = Query::intersection(&ship, &rock, rock_in_ship)
+            .run(&mut workspace, Budget::unlimited());
+        match outcome.value {
             Verdict::Intersecting {
                 witness: [of_ship, of_rock],
             } => {

@@ -50,9 +50,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let rock_in_ship = bodies::global_pose(&ship_in_world)?
             .inverse()?
             .compose(&bodies::pose(&rock_in_world)?)?;
-        let outcome =
-            Query::intersection(&ship, &rock, rock_in_ship).run(&mut workspace, Budget::unlimited());
-        match outcome.verdict {
+        let outcome = Query::intersection(&ship, &rock, rock_in_ship)
+            .run(&mut workspace, Budget::unlimited());
+        match outcome.value {
             Verdict::Intersecting {
                 witness: [of_ship, of_rock],
             } => {

@@ -28,5 +28,5 @@ pub extern "C" fn has_no_time() -> bool {
     let whole = query.resume(&mut workspace, Budget::work(1 << 40));
     stopped.stop == StopReason::Deadline
         && stopped.stats.work == 0
-        && whole.is_ok_and(|whole| whole.found == 1)
+        && whole.is_ok_and(|whole| whole.stats.found == 1)
 }
