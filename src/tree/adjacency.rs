@@ -106,7 +106,7 @@ fn link<const FIRST: bool>(
     slots: &mut [Open],
     factor: u64,
 ) -> usize {
-    let (mut lost, shift) = (0, slots.len().leading_zeros() + 1);
+    let (mut lost, shift) = (0, (slots.len() as u64).leading_zeros() + 1);
     let mut meet = |rows: &mut [Neighbors], triangle: u32, edge: u32, from: u32, to: u32| {
         let ends = u64::from(from.min(to)) << 32 | u64::from(from.max(to));
         let slot = &mut slots[(ends.wrapping_mul(factor) >> shift) as usize];
