@@ -14,7 +14,7 @@ use super::memory::PairMemory;
 use super::nearest::Nearness;
 use super::options::{ContactOptions, Mode, OptionError, Options};
 use super::outcome::StopReason;
-use super::question::{Ask, Query, Question};
+use super::question::{Ask, Certify, Query, Question};
 use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
@@ -142,9 +142,7 @@ impl<'t> Query<'t, Contacts> {
     }
 }
 
-impl Ask for Query<'_, Contacts> {
-    type Value = ContactBounds;
-
+impl Ask<Contacts> for Query<'_, Contacts> {
     fn key(&self) -> Key {
         Key::new(
             [self.a, self.b],
@@ -235,7 +233,9 @@ impl Ask for Query<'_, Contacts> {
         };
         ContactBounds { low }
     }
+}
 
+impl Certify<Contacts> for Query<'_, Contacts> {
     fn place(&self, _: &Workspace) -> Place<'_> {
         Place::Still(&self.asked.b_in_a, self.asked.options.margin)
     }

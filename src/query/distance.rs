@@ -9,7 +9,7 @@ use super::memory::PairMemory;
 use super::nearest::Nearness;
 use super::options::{DistanceOptions, OptionError, thickness};
 use super::outcome::StopReason;
-use super::question::{Ask, Query, Question, Remembers};
+use super::question::{Ask, Certify, Query, Question, Remembers};
 use super::queue::Pair;
 use super::strategy::Strategy;
 use super::traversal::Traversal;
@@ -221,9 +221,7 @@ impl<'t> Query<'t, Distance> {
     }
 }
 
-impl Ask for Query<'_, Distance> {
-    type Value = Bounds;
-
+impl Ask<Distance> for Query<'_, Distance> {
     fn key(&self) -> Key {
         Key::new(
             [self.a, self.b],
@@ -323,7 +321,9 @@ impl Ask for Query<'_, Distance> {
             closer,
         }
     }
+}
 
+impl Certify<Distance> for Query<'_, Distance> {
     fn place(&self, workspace: &Workspace) -> Place<'_> {
         let most = self.asked.options.limit + self.margin();
         let reach = workspace.search.interval.high().min(most);

@@ -11,7 +11,7 @@ use super::memory::{Before, PairMemory, WITNESSES};
 use super::options::{Mode, Options};
 use super::order::Order;
 use super::outcome::{StopReason, Verdict};
-use super::question::{Ask, Query, Question, Remembers};
+use super::question::{Ask, Certify, Query, Question, Remembers};
 use super::queue::Pair;
 use super::strategy::{Plan, Strategy, WarmStart};
 use super::traversal::Traversal;
@@ -220,9 +220,7 @@ impl<'t> Query<'t, Intersection> {
     }
 }
 
-impl Ask for Query<'_, Intersection> {
-    type Value = Verdict;
-
+impl Ask<Intersection> for Query<'_, Intersection> {
     fn key(&self) -> Key {
         Key::new(
             [self.a, self.b],
@@ -261,7 +259,9 @@ impl Ask for Query<'_, Intersection> {
     fn answer(&self, workspace: &Workspace, stop: StopReason) -> Verdict {
         workspace.verdict(stop)
     }
+}
 
+impl Certify<Intersection> for Query<'_, Intersection> {
     fn place(&self, _: &Workspace) -> Place<'_> {
         Place::Still(&self.asked.b_in_a, 0.0)
     }

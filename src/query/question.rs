@@ -40,9 +40,7 @@ pub trait Remembers: Question {}
 
 /// How a run of a question begins, continues and is answered. [`Query`] has the rest, which all
 /// questions share.
-pub trait Ask {
-    type Value;
-
+pub trait Ask<Q: Question> {
     /// Two calls belong to one query if their keys are equal.
     fn key(&self) -> Key;
 
@@ -63,8 +61,12 @@ pub trait Ask {
     ) -> StopReason;
 
     /// The answer of the run in the workspace, which ended for the reason `stop`.
-    fn answer(&self, workspace: &Workspace, stop: StopReason) -> Self::Value;
+    fn answer(&self, workspace: &Workspace, stop: StopReason) -> Q::Value;
+}
 
+/// A question whose open pairs are pairs of nodes and triangles of two trees, so that a
+/// [`Certificate`] can bound what they hide. Rays are no such question.
+pub trait Certify<Q: Question>: Ask<Q> {
     /// The pose or motion of B, and the largest distance that matters.
     fn place(&self, workspace: &Workspace) -> Place<'_>;
 }
@@ -95,7 +97,7 @@ impl<'t, Q> Query<'t, Q> {
 
 impl<'t, Q: Question> Query<'t, Q>
 where
-    Self: Ask<Value = Q::Value>,
+    Self: Ask<Q>,
 {
     /// Runs within a budget. The pairs, contacts and hits that it finds stay in the workspace.
     ///
@@ -169,7 +171,10 @@ where
     pub fn certificate<'w>(
         &'w self,
         workspace: &'w Workspace,
-    ) -> Result<Certificate<'w>, ResumeError> {
+    ) -> Result<Certificate<'w>, ResumeError>
+    where
+        Self: Certify<Q>,
+    {
         self.holds(workspace)?;
         let place = self.place(workspace);
         Ok(Certificate::new([self.a, self.b], place, workspace))
@@ -243,7 +248,7 @@ pub struct QueryWithMemory<'m, 't, Q> {
 
 impl<'t, Q: Question> QueryWithMemory<'_, 't, Q>
 where
-    Query<'t, Q>: Ask<Value = Q::Value>,
+    Query<'t, Q>: Ask<Q>,
 {
     /// [`Query::run`] with the memory.
     pub fn run<'c>(

@@ -18,6 +18,18 @@ pub fn shared(name: &str) -> Option<PathBuf> {
     None
 }
 
+/// The folders in `parent` whose names begin with `kind`, sorted.
+pub fn folders(parent: &Path, kind: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(parent).unwrap();
+    let mut folders: Vec<_> = entries
+        .map(|entry| entry.unwrap())
+        .filter(|entry| entry.file_name().to_str().unwrap().starts_with(kind))
+        .map(|entry| entry.path())
+        .collect();
+    folders.sort();
+    folders
+}
+
 /// The text of a file, or of the same file with `.gz` at its end.
 pub fn text(path: &Path) -> String {
     if let Ok(text) = fs::read_to_string(path) {

@@ -20,7 +20,7 @@ use crate::query::deadline::Deadline;
 use crate::query::memory::PairMemory;
 use crate::query::options::{MotionOptions, OptionError, thickness};
 use crate::query::outcome::StopReason;
-use crate::query::question::{Ask, Query, Question, Remembers};
+use crate::query::question::{Ask, Certify, Query, Question, Remembers};
 use crate::query::queue::Pair;
 use crate::query::search::Bounded;
 use crate::query::strategy::Strategy;
@@ -258,9 +258,7 @@ impl<'t> Query<'t, Impact> {
     }
 }
 
-impl Ask for Query<'_, Impact> {
-    type Value = TimeOfImpact;
-
+impl Ask<Impact> for Query<'_, Impact> {
     fn key(&self) -> Key {
         Key::new(
             [self.a, self.b],
@@ -336,7 +334,9 @@ impl Ask for Query<'_, Impact> {
             }),
         }
     }
+}
 
+impl Certify<Impact> for Query<'_, Impact> {
     fn place(&self, _: &Workspace) -> Place<'_> {
         Place::Moving(&self.asked.options)
     }

@@ -9,7 +9,6 @@ pub(super) mod state;
 
 use crate::math::{Pose, Ray};
 use crate::query::budget::Budget;
-use crate::query::certificate::Place;
 use crate::query::deadline::Deadline;
 use crate::query::flushing;
 use crate::query::memory::PairMemory;
@@ -45,6 +44,14 @@ pub use state::{RayHit, RayMode};
 /// assert!(ray.at(hit.t).length() < 1.0 && hit.side == Side::Front && cast.free_until == hit.t);
 /// # Ok::<(), punctual::RayError>(())
 /// ```
+///
+/// A ray has no certificate: [`RayBounds::free_until`] bounds what a stopped cast has missed.
+///
+/// ```compile_fail,E0277
+/// # use punctual::{Query, Ray, Tree, Workspace, shapes};
+/// # let (ball, ray) = (Tree::new(shapes::icosphere(1)), Ray::new([0.0; 3], [1.0; 3]).unwrap());
+/// let _ = Query::ray(&ball, ray).certificate(&Workspace::new());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct RayCast {
     ray: Ray,
@@ -75,9 +82,7 @@ impl<'t> Query<'t, RayCast> {
     }
 }
 
-impl Ask for Query<'_, RayCast> {
-    type Value = RayBounds;
-
+impl Ask<RayCast> for Query<'_, RayCast> {
     fn key(&self) -> Key {
         key(self.a)
     }
@@ -116,10 +121,6 @@ impl Ask for Query<'_, RayCast> {
         let hit = workspace.rays.hit;
         let free_until = mode.free_until(ray, hit, open);
         RayBounds { hit, free_until }
-    }
-
-    fn place(&self, _: &Workspace) -> Place<'_> {
-        Place::Still(&Pose::IDENTITY, 0.0)
     }
 }
 
@@ -163,9 +164,7 @@ impl<'t, 'r> Query<'t, Rays<'r>> {
     }
 }
 
-impl Ask for Query<'_, Rays<'_>> {
-    type Value = usize;
-
+impl<'r> Ask<Rays<'r>> for Query<'_, Rays<'r>> {
     fn key(&self) -> Key {
         key(self.a)
     }
@@ -194,10 +193,6 @@ impl Ask for Query<'_, Rays<'_>> {
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> usize {
         workspace.rays.done
-    }
-
-    fn place(&self, _: &Workspace) -> Place<'_> {
-        Place::Still(&Pose::IDENTITY, 0.0)
     }
 }
 
