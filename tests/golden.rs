@@ -14,7 +14,7 @@ mod common;
 mod questions;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use common::files::{self, Soup, number};
@@ -33,13 +33,8 @@ fn answers_about_real_meshes_are_the_golden_ones() {
     let Some(folder) = files::shared("meshes/cases") else {
         return;
     };
-    let mut cases: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    cases.sort();
     let mut lines = String::new();
-    for case in cases {
+    for case in files::folders(&folder, "") {
         lines += &answers_of_case(&case);
     }
     compare("meshes", &lines);

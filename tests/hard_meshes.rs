@@ -3,8 +3,7 @@
 
 mod common;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use common::check::{ENOUGH, assert_complete, run, run_to_end};
 use common::files::{self, Soup, Truth};
@@ -20,13 +19,6 @@ const ANSWERED: [&str; 4] = [
     "vertex_nan_unused",
     "vertices_no_triangles",
 ];
-
-fn folders(parent: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(parent).unwrap();
-    let mut folders: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
-    folders.sort();
-    folders
-}
 
 fn assert_case(folder: &Path, workspace: &mut Workspace) {
     println!("{}", folder.display());
@@ -82,7 +74,7 @@ fn assert_answers(a: &Tree, b: &Tree, pose: Pose, pairs: u64, workspace: &mut Wo
 #[test]
 fn cases_of_this_repository() {
     let parent = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/meshes");
-    let folders = folders(&parent);
+    let folders = files::folders(&parent, "");
     assert_eq!(folders.len(), 11);
     for folder in folders {
         assert_case(&folder, &mut Workspace::new());
@@ -94,7 +86,7 @@ fn cases_beside_the_repository() {
     let Some(parent) = files::shared("hardcases/meshes") else {
         return;
     };
-    let folders = folders(&parent);
+    let folders = files::folders(&parent, "");
     assert_eq!(folders.len(), 30);
     let mut workspace = Workspace::new();
     for folder in folders {

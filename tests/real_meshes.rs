@@ -5,7 +5,6 @@
 mod common;
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
 
 use common::check::{ENOUGH, run_to_end};
 use common::files::{self, Soup, Truth};
@@ -15,28 +14,11 @@ use punctual::{Mode, Pose, Query, StopReason, Tree, Verdict, Workspace};
 /// Without the variable every ninth pose is asked: prime to the 7 or 10 offsets of an approach, so all of them are.
 const STRIDE: usize = 9;
 
-fn cases(parent: &Path, kind: &str) -> Vec<PathBuf> {
-    let folders = std::fs::read_dir(parent)
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
-    let of_kind = |folder: &PathBuf| {
-        folder
-            .file_name()
-            .unwrap()
-            .to_str()
-            .unwrap()
-            .starts_with(kind)
-    };
-    let mut cases: Vec<PathBuf> = folders.filter(of_kind).collect();
-    cases.sort();
-    cases
-}
-
 fn assert_kind(kind: &str) {
     let Some(shared) = files::shared("meshes") else {
         return;
     };
-    let cases = cases(&shared.join("cases"), kind);
+    let cases = files::folders(&shared.join("cases"), kind);
     assert!(!cases.is_empty(), "no case of kind {kind}");
     let mut workspace = Workspace::new();
     let all = std::env::var_os("PUNCTUAL_ALL_CASES").is_some_and(|value| value == "1");

@@ -139,25 +139,12 @@ fn assert_kind(kind: &str) {
     let Some(shared) = files::shared("meshes/cases") else {
         return;
     };
-    let folders = std::fs::read_dir(shared)
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
-    let mut cases: Vec<_> = folders
-        .filter(|folder| {
-            folder
-                .file_name()
-                .unwrap()
-                .to_str()
-                .unwrap()
-                .starts_with(kind)
-        })
-        .filter(|folder| {
-            ["", ".gz"]
-                .iter()
-                .any(|end| folder.join(format!("truth_distance.csv{end}")).is_file())
-        })
-        .collect();
-    cases.sort();
+    let mut cases = files::folders(&shared, kind);
+    cases.retain(|folder| {
+        ["", ".gz"]
+            .iter()
+            .any(|end| folder.join(format!("truth_distance.csv{end}")).is_file())
+    });
     assert!(!cases.is_empty(), "no case of kind {kind}");
     let all = std::env::var_os("PUNCTUAL_ALL_CASES").is_some_and(|value| value == "1");
     for folder in cases {

@@ -1,10 +1,8 @@
 //! The motions with known times of contact beside the repository, where they are.
 
-use std::fs;
-
 use punctual::{Motion, Pose, Query, StopReason, Tree, Workspace};
 
-use crate::common::files::{Soup, shared, text, value};
+use crate::common::files::{Soup, folders, shared, text, value};
 use crate::judge::{ENOUGH, run};
 
 /// What is left of the distance at the listed times, over the radius of A.
@@ -16,12 +14,7 @@ fn no_contact_of_the_listed_motions_is_missed() {
         return;
     };
     let mut workspace = Workspace::new();
-    let mut cases: Vec<_> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    cases.sort();
-    for case in cases {
+    for case in folders(&folder, "") {
         let listed = text(&case.join("case.txt"));
         let [a, b] = ["a", "b"].map(|key| case.join(value(&listed, key).unwrap()));
         let [a, b] = [a, b].map(|file| Tree::new(Soup::read(&file).mesh().unwrap()));
