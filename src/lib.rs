@@ -75,15 +75,12 @@ pub mod guide;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals;
-mod math;
 mod mesh;
 mod model;
-mod names;
 mod push_out;
 mod query;
 mod scene;
 mod tree;
-mod triangle;
 
 pub use contact::{Contact, Patch, Patches};
 /// The version of glam whose vectors and matrices the results contain.
@@ -92,7 +89,6 @@ pub use contact::{Contact, Patch, Patches};
 /// To convert results to another version, use `to_array` and `to_cols_array`, which all versions
 /// have; the program then does not depend on the version used here.
 pub use glam;
-pub use math::{Aabb, Motion, MotionError, Pose, PoseError, Ray, RayError};
 pub use mesh::{Mesh, MeshError, shapes};
 pub use model::calibration::Calibration;
 pub use model::confidence::{DEFAULT_PRIOR, History};
@@ -101,7 +97,11 @@ pub use model::cost::{
     WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
 };
 pub use model::prediction::Quantiles;
-pub use names::UnknownName;
+pub use punctual_geom::Side;
+pub use punctual_geom::{
+    Aabb, Motion, MotionError, Pose, PoseError, Ray, RayError, UnknownName, triangle_segment,
+    triangles_intersect,
+};
 pub use push_out::{Push, PushOut, PushOutQuery};
 #[cfg(all(
     feature = "std",
@@ -123,5 +123,3 @@ pub use scene::{
 pub use tree::{
     BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats,
 };
-pub use triangle::ray::Side;
-pub use triangle::{triangle_segment, triangles_intersect};

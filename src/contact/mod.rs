@@ -6,12 +6,12 @@
 mod list;
 mod patch;
 
-use crate::triangle::distance::Closest;
-use crate::triangle::triangle_segment;
 use glam::DVec3;
 pub(crate) use list::ContactList;
 pub(crate) use patch::PatchMemory;
 pub use patch::{Patch, Patches};
+use punctual_geom::triangle::distance::Closest;
+use punctual_geom::triangle_segment;
 
 /// A triangle of A and one of B that intersect or are close. All vectors are in A's frame and
 /// rounded. Lengths are in the length unit of the meshes.

@@ -15,8 +15,8 @@ use core::fmt;
 
 use glam::DVec3;
 
-use crate::math::Aabb;
 pub(crate) use bytes::TRIANGLE_BYTES;
+use punctual_geom::Aabb;
 pub(crate) use vertices::Vertices;
 use vertices::{all_in_use, check_vertex, is_f32_exact};
 

@@ -134,8 +134,8 @@ pub(super) fn unit(v: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::random::Random;
-    use crate::triangle::triangles_intersect;
+    use punctual_geom::random::Random;
+    use punctual_geom::triangles_intersect;
 
     fn blocked(a: &[DVec3; 3], b: &[DVec3; 3], direction: DVec3) -> f64 {
         let mut pool = Pool::default();

@@ -2,9 +2,9 @@
 //! then some spread over the sphere.
 
 use super::blocked::unit;
-use crate::triangle::triangle_segment;
 use arrayvec::ArrayVec;
 use glam::{DMat3, DVec3};
+use punctual_geom::triangle_segment;
 
 /// Work of adding a segment.
 pub(super) const WORK_PER_SEGMENT: u64 = 600;

@@ -9,11 +9,11 @@ mod blocked;
 mod directions;
 mod search;
 
-use crate::math::Pose;
 use crate::query::{ClockedBudget, Deadline, StopReason, Workspace};
 use crate::tree::Tree;
 use core::time::Duration;
 use glam::DVec3;
+use punctual_geom::Pose;
 use search::Search;
 
 /// Asks in which direction, and how far, B has to move until the surfaces no longer intersect.

@@ -10,11 +10,11 @@
 use super::blocked::{Pool, ROOM, WORK_PER_ADDED, unit};
 use super::directions::{Segments, WORK_PER_SEGMENT, all_around};
 use super::{Push, PushOutQuery};
-use crate::math::{Aabb, Pose};
 use crate::query::{Deadline, Intersection, PairMemory, Query, StopReason, Verdict, Workspace};
 use crate::tree::Tree;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual_geom::{Aabb, Pose};
 
 /// Maximum number of contacts searched for; of these, how many have their segments computed, and
 /// how many start the pool.

@@ -1,8 +1,8 @@
 //! A proven distance, and what remains of it after B has moved.
 
-use crate::math::tolerance::UNDERFLOW;
-use crate::math::{Pose, largest, length};
 use crate::tree::Tree;
+use punctual_geom::tolerance::UNDERFLOW;
+use punctual_geom::{Pose, largest, length};
 
 /// A lower bound of the distance of two surfaces at one pose.
 #[derive(Clone, Copy, Debug, PartialEq)]

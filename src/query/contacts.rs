@@ -22,10 +22,10 @@ use super::triangle_pairs::PATIENCE;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::{Contact, face_normal};
-use crate::math::Pose;
-use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::Pose;
+use punctual_geom::tolerance::COORDINATE_LIMIT;
 
 /// Asks where two surfaces intersect, or come within a margin of each other ([`Query::contacts`]).
 ///
@@ -250,6 +250,6 @@ impl Certify<Contacts> for Query<'_, Contacts> {
 pub struct ContactBounds {
     /// Proven: every contact not found is at least this far apart, in the length unit of the
     /// meshes. Infinite if the query is finished: none is missing.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub low: f64,
 }

@@ -12,12 +12,12 @@
 use super::budget::Clock;
 use super::outcome::StopReason;
 use super::system::ClockedBudget;
-use crate::math::nanoseconds;
 use crate::model::cost::{
     FIRST_TO_SLOWEST, LONGEST_STEP, MAX_STEP_WORK, SLOW_TO_MEAN_OF_A_PART, SLOW_UNIT_OF_A_PART,
     SLOWEST_TO_MEAN, SLOWEST_UNIT,
 };
 use core::time::Duration;
+use punctual_geom::nanoseconds;
 
 /// Maximum work between two readings of the clock: about a millisecond.
 const BETWEEN_LOOKS: u64 = 1 << 20;

@@ -15,9 +15,9 @@ use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::Pose;
 
 /// Asks for the distance of two surfaces at a pose ([`Query::distance`]); 0 if they intersect.
 ///
@@ -363,11 +363,11 @@ pub struct Nearest {
 #[non_exhaustive]
 pub struct Bounds {
     /// Proven lower bound: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub low: f64,
     /// Proven upper bound: the distance of [`Bounds::nearest`]. 0 only if the surfaces meet.
     /// Infinite if no pair was tested yet.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub high: f64,
     /// The closest triangles found so far.
     pub nearest: Option<Nearest>,

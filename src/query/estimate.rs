@@ -14,14 +14,14 @@ use super::question::{Ask, Query};
 use super::queue::Pair;
 use super::views::Relation;
 use super::workspace::{ResumeError, Workspace};
-use crate::math::lanes::Instructions;
-use crate::math::nanoseconds;
 use crate::model::closing::{self, Closing};
 use crate::model::confidence;
 use crate::model::cost::{CostModel, Counts};
 use crate::model::front::{FrontSummary, pair_cost};
 use crate::model::prediction::{self, Quantiles};
 use core::time::Duration;
+use punctual_geom::lanes::Instructions;
+use punctual_geom::nanoseconds;
 
 /// The expected cost of a query, or of the rest of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

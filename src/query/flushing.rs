@@ -1,8 +1,8 @@
 //! Checks whether a processor that takes denormal numbers for zero could make an answer false.
 
-use crate::math::{Pose, Ray, denormals};
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::{Pose, Ray, denormals};
 
 /// Exponents below which flushing could have an effect: of coordinates, translations and their
 /// products, and of the length of a unit. The proof is in `docs/numerics.md`.

@@ -17,10 +17,10 @@ use super::strategy::{Plan, Strategy, WarmStart};
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use crate::math::{Pose, nanoseconds};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
 use crate::tree::{Tree, WIDTH};
+use punctual_geom::{Pose, nanoseconds};
 
 /// Asks whether, or where, two surfaces intersect at a pose ([`Query::intersection`],
 /// [`Query::all_pairs`]).

@@ -6,11 +6,11 @@ use super::options::Mode;
 use super::outcome::{StopReason, Verdict};
 use super::queue::PATHS;
 use super::workspace::Workspace;
-use crate::math::Pose;
 use crate::model::confidence::History;
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
+use punctual_geom::Pose;
 
 /// Maximum number of witnesses of [`Mode::Any`] that are remembered and tested before anything
 /// else: one batch.

@@ -1,11 +1,11 @@
 //! The answer of a query.
 
 use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
-use crate::names::{UnknownName, named};
 use core::fmt;
 use core::str::FromStr;
 use core::sync::atomic::{Ordering, compiler_fence};
 use core::time::Duration;
+use punctual_geom::{UnknownName, named};
 
 /// Number of levels of the bounding volume test tree with a count of their own; deeper levels are
 /// added to the last.

@@ -8,9 +8,9 @@ use super::boxes::Boxes;
 use super::flushing;
 use super::views::{Relation, Views};
 use super::workspace::Workspace;
-use crate::math::lanes::{Column, F8, Kernel, Lanes};
-use crate::math::{Pose, bits};
 use crate::tree::{Node, Tree};
+use punctual_geom::lanes::{Column, F8, Kernel, Lanes};
+use punctual_geom::{Pose, bits};
 
 /// A lower bound of the distance of two meshes, in their length unit; 0 if these boxes do not
 /// separate them.

@@ -14,9 +14,6 @@ use super::search::Search;
 use super::strategy::{Marching, Strategy};
 use super::triangle_pairs::TrianglePairs;
 use crate::contact::{Contact, ContactList};
-use crate::math::Pose;
-use crate::math::lanes::Instructions;
-use crate::math::random::Random;
 use crate::model::confidence::Lead;
 use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
@@ -24,6 +21,9 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
 use core::time::Duration;
+use punctual_geom::Pose;
+use punctual_geom::lanes::Instructions;
+use punctual_geom::random::Random;
 
 /// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a
 /// ray, allocates more.

@@ -10,13 +10,13 @@ use super::id::{BodyId, CompoundId, PairKey, SceneNumber, bodies_of, pair_key};
 use super::room::reserve;
 use super::spot::Spot;
 use super::waiting::Waiting;
-use crate::math::{Aabb, Motion, Pose};
 use crate::model::cost::{LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::mem;
+use punctual_geom::{Aabb, Motion, Pose};
 
 /// Determines whether a body is compared with others of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

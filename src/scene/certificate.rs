@@ -4,8 +4,8 @@ use super::broad::bounds;
 use super::error::SceneError;
 use super::id::BodyId;
 use super::{BodyKind, Scene};
-use crate::math::Aabb;
 use crate::query::{Mode, Verdict};
+use punctual_geom::Aabb;
 
 /// Bounds on what is unknown about a pair: [`crate::Scene::certificate`].
 #[derive(Clone, Copy, Debug, PartialEq)]

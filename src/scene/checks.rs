@@ -3,8 +3,8 @@
 use super::body::Body;
 use super::error::SceneError;
 use super::id::BodyId;
-use crate::math::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
-use crate::math::{Motion, Pose, rotation_deviation};
+use punctual_geom::tolerance::{COORDINATE_LIMIT, SCENE_REACH, SCENE_ROTATION_TOLERANCE};
+use punctual_geom::{Motion, Pose, rotation_deviation};
 
 /// Checks a body. Returns its importance.
 pub(super) fn body(id: BodyId, body: &Body) -> Result<f32, SceneError> {

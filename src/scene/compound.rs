@@ -4,10 +4,10 @@ use super::body::Body;
 use super::error::SceneError;
 use super::id::{BodyId, CompoundId};
 use super::{Scene, checks};
-use crate::math::{Motion, Pose};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use core::mem;
+use punctual_geom::{Motion, Pose};
 
 /// A body of a compound, and its pose in the frame of the compound.
 #[derive(Clone, Copy, Debug)]

@@ -2,9 +2,9 @@
 
 use super::ask::PairQuestion;
 use super::id::{BodyId, CompoundId, MeasureId};
-use crate::math::RayError;
-use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use core::fmt;
+use punctual_geom::RayError;
+use punctual_geom::tolerance::SCENE_ROTATION_TOLERANCE;
 
 /// The reason why a scene rejects a call. The scene is then unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]

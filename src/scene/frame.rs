@@ -8,12 +8,12 @@ use super::schedule::Found;
 use super::schedule::crew::Crew;
 use super::schedule::share::{Share, Step};
 use super::{BodyKind, Reach, Scene};
-use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
 use crate::query::{Budget, Clock, Deadline};
 use alloc::sync::Arc;
 use core::hint::black_box;
 use core::time::Duration;
+use punctual_geom::Aabb;
 
 /// With fewer known pairs than this, other threads are not woken before there is a batch.
 const SHARED_PAIRS: usize = 64;

@@ -52,9 +52,7 @@ pub use report::{
     BodyContact, ContactPhase, GroupDistance, PairDistance, PairPassage, PairReport, Report,
 };
 
-use crate::math::Pose;
 use crate::model::calibration::Calibration;
-use crate::names::named;
 use crate::query::{ClockedBudget, Mode, Workspace};
 use crate::tree::Tree;
 use alloc::boxed::Box;
@@ -65,6 +63,8 @@ use cast::Rays;
 use compound::Compounds;
 use events::Events;
 use facts::Change;
+use punctual_geom::Pose;
+use punctual_geom::named;
 use schedule::Schedule;
 use schedule::crew::Alone;
 use schedule::pairs::Pairs;

@@ -3,10 +3,10 @@
 use super::id::{BodyId, MeasureId};
 use super::pair::spent::Spent;
 use super::pair::state::Standing;
-use crate::names::named;
 use crate::query::{Estimate, Verdict};
 use alloc::vec::Vec;
 use core::time::Duration;
+use punctual_geom::named;
 
 /// The result for two bodies whose boxes overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,11 +53,11 @@ pub struct PairDistance {
     /// The other one.
     pub b: BodyId,
     /// Proven lower bound: no point of one surface was closer to the other. 0 if nothing is known.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub low: f64,
     /// Proven upper bound: the distance of `triangles`. 0 only if the surfaces met; infinite if
     /// nothing is known.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub high: f64,
     /// The closest triangles found: ids of the meshes of `a` and of `b`.
     pub triangles: Option<[u32; 2]>,
@@ -77,11 +77,11 @@ pub struct GroupDistance {
     /// Proven lower bound: no point of one group is closer to the other. 0 if nothing is known, or
     /// if not all of their pairs were listed ([`Report::unlisted`]). Infinite if no two of their
     /// bodies may meet.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub low: f64,
     /// Proven upper bound of the distance. 0 only if bodies of the groups met; infinite if nothing
     /// is known.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub high: f64,
     /// The bodies that prove `high`, the lower index first. `None` if `high` is a bound from boxes.
     pub bodies: Option<[BodyId; 2]>,

@@ -1,6 +1,6 @@
 //! Data of a body that its pairs need.
 
-use crate::math::Aabb;
+use punctual_geom::Aabb;
 
 /// Data that the list of pairs reads of each body, in random order, in one cache line: its box, its
 /// displacement ([`super::pair::travel`]), and its generation.

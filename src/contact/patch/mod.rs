@@ -11,7 +11,6 @@ mod join;
 mod reduce;
 
 use super::Contact;
-use crate::math::{Aabb, length};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -19,6 +18,7 @@ use glam::DVec3;
 use identity::Identities;
 pub(crate) use identity::PatchMemory;
 use join::Joined;
+use punctual_geom::{Aabb, length};
 use reduce::Reduction;
 use smallvec::SmallVec;
 

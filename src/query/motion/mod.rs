@@ -12,7 +12,6 @@ pub(super) mod state;
 mod sweep;
 mod windows;
 
-use crate::math::{Motion, Pose, smaller};
 use crate::model::cost::WORK_PER_PIECE;
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
@@ -30,6 +29,7 @@ use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use core::cell::OnceCell;
 use course::Course;
+use punctual_geom::{Motion, Pose, smaller};
 use sweep::{Sweep, span};
 
 /// Asks until when a motion is free, and when the surfaces meet: continuous collision detection

@@ -7,7 +7,6 @@ mod beam;
 mod cast;
 pub(super) mod state;
 
-use crate::math::{Pose, Ray};
 use crate::query::budget::Budget;
 use crate::query::deadline::Deadline;
 use crate::query::flushing;
@@ -22,6 +21,7 @@ use crate::tree::Tree;
 use beam::Beam;
 use cast::{Cast, ROOT, entered, entry};
 use core::{mem, slice};
+use punctual_geom::{Pose, Ray};
 pub use state::{RayHit, RayMode};
 
 /// Asks what a ray or a segment hits ([`Query::ray`]).
@@ -290,6 +290,6 @@ pub struct RayBounds {
     /// Proven: every hit not found is at this parameter or after it. In [`RayMode::Nearest`] it is
     /// at most the parameter of the hit found. In [`RayMode::Any`] with a hit it is the start of
     /// the ray's parameter range. Infinite if no hit is missing.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub free_until: f64,
 }

@@ -8,8 +8,8 @@ mod distances;
 mod importance;
 mod motions;
 
-use crate::names::named;
 pub(crate) use importance::Weights;
+use punctual_geom::named;
 
 /// A question of a scene about a pair of bodies: [`crate::Scene::set_question_importance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

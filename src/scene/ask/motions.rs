@@ -1,12 +1,12 @@
 //! Bodies with a given motion until the next frame.
 
-use crate::math::Motion;
 use crate::scene::Scene;
 use crate::scene::checks;
 use crate::scene::error::SceneError;
 use crate::scene::id::BodyId;
 use crate::scene::room::reserve;
 use alloc::boxed::Box;
+use punctual_geom::Motion;
 
 impl Scene {
     /// Moves a body to the start of a motion, which ends at the next frame, time 1; in the

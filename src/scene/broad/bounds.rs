@@ -1,11 +1,11 @@
 //! The box of a body in the scene.
 
-use crate::math::lanes::{F8, Portable, dot, greatest, least, per_axis};
-use crate::math::tolerance::{FRAME_ROUNDING, ROUNDING, UNDERFLOW};
-use crate::math::{Aabb, Motion, Pose, length, rotation_deviation};
 use crate::tree::{Node, Tree};
 use core::f64::consts::PI;
 use glam::{DMat3, DVec3, Vec3};
+use punctual_geom::lanes::{F8, Portable, dot, greatest, least, per_axis};
+use punctual_geom::tolerance::{FRAME_ROUNDING, ROUNDING, UNDERFLOW};
+use punctual_geom::{Aabb, Motion, Pose, length, rotation_deviation};
 
 /// Rounding allowance of a body's box, relative to its distance and size.
 ///

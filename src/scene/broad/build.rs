@@ -5,7 +5,6 @@
 //! from the half. Then the boxes are computed bottom up. The tree is balanced, so paths are short.
 
 use super::node::{NONE, Node, Proxy};
-use crate::math::Aabb;
 use crate::model::cost::WORK_PER_BUILT_LEVEL;
 use crate::query::Deadline;
 use crate::scene::facts::Change;
@@ -13,6 +12,7 @@ use crate::scene::room::reserve;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual_geom::Aabb;
 
 /// Bodies per step.
 const STEP: usize = 16;

@@ -3,7 +3,6 @@
 
 use super::build::Build;
 use super::node::{NONE, Node, Proxy};
-use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_REFIT, WORK_PER_SEARCH};
 use crate::query::Deadline;
 use crate::scene::body::Bodies;
@@ -12,6 +11,7 @@ use crate::scene::id::{PairKey, pair_key};
 use crate::scene::room::reserve;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
+use punctual_geom::Aabb;
 
 /// The tree is rebuilt after this many moves out of a fat AABB per body, on average.
 const MOVES_BEFORE_REBUILD: usize = 6;

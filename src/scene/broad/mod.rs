@@ -26,7 +26,6 @@ use super::facts::Change;
 use super::id::PairKey;
 use super::room::reserve;
 use super::waiting::Waiting;
-use crate::math::Aabb;
 use crate::model::cost::{WORK_PER_NEW_PLACE, WORK_PER_REFIT};
 use crate::query::Deadline;
 use alloc::vec::Vec;
@@ -35,6 +34,7 @@ use core::mem;
 use fat_tree::{FatTree, MOST_FOUND, Searched};
 use glam::DVec3;
 use node::{NONE, Proxy};
+use punctual_geom::Aabb;
 use sort::Sort;
 
 /// Widening of a moving body's box to its fat AABB, on each side, relative to its longest edge.

@@ -1,7 +1,7 @@
 //! Nodes of the tree of fat AABBs, and the bodies in its leaves.
 
-use crate::math::Aabb;
 use crate::scene::facts::Change;
+use punctual_geom::Aabb;
 
 pub(crate) const NONE: u32 = u32::MAX;
 

@@ -1,8 +1,8 @@
 //! The parameter at which a ray of the scene enters a box.
 
-use crate::math::tolerance::UNDERFLOW;
-use crate::math::{Aabb, Ray, largest};
 use glam::DVec3;
+use punctual_geom::tolerance::UNDERFLOW;
+use punctual_geom::{Aabb, Ray, largest};
 
 /// Widening of a box, relative to the largest coordinate of the ray's origin or of the box. It
 /// covers the map of the ray to the coordinates of a body and back. Each is a map with an inverse

@@ -9,13 +9,13 @@ use super::body::Bodies;
 use super::broad::Broad;
 use super::broad::bounds;
 use super::error::SceneError;
-use crate::math::Aabb;
 use crate::model::cost::{MAX_STEP_WORK, WORK_PER_BOX, WORK_PER_SEARCH};
 use crate::query::{Ask, Budget, ClockedBudget, Deadline, Query, RayMode, StopReason, Workspace};
 use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
 use line::Line;
+use punctual_geom::Aabb;
 use ray::{BodyHit, SceneCast, SceneRay};
 
 impl Scene {

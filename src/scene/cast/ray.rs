@@ -1,10 +1,10 @@
 //! Rays in a scene, and their hits.
 
-use crate::math::Ray;
 use crate::query::{RayHit, RayMode, StopReason};
 use crate::scene::filter::Filter;
 use crate::scene::id::BodyId;
 use core::time::Duration;
+use punctual_geom::Ray;
 
 /// Asks which body a ray or a segment of the scene hits: [`crate::Scene::cast`].
 ///
@@ -90,7 +90,7 @@ pub struct SceneCast {
     pub found: u64,
     /// Proven: no missing hit lies before this parameter of the ray. For a known nearest hit, its
     /// own parameter. Infinite if nothing is left to find.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub free_until: f64,
     /// The reason why the call returned. [`StopReason::FlushedToZero`] if flushing could falsify
     /// the answer for one of the bodies.

@@ -11,8 +11,6 @@ use super::question::Question;
 use super::spent::Spent;
 use super::state::Turn;
 use super::travel::slack;
-use crate::math::Pose;
-use crate::math::tolerance::SCENE_ROTATION_TOLERANCE;
 use crate::model::cost::{LEAST_WORK, WORK_PER_PLANE, WORK_PER_QUERY, WORK_PER_ROOT_TEST};
 use crate::query::parting::Parting;
 use crate::query::{Mode, Verdict, root_test};
@@ -21,6 +19,8 @@ use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::facts::Facts;
 use crate::scene::id::{PairKey, bodies_of};
 use crate::scene::spot::Spot;
+use punctual_geom::Pose;
+use punctual_geom::tolerance::SCENE_ROTATION_TOLERANCE;
 
 /// Relative difference of lengths in the scene and in the frame of a body, upper bound.
 pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;

@@ -5,10 +5,10 @@ use super::apart::{STRETCH, room};
 use super::bounds::{Bounds, Near};
 use super::state::PairState;
 use super::travel::slack;
-use crate::math::{Aabb, length};
 use crate::scene::body::{Bodies, margins};
 use crate::scene::id::{PairKey, bodies_of};
 use glam::DVec3;
+use punctual_geom::{Aabb, length};
 
 impl Bodies {
     /// The known distance bounds of a pair in `frame`. The bodies last changed in `changed`.

@@ -4,7 +4,6 @@
 use super::bounds::Bounds;
 use super::spent::Spent;
 use super::touch::MOST_CONTACTS;
-use crate::math::Pose;
 use crate::model::cost::{
     LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_PATCHED, LEAST_WORK, MAX_DISTANCE_STEP_WORK,
     MAX_STEP_WORK, WORK_PER_PATCHED_CONTACT,
@@ -16,6 +15,7 @@ use crate::query::{
 use crate::scene::ask::distance_requests::DistanceRequest;
 use crate::scene::body::{Bodies, Placed, margins};
 use crate::scene::id::PairKey;
+use punctual_geom::Pose;
 
 /// The question of a pair. An equal question resumes a stopped run.
 #[allow(

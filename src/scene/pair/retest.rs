@@ -2,20 +2,20 @@
 //! for eight pairs at once.
 
 use super::state::PairState;
-use crate::math::lanes::Instructions;
-use crate::math::{Pose, bits};
 use crate::model::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::query::{Deadline, flushing_matters};
 use crate::scene::body::{Bodies, triangle_ids};
 use crate::scene::id::PairKey;
 use crate::tree::Tree;
-use crate::triangle::again::{Again, Columns};
-use crate::triangle::batch::Verdicts;
-use crate::triangle::triangles_intersect;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use core::mem;
 use glam::DVec3;
+use punctual_geom::lanes::Instructions;
+use punctual_geom::triangle::again::{Again, Columns};
+use punctual_geom::triangle::batch::Verdicts;
+use punctual_geom::triangles_intersect;
+use punctual_geom::{Pose, bits};
 
 /// Pairs tested at once.
 pub(crate) const LANES: usize = 8;

@@ -2,7 +2,6 @@
 
 use super::spent::Spent;
 use crate::contact::{Contact, Patch, PatchMemory, Patches};
-use crate::math::Pose;
 use crate::model::cost::{WORK_PER_PATCHED_CONTACT, WORK_PER_TOUCH};
 use crate::query::{Deadline, ManualClock, Workspace};
 use crate::scene::ask::contacts::ContactPoint;
@@ -11,6 +10,7 @@ use crate::scene::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
+use punctual_geom::Pose;
 
 /// Maximum number of contacts of a pair that are found, and of points that are kept.
 pub(crate) const MOST_CONTACTS: usize = 256;

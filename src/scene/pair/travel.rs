@@ -1,11 +1,11 @@
 //! The displacements of bodies, from which pairs proven separated are known to be still separated:
 //! [`super::apart`].
 
-use crate::math::tolerance::UNDERFLOW;
-use crate::math::{Pose, largest};
 use crate::query::displacement;
 use crate::scene::spot::Spot;
 use crate::tree::Tree;
+use punctual_geom::tolerance::UNDERFLOW;
+use punctual_geom::{Pose, largest};
 
 impl Spot {
     /// Records a change other than by a move in a frame: the earlier positions of the body's points

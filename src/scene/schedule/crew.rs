@@ -71,12 +71,12 @@ impl Crew for Alone<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Pose;
     use crate::query::{Budget, ManualClock};
     use crate::scene::{Body, Scene};
     use crate::tree::Tree;
     use core::cell::RefCell;
     use glam::{DMat3, DVec3};
+    use punctual_geom::Pose;
 
     /// Acts as two threads, and records the number of turns of each batch it receives.
     struct Two<'c>(Alone<'c>, RefCell<Vec<usize>>);

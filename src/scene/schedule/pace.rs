@@ -1,8 +1,8 @@
 //! Measured speeds of the frames of a scene on this machine, for sharing the rest of a frame.
 
-use crate::math::nanoseconds;
 use crate::model::cost::{TYPICAL_UNIT, WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR};
 use core::time::Duration;
+use punctual_geom::nanoseconds;
 
 /// Initial values: nanoseconds per unit of work of the list, per job dealt to a batch, and per job
 /// collected.
