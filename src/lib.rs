@@ -70,6 +70,7 @@ compile_error!(
 );
 
 mod contact;
+pub mod engine;
 #[cfg(any(doc, doctest))]
 pub mod guide;
 #[cfg(feature = "internals")]
@@ -77,9 +78,7 @@ pub mod guide;
 pub mod internals;
 mod mesh;
 mod model;
-mod push_out;
 mod query;
-mod scene;
 mod tree;
 
 pub use contact::{Contact, Patch, Patches};
@@ -102,7 +101,6 @@ pub use punctual_geom::{
     Aabb, Motion, MotionError, Pose, PoseError, Ray, RayError, UnknownName, triangle_segment,
     triangles_intersect,
 };
-pub use push_out::{Push, PushOut, PushOutQuery};
 #[cfg(all(
     feature = "std",
     not(all(target_family = "wasm", target_os = "unknown"))
@@ -114,11 +112,6 @@ pub use query::{
     OptionError, Order, PairMemory, Prediction, Query, QueryWithMemory, Question, RayBounds,
     RayCast, RayHit, RayMode, Rays, Remembers, ResumeError, Stats, StopReason, TimeOfImpact,
     Verdict, Workspace,
-};
-pub use scene::{
-    Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint,
-    ContactPoints, Filter, GroupDistance, MeasureId, PairCertificate, PairDistance, PairPassage,
-    PairQuestion, PairReport, Reach, Report, Scene, SceneCast, SceneError, SceneRay,
 };
 pub use tree::{
     BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats,

@@ -8,7 +8,7 @@ mod patch;
 
 use glam::DVec3;
 pub(crate) use list::ContactList;
-pub(crate) use patch::PatchMemory;
+pub use patch::PatchMemory;
 pub use patch::{Patch, Patches};
 use punctual_geom::triangle::distance::Closest;
 use punctual_geom::triangle_segment;

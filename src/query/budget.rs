@@ -13,8 +13,8 @@ use core::time::Duration;
 )]
 #[must_use]
 pub struct Budget {
-    pub(crate) time: Option<Duration>,
-    pub(crate) work: Option<u64>,
+    pub(super) time: Option<Duration>,
+    pub(super) work: Option<u64>,
     pub(super) poll_interval: u64,
 }
 
@@ -70,8 +70,21 @@ impl Budget {
         }
     }
 
+    /// The limit of time, if there is one.
+    #[inline]
+    pub const fn time_limit(&self) -> Option<Duration> {
+        self.time
+    }
+
+    /// The limit of work, if there is one.
+    #[inline]
+    pub const fn work_limit(&self) -> Option<u64> {
+        self.work
+    }
+
     /// True if nothing can end the call early.
-    pub(crate) fn is_unlimited(self) -> bool {
+    #[doc(hidden)]
+    pub fn is_unlimited(self) -> bool {
         self.time.is_none() && self.work.is_none()
     }
 }

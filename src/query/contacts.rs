@@ -137,7 +137,8 @@ impl<'t> Query<'t, Contacts> {
     }
 
     /// True if a contact proves that the surfaces come within the margin.
-    pub(crate) fn is_within(&self, contact: &Contact) -> bool {
+    #[doc(hidden)]
+    pub fn is_within(&self, contact: &Contact) -> bool {
         contact.distance <= self.asked.options.margin
     }
 }

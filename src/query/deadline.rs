@@ -219,10 +219,12 @@ impl<'c> Deadline<'c> {
         }
     }
 
+    /// Work left until the limit of work.
     pub fn work_left(&self) -> u64 {
         self.left
     }
 
+    /// True if time is limited.
     pub fn is_timed(&self) -> bool {
         self.end.is_some()
     }

@@ -149,8 +149,9 @@ impl<'t> Query<'t, Distance> {
 
     /// Does not resolve distances beyond this. A stopped run continues with the ceiling of its
     /// start.
+    #[doc(hidden)]
     #[must_use]
-    pub(crate) fn below(mut self, ceiling: f64) -> Self {
+    pub fn below(mut self, ceiling: f64) -> Self {
         self.asked.ceiling = ceiling;
         self
     }
@@ -188,7 +189,8 @@ impl<'t> Query<'t, Distance> {
     }
 
     /// True if a finished run decides whether the surfaces intersect, whatever its tolerance.
-    pub(crate) fn decides_contact(&self) -> bool {
+    #[doc(hidden)]
+    pub fn decides_contact(&self) -> bool {
         self.asked.options.limit == f64::INFINITY
             && self.margin() == 0.0
             && !self.asked.options.leaves_contact_open
@@ -196,12 +198,14 @@ impl<'t> Query<'t, Distance> {
 
     /// Proven upper bound of the distance from the run in the workspace, margins not subtracted. 0
     /// only if the surfaces intersect.
-    pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
+    #[doc(hidden)]
+    pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.search.interval.high()
     }
 
     /// The run in the workspace does not resolve distances beyond this; 0 with a limit.
-    pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
+    #[doc(hidden)]
+    pub fn ceiling_in(&self, workspace: &Workspace) -> f64 {
         if self.asked.options.limit < f64::INFINITY {
             0.0
         } else {

@@ -130,7 +130,8 @@ impl Query<'_, Intersection> {
 
     /// [`Query::estimate`] that samples fewer pairs of the front, at least eight, and opens fewer,
     /// if `goes_on` returns false.
-    pub(crate) fn estimate_while(
+    #[doc(hidden)]
+    pub fn estimate_while(
         &self,
         workspace: &Workspace,
         memory: Option<&PairMemory>,

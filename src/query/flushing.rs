@@ -13,7 +13,7 @@ const LEAST_UNIT: i32 = -900;
 /// denormal numbers. Checked in this order, because the latter takes longer: a denormal result
 /// costs a hundred times an ordinary one.
 #[inline(always)]
-pub(crate) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
+pub fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     !is_far_from_denormal(a, b, b_in_a) && denormals::are_flushed()
 }
 

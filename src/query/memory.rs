@@ -172,14 +172,16 @@ impl PairMemory {
     }
 
     /// One of the latest witnesses, in tree order.
+    #[doc(hidden)]
     #[inline]
-    pub(crate) fn witness(&self, number: usize) -> Option<[u32; 2]> {
+    pub fn witness(&self, number: usize) -> Option<[u32; 2]> {
         self.witnesses.get(number).copied()
     }
 
     /// Stores a triangle pair (tree order) that a separate test found to intersect, as the latest
     /// witness.
-    pub(crate) fn found(&mut self, pair: [u32; 2]) {
+    #[doc(hidden)]
+    pub fn found(&mut self, pair: [u32; 2]) {
         self.witnesses.retain(|witness| *witness != pair);
         self.witnesses.truncate(WITNESSES - 1);
         self.witnesses.insert(0, pair);

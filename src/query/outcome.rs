@@ -42,7 +42,8 @@ pub enum Verdict {
 
 impl Verdict {
     /// The verdict for triangles within the margins: they intersect if their distance is 0.
-    pub(crate) fn of_witness(witness: [u32; 2], distance: f64) -> Self {
+    #[doc(hidden)]
+    pub fn of_witness(witness: [u32; 2], distance: f64) -> Self {
         if distance == 0.0 {
             Self::Intersecting { witness }
         } else {
@@ -183,7 +184,8 @@ named!(StopReason {
 
 impl StopReason {
     /// True if the run is over, so that there is nothing to resume.
-    pub(crate) fn is_final(self) -> bool {
+    #[doc(hidden)]
+    pub fn is_final(self) -> bool {
         matches!(self, Self::Finished | Self::FirstHit)
     }
 }

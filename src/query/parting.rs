@@ -21,7 +21,7 @@ use wide::f32x4;
 
 /// Normal of the last plane: unit vector from A to B in A's frame; 0 if there was none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Parting([f32; 3]);
+pub struct Parting([f32; 3]);
 
 impl Parting {
     /// Returns a lower bound of the distance of two meshes that keep their extremes, in their

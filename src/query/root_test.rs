@@ -14,7 +14,7 @@ use punctual_geom::{Pose, bits};
 
 /// A lower bound of the distance of two meshes, in their length unit; 0 if these boxes do not
 /// separate them.
-pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64 {
+pub fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64 {
     let (Some(x), Some(y)) = (a.nodes().first(), b.nodes().first()) else {
         return 0.0;
     };

@@ -315,25 +315,30 @@ impl Workspace {
     }
 
     /// Forgets the run, so that none can be resumed.
-    pub(crate) fn forget_run(&mut self) {
+    #[doc(hidden)]
+    pub fn forget_run(&mut self) {
         self.run.key = None;
     }
 
     /// Work of the last query, including resumed calls.
-    pub(crate) fn work(&self) -> u64 {
+    #[doc(hidden)]
+    pub fn work(&self) -> u64 {
         self.run.stats.work
     }
 
-    pub(crate) fn bv_tests(&self) -> u64 {
+    #[doc(hidden)]
+    pub fn bv_tests(&self) -> u64 {
         self.run.stats.bv_tests_of_levels()
     }
 
-    pub(crate) fn found(&self) -> u64 {
+    #[doc(hidden)]
+    pub fn found(&self) -> u64 {
         self.run.stats.found
     }
 
     /// The verdict of the last query, which ended for this reason.
-    pub(crate) fn verdict(&self, stop: StopReason) -> Verdict {
+    #[doc(hidden)]
+    pub fn verdict(&self, stop: StopReason) -> Verdict {
         self.run.verdict(stop)
     }
 

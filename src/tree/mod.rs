@@ -20,6 +20,7 @@ mod assign;
 mod axes;
 mod binary;
 mod bins;
+mod bounds;
 mod collapse;
 mod eight;
 mod extremes;
@@ -301,8 +302,9 @@ impl Tree {
     }
 
     /// The corners of a triangle (in tree order), as [`Mesh::triangle`] returns them.
+    #[doc(hidden)]
     #[inline]
-    pub(crate) fn corners(&self, triangle: u32) -> [DVec3; 3] {
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         // Written out, because `map` compiles to a call.
         let ([a, b, c], vertices) = (self.corners[triangle as usize], self.mesh.vertices());
         [
@@ -313,8 +315,9 @@ impl Tree {
     }
 
     /// The vertex indices of a triangle (in tree order).
+    #[doc(hidden)]
     #[inline(always)]
-    pub(crate) fn vertices_of(&self, triangle: u32) -> [u32; 3] {
+    pub fn vertices_of(&self, triangle: u32) -> [u32; 3] {
         self.corners[triangle as usize]
     }
 
@@ -347,7 +350,8 @@ impl Tree {
     }
 
     /// Input ids of the triangles, in tree order.
-    pub(crate) fn ids(&self) -> &[u32] {
+    #[doc(hidden)]
+    pub fn ids(&self) -> &[u32] {
         &self.ids
     }
 

@@ -16,7 +16,7 @@ use alloc::vec::Vec;
 use core::ops::Range;
 use glam::DVec3;
 use identity::Identities;
-pub(crate) use identity::PatchMemory;
+pub use identity::PatchMemory;
 use join::Joined;
 use punctual_geom::{Aabb, length};
 use reduce::Reduction;
@@ -117,7 +117,8 @@ impl Patches {
         self.identities.before.forget();
     }
 
-    pub(crate) fn reserve(&mut self, contacts: usize) {
+    /// Reserves room for the patches of this many contacts.
+    pub fn reserve(&mut self, contacts: usize) {
         self.patches.reserve(contacts);
         self.contacts.reserve(contacts);
         self.given.reserve(contacts);
@@ -127,7 +128,7 @@ impl Patches {
     }
 
     /// Exchanges the memory of the previous frame.
-    pub(crate) fn swap_memory(&mut self, memory: &mut PatchMemory) {
+    pub fn swap_memory(&mut self, memory: &mut PatchMemory) {
         core::mem::swap(&mut self.identities.before, memory);
     }
 

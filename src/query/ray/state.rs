@@ -23,7 +23,8 @@ pub enum RayMode {
 impl RayMode {
     /// Ray parameter before which no hit is missing. `open` is that parameter for the nodes and
     /// triangles not tested yet.
-    pub(crate) fn free_until(self, ray: &Ray, hit: Option<RayHit>, open: f64) -> f64 {
+    #[doc(hidden)]
+    pub fn free_until(self, ray: &Ray, hit: Option<RayHit>, open: f64) -> f64 {
         match (self, hit) {
             (Self::All, _) | (_, None) => open,
             (Self::Nearest, Some(hit)) => open.min(hit.t),
