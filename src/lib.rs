@@ -114,5 +114,6 @@ pub use query::{
     Verdict, Workspace,
 };
 pub use tree::{
-    BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats,
+    BuildOptions, Component, Effort, LevelProfile, Solid, SolidError, Solidity, Subtree, Tree,
+    TreeFault, TreeFileError, TreeStats,
 };

@@ -271,7 +271,7 @@ impl Traversal<'_, '_, Cast<'_>> {
 mod tests {
     use crate::mesh::shapes;
     use crate::query::expand;
-    use crate::query::ray::beam::Beam;
+    use crate::tree::beam::Beam;
     use crate::tree::{Node, Tree};
     use glam::DVec3;
     use punctual_geom::Ray;

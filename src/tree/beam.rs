@@ -4,7 +4,7 @@
 //! direction whose largest component is between 1 and 2. So all numbers are near 1, wherever the
 //! ray begins. The margin of the boxes covers all rounding: `docs/numerics.md`, "Rays".
 
-use crate::tree::{Node, Unit, WIDTH, power_of_two};
+use super::{Node, Unit, WIDTH, power_of_two};
 use glam::DVec3;
 use punctual_geom::Ray;
 use punctual_geom::lanes::{Column, F8, Lanes, per_axis};
