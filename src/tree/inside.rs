@@ -27,6 +27,7 @@ pub struct Count {
     /// Hits of backs minus hits of fronts. Triangles that hold the origin do not count. So for a
     /// closed surface this is the winding number just ahead of the origin.
     pub winding: i32,
+    /// True if a triangle holds the origin.
     pub is_on_surface: bool,
 }
 
@@ -36,6 +37,7 @@ impl Count {
         self.winding > 0 || self.is_on_surface
     }
 
+    /// Adds the count of other triangles.
     pub fn add(&mut self, other: Self) {
         self.winding += other.winding;
         self.is_on_surface |= other.is_on_surface;

@@ -9,9 +9,15 @@
 #![deny(missing_docs)]
 #![forbid(unsafe_code)]
 
+extern crate alloc;
+
 mod blocked;
+mod cover;
 mod directions;
+mod penetration;
 mod search;
+
+pub use penetration::{Penetration, PenetrationQuery, PenetrationWorkspace};
 
 use core::time::Duration;
 use glam::DVec3;
