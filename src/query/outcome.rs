@@ -23,8 +23,8 @@ pub enum Verdict {
         witness: [u32; 2],
     },
     /// Proven: these triangles are no farther apart than the sum of the margins of both bodies.
-    /// Occurs only for bodies of a [`crate::Scene`] of which one has a
-    /// [margin](crate::Body::margin). Says nothing on whether some triangles share a point.
+    /// Occurs only for bodies of a `punctual_scene::Scene` of which one has a
+    /// margin. Says nothing on whether some triangles share a point.
     Within {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],

@@ -7,7 +7,9 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use punctual::{BuildOptions, CostModel, Intersection, Mode, Order, Pose, Query, Tree};
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::CostModel;
+use punctual::{BuildOptions, Mode, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;

@@ -23,7 +23,9 @@ impl Scene {
     ///
     /// ```
     /// use punctual::glam::DMat3;
-    /// use punctual::{Body, Budget, Impact, Pose, Scene, Tree, shapes};
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual::impact::Impact;
+    /// use punctual_scene::{Body, Scene};
     /// use std::sync::Arc;
     ///
     /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));
@@ -63,7 +65,8 @@ impl Scene {
     ///
     /// ```
     /// use punctual::glam::DMat3;
-    /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
     /// use std::sync::Arc;
     ///
     /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));
@@ -135,7 +138,8 @@ impl Scene {
     ///
     /// ```
     /// use punctual::glam::DMat3;
-    /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
     /// use std::sync::Arc;
     ///
     /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));
