@@ -6,5 +6,8 @@
 pub use crate::contact::PatchMemory;
 pub use crate::model::cost::TYPICAL_UNIT;
 pub use crate::query::root_test;
-pub use crate::query::{Ask, Deadline, Parting, SYSTEM, displacement, flushing_matters};
+pub use crate::query::{
+    Ask, Deadline, Parting, QueryWithMemory, Question, Remembers, SYSTEM, displacement,
+    flushing_matters,
+};
 pub use crate::tree::inside::{Count, crossings, inside};

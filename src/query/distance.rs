@@ -355,7 +355,7 @@ pub struct Nearest {
     pub triangles: [u32; 2],
     /// Their closest points in A's frame, rounded, each moved towards the other surface by its
     /// margin. If the triangles intersect, both are one point, whatever the margins: the middle of
-    /// the segment in which they intersect ([`triangle_segment`](crate::triangle_segment)), within
+    /// the segment in which they intersect ([`triangle_segment`](crate::geom::triangle_segment)), within
     /// 1e-12 times the largest coordinate of both.
     pub points: [DVec3; 2],
 }

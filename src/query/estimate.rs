@@ -78,7 +78,7 @@ pub struct Estimate {
     pub remaining: Prediction,
     /// Probability that the surfaces intersect: 1 if a hit was found, 0 if they are proven
     /// separated, by the query or by the probe of its front that the estimate makes. A
-    /// [`crate::Calibration`] corrects it for one pair of parts.
+    /// [`crate::prediction::Calibration`] corrects it for one pair of parts.
     pub probability: f64,
     /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0
     /// if none is found yet. For [`Mode::Any`], which searches for one pair, 1 as soon as it is

@@ -97,7 +97,7 @@ impl<'t> Query<'t, Intersection> {
 
     /// The prior: the share of poses with an intersection among all poses queried, 0 to 1. It
     /// shifts the probability of [`Query::estimate`]. By default, and with NaN, the share in the
-    /// poses for which the model was fitted, [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR).
+    /// poses for which the model was fitted, [`DEFAULT_PRIOR`](crate::prediction::DEFAULT_PRIOR).
     #[must_use]
     pub fn prior(mut self, share: f64) -> Self {
         self.asked.prior = if share.is_nan() { DEFAULT_PRIOR } else { share };

@@ -117,6 +117,7 @@ impl PairMemory {
     }
 
     /// True if the surfaces intersected when the verdict was last decided; `None` if it never was.
+    #[inline]
     pub fn last_verdict(&self) -> Option<bool> {
         self.last_verdict
     }
@@ -181,6 +182,7 @@ impl PairMemory {
     /// Stores a triangle pair (tree order) that a separate test found to intersect, as the latest
     /// witness.
     #[doc(hidden)]
+    #[inline]
     pub fn found(&mut self, pair: [u32; 2]) {
         self.witnesses.retain(|witness| *witness != pair);
         self.witnesses.truncate(WITNESSES - 1);
@@ -226,6 +228,7 @@ impl PairMemory {
     /// moved that far.
     ///
     /// [`Query::with_memory`]: crate::Query::with_memory
+    #[inline]
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
         self.clearance
             .as_ref()

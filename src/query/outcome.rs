@@ -23,8 +23,8 @@ pub enum Verdict {
         witness: [u32; 2],
     },
     /// Proven: these triangles are no farther apart than the sum of the margins of both bodies.
-    /// Occurs only for bodies of a [`crate::Scene`] of which one has a
-    /// [margin](crate::Body::margin). Says nothing on whether some triangles share a point.
+    /// Occurs only for bodies of a `punctual_scene::Scene` of which one has a
+    /// margin. Says nothing on whether some triangles share a point.
     Within {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
@@ -43,6 +43,7 @@ pub enum Verdict {
 impl Verdict {
     /// The verdict for triangles within the margins: they intersect if their distance is 0.
     #[doc(hidden)]
+    #[inline]
     pub fn of_witness(witness: [u32; 2], distance: f64) -> Self {
         if distance == 0.0 {
             Self::Intersecting { witness }
@@ -185,6 +186,7 @@ named!(StopReason {
 impl StopReason {
     /// True if the run is over, so that there is nothing to resume.
     #[doc(hidden)]
+    #[inline]
     pub fn is_final(self) -> bool {
         matches!(self, Self::Finished | Self::FirstHit)
     }

@@ -2,7 +2,7 @@
 //!
 //! Most pairs of a scene are separated, and these boxes show it for half of them. Comparing them
 //! takes less time than starting a query, which tests nothing else first. The bound is that of
-//! [`gaps`](super::gaps) along the best single axis. `O(1)`: 64 box tests.
+//! `gaps` along the best single axis. `O(1)`: 64 box tests.
 
 use super::boxes::Boxes;
 use super::flushing;

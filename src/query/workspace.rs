@@ -114,6 +114,7 @@ impl Run {
     }
 
     /// The verdict of a run that ended for this reason.
+    #[inline]
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         match (self.witness, stop) {
             (Some(witness), _) => Verdict::Intersecting { witness },
@@ -322,16 +323,19 @@ impl Workspace {
 
     /// Work of the last query, including resumed calls.
     #[doc(hidden)]
+    #[inline]
     pub fn work(&self) -> u64 {
         self.run.stats.work
     }
 
     #[doc(hidden)]
+    #[inline]
     pub fn bv_tests(&self) -> u64 {
         self.run.stats.bv_tests_of_levels()
     }
 
     #[doc(hidden)]
+    #[inline]
     pub fn found(&self) -> u64 {
         self.run.stats.found
     }

@@ -1,18 +1,18 @@
-//! The bounding volume tree of one mesh.
-//!
-//! A tree is built once, does not change while queries run, and is shared freely between threads.
-//! The steps of a build are:
-//! - a binned-SAH binary tree over the triangles ([`binary`], [`bins`]);
-//! - its collapse to nodes of up to eight children ([`collapse`], [`wide`]);
-//! - an orientation for each node ([`assign`], [`axes`], [`moments`]);
-//! - one pass bottom-up ([`update`]) that gives every subtree its exact boxes ([`fit`]), its alpha
-//!   per axis and its profile level by level ([`profile`]). When vertices move, this pass is
-//!   repeated ([`refit`]).
-//!
-//! The tree stores the neighbors of each triangle ([`adjacency`]) and, on request, the corners that
-//! may be the farthest along a direction ([`extremes`]) and the components and open edges of a
-//! solid ([`solid`]). The file of a tree ([`mod@file`]) contains
-//! what cannot be recomputed: the mesh, the order of the triangles and the orientations.
+//! Bounding volume trees of meshes.
+
+// A tree is built once, does not change while queries run, and is shared freely between threads.
+// The steps of a build are:
+// - a binned-SAH binary tree over the triangles (`binary`, `bins`);
+// - its collapse to nodes of up to eight children (`collapse`, `wide`);
+// - an orientation for each node (`assign`, `axes`, `moments`);
+// - one pass bottom-up (`update`) that gives every subtree its exact boxes (`fit`), its alpha
+//   per axis and its profile level by level (`profile`). When vertices move, this pass is
+//   repeated (`refit`).
+//
+// The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
+// may be the farthest along a direction (`extremes`) and the
+// components and open edges of a solid (`solid`). The file of a tree (`mod@file`) contains what
+// cannot be recomputed: the mesh, the order of the triangles and the orientations.
 
 mod adjacency;
 mod align;

@@ -1,9 +1,8 @@
 //! Push-out (depenetration): the shortest translation found that separates two surfaces, and the
 //! proof that it does.
 //!
-//! It is a caller of [`Query`](punctual::Query): contacts give the [`directions`], the [`search`]
-//! finds the lengths, and an exact query checks each length. [`blocked`] remembers the pairs that
-//! blocked a push.
+//! It is a caller of [`Query`](punctual::Query): contacts give directions, a search finds the
+//! lengths, and an exact query checks each length.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
@@ -21,8 +20,9 @@ pub use penetration::{Penetration, PenetrationQuery, PenetrationWorkspace};
 
 use core::time::Duration;
 use glam::DVec3;
+use punctual::clock::ClockedBudget;
 use punctual::engine::Deadline;
-use punctual::{ClockedBudget, StopReason, Tree, Workspace};
+use punctual::{StopReason, Tree, Workspace};
 use punctual_geom::Pose;
 use search::Search;
 

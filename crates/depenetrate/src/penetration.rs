@@ -22,10 +22,12 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::time::Duration;
 use glam::{DMat3, DVec3};
+use punctual::clock::ClockedBudget;
+use punctual::distance::Distance;
 use punctual::engine::{Ask, Deadline, crossings};
+use punctual::intersection::Intersection;
 use punctual::{
-    Answer, ClockedBudget, Distance, Intersection, Mesh, PairMemory, Query, ResumeError, Stats,
-    StopReason, Tree, Workspace,
+    Answer, Budget, Mesh, PairMemory, Query, ResumeError, Stats, StopReason, Tree, Workspace,
 };
 use punctual_geom::Pose;
 use punctual_geom::random::Random;
@@ -90,7 +92,8 @@ const TOLERANCE: f64 = 1e-3;
 ///
 /// ```
 /// use punctual::glam::DMat3;
-/// use punctual::{Budget, BuildOptions, Pose, Solid, Tree, shapes};
+/// use punctual::tree::Solid;
+/// use punctual::{Budget, BuildOptions, Pose, Tree, shapes};
 /// use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 /// let options = BuildOptions::default().solid(Solid::Keep);
 /// let ball = Tree::with_options(shapes::icosphere(3), &options);
@@ -830,7 +833,7 @@ impl Machine<'_, '_, '_, '_> {
         let before = if has_begun {
             self.engine.stats()
         } else {
-            query.begin(self.engine, None, punctual::Budget::unlimited());
+            query.begin(self.engine, None, Budget::unlimited());
             Stats::default()
         };
         let answer = query.spend(self.engine, None, self.deadline);

@@ -13,7 +13,8 @@ use super::{Push, PushOutQuery};
 use arrayvec::ArrayVec;
 use glam::DVec3;
 use punctual::engine::Deadline;
-use punctual::{Intersection, PairMemory, Query, StopReason, Tree, Verdict, Workspace};
+use punctual::intersection::Intersection;
+use punctual::{PairMemory, Query, StopReason, Tree, Verdict, Workspace};
 use punctual_geom::{Aabb, Pose};
 
 /// Maximum number of contacts searched for; of these, how many have their segments computed, and

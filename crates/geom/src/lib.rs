@@ -6,6 +6,10 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
 #![forbid(unsafe_code)]
+#![allow(
+    rustdoc::private_intra_doc_links,
+    reason = "comments of hidden modules speak to readers of the code"
+)]
 
 extern crate alloc;
 

@@ -51,7 +51,8 @@ impl Scene {
     /// separately returns to its place with the next pose or motion of the compound.
     ///
     /// ```
-    /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
     /// use std::sync::Arc;
     ///
     /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));

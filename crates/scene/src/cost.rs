@@ -1,6 +1,6 @@
 //! Work that a frame charges for what is no query, in units of [`Budget::work`](punctual::Budget::work).
 
-use punctual::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
 
 /// Work charged for setting up the query of a pair; about what it takes.
 pub const WORK_PER_QUERY: u64 = 250;

@@ -31,7 +31,8 @@ impl Scene {
     ///
     /// ```
     /// use punctual::glam::DMat3;
-    /// use punctual::{Body, Budget, ContactPhase, Pose, Scene, Tree, shapes};
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, ContactPhase, Scene};
     /// use std::sync::Arc;
     ///
     /// let ball = Arc::new(Tree::new(shapes::icosphere(2)));

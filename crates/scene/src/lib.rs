@@ -1,30 +1,38 @@
 //! Collision detection of many bodies with one budget per frame.
 //!
-//! A [`Scene`] holds bodies ([`body`]); some move together as a compound ([`compound`]). A frame
-//! ([`frame`])
+//! A [`Scene`] holds bodies: trees of the crate `punctual` at poses. [`Scene::detect`] finds, within
+//! a budget, which of them meet, and its [`Report`] names what it did not reach. Bodies may move
+//! together ([`Scene::insert_compound`]), have margins ([`Body::margin`]), be moved continuously
+//! ([`Scene::set_motion`]), and be asked for distances ([`Scene::measure`]) and contact points
+//! ([`Scene::find_contacts`]). Rays are cast between frames ([`Scene::cast`]).
 //!
-//! 1. updates the boxes of the bodies that changed, and finds the pairs that are near each other
-//!    ([`broad`]);
-//! 2. lists the pairs whose boxes overlap, and shares the budget among them ([`schedule`]);
-//! 3. runs the query that answers the question of each pair ([`pair`]), on one thread or on
-//!    several;
-//! 4. reports which contacts began and ended ([`events`]).
-//!
-//! A pair has four records: an entry in the list of known pairs, a state that is kept from its
-//! first query on, a job of the frame, and a report. A pair proven to be farther apart than its
-//! bodies have moved since needs no job; only its entry is read. A pair that meets may have a
-//! second question: its contacts. The questions and their importance are in [`ask`]; rays are cast
-//! between frames ([`cast`]).
-//!
-//! Each step has a share of the budget ([`schedule::share`]), stops when it is spent, and continues
-//! in the next frame where it stopped. The report counts what was not reached: bodies not placed,
-//! bodies with possibly unknown partners, pairs not listed, and pairs not decided.
+//! The page `docs/scene.md` of `punctual` has the guarantees and measured figures.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
 #![forbid(unsafe_code)]
 
 extern crate alloc;
+
+// A `Scene` holds bodies (`body`); some move together as a compound (`compound`). A frame
+// (`frame`)
+//
+// 1. updates the boxes of the bodies that changed, and finds the pairs that are near each other
+//    (`broad`);
+// 2. lists the pairs whose boxes overlap, and shares the budget among them (`schedule`);
+// 3. runs the query that answers the question of each pair (`pair`), on one thread or on
+//    several;
+// 4. reports which contacts began and ended (`events`).
+//
+// A pair has four records: an entry in the list of known pairs, a state that is kept from its
+// first query on, a job of the frame, and a report. A pair proven to be farther apart than its
+// bodies have moved since needs no job; only its entry is read. A pair that meets may have a
+// second question: its contacts. The questions and their importance are in `ask`; rays are cast
+// between frames (`cast`).
+//
+// Each step has a share of the budget (`schedule::share`), stops when it is spent, and continues
+// in the next frame where it stopped. The report counts what was not reached: bodies not placed,
+// bodies with possibly unknown partners, pairs not listed, and pairs not decided.
 
 mod ask;
 mod body;
@@ -67,9 +75,10 @@ use cast::Rays;
 use compound::Compounds;
 use events::Events;
 use facts::Change;
-use punctual::Calibration;
 use punctual::Tree;
-use punctual::{ClockedBudget, Mode, Workspace};
+use punctual::clock::ClockedBudget;
+use punctual::prediction::Calibration;
+use punctual::{Mode, Workspace};
 use punctual_geom::Pose;
 use punctual_geom::named;
 use schedule::Schedule;
@@ -98,7 +107,9 @@ named!(Reach { Here => "here", Swept => "swept" });
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3};
-/// use punctual::{Body, Budget, ManualClock, Pose, Scene, Tree, shapes};
+/// use punctual::{Budget, Pose, Tree, shapes};
+/// use punctual::clock::ManualClock;
+/// use punctual_scene::{Body, Scene};
 /// use std::sync::Arc;
 ///
 /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));

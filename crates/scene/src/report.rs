@@ -5,7 +5,8 @@ use super::pair::spent::Spent;
 use super::pair::state::Standing;
 use alloc::vec::Vec;
 use core::time::Duration;
-use punctual::{Estimate, Verdict};
+use punctual::Verdict;
+use punctual::prediction::Estimate;
 use punctual_geom::named;
 
 /// The result for two bodies whose boxes overlap.

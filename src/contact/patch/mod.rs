@@ -60,7 +60,8 @@ pub struct Patch {
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3, Vec3};
-/// use punctual::{Budget, Patches, Pose, Query, Tree, Workspace, shapes};
+/// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
+/// use punctual::contacts::Patches;
 /// let (a, b) = (Tree::new(shapes::cuboid(Vec3::ONE, 8)), Tree::new(shapes::cuboid(Vec3::ONE, 8)));
 /// let (mut workspace, mut patches) = (Workspace::new(), Patches::new());
 /// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 2.001, 0.25))?;

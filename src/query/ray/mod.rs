@@ -34,13 +34,14 @@ pub use state::{RayHit, RayMode};
 /// shape of the tree.
 ///
 /// ```
-/// use punctual::{Budget, Query, Ray, Side, Tree, Workspace, shapes};
+/// use punctual::{Budget, Query, Ray, Tree, Workspace, shapes};
+/// use punctual::rays::Side;
 /// let ball = Tree::new(shapes::icosphere(4));
 /// let ray = Ray::new([0.1, 0.2, 9.0], [0.0, 0.0, -2.0])?;
 /// let cast = Query::ray(&ball, ray).run(&mut Workspace::new(), Budget::unlimited()).value;
 /// let hit = cast.hit.expect("the ray comes through the ball");
 /// assert!(ray.at(hit.t).length() < 1.0 && hit.side == Side::Front && cast.free_until == hit.t);
-/// # Ok::<(), punctual::RayError>(())
+/// # Ok::<(), punctual::geom::RayError>(())
 /// ```
 ///
 /// A ray has no certificate: [`RayBounds::free_until`] bounds what a stopped cast has missed.
@@ -132,7 +133,7 @@ impl Ask<RayCast> for Query<'_, RayCast> {
 /// let (rays, mut workspace) = (rays?, Workspace::new());
 /// let done = Query::rays(&ball, &rays).run(&mut workspace, Budget::unlimited()).value;
 /// assert_eq!((done, workspace.first_hits().iter().flatten().count()), (9, 4));
-/// # Ok::<(), punctual::RayError>(())
+/// # Ok::<(), punctual::geom::RayError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'r> {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use punctual::Verdict;
 
 /// A contact point of two bodies, in the coordinates of the scene, rounded: one of the few
-/// representative points of a patch of contacts ([`punctual::Patches`]).
+/// representative points of a patch of contacts ([`punctual::contacts::Patches`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -22,10 +22,10 @@ pub struct ContactPoint {
     /// the segment in which they do.
     pub points: [DVec3; 2],
     /// Unit vector: moving the body with the lower index along it separates it from the other.
-    /// [`punctual::Contact::normal`].
+    /// [`punctual::contacts::Contact::normal`].
     pub normal: DVec3,
     /// Distance of the triangles, without margins; 0 only if they intersect.
-    /// [`punctual::Contact::distance`].
+    /// [`punctual::contacts::Contact::distance`].
     pub distance: f64,
 }
 
@@ -66,7 +66,8 @@ impl Scene {
     ///
     /// ```
     /// use punctual::glam::{DMat3, Vec3};
-    /// use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
     /// use std::sync::Arc;
     ///
     /// let crate_ = Arc::new(Tree::new(shapes::cuboid(Vec3::ONE, 4)));

@@ -52,11 +52,11 @@ impl Scene {
     /// contacts are found with the rest of the budget.
     ///
     /// ```
-    /// use punctual::{PairQuestion, Scene};
+    /// use punctual_scene::{PairQuestion, Scene};
     /// let mut scene = Scene::new();
     /// // Distances that a robot slows down by go before all else.
     /// scene.set_question_importance(PairQuestion::Distance, 1.0)?;
-    /// # Ok::<(), punctual::SceneError>(())
+    /// # Ok::<(), punctual_scene::SceneError>(())
     /// ```
     ///
     /// # Errors

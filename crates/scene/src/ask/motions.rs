@@ -21,7 +21,8 @@ impl Scene {
     /// [measured](Scene::measure), by itself or for groups, has no time of impact and no passage.
     ///
     /// ```
-    /// use punctual::{Body, Budget, Motion, Pose, Scene, Tree, shapes};
+    /// use punctual::{Budget, Motion, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
     /// use std::sync::Arc;
     ///
     /// let mut scene = Scene::new();

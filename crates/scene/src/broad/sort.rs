@@ -91,7 +91,7 @@ impl Sort {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use punctual::ManualClock;
+    use punctual::clock::ManualClock;
 
     #[test]
     fn whatever_it_is_stopped_by_the_keys_are_sorted() {

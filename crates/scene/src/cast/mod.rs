@@ -14,9 +14,11 @@ use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
 use line::Line;
-use punctual::MAX_STEP_WORK;
+use punctual::clock::ClockedBudget;
 use punctual::engine::{Ask, Deadline};
-use punctual::{Budget, ClockedBudget, Query, RayMode, StopReason, Workspace};
+use punctual::prediction::MAX_STEP_WORK;
+use punctual::rays::RayMode;
+use punctual::{Budget, Query, StopReason, Workspace};
 use punctual_geom::Aabb;
 use ray::{BodyHit, SceneCast, SceneRay};
 

@@ -3,14 +3,17 @@
 use crate::filter::Filter;
 use crate::id::BodyId;
 use core::time::Duration;
-use punctual::{RayHit, RayMode, StopReason};
+use punctual::StopReason;
+use punctual::rays::{RayHit, RayMode};
 use punctual_geom::Ray;
 
 /// Asks which body a ray or a segment of the scene hits: [`crate::Scene::cast`].
 ///
 /// ```
 /// use punctual::glam::DMat3;
-/// use punctual::{Body, Budget, Pose, Ray, RayMode, Scene, SceneRay, Tree, shapes};
+/// use punctual::{Budget, Pose, Ray, Tree, shapes};
+/// use punctual::rays::RayMode;
+/// use punctual_scene::{Body, Scene, SceneRay};
 /// use std::sync::Arc;
 ///
 /// let ball = Arc::new(Tree::new(shapes::icosphere(3)));

@@ -17,7 +17,7 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::mem;
 use core::time::Duration;
-use punctual::Patches;
+use punctual::contacts::Patches;
 use punctual::engine::Deadline;
 use punctual::{Clock, Mode, StopReason, Workspace};
 
@@ -341,7 +341,7 @@ impl Turn {
 mod tests {
     use super::*;
     use crate::pair::state::{Marks, PairState};
-    use punctual::ManualClock;
+    use punctual::clock::ManualClock;
 
     #[test]
     fn a_turn_begins_with_what_the_list_has_found_out() {

@@ -11,13 +11,14 @@ use crate::cost::{
 };
 use crate::id::PairKey;
 use punctual::Answer as Answered;
-use punctual::MAX_DISTANCE_STEP_WORK;
-use punctual::MAX_STEP_WORK;
+use punctual::contacts::Contacts;
+use punctual::distance::Distance;
 use punctual::engine::{Ask, Deadline};
-use punctual::{
-    Budget, Contacts, Distance, Impact, Intersection, Mode, PairMemory, Query, StopReason, Verdict,
-    Workspace,
-};
+use punctual::impact::Impact;
+use punctual::intersection::Intersection;
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
+use punctual::prediction::MAX_STEP_WORK;
+use punctual::{Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 use punctual_geom::Pose;
 
 /// The question of a pair. An equal question resumes a stopped run.

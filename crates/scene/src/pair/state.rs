@@ -9,8 +9,8 @@ use crate::body::{Bodies, triangle_ids};
 use crate::id::PairKey;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
-use punctual::Calibration;
 use punctual::engine::Parting;
+use punctual::prediction::Calibration;
 use punctual::{PairMemory, Verdict};
 
 /// Maximum number of estimates of a pair that are kept until it is decided.

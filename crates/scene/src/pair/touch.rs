@@ -8,10 +8,11 @@ use crate::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
+use punctual::Workspace;
+use punctual::clock::ManualClock;
+use punctual::contacts::{Contact, Patch, Patches};
 use punctual::engine::Deadline;
 use punctual::engine::PatchMemory;
-use punctual::{Contact, Patch, Patches};
-use punctual::{ManualClock, Workspace};
 use punctual_geom::Pose;
 
 /// Maximum number of contacts of a pair that are found, and of points that are kept.

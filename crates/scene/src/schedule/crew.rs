@@ -74,8 +74,9 @@ mod tests {
     use crate::{Body, Scene};
     use core::cell::RefCell;
     use glam::{DMat3, DVec3};
+    use punctual::Budget;
     use punctual::Tree;
-    use punctual::{Budget, ManualClock};
+    use punctual::clock::ManualClock;
     use punctual_geom::Pose;
 
     /// Acts as two threads, and records the number of turns of each batch it receives.

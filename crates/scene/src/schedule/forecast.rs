@@ -4,8 +4,8 @@ use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
 use crate::pair::frame::Frame;
 use crate::pair::spent::capped;
 use crate::pair::state::PairState;
-use punctual::MAX_STEP_WORK;
 use punctual::Verdict;
+use punctual::prediction::MAX_STEP_WORK;
 
 /// The forecast of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -143,7 +143,8 @@ mod tests {
     use crate::body::Bodies;
     use crate::schedule::crew::Alone;
     use alloc::sync::Arc;
-    use punctual::{Budget, ManualClock, Mode};
+    use punctual::clock::ManualClock;
+    use punctual::{Budget, Mode};
 
     #[test]
     fn chances_are_chances_whatever_is_remembered() {

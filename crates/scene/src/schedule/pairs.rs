@@ -14,7 +14,7 @@ use crate::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
-use punctual::ManualClock;
+use punctual::clock::ManualClock;
 use punctual::engine::Deadline;
 
 /// With more pairs than this there is room for the maximum number, so that no frame moves many of

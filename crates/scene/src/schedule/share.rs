@@ -135,7 +135,7 @@ impl<'c> Share<'c> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use punctual::ManualClock;
+    use punctual::clock::ManualClock;
 
     #[test]
     fn a_list_that_was_over_late_ends_earlier_from_then_on() {
