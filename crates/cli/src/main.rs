@@ -8,6 +8,7 @@
 mod approach;
 mod compare;
 mod contacts;
+mod depth;
 mod distance;
 mod fit;
 mod info;
@@ -43,6 +44,7 @@ enum Command {
     Distance(distance::Args),
     Motion(motion::Args),
     Contacts(contacts::Args),
+    Depth(depth::Args),
     Rays(rays::Args),
     Triangles(triangles::Args),
     Info(info::Args),
@@ -73,6 +75,7 @@ fn main() -> ExitCode {
         Command::Distance(args) => distance::run(args, &mut out),
         Command::Motion(args) => motion::run(args, &mut out),
         Command::Contacts(args) => contacts::run(args, &mut out),
+        Command::Depth(args) => depth::run(args, &mut out),
         Command::Rays(args) => rays::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),

@@ -155,8 +155,14 @@ impl PenetrationWorkspace {
     /// Makes room for all that a query needs.
     #[must_use]
     pub fn new() -> Self {
+        Self::with_engine(Workspace::with_capacity(4096, CONTACTS))
+    }
+
+    /// Uses this workspace for the queries of which a penetration query consists.
+    #[must_use]
+    pub fn with_engine(engine: Workspace) -> Self {
         Self {
-            engine: Workspace::with_capacity(4096, CONTACTS),
+            engine,
             point: Mesh::new([[0f32; 3]], [[0, 0, 0]]).ok().map(Tree::new),
             state: State::new(),
         }
