@@ -6,12 +6,12 @@
 
 use super::beam::Beam;
 use super::{MAX_HEIGHT, Node, Tree, WIDTH};
-use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
-use punctual_geom::{Ray, bits};
-use punctual_geom::triangle::crossing::{Crossing, Heading, crossing};
-use punctual_geom::triangle::ray::batch::candidates;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
+use punctual_geom::triangle::crossing::{Crossing, Heading, crossing};
+use punctual_geom::triangle::ray::batch::candidates;
+use punctual_geom::{Ray, bits};
 
 /// A ray from a point, to be counted along.
 #[derive(Clone, Copy, Debug)]

@@ -11,12 +11,12 @@
 
 use super::{Tree, inside};
 use crate::mesh::Mesh;
-use punctual_geom::named;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cmp::Ordering;
 use core::fmt;
 use glam::DVec3;
+use punctual_geom::named;
 
 /// What the mesh of a tree bounds. Asked for mesh by mesh, because rooms, terrain and shells bound
 /// nothing.

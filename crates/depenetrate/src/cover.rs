@@ -36,7 +36,7 @@ const LEVELS: u8 = 12;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     blocked: Blocked,
-    corners: [Triangle; 2],
+    pub corners: [Triangle; 2],
 }
 
 /// Translations nearer to `center` than `radius`, of which those longer than `longest` are not
@@ -196,6 +196,7 @@ impl Cone {
             along,
             inner,
             plane: self.plane,
+            size: self.inradius,
             radius: self.radius,
             rounding,
         })
@@ -209,6 +210,8 @@ pub(super) struct Rays {
     /// Length of the inner points.
     inner: f64,
     plane: f64,
+    /// Radius of the circle in the flat triangle.
+    size: f64,
     radius: f64,
     rounding: f64,
 }
@@ -270,9 +273,8 @@ impl Rays {
         let advance = self.advance(reach)?;
         let radius = advance.radius.min(ball.longest);
         let ends = self.along.iter().zip(&advance.reach);
-        let holds = |point: DVec3| {
-            punctual_geom::length(point - ball.center) < ball.radius * (1.0 - 1e-12)
-        };
+        let holds =
+            |point: DVec3| punctual_geom::length(point - ball.center) < ball.radius * (1.0 - 1e-12);
         let is_held = ends
             .into_iter()
             .all(|(&ray, &reach)| holds(ray * self.inner) && holds(ray * reach));
@@ -288,7 +290,13 @@ impl Rays {
         }
         let [p, q, r]: [DVec3; 3] = core::array::from_fn(|i| self.along[i] * (reach[i] / least));
         let normal = (q - p).cross(r - p);
-        let oblique = least * (normal.dot(p).abs() / normal.length());
+        let area = normal.length();
+        // A steeper plane is not known well enough.
+        let oblique = if most - least < 8.0 * least * self.size {
+            least * (normal.dot(p).abs() / area)
+        } else {
+            0.0
+        };
         let straight = least * self.plane;
         let (radius, reach) = if oblique > straight {
             (oblique, reach)

@@ -16,7 +16,9 @@ mod directions;
 mod penetration;
 mod search;
 
-pub use penetration::{Penetration, PenetrationQuery, PenetrationWorkspace};
+pub use penetration::{
+    MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
+};
 
 use core::time::Duration;
 use glam::DVec3;

@@ -32,8 +32,11 @@ use punctual::{
 use punctual_geom::Pose;
 use punctual_geom::random::Random;
 
+/// Maximum work by which a penetration query exceeds a budget of work.
+pub const MAX_PENETRATION_STEP_WORK: u64 = 4096;
+
 /// Work of the longest step outside of queries.
-const STEP: u64 = 4096;
+const STEP: u64 = MAX_PENETRATION_STEP_WORK;
 
 /// Work to make a pair, to try one, to compare its box, to prove it, and to try a ball.
 const WORK_PER_NEW_PAIR: u64 = 400;
@@ -65,12 +68,23 @@ const WIDTH: f64 = 0.01;
 /// lengthened by this factor.
 const GROWTH: f64 = 1.7;
 
-/// A ball is sought at so many of the latest points for each cone.
-const POINTS_A_CONE: usize = 4;
+/// A ball is sought at so many points for each cone.
+const POINTS_A_CONE: usize = 5;
 
 /// Trials of a climb to a point deep in both solids, at first and for a cone.
 const CLIMB: u32 = 60;
 const SHORT_CLIMB: u32 = 10;
+
+/// Cones that were split as often as this get no climb of their own.
+const CLIMBING_LEVELS: u8 = 6;
+
+/// Summits that are kept to begin further climbs.
+const SUMMITS: usize = 32;
+
+/// Without a ball that is as large as this share of the best push, a point deep in both is sought
+/// at once; otherwise after so many advances of cones.
+const DEEP: f64 = 0.6;
+const ADVANCES_BEFORE_CLIMBS: u32 = 60;
 
 /// The default of [`PenetrationQuery::relative_tolerance`].
 const TOLERANCE: f64 = 1e-3;
@@ -319,9 +333,17 @@ enum Job {
     /// Tries the next of the likely directions.
     Explore,
     /// Lengthens a push until it separates.
-    Lengthen { direction: DVec3, length: f64, longest: f64 },
+    Lengthen {
+        direction: DVec3,
+        length: f64,
+        longest: f64,
+    },
     /// Bisects the length of a push.
-    Shorten { direction: DVec3, low: f64, high: f64 },
+    Shorten {
+        direction: DVec3,
+        low: f64,
+        high: f64,
+    },
     /// Makes a ball about 0 of the point of this number.
     About(usize),
     Start,
@@ -349,11 +371,17 @@ struct Task {
 enum Stage {
     Balls,
     /// Tries the pairs from here on; whether their answer is the last hope before a split.
-    Pairs { next: usize, last: bool },
+    Pairs {
+        next: usize,
+        last: bool,
+    },
     /// Asks what blocks a push that is nearly as long as the best.
     Block,
     /// Makes balls of the latest points, far out or near.
-    Points { next: usize, near: bool },
+    Points {
+        next: usize,
+        near: bool,
+    },
     /// Lists the contacts just outside of the radius.
     Contacts,
     Read(usize),
@@ -412,8 +440,11 @@ struct State {
     balls: Vec<Ball>,
     next_ball: usize,
     points: ArrayVec<Point, POINTS>,
-    /// Points found deep in both solids while B was not moved.
-    summits: ArrayVec<DVec3, 2>,
+    /// Translations of B, with points that are deep in both solids then.
+    summits: ArrayVec<(DVec3, DVec3), SUMMITS>,
+    next_summit: usize,
+    /// Climbs were begun while B is not moved.
+    has_sought: bool,
     cones: BinaryHeap<Cone>,
     number: u32,
     advances: u32,
@@ -466,6 +497,8 @@ impl State {
             next_ball: 0,
             points: ArrayVec::new(),
             summits: ArrayVec::new(),
+            next_summit: 0,
+            has_sought: false,
             cones: BinaryHeap::new(),
             number: 0,
             advances: 0,
@@ -508,9 +541,8 @@ impl State {
             let bounds = tree.mesh().aabb();
             bounds.min.abs().max(bounds.max.abs()).max_element()
         };
-        let magnitude = largest(asked.a)
-            + 4.0 * largest(asked.b)
-            + pose.translation().abs().max_element();
+        let magnitude =
+            largest(asked.a) + 4.0 * largest(asked.b) + pose.translation().abs().max_element();
         self.rounding = ROUNDING * magnitude + f64::MIN_POSITIVE;
         let rotation = pose.rotation();
         let defect = rotation.transpose() * *rotation - DMat3::IDENTITY;
@@ -579,6 +611,14 @@ impl State {
         }
     }
 
+    /// Keeps a summit, in the place of the oldest if there is no room.
+    fn keep_summit(&mut self, summit: (DVec3, DVec3)) {
+        if self.summits.try_push(summit).is_err() {
+            self.summits[self.next_summit] = summit;
+            self.next_summit = (self.next_summit + 1) % SUMMITS;
+        }
+    }
+
     fn add_cone(&mut self, cone: Cone) {
         self.number += 1;
         self.cones.push(Cone {
@@ -619,7 +659,10 @@ impl State {
             },
         };
         if self.points.is_full() {
-            self.points.remove(0);
+            // The oldest that was found outside, or else the oldest.
+            let is_outside = |point: &Point| point.inside.is_empty() && !point.near.is_empty();
+            let worst = self.points.iter().position(is_outside);
+            self.points.remove(worst.unwrap_or(0));
         }
         self.points.push(point);
     }
@@ -643,7 +686,7 @@ const AXES: [DVec3; 6] = [
 
 /// Rounding of a coordinate of B after a push, relative to the coordinates: proof in
 /// `docs/numerics.md`.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
+const ROUNDING: f64 = 32.0 * f64::EPSILON; // 64 U
 
 /// How many corners of a mesh are looked at to find one that is far outside of the other.
 const SAMPLES: usize = 256;
@@ -655,7 +698,11 @@ impl PenetrationQuery<'_> {
     /// For solids that is for ever. For surfaces it is as long as another point of the same
     /// component stays outside, as one does that is far from the box.
     fn inner(&self, of_b: bool) -> f64 {
-        let (body, other) = if of_b { (self.b, self.a) } else { (self.a, self.b) };
+        let (body, other) = if of_b {
+            (self.b, self.a)
+        } else {
+            (self.a, self.b)
+        };
         let has_inside = |tree: &Tree| {
             let solidity = tree.solid();
             solidity.is_some_and(|solidity| solidity.components().iter().any(|c| c.is_closed()))
@@ -711,7 +758,11 @@ impl PenetrationQuery<'_> {
     /// True if a point of the frame of A (of B) is inside.
     fn is_inside(&self, of_b: bool, point: DVec3) -> bool {
         let winding = self.winding(of_b, point);
-        if self.solid { winding > 0 } else { winding != 0 }
+        if self.solid {
+            winding > 0
+        } else {
+            winding != 0
+        }
     }
 }
 
@@ -726,6 +777,8 @@ struct Machine<'s, 't, 'd, 'c> {
 impl Machine<'_, '_, '_, '_> {
     /// Continues until the search is over or the deadline stops it.
     fn advance(&mut self) -> StopReason {
+        // The first step may exceed the budget, so that every call gets on.
+        let mut needed = 1;
         loop {
             if self.is_over() {
                 self.state.job = Job::Over;
@@ -741,12 +794,13 @@ impl Machine<'_, '_, '_, '_> {
                     Ok(None) => {}
                     Err(stop) => return stop,
                 }
-            } else if self.deadline.has_room(STEP) {
+            } else if self.deadline.has_room(needed) {
                 let work = self.step().min(STEP);
                 self.deadline.spend(work);
                 self.state.stats.work += work;
+                needed = STEP;
             } else {
-                return self.deadline.why(STEP);
+                return self.deadline.why(needed);
             }
         }
     }
@@ -781,8 +835,8 @@ impl Machine<'_, '_, '_, '_> {
                 Ok(None)
             }
             Asking::Contained { at, next } => {
-                if !self.deadline.has_room(STEP) {
-                    return Err(self.deadline.why(STEP));
+                if !self.deadline.has_room(1) {
+                    return Err(self.deadline.why(1));
                 }
                 let (contained, next) = self.contained(at, next);
                 self.deadline.spend(STEP);
@@ -1020,7 +1074,10 @@ impl Machine<'_, '_, '_, '_> {
                 let middle = 0.5 * (low + high);
                 let [low, high] = if let Heard::Blocked(pair) = heard {
                     pair.inspect(|&pair| self.learn(pair, direction));
-                    [self.state.blocked.free_from(direction, middle, high).0, high]
+                    [
+                        self.state.blocked.free_from(direction, middle, high).0,
+                        high,
+                    ]
                 } else {
                     self.state.separates(direction, middle);
                     [low, middle]
@@ -1083,11 +1140,33 @@ impl Machine<'_, '_, '_, '_> {
         (last - next) as u64 * (WORK_PER_NEW_PAIR + 600)
     }
 
+    /// Of all triangles known, the corners that are deepest in the other body for the best push.
+    fn add_deepest_corners(&mut self) {
+        let direction = self.state.direction;
+        for of_b in [false, true] {
+            if self.state.inner[usize::from(!of_b)] == 0.0 {
+                continue;
+            }
+            let toward = if of_b { -direction } else { direction };
+            let depth = |pair: &Pair| {
+                let [p, q, r] = pair.corners[usize::from(of_b)].map(|corner| corner.dot(toward));
+                p.max(q).max(r)
+            };
+            let pairs = self.state.pairs.iter();
+            let deepest = pairs.max_by(|x, y| depth(x).total_cmp(&depth(y)));
+            if let Some(corners) = deepest.map(|pair| pair.corners[usize::from(of_b)]) {
+                self.state.add_point(of_b, &corners, direction);
+            }
+        }
+    }
+
     /// The corners of the first components, in case the bodies do not touch.
     fn add_sample_points(&mut self) {
         for of_b in [false, true] {
             let tree = if of_b { self.asked.b } else { self.asked.a };
-            let components = tree.solid().map_or(&[][..], |solidity| solidity.components());
+            let components = tree
+                .solid()
+                .map_or(&[][..], |solidity| solidity.components());
             for component in components.iter().take(4) {
                 let corners = tree.mesh().triangle(component.first_triangle as usize);
                 let corners = if of_b {
@@ -1112,8 +1191,9 @@ impl Machine<'_, '_, '_, '_> {
     /// Begins with the next of the likely directions.
     fn explore(&mut self) -> u64 {
         let Some(&direction) = self.state.likely.get(self.state.explored) else {
+            self.add_deepest_corners();
             self.state.job = Job::About(0);
-            return 64;
+            return PAIRS as u64 * 4;
         };
         self.state.explored += 1;
         let longest = 1.001 * self.parting_length(direction) + 64.0 * self.state.rounding;
@@ -1122,7 +1202,11 @@ impl Machine<'_, '_, '_, '_> {
         let length = if known {
             self.state.high * SHORTER
         } else {
-            let guess = self.state.segments.as_ref().map_or(0.0, |s| s.extent(direction));
+            let guess = self
+                .state
+                .segments
+                .as_ref()
+                .map_or(0.0, |s| s.extent(direction));
             (1.1 * low).max(guess.min(3.0 * low)).max(1e-3 * longest)
         };
         self.state.job = if known && low >= length {
@@ -1149,7 +1233,11 @@ impl Machine<'_, '_, '_, '_> {
             return;
         };
         pair.inspect(|&pair| self.learn(pair, direction));
-        let low = self.state.blocked.free_from(direction, length, f64::INFINITY).0;
+        let low = self
+            .state
+            .blocked
+            .free_from(direction, length, f64::INFINITY)
+            .0;
         self.state.job = if self.state.high < f64::INFINITY || length >= longest {
             Job::Explore
         } else {
@@ -1201,13 +1289,7 @@ impl Machine<'_, '_, '_, '_> {
 
     /// Keeps the ball of a point that is inside of the other body, at `distance` from its surface,
     /// while B is moved by `at`.
-    fn add_ball(
-        &mut self,
-        index: usize,
-        at: DVec3,
-        distance: f64,
-        nearest: DVec3,
-    ) -> Option<Ball> {
+    fn add_ball(&mut self, index: usize, at: DVec3, distance: f64, nearest: DVec3) -> Option<Ball> {
         let point = self.state.points.get(index)?;
         let (of_b, place) = (point.of_b, self.place(point, at));
         let point_in_a = point.place;
@@ -1220,8 +1302,7 @@ impl Machine<'_, '_, '_, '_> {
         let is_known = |&(center, radius): &(DVec3, f64)| {
             punctual_geom::length(center - at) < radius * (1.0 - 1e-9)
         };
-        let is_inside =
-            point.inside.iter().any(is_known) || self.asked.is_inside(!of_b, place);
+        let is_inside = point.inside.iter().any(is_known) || self.asked.is_inside(!of_b, place);
         let longest = self.state.inner[usize::from(!of_b)];
         let point = &mut self.state.points[index];
         if point.near.is_full() {
@@ -1250,10 +1331,11 @@ impl Machine<'_, '_, '_, '_> {
             return 64;
         }
         let needed = self.state.low;
-        self.ask_point(index, DVec3::ZERO, needed).unwrap_or_else(|| {
-            self.state.job = Job::About(index + 1);
-            100
-        })
+        self.ask_point(index, DVec3::ZERO, needed)
+            .unwrap_or_else(|| {
+                self.state.job = Job::About(index + 1);
+                100
+            })
     }
 
     /// Makes the first cones, with the radius known by now.
@@ -1268,16 +1350,13 @@ impl Machine<'_, '_, '_, '_> {
             self.raise_low(half - 8.0 * rounding);
         }
         let radius = self.state.low;
-        if radius > 64.0 * rounding {
+        if self.may_seek() && radius < DEEP * self.state.high {
+            self.state.job = Job::Seek(0);
+        } else if radius > 64.0 * rounding {
             for cone in Cone::all_around() {
                 self.state.add_cone(Cone { radius, ..cone });
             }
-            let is_deep = radius < DEEP * self.state.high;
-            self.state.job = if self.has_summits() && is_deep {
-                Job::Seek(0)
-            } else {
-                Job::Pick
-            };
+            self.state.job = Job::Pick;
         } else if self.state.has_all_directions {
             self.state.job = Job::Over;
         } else {
@@ -1289,23 +1368,35 @@ impl Machine<'_, '_, '_, '_> {
         2 * WORK_PER_PROOF
     }
 
-    /// True if both have an inside in which balls can be.
-    fn has_summits(&self) -> bool {
-        self.asked.solid && self.state.inner == [f64::INFINITY; 2]
+    /// True if both have an inside, and no point deep in both was sought yet.
+    fn may_seek(&self) -> bool {
+        self.asked.solid && self.state.inner == [f64::INFINITY; 2] && !self.state.has_sought
     }
 
     /// Begins a climb at a place that is inside of both, if it is.
     fn seek(&mut self, index: usize) -> u64 {
+        self.state.has_sought = true;
         let half = self.state.direction * (0.5 * self.state.high.min(self.size()));
         let place = match index.checked_sub(1) {
             None => self.state.segments.as_ref().map(Segments::middle),
             Some(index) => {
                 let point = self.state.points.iter().rev().nth(index);
-                point.map(|p| if p.of_b { p.place + half } else { p.place - half })
+                point.map(|p| {
+                    if p.of_b {
+                        p.place + half
+                    } else {
+                        p.place - half
+                    }
+                })
             }
         };
-        let Some(place) = place.filter(|_| !self.state.summits.is_full() && index < 8) else {
-            self.state.job = if index == 0 { Job::Seek(1) } else { Job::Pick };
+        let is_enough = self.state.summits.len() >= 2 || index >= 8;
+        let Some(place) = place.filter(|_| !is_enough) else {
+            self.state.job = match index {
+                0 => Job::Seek(1),
+                _ if self.state.number > 0 => Job::Pick,
+                _ => Job::Start,
+            };
             return 64;
         };
         self.state.job = if self.is_in_both(place, DVec3::ZERO) {
@@ -1320,7 +1411,9 @@ impl Machine<'_, '_, '_, '_> {
     /// True if a point of A's frame is inside of both while B is moved.
     fn is_in_both(&self, place: DVec3, at: DVec3) -> bool {
         self.asked.is_inside(false, place)
-            && self.asked.is_inside(true, self.state.back.transform_point(place - at))
+            && self
+                .asked
+                .is_inside(true, self.state.back.transform_point(place - at))
     }
 
     fn climb(&mut self, mut climb: Climb) -> u64 {
@@ -1372,11 +1465,11 @@ impl Machine<'_, '_, '_, '_> {
         let is_ball = ball.radius > 0.0;
         if is_ball {
             self.state.keep_ball(ball);
+            self.state.keep_summit((climb.at, climb.best));
         }
         let Some(mut task) = climb.task() else {
-            if is_ball {
+            if is_ball && self.state.number == 0 {
                 self.raise_low(ball.radius);
-                let _ = self.state.summits.try_push(climb.best);
             }
             self.state.job = Job::Seek(climb.number + 1);
             return;
@@ -1388,10 +1481,6 @@ impl Machine<'_, '_, '_, '_> {
         self.settle(task);
     }
 }
-
-/// A ball of a point is large if it is this share of the best push; otherwise a point deep in both
-/// is sought.
-const DEEP: f64 = 0.8;
 
 impl Climb {
     fn new(
@@ -1459,6 +1548,10 @@ impl Climb {
 impl Machine<'_, '_, '_, '_> {
     /// Takes the cone with the least radius.
     fn pick(&mut self) -> u64 {
+        if self.state.advances == ADVANCES_BEFORE_CLIMBS && self.may_seek() {
+            self.state.job = Job::Seek(0);
+            return 64;
+        }
         let state = &mut *self.state;
         state.job = Job::Over;
         if let Some(cone) = state.cones.pop() {
@@ -1610,7 +1703,9 @@ impl Machine<'_, '_, '_, '_> {
             return work;
         }
         if let Some((advance, number)) = task.best.take()
-            && task.rays.proves(&state.pairs[usize::from(number)], &advance)
+            && task
+                .rays
+                .proves(&state.pairs[usize::from(number)], &advance)
         {
             (task.proven, task.cone.hint) = (advance.radius, number);
         }
@@ -1621,13 +1716,15 @@ impl Machine<'_, '_, '_, '_> {
 
     /// Asks how deep one of the latest points is, half way to the best push or at the radius.
     fn try_point(&mut self, mut task: Task, next: usize, near: bool) -> u64 {
-        let count = self.state.points.len();
-        if next >= count.min(POINTS_A_CONE) {
-            self.state.job = match self.state.summits.first() {
-                Some(&summit) if task.cone.level < 3 => {
-                    let at = self.far(&task, false);
-                    let step = 0.25 * self.state.high.min(self.size());
-                    let start = summit + at * 0.5;
+        let Some(index) = self.candidate(next) else {
+            let at = self.far(&task, false);
+            let distance = |other: DVec3| (other - at).length_squared();
+            let summits = self.state.summits.iter();
+            let nearest = summits.min_by(|(x, _), (y, _)| distance(*x).total_cmp(&distance(*y)));
+            self.state.job = match nearest {
+                Some(&(other, summit)) if task.cone.level < CLIMBING_LEVELS => {
+                    let step = 0.25 * punctual_geom::length(at - other);
+                    let start = summit + (at - other) * 0.5;
                     Job::Climb(Climb::new(0, at, start, step, SHORT_CLIMB, Some(task)))
                 }
                 _ => {
@@ -1636,15 +1733,24 @@ impl Machine<'_, '_, '_, '_> {
                 }
             };
             return 200;
-        }
+        };
         let at = self.far(&task, near);
         let needed = task.rays.farthest(at);
-        self.ask_point(count - 1 - next, at, needed)
-            .unwrap_or_else(|| {
-                task.stage = after_point(next, near);
-                self.state.job = Job::Advance(task);
-                150
-            })
+        self.ask_point(index, at, needed).unwrap_or_else(|| {
+            task.stage = after_point(next, near);
+            self.state.job = Job::Advance(task);
+            150
+        })
+    }
+
+    /// The point that is tried for a cone after `next` others: the latest two, then the latest
+    /// that were inside.
+    fn candidate(&self, next: usize) -> Option<usize> {
+        let latest = self.state.points.len().checked_sub(2).unwrap_or_default();
+        let points = self.state.points.iter().enumerate().rev();
+        let mut tried = points.filter(|(i, point)| *i >= latest || !point.inside.is_empty());
+        let (index, _) = tried.nth(next)?;
+        (next < POINTS_A_CONE).then_some(index)
     }
 
     /// A push along the middle of a cone, at its radius or half way to the best.
@@ -1682,8 +1788,8 @@ impl Machine<'_, '_, '_, '_> {
             }
             (Stage::Points { next, near }, Heard::Near(distance, nearest)) => {
                 let at = self.far(&task, near);
-                let index = self.state.points.len() - 1 - next;
-                let ball = self.add_ball(index, at, distance, nearest);
+                let index = self.candidate(next);
+                let ball = index.and_then(|i| self.add_ball(i, at, distance, nearest));
                 if let Some(advance) = ball.and_then(|ball| task.rays.by_ball(&ball)) {
                     task.proven = task.proven.max(advance.radius);
                 }
@@ -1691,7 +1797,11 @@ impl Machine<'_, '_, '_, '_> {
                 self.settle(task);
             }
             (Stage::Contacts, Heard::Contacts(count)) => {
-                task.stage = if count == 0 { Stage::Free } else { Stage::Read(0) };
+                task.stage = if count == 0 {
+                    Stage::Free
+                } else {
+                    Stage::Read(0)
+                };
                 self.state.job = Job::Advance(task);
             }
             (Stage::Free, heard) => {

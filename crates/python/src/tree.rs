@@ -4,6 +4,7 @@ use crate::arrays::{mesh, table, vectors};
 use crate::errors::value_error;
 use crate::interrupt::in_background;
 use numpy::PyArray2;
+use punctual::tree::Solid;
 use punctual::{BuildOptions, Mesh};
 use punctual_io::Loaded;
 use pyo3::exceptions::{PyOSError, PyTypeError, PyUserWarning};
@@ -21,7 +22,7 @@ use std::sync::Arc;
 /// vertices: (V, 3) numbers, in one unit of length, kept as f32 where that is exact and as f64 otherwise. faces: (F, 3)
 /// integers of any type. effort: "fast", "normal" or "best", how much time the build may take. extremes: whether to
 /// keep the corners that may be the farthest along a direction, so that a `Scene` tells convex bodies that are close apart
-/// without a search.
+/// without a search. solid: whether closed components bound solids; those that are inside out are turned.
 ///
 /// A mesh is a surface: no inside, degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.
 /// Raises ValueError for an index out of range and for coordinates that are not finite, with the place.
@@ -48,7 +49,7 @@ impl From<punctual::Tree> for Tree {
     }
 }
 
-fn options(effort: &str, extremes: bool) -> PyResult<BuildOptions> {
+fn options(effort: &str, extremes: bool, solid: bool) -> PyResult<BuildOptions> {
     let options = match effort {
         "fast" => BuildOptions::fast_build(),
         "normal" => BuildOptions::default(),
@@ -59,7 +60,8 @@ fn options(effort: &str, extremes: bool) -> PyResult<BuildOptions> {
             )));
         }
     };
-    Ok(options.extremes(extremes))
+    let solid = if solid { Solid::Flip } else { Solid::No };
+    Ok(options.extremes(extremes).solid(solid))
 }
 
 /// A build of a smaller mesh takes less time than the user waits for the end of a call.
@@ -119,15 +121,16 @@ impl<'py> FromPyObject<'_, 'py> for Surface<'py> {
 #[pymethods]
 impl Tree {
     #[new]
-    #[pyo3(signature = (vertices, faces, *, effort="normal", extremes=false))]
+    #[pyo3(signature = (vertices, faces, *, effort="normal", extremes=false, solid=false))]
     fn build(
         py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
         effort: &str,
         extremes: bool,
+        solid: bool,
     ) -> PyResult<Self> {
-        let options = options(effort, extremes)?;
+        let options = options(effort, extremes, solid)?;
         built(py, mesh(vertices, faces)?, options).map(Self::from)
     }
 
@@ -135,30 +138,32 @@ impl Tree {
     /// place of a
     /// tree, but then it is built in each of them.
     #[classmethod]
-    #[pyo3(signature = (mesh, *, effort="normal", extremes=false))]
+    #[pyo3(signature = (mesh, *, effort="normal", extremes=false, solid=false))]
     fn from_trimesh(
         _: &Bound<'_, PyType>,
         mesh: &Bound<'_, PyAny>,
         effort: &str,
         extremes: bool,
+        solid: bool,
     ) -> PyResult<Self> {
         let (vertices, faces) = (mesh.getattr("vertices")?, mesh.getattr("faces")?);
-        Self::build(mesh.py(), &vertices, &faces, effort, extremes)
+        Self::build(mesh.py(), &vertices, &faces, effort, extremes, solid)
     }
 
     /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz. Warns (UserWarning) of
     /// what was
     /// passed over in it, one line a kind. Raises OSError if it cannot be read or is damaged, with the place.
     #[classmethod]
-    #[pyo3(signature = (path, *, effort="normal", extremes=false))]
+    #[pyo3(signature = (path, *, effort="normal", extremes=false, solid=false))]
     fn load(
         _: &Bound<'_, PyType>,
         py: Python<'_>,
         path: PathBuf,
         effort: &str,
         extremes: bool,
+        solid: bool,
     ) -> PyResult<Self> {
-        let options = options(effort, extremes)?;
+        let options = options(effort, extremes, solid)?;
         let file = path.clone();
         let load = move || {
             punctual_io::load(&file).map(|Loaded { mesh, notices, .. }| {

@@ -37,14 +37,15 @@ class Tree:
         *,
         effort: _Effort = "normal",
         extremes: _Flag = False,
+        solid: _Flag = False,
     ) -> Tree: ...
     @classmethod
     def from_trimesh(
-        cls, mesh: _HasMesh, *, effort: _Effort = "normal", extremes: _Flag = False
+        cls, mesh: _HasMesh, *, effort: _Effort = "normal", extremes: _Flag = False, solid: _Flag = False
     ) -> Tree: ...
     @classmethod
     def load(
-        cls, path: str | PathLike[str], *, effort: _Effort = "normal", extremes: _Flag = False
+        cls, path: str | PathLike[str], *, effort: _Effort = "normal", extremes: _Flag = False, solid: _Flag = False
     ) -> Tree: ...
     @classmethod
     def from_bytes(cls, bytes: bytes) -> Tree: ...
@@ -250,6 +251,15 @@ class MotionQuery:
     def predict(self, *, memory: Memory | None = None) -> Quantiles: ...
     def estimate(self, *, memory: Memory | None = None) -> Quantiles: ...
     def certificate(self) -> Certificate: ...
+
+@final
+class Penetration(Answer):
+    @property
+    def low(self) -> float: ...
+    @property
+    def high(self) -> float: ...
+    @property
+    def direction(self) -> NDArray[np.float64] | None: ...
 
 @final
 class PushOut(Answer):
@@ -622,6 +632,16 @@ def motion(
     work: _Integer | None = None,
     memory: Memory | None = None,
 ) -> Passage: ...
+def penetration(
+    a: _Surface,
+    b: _Surface,
+    T: ArrayLike | None = None,
+    *,
+    solid: _Flag = False,
+    relative_tolerance: _Real | None = None,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
+) -> Penetration: ...
 def push_out(
     a: _Surface,
     b: _Surface,
