@@ -19,8 +19,11 @@ use punctual::glam::{DVec3, Vec3};
 use punctual::impact::Impact;
 use punctual::intersection::Intersection;
 use punctual::rays::RayMode;
-use punctual::{Budget, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
-use punctual_depenetrate::PushOutQuery;
+use punctual::tree::Solid;
+use punctual::{
+    Budget, BuildOptions, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes,
+};
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace, PushOutQuery};
 
 #[test]
 fn the_counter_counts() {
@@ -271,6 +274,35 @@ fn pushes() {
         ] {
             let calls =
                 allocator_calls(|| _ = black_box(query.run(&mut workspace, budget.clock(&clock))));
+            assert_eq!(calls, 0, "{query:?}");
+        }
+    }
+}
+
+#[test]
+fn penetrations() {
+    let options = BuildOptions::default().solid(Solid::Keep);
+    let [knot, gear] = [shapes::torus_knot(2, 3, 0.2, 32), shapes::gear(12, 3)]
+        .map(|mesh| Tree::with_options(mesh, &options));
+    let (mut workspace, clock) = (
+        PenetrationWorkspace::new(),
+        ManualClock::ticking(Duration::from_micros(1)),
+    );
+    for ([a, b], solid) in [
+        ([&knot, &gear], false),
+        ([&knot, &gear], true),
+        ([&knot, &knot], true),
+    ] {
+        let query = PenetrationQuery::new(a, b, Pose::IDENTITY).solid(solid);
+        for budget in [
+            Budget::work(20_000),
+            Budget::time(Duration::from_micros(90)),
+            Budget::work(3_000_000),
+        ] {
+            let calls = allocator_calls(|| {
+                let _ = black_box(query.run(&mut workspace, budget.clock(&clock)));
+                let _ = black_box(query.resume(&mut workspace, budget.clock(&clock)));
+            });
             assert_eq!(calls, 0, "{query:?}");
         }
     }

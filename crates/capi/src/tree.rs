@@ -6,7 +6,7 @@ use crate::mesh::punctual_mesh;
 use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use core::mem::MaybeUninit;
-use punctual::tree::Effort;
+use punctual::tree::{Effort, Solid};
 use punctual::{BuildOptions, Tree};
 use std::sync::Arc;
 
@@ -47,9 +47,11 @@ pub struct punctual_build_options {
     pub extremes: u32,
     /// Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
     pub threads: usize,
+    /// Whether closed components bound solids: 0 or not 0. Those that are inside out are turned. 0 by default.
+    pub solid: u64,
 }
 
-grows!(punctual_build_options: size, effort..threads);
+grows!(punctual_build_options: size, effort..solid);
 
 /// Numbers that describe a tree.
 #[repr(C)]
@@ -102,6 +104,7 @@ impl Default for punctual_build_options {
             frames: orientations.into(),
             extremes: extremes.into(),
             threads,
+            solid: 0,
         }
     }
 }
@@ -151,7 +154,12 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
     let mut chosen = BuildOptions::default();
     (chosen.effort, chosen.orientations, chosen.threads) =
         (effort, options.frames != 0, options.threads);
-    Ok(chosen.extremes(options.extremes != 0))
+    let solid = if options.solid != 0 {
+        Solid::Flip
+    } else {
+        Solid::No
+    };
+    Ok(chosen.extremes(options.extremes != 0).solid(solid))
 }
 
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and

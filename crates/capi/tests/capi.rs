@@ -13,6 +13,8 @@ mod contacts;
 mod distances;
 #[path = "capi/motions.rs"]
 mod motions;
+#[path = "capi/penetration.rs"]
+mod penetration;
 #[path = "capi/queries.rs"]
 mod queries;
 #[path = "capi/rays.rs"]

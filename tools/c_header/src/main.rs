@@ -9,7 +9,7 @@ use std::{env, error::Error, fs, iter};
 
 /// The sections of the header, each with the sources that it is made of. What a section needs stands in those before
 /// it.
-const SECTIONS: [(&str, &[&str]); 16] = [
+const SECTIONS: [(&str, &[&str]); 17] = [
     ("Errors, and the version", &["status"]),
     ("Points, boxes and poses", &["pose"]),
     ("Meshes", &["mesh", "shapes"]),
@@ -29,6 +29,7 @@ const SECTIONS: [(&str, &[&str]); 16] = [
     ("Contacts: where do they touch?", &["contacts", "patches"]),
     ("Motion: until when are they free?", &["motion"]),
     ("Push-out: what parts them?", &["push_out"]),
+    ("Penetration: how deep are they?", &["penetration"]),
     ("Rays: what do they hit?", &["rays"]),
     (
         "Scenes: many bodies, one budget a frame",
