@@ -2,7 +2,8 @@
 //! that are deep in both solids.
 
 use super::{
-    Asking, CLIMB, Climb, DEEP, Job, Machine, Point, Stage, Task, WORK_PER_PROOF, WORK_PER_RAY,
+    Asking, CLIMB, CLIMBS, Climb, DEEP, Job, Machine, Point, RANDOM_SEEDS, SEEDS, Task,
+    WORK_PER_PROOF, WORK_PER_RAY,
 };
 use crate::blocked::unit;
 use crate::cover::{Ball, Cone};
@@ -134,35 +135,46 @@ impl Machine<'_, '_, '_, '_> {
     pub(super) fn seek(&mut self, index: usize) -> u64 {
         self.state.has_sought = true;
         let half = self.state.direction * (0.5 * self.state.high.min(self.size()));
-        let place = match index.checked_sub(1) {
-            None => self.state.segments.as_ref().map(Segments::middle),
-            Some(index) => {
-                let point = self.state.points.iter().rev().nth(index);
-                point.map(|p| {
+        let (place, trials) = match index {
+            0 => (self.state.segments.as_ref().map(Segments::middle), 1),
+            1..RANDOM_SEEDS => {
+                let point = self.state.points.iter().rev().nth(index - 1);
+                let inward = |p: &Point| {
                     if p.of_b {
                         p.place + half
                     } else {
                         p.place - half
                     }
-                })
+                };
+                (point.map(inward), 1)
+            }
+            RANDOM_SEEDS..SEEDS => (Some(self.random_place(index as u64)), 1),
+            SEEDS => (self.state.seed.map(|(_, place)| place), CLIMB),
+            _ => {
+                self.state.job = if self.state.number > 0 {
+                    Job::Pick
+                } else {
+                    Job::Start
+                };
+                return 64;
             }
         };
-        let is_enough = self.state.summits.len() >= 2 || index >= 8;
-        let Some(place) = place.filter(|_| !is_enough) else {
-            self.state.job = match index {
-                0 => Job::Seek(1),
-                _ if self.state.number > 0 => Job::Pick,
-                _ => Job::Start,
-            };
-            return 64;
-        };
-        self.state.job = if self.is_in_both(place, DVec3::ZERO) {
+        let place = place.filter(|&place| self.is_in_both(place, DVec3::ZERO));
+        self.state.job = place.map_or(Job::Seek(index + 1), |place| {
             let step = 0.5 * punctual_geom::length(half);
-            Job::Climb(Climb::new(index, DVec3::ZERO, place, step, CLIMB, None))
-        } else {
-            Job::Seek(index + 1)
-        };
+            Job::Climb(Climb::new(index, DVec3::ZERO, place, step, trials, None))
+        });
         2 * WORK_PER_RAY
+    }
+
+    /// A place that both boxes share.
+    fn random_place(&self, number: u64) -> DVec3 {
+        let a = self.asked.a.mesh().aabb();
+        let b = self.asked.b.aabb_at(&self.asked.b_in_a);
+        let (min, max) = (a.min.max(b.min), a.max.min(b.max));
+        let mut random = Random::new(number);
+        let mut share = || random.fraction();
+        min + (max - min) * DVec3::new(share(), share(), share())
     }
 
     /// True if a point of A's frame is inside of both while B is moved.
@@ -220,6 +232,13 @@ impl Machine<'_, '_, '_, '_> {
             longest: f64::INFINITY,
         };
         let is_ball = ball.radius > 0.0;
+        if climb.cone.is_none() && climb.number < SEEDS {
+            if self.state.seed.is_none_or(|(sum, _)| sum < climb.sum) {
+                self.state.seed = Some((climb.sum, climb.best));
+            }
+            self.state.job = Job::Seek(climb.number + 1);
+            return;
+        }
         if is_ball {
             self.state.keep_ball(ball);
             self.state.keep_summit((climb.at, climb.best));
@@ -234,7 +253,9 @@ impl Machine<'_, '_, '_, '_> {
         if is_ball && let Some(advance) = task.rays.by_ball(&ball) {
             task.proven = task.proven.max(advance.radius);
         }
-        task.stage = Stage::Contacts;
+        let gains = self.state.is_gain(&task.cone, task.proven);
+        self.state.trials[CLIMBS].note(gains);
+        task.stage = self.before_contacts();
         self.settle(task);
     }
 }

@@ -1,9 +1,9 @@
 //! The cover of the cones: which set advances one, what is asked if none does, and how it is split.
 
 use super::{
-    ADVANCES, ADVANCES_BEFORE_CLIMBS, Asking, CLIMBING_LEVELS, CONES, CONTACTS_AHEAD, Climb, Heard,
-    Job, Machine, POINTS_A_CONE, SHORT_CLIMB, SHORTER, STEP, Stage, Task, WORK_PER_BALL,
-    WORK_PER_BOX, WORK_PER_NEW_PAIR, WORK_PER_PAIR, WORK_PER_PROOF,
+    ADVANCES, ADVANCES_BEFORE_CLIMBS, Asking, CLIMBING_LEVELS, CLIMBS, CONES, CONTACTS_AHEAD,
+    Climb, Heard, Job, LISTS, Machine, POINTS_A_CONE, POINTS_TRIED, SHORT_CLIMB, SHORTER, STEP,
+    Stage, Task, WORK_PER_BALL, WORK_PER_BOX, WORK_PER_NEW_PAIR, WORK_PER_PAIR, WORK_PER_PROOF,
 };
 use crate::cover::Cone;
 use glam::DVec3;
@@ -172,6 +172,10 @@ impl Machine<'_, '_, '_, '_> {
         {
             (task.proven, task.cone.hint) = (advance.radius, number);
         }
+        if last {
+            let gains = self.state.is_gain(&task.cone, task.proven);
+            self.state.trials[LISTS].note(gains);
+        }
         task.stage = if last { Stage::Split } else { Stage::Block };
         self.settle(task);
         work + WORK_PER_PROOF
@@ -185,13 +189,15 @@ impl Machine<'_, '_, '_, '_> {
             let summits = self.state.summits.iter();
             let nearest = summits.min_by(|(x, _), (y, _)| distance(*x).total_cmp(&distance(*y)));
             self.state.job = match nearest {
-                Some(&(other, summit)) if task.cone.level < CLIMBING_LEVELS => {
+                Some(&(other, summit))
+                    if task.cone.level < CLIMBING_LEVELS && self.state.trials[CLIMBS].is_due() =>
+                {
                     let step = 0.25 * punctual_geom::length(at - other);
                     let start = summit + (at - other) * 0.5;
                     Job::Climb(Climb::new(0, at, start, step, SHORT_CLIMB, Some(task)))
                 }
                 _ => {
-                    task.stage = Stage::Contacts;
+                    task.stage = self.before_contacts();
                     Job::Advance(task)
                 }
             };
@@ -204,6 +210,15 @@ impl Machine<'_, '_, '_, '_> {
             self.state.job = Job::Advance(task);
             150
         })
+    }
+
+    /// Contacts at the cone, if they are worth it; otherwise the split.
+    pub(super) fn before_contacts(&mut self) -> Stage {
+        if self.state.trials[LISTS].is_due() {
+            Stage::Contacts
+        } else {
+            Stage::Split
+        }
     }
 
     /// The point that is tried for a cone after `next` others: the latest two, then the latest
@@ -232,10 +247,12 @@ impl Machine<'_, '_, '_, '_> {
             (Stage::Block, Heard::Blocked(pair)) => {
                 let (middle, _) = self.goal(&task);
                 pair.inspect(|&pair| self.learn(pair, middle));
-                task.stage = Stage::Points {
-                    next: 0,
-                    near: false,
+                let next = if self.state.trials[POINTS_TRIED].is_due() {
+                    0
+                } else {
+                    POINTS_A_CONE
                 };
+                task.stage = Stage::Points { next, near: false };
                 self.state.job = Job::Advance(task);
             }
             (Stage::Block, Heard::Apart) => {
@@ -255,6 +272,10 @@ impl Machine<'_, '_, '_, '_> {
                 let ball = index.and_then(|i| self.add_ball(i, at, distance, nearest));
                 if let Some(advance) = ball.and_then(|ball| task.rays.by_ball(&ball)) {
                     task.proven = task.proven.max(advance.radius);
+                }
+                if near || ball.is_some() {
+                    let gains = self.state.is_gain(&task.cone, task.proven);
+                    self.state.trials[POINTS_TRIED].note(gains);
                 }
                 task.stage = after_point(next, near || ball.is_some());
                 self.settle(task);

@@ -71,8 +71,13 @@ const GROWTH: f64 = 1.7;
 /// A ball is sought at so many points for each cone.
 const POINTS_A_CONE: usize = 5;
 
-/// Trials of a climb to a point deep in both solids, at first and for a cone.
-const CLIMB: u32 = 60;
+/// Places from which a point deep in both solids is sought; from this one on they are random. The
+/// best of them is where the climb begins.
+const SEEDS: usize = 40;
+const RANDOM_SEEDS: usize = 9;
+
+/// Trials of a climb, at first and for a cone.
+const CLIMB: u32 = 80;
 const SHORT_CLIMB: u32 = 10;
 
 /// Cones that were split as often as this get no climb of their own.
@@ -83,7 +88,7 @@ const SUMMITS: usize = 32;
 
 /// Without a ball that is as large as this share of the best push, a point deep in both is sought
 /// at once; otherwise after so many advances of cones.
-const DEEP: f64 = 0.6;
+const DEEP: f64 = 0.9;
 const ADVANCES_BEFORE_CLIMBS: u32 = 60;
 
 /// The default of [`PenetrationQuery::relative_tolerance`].
@@ -430,6 +435,36 @@ struct Point {
     inside: ArrayVec<(DVec3, f64), 6>,
 }
 
+/// Indices of [`State::trials`].
+const POINTS_TRIED: usize = 0;
+const CLIMBS: usize = 1;
+const LISTS: usize = 2;
+
+/// What a kind of attempt was good for, so that one that seldom helps is made seldom.
+#[derive(Clone, Copy, Debug, Default)]
+struct Trials {
+    made: u32,
+    gained: u32,
+    skipped: u32,
+}
+
+impl Trials {
+    fn note(&mut self, gains: bool) {
+        self.made += 1;
+        self.gained += u32::from(gains);
+    }
+
+    /// True if it is worth another attempt: one in eight was, or the last seven were skipped.
+    fn is_due(&mut self) -> bool {
+        self.skipped += 1;
+        let is_due = self.made < 8 || 8 * self.gained >= self.made || self.skipped >= 8;
+        if is_due {
+            self.skipped = 0;
+        }
+        is_due
+    }
+}
+
 #[derive(Debug)]
 struct State {
     key: Option<Key>,
@@ -453,6 +488,10 @@ struct State {
     /// Translations of B, with points that are deep in both solids then.
     summits: ArrayVec<(DVec3, DVec3), SUMMITS>,
     next_summit: usize,
+    /// The best place to begin a climb from, after its sum of distances.
+    seed: Option<(f64, DVec3)>,
+    /// How often points, climbs and lists of contacts gained something for a cone.
+    trials: [Trials; 3],
     /// Climbs were begun while B is not moved.
     has_sought: bool,
     cones: BinaryHeap<Cone>,

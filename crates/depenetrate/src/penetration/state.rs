@@ -52,6 +52,8 @@ impl State {
             points: ArrayVec::new(),
             summits: ArrayVec::new(),
             next_summit: 0,
+            seed: None,
+            trials: Default::default(),
             has_sought: false,
             cones: BinaryHeap::new(),
             number: 0,
