@@ -330,3 +330,132 @@ impl PartialEq for Cone {
 }
 
 impl Eq for Cone {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use punctual_geom::random::Random;
+
+    fn vector(random: &mut Random) -> DVec3 {
+        let mut next = || random.between(-1.0, 1.0);
+        DVec3::new(next(), next(), next())
+    }
+
+    fn is_in(cone: &Cone, direction: DVec3) -> bool {
+        let [p, q, r] = cone.directions;
+        let turn = p.dot(q.cross(r)).signum();
+        [[p, q], [q, r], [r, p]]
+            .into_iter()
+            .all(|[x, y]| x.cross(y).dot(direction) * turn >= 0.0)
+    }
+
+    #[test]
+    fn cones_fill_space_and_their_parts_fill_them() {
+        let mut random = Random::new(3);
+        for _ in 0..500 {
+            let direction = unit(vector(&mut random));
+            let whole = Cone::all_around();
+            let mut cone = *whole.iter().find(|cone| is_in(cone, direction)).unwrap();
+            for level in 1..=LEVELS {
+                let parts = cone.split().unwrap();
+                cone = *parts.iter().find(|part| is_in(part, direction)).unwrap();
+                assert!(cone.level == level && cone.plane > 0.79 && cone.inradius > 0.0);
+            }
+            assert!(cone.split().is_none() && cone.plane > 1.0 - 1e-6);
+        }
+    }
+
+    /// Below the new radius all translations of the cone are blocked, and the radius is not much less
+    /// than it could be.
+    #[test]
+    fn a_pair_advances_a_cone_as_far_as_it_meets() {
+        let mut random = Random::new(7);
+        let (mut advanced, mut near) = (0, 0);
+        for _ in 0..20_000 {
+            let triangle = |random: &mut Random| [(); 3].map(|()| vector(random));
+            let pair = Pair::new([triangle(&mut random), triangle(&mut random)]);
+            let margin = 0.9 * pair.margin();
+            if margin < 0.01 || !pair.fills_cube(margin) {
+                continue;
+            }
+            let cone = Cone {
+                radius: margin,
+                ..Cone::all_around()[random.bits() as usize % 20]
+            };
+            let cone = cone.split().unwrap()[random.bits() as usize % 4];
+            let rays = cone.rays(1e-15).unwrap();
+            let Some(advance) = rays.by_pair(&pair) else {
+                continue;
+            };
+            assert!(rays.proves(&pair, &advance));
+            advanced += 1;
+            for _ in 0..20 {
+                let shares = [(); 3].map(|()| random.fraction());
+                let direction = unit(
+                    (0..3)
+                        .map(|i| cone.directions[i] * shares[i])
+                        .sum::<DVec3>()
+                        + DVec3::splat(1e-300),
+                );
+                let length = advance.radius * random.fraction();
+                assert!(
+                    pair.meet(direction * length),
+                    "{pair:?} {direction:?} {length}"
+                );
+            }
+            // Somewhere just beyond they part.
+            let ends = rays
+                .along
+                .map(|ray| ray * (1.3 * advance.radius / ray.length()));
+            near += usize::from(ends.iter().any(|&end| !pair.meet(end)));
+        }
+        assert!(advanced > 300 && 2 * near > advanced, "{advanced} {near}");
+    }
+
+    #[test]
+    fn a_ball_advances_a_cone_as_far_as_it_reaches() {
+        let mut random = Random::new(9);
+        let mut advanced = 0;
+        for _ in 0..5000 {
+            let ball = Ball {
+                center: vector(&mut random) * 0.5,
+                radius: random.between(0.3, 1.0),
+                longest: if random.bits() & 1 == 0 {
+                    f64::INFINITY
+                } else {
+                    0.4
+                },
+            };
+            let cone = Cone {
+                radius: random.between(0.01, 0.3),
+                ..Cone::all_around()[random.bits() as usize % 20]
+            };
+            let Some(advance) = cone.rays(1e-15).unwrap().by_ball(&ball) else {
+                continue;
+            };
+            advanced += 1;
+            assert!(advance.radius > cone.radius && advance.radius <= ball.longest);
+            for _ in 0..20 {
+                let shares = [(); 3].map(|()| random.fraction());
+                let direction = unit((0..3).map(|i| cone.directions[i] * shares[i]).sum());
+                let length = random.between(cone.radius, advance.radius);
+                let distance = (direction * length - ball.center).length();
+                assert!(
+                    distance < ball.radius,
+                    "{ball:?} {cone:?} {direction:?} {length}"
+                );
+            }
+        }
+        assert!(advanced > 500, "{advanced}");
+    }
+
+    /// Where roundings are as large as the radius, nothing is claimed.
+    #[test]
+    fn a_cone_that_is_not_resolved_is_not_advanced() {
+        let cone = Cone {
+            radius: 1e-12,
+            ..Cone::all_around()[0]
+        };
+        assert!(cone.rays(1e-15).is_some() && cone.rays(1e-13).is_none());
+    }
+}

@@ -155,6 +155,7 @@ pub struct Penetration {
     pub low: f64,
     /// Proven upper bound: the length of the push. 0 if they are apart; infinite if no push was
     /// found yet.
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub high: f64,
     /// Direction in which B moves by `high`: a unit vector in A's frame. `None` if they are apart,
     /// or no push was found yet.
@@ -228,8 +229,9 @@ impl<'t> PenetrationQuery<'t> {
         self
     }
 
-    /// Asks only whether they penetrate deeper than this: whether the depth, minus the signed
-    /// distance, is at least so much. The query is finished as soon as one of the bounds decides;
+    /// Asks only whether they penetrate deeper than this: the counterpart of
+    /// [`Query::closer_than`](punctual::Query::closer_than) for a negative distance. The query is
+    /// finished as soon as one of the bounds decides;
     /// [`Penetration::deeper`] has the answer. Infinity disables the limit. Negative values and NaN
     /// count as 0.
     #[must_use]

@@ -112,14 +112,15 @@ impl State {
             // Nothing is measured in B's frame.
             Err(_) => self.least_scale = 0.0,
         }
-        self.inner = [asked.inner(false), asked.inner(true)];
+        let margin = 16.0 * self.rounding;
+        self.inner = [false, true].map(|of_b| (asked.inner(of_b) - margin).max(0.0));
     }
 
     pub(super) fn penetration(&self, limit: f64) -> Penetration {
         let found = self.high < f64::INFINITY && !self.is_apart;
         let deeper = match limit {
             f64::INFINITY => None,
-            _ if self.low >= limit && self.low > 0.0 => Some(true),
+            _ if self.low > limit => Some(true),
             _ if self.high <= limit => Some(false),
             _ => None,
         };
