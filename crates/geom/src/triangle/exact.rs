@@ -203,7 +203,7 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Two of the points that are not on the same side. Not all three points are on one side.
+/// Two corners on different sides. The sides must not be equal for all three corners.
 fn crossing_edge(s: &Triangle, sides: [i8; 3]) -> [DVec3; 2] {
     [s[0], if sides[0] == sides[1] { s[2] } else { s[1] }]
 }

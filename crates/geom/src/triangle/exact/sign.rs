@@ -1,8 +1,8 @@
 //! Exact signs of volumes (3x3 determinants of coordinate differences) and of areas (2x2).
 //!
 //! A sign comes from plain `f64` arithmetic if the result exceeds a proven error bound. Otherwise
-//! crate `robust` computes it again (adaptive floating-point expansions). Where those could
-//! overflow or underflow, it is computed as a [`Sum`] of products.
+//! the crate `robust` computes it again (adaptive floating-point expansions). Where its arithmetic
+//! could overflow or underflow, the sign is that of a [`Sum`] of products.
 
 use core::array::from_fn;
 
@@ -34,7 +34,7 @@ const VOLUME_BOUND: f64 = 32.0 * f64::EPSILON;
 const AREA_BOUND: f64 = 8.0 * f64::EPSILON;
 
 impl Signs {
-    /// For points in a box of this size.
+    /// Signs for points in a box of this size.
     pub fn within(extent: DVec3) -> Self {
         let is_safe = extent.max_element() <= LARGEST;
         Self {
@@ -116,10 +116,10 @@ impl Signs {
     }
 }
 
-/// Fraction of the way at which a value that changes linearly from one number to another is zero.
-/// The numbers have different signs, and each is off by at most `bound`. `None` if the fraction is
-/// not certain to less than the tolerance. With errors `d` and `e`, it is off by
-/// `((1 - share) d + share e) / span`.
+/// Fraction of the way from `from` to `to` at which a value that changes linearly is zero. The two
+/// numbers have different signs, and each has an error of at most `bound`. `None` if the error of
+/// the fraction may reach `tolerance`. With errors `d` and `e` of the numbers, that error is `((1 -
+/// share) d + share e) / span`.
 fn fast_share(from: f64, to: f64, bound: f64, tolerance: f64) -> Option<f64> {
     let span = from - to;
     (bound < tolerance * span.abs()).then(|| (from / span).clamp(0.0, 1.0))
@@ -163,9 +163,10 @@ fn is_safe(coordinates: &[f64]) -> bool {
     coordinates.iter().all(|&x| in_range(x))
 }
 
-/// True if the points share a coordinate, or are at most two points when seen along an axis: then
-/// they lie in a plane. The corners of floors and walls do, and manufactured parts have many of
-/// those. Where copies of such parts coincide, nearly all points in doubt do.
+/// True if all points share a coordinate, or if they are at most two points when seen along an
+/// axis. Then they lie in a plane. This is common: it holds for corners on floors and walls, and
+/// manufactured parts have many of those. Where copies of such parts coincide, it holds for nearly
+/// all points whose sign is in doubt.
 fn share_floor_or_wall(points: &[[f64; 3]; 4]) -> bool {
     (0..3).any(|i| {
         let [p, q, r, s] = points.map(|p| [p[i], p[(i + 1) % 3]]);
@@ -193,7 +194,7 @@ fn exact_side(points: [[f64; 3]; 4]) -> i8 {
 /// `det(p1 - p0, p2 - p0, p3 - p0)` of points on a grid of this width.
 fn exact_volume(points: [&[Term; 3]; 4], width: u32) -> Sum {
     let mut sum = Sum::new(width);
-    // Expanded: the determinants of all triples of points.
+    // Expanded into the determinants of all triples of points.
     for triple in [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]] {
         let [p, q, r] = triple.map(|i: usize| points[i]);
         for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
