@@ -82,7 +82,7 @@ fn split(
     nodes: &mut Vec<BinaryNode>,
     pieces: Pieces,
 ) {
-    // The tree may be unbalanced as long as a balanced rest still fits the depth.
+    // A split may be unbalanced as long as a balanced tree of `items` would fit in the depth left.
     let balanced = usize::BITS - items.len().saturating_sub(1).leading_zeros();
     let may_part = items.len() > CLUSTER && depth_left > balanced;
     let (area, middle) = Instructions::detect().run(Part {

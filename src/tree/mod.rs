@@ -72,7 +72,7 @@ pub struct Tree {
     profiles: Profiles,
     /// Neighbors of each triangle, in tree order.
     neighbors: Box<[Neighbors]>,
-    /// Empty if not requested, and after a refit.
+    /// Empty if they were not requested, and after a refit.
     extremes: Extremes,
     /// SAH cost after the build.
     built_cost: f32,
@@ -95,7 +95,7 @@ pub struct TreeStats {
     pub depth: usize,
     /// Number of nodes on each level.
     pub nodes_per_level: Vec<usize>,
-    /// Mean alpha of the subtrees of each level, per axis of their boxes.
+    /// Mean alpha of the subtrees on each level, per axis of their boxes.
     pub alpha_per_level: Vec<Vec3>,
     /// Bytes of the nodes.
     pub bytes_nodes: usize,
@@ -321,7 +321,8 @@ impl Tree {
         self.corners[triangle as usize]
     }
 
-    /// The index of the cluster that contains a triangle (in tree order), after that of its parent.
+    /// Indices of two nodes: the parent of the cluster that contains a triangle (in tree order),
+    /// then that cluster.
     pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
         let (mut parent, mut at) = (0, 0);
         while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_cluster) {

@@ -137,10 +137,10 @@ impl Patches {
     /// the trees of the contacts' meshes. The contacts may be those of a stopped query.
     ///
     /// A patch inherits the id of the patch of the last update with which it shares most triangles.
-    /// If there is none, or if that id goes to a patch that shares more, it gets a new id. If many
-    /// patches contain a triangle (a floor under many feet), it counts as shared only in contacts
-    /// that also have the same triangle on the other side. Patches that share nothing else get the
-    /// ids of such patches in arbitrary order.
+    /// If there is none, or if that id goes to a patch that shares more, it gets a new id. A
+    /// triangle in many patches (a floor under many feet) counts as shared only through contacts
+    /// that also have the same triangle on the other side. Patches that share such a triangle and
+    /// nothing else get the remaining ids of its previous patches, in arbitrary order.
     pub fn update<'c>(
         &mut self,
         a: &Tree,
