@@ -13,10 +13,12 @@ use punctual_geom::{Aabb, Pose};
 /// roundings of 2^-53, of magnitudes up to three times those used here.
 const MARGIN: f64 = 128.0 * f64::EPSILON;
 
-/// Rounding of the boxes of a tree and of their map into the scene, in units of the tree. A
-/// coordinate is a sum of three products, of a column of length 1 and a vector of length at most
-/// sqrt 3. Its error is at most 4 sqrt 3 roundings, twice, and the sum of both adds 2 sqrt 3. The
-/// total is less than 18.
+/// Rounding of the boxes of a tree, and of their map into the scene, in units of the tree.
+///
+/// The second term bounds the map. A center and a half extent are mapped separately. A coordinate
+/// of each is a sum of three products, of a column of length 1 and a vector of length at most sqrt
+/// 3, so its error is at most 4 sqrt 3 roundings. Adding both results adds 2 sqrt 3 more. The total
+/// is less than 18 roundings; the term has 32.
 const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 
 impl Tree {

@@ -497,11 +497,12 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
     Ok(())
 }
 
-/// Upper bound of the number of levels in the profiles of all nodes. A cluster has one level; an
-/// inner node has one more than its highest child. So the inner nodes can be divided into paths,
-/// each from a node to its highest child and so on, down to a cluster. The `L` inner nodes of such
-/// a path have `(L + 1) + L + .. + 2 = L (L + 3) / 2` levels, and `L` is at most the depth of the
-/// tree.
+/// Upper bound of the number of levels in the profiles of all nodes.
+///
+/// A cluster has one level. An inner node has one more than its highest child. Divide the inner
+/// nodes into paths: each node is followed by its highest child, until that is a cluster. A path of
+/// `L` inner nodes has `(L + 1) + L + .. + 2 = L (L + 3) / 2` levels, and `L` is at most the depth
+/// of the tree.
 fn most_levels(clusters: usize, inner: usize, triangles: usize) -> usize {
     clusters + inner * (most_depth(triangles) as usize + 3) / 2
 }

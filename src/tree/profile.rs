@@ -155,8 +155,8 @@ impl Levels<'_> {
         area
     }
 
-    /// Measures an inner node with the given own box, after its `children`. Returns the sum of the
-    /// surface areas of their boxes.
+    /// Measures an inner node whose own box is given. Its `children` must be measured before.
+    /// Returns the sum of the surface areas of their boxes.
     #[inline(always)]
     pub fn measure<L: Lanes>(
         &mut self,

@@ -141,8 +141,8 @@ impl Motion {
         Self::checked(start, along, turn, arm)
     }
 
-    /// The motion of a part fixed to the body, at a pose in the body's frame: same velocity, same
-    /// axis.
+    /// The motion of a part that is fixed to the body at the pose `part_in_body`. It has the
+    /// velocity and the axis of the body.
     ///
     /// # Errors
     /// [`MotionError`].

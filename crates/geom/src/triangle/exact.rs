@@ -43,8 +43,8 @@ enum Position<'a> {
     Apart,
     /// They lie in different planes, and neither is strictly on one side of the other.
     Crossing { a_sides: [i8; 3], b_sides: [i8; 3] },
-    /// A segment and a face. The points of the segment have these sides: they are neither in the
-    /// plane of the face nor strictly on one side.
+    /// A segment and a face. `sides` are the sides of the segment's three points relative to the
+    /// plane of the face. They are not all 0, and not all 1 or all -1.
     Piercing {
         segment: &'a Triangle,
         sides: [i8; 3],
@@ -190,10 +190,11 @@ impl<'a> Pair<'a> {
     /// True if all of `t`, projected along `axis`, is strictly on the outer side of an edge of `s`.
     /// `turn` is the orientation of `s`.
     ///
-    /// Two closed convex sets in the plane are apart in two cases only. In the first, a line along
-    /// an edge of one separates them in this way: the edges of their Minkowski difference are their
-    /// edges, and a segment has two outer sides. In the second, they are pieces of one line and
-    /// their boxes are apart, which is not so here.
+    /// Two closed convex sets in a plane are apart in two cases only. In the first, the line along
+    /// an edge of one of them separates them: every edge of their Minkowski difference is parallel
+    /// to an edge of one of them, and both sides of a segment are outer sides. In the second, both
+    /// lie on one line and their boxes are apart. The second case does not occur here, because the
+    /// boxes meet.
     fn separates(&self, axis: usize, s: &Triangle, turn: i8, t: &Triangle) -> bool {
         (0..3).any(|i| {
             let side = |p: DVec3| self.signs.turn(axis, &[s[i], s[(i + 1) % 3], p]);

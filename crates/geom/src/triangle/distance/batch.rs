@@ -29,8 +29,9 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// Chooses an edge of A and one of B. Each has two masks: of the lanes that choose its second
-    /// edge, and of those that choose its third. The other lanes choose the first edge.
+    /// Chooses an edge of A by the masks `of_a`, and an edge of B by the masks `of_b`. In the lanes
+    /// of its first mask it is the triangle's second edge, in those of its second mask the third,
+    /// and elsewhere the first.
     #[inline(always)]
     fn edges<L: Lanes>([of_a, of_b]: [[F8<L>; 2]; 2]) -> Self {
         let [[a, b], [c, d]] = [

@@ -74,9 +74,10 @@ impl Signs {
         }
     }
 
-    /// Position of the plane of `t` along `p q`, as a fraction of the length. The points are not
-    /// strictly on one side of the plane, and not both in it. The fraction is off by less than
-    /// `tolerance` or by a few roundings, or 0 is as good a result.
+    /// Position of the plane of `t` along `p q`, as a fraction of the length. The points `p` and
+    /// `q` are not strictly on one side of the plane, and not both in it. The error is less than
+    /// `tolerance`, or a few roundings. So if `tolerance` is 1 or more, the result may be any
+    /// fraction.
     pub fn share_to_plane(&self, t: &[DVec3; 3], [p, q]: [DVec3; 2], tolerance: f64) -> f64 {
         let bound = VOLUME_BOUND * self.extent.x * self.extent.y * self.extent.z;
         let points = [t[0], t[1], t[2], p, q].map(|p| p.to_array());
@@ -90,7 +91,7 @@ impl Signs {
     }
 
     /// Position of the line `r s` along `p q`, projected along `axis`, as a fraction of the length.
-    /// The points are strictly on different sides. The error is that of
+    /// The points `p` and `q` are strictly on different sides of the line. The error is that of
     /// [`share_to_plane`](Self::share_to_plane).
     pub fn share_to_line(
         &self,
