@@ -37,8 +37,8 @@ pub struct Contact {
     pub distance: f64,
     /// The segment in which the triangles intersect:
     /// [`triangle_segment`](crate::geom::triangle_segment), directed along the cross product of the
-    /// normals of A's triangle and of B's. So the segments of closed surfaces follow one another.
-    /// `None` if the triangles are separated.
+    /// normals of A's triangle and of B's. So if both surfaces are closed, each segment begins
+    /// where another ends. `None` if the triangles are separated.
     pub segment: Option<[DVec3; 2]>,
 }
 

@@ -112,7 +112,7 @@ impl fmt::Display for MeshError {
 impl core::error::Error for MeshError {}
 
 impl Mesh {
-    /// A mesh from f32 vertices and corner indices, kept to the bit. No triangles are fine.
+    /// A mesh from f32 vertices and corner indices, kept to the bit. There may be no triangles.
     ///
     /// Takes time linear in vertices and triangles.
     ///
@@ -134,7 +134,7 @@ impl Mesh {
         Self::checked(Vertices::F32(vertices), triangles.into_iter().collect())
     }
 
-    /// A mesh from f64 vertices and corner indices. No triangles are fine.
+    /// A mesh from f64 vertices and corner indices. There may be no triangles.
     ///
     /// The mesh is stored as f32 if that keeps every bit of the vertices in use; unused ones are
     /// rounded. Otherwise it is stored as f64, which takes more memory and is somewhat slower.

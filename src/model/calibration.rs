@@ -52,8 +52,8 @@ const LARGEST_CORRECTED: f64 = 30.0;
 pub struct Calibration {
     offset: f64,
     slope: f64,
-    /// Sums of `h`, `h z` and `h z^2` over the moments learned, faded. `z` is the predicted logit,
-    /// and `h = p (1 - p)` at the corrected one.
+    /// Sums of `h`, `h z` and `h z^2` over the moments learned, faded. `z` is the predicted logit.
+    /// `h` is `p (1 - p)`, where `p` is the probability corrected by that moment.
     evidence: [f64; 3],
 }
 

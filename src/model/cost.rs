@@ -162,7 +162,7 @@ impl Counts {
 }
 
 /// `T = N_v C_v + N_p C_p + N_u C_u + C_i`, the paper's cost function. All costs are in one unit of
-/// time, the caller's.
+/// time, chosen by the caller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -225,9 +225,9 @@ impl CostModel {
         )
     }
 
-    /// The costs after a query with these counts that took this time. All are multiplied by the
-    /// eighth root of the ratio between measured and expected time. The ratio is limited to 1/4 to
-    /// 4, because a machine is also busy with other things.
+    /// The costs after a query with these counts that took this time. All costs are multiplied by
+    /// the eighth root of the ratio between measured and expected time. The ratio is limited to 1/4
+    /// to 4, because a machine is also busy with other things.
     #[must_use]
     pub fn learned(&self, counts: &Counts, time: f64) -> Self {
         let ratio = (time / self.time(counts)).clamp(0.25, 4.0);

@@ -75,8 +75,8 @@ pub fn features_of_all(front: &FrontSummary) -> [f64; 3] {
     [1.0, log2(expected(front)), unseen(front)]
 }
 
-/// Features of [`any_left`]: those of [`all_left`], with the probability of a hit, which ends the
-/// query.
+/// Features of [`any_left`]: those of [`all_left`], the probability of a hit, and the products of
+/// both. A hit ends the query.
 pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
     let [one, size, unseen] = features_of_all(front);
     [
@@ -170,7 +170,7 @@ pub(super) fn with_history(
 }
 
 /// The counts of a query from the log2 of its BV tests. Power laws give the triangle tests and the
-/// opened node pairs. The latter are limited to one per BV test.
+/// opened node pairs. There is at most one opened node pair per BV test.
 pub fn counts(log2_bv_tests: f64) -> Counts {
     counts_by(exp2, log2_bv_tests)
 }

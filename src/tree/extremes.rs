@@ -209,7 +209,7 @@ impl Part {
         }
         let mut kept: Vec<Point> = rivals.iter().map(|&rival| points[rival]).collect();
         let rivals: ArrayVec<f32x4, 12> = kept.iter().map(|rival| reach(&edges, rival)).collect();
-        // This does not keep a rival twice: it reaches as far as itself.
+        // The rivals are kept already. This drops them, because each reaches as far as itself.
         kept.extend(points.iter().filter(|point| {
             let along = reach(&edges, point);
             !rivals.iter().any(|farther| farther.simd_ge(along).all())
@@ -347,7 +347,7 @@ mod tests {
         }
     }
 
-    /// Small meshes have a block in each cell. In large round ones, few corners are in several
+    /// Small meshes have one block in each cell. In large round meshes, few corners are in several
     /// cells.
     #[test]
     fn few_corners_are_kept() {

@@ -94,7 +94,7 @@ pub enum TreeFileError {
     Orientations {
         /// Number of orientations in the header.
         stored: usize,
-        /// Number of nodes that have one.
+        /// Number of nodes that need one.
         needed: usize,
     },
     /// The mesh is invalid.

@@ -418,12 +418,14 @@ impl<'t> Subtree<'t> {
         self.node().self_cost
     }
 
-    /// Number of levels of boxes below: 1 for a cluster, where the next level is its triangles.
+    /// Number of levels of boxes below this node. It is 1 for a cluster: the level of its
+    /// triangles.
     pub fn height(&self) -> usize {
         usize::from(self.node().height)
     }
 
-    /// The profile of each level below, the children first. Its length is `height()`.
+    /// The profile of each level below this node, that of its children first. The length is
+    /// `height()`.
     pub fn profile(&self) -> &'t [LevelProfile] {
         let first = self.node().profile as usize;
         &self.tree.profiles.levels[first..first + self.height()]

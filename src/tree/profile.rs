@@ -266,7 +266,8 @@ impl<'n, L: Lanes> Siblings<'n, L> {
 
 /// Expected BV tests of a subtree with half extents `own` against a copy of itself, averaged over
 /// all overlapping placements: `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)`.
-/// The mean of the products is replaced by the product of the means.
+/// Level `l` has `n_l` boxes with half extents `e(l)`; level 0 is the root. The mean of the
+/// products is replaced by the product of the means.
 #[inline(always)]
 fn self_cost(own: [f32; 3], levels: &[LevelProfile]) -> f32 {
     let mut share = 1.0;

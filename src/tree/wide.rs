@@ -38,10 +38,10 @@ pub(crate) struct Node {
     pub depth: u8,
     /// Number of levels of boxes below this node.
     pub height: u8,
-    /// The node's own box.
+    /// Center and half extent of the box around the whole subtree.
     pub own_center: f32x4,
     pub own_half: f32x4,
-    /// Square root of the surface area of the own box.
+    /// Square root of the surface area of that box.
     pub size: f32,
     /// Id of the orientation: equal ids mean equal orientations, 0 means the axes of the mesh.
     pub orientation: u32,

@@ -15,7 +15,8 @@ pub(super) struct Identities {
     pub before: PatchMemory,
     /// The triangles of the patches of the current frame.
     now: Vec<Part>,
-    /// The contacts that a previous and a current patch have in common.
+    /// Pairs of a previous and a current patch, with the number of contacts that they have in
+    /// common.
     links: Vec<Link>,
 }
 
@@ -58,7 +59,7 @@ impl PatchMemory {
 /// One side of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Part {
-    /// 0 for a triangle of A, 1 for one of B; then the id.
+    /// 0 for a triangle of A, 1 for one of B; then the id of the triangle.
     triangle: (u8, u32),
     patch: u32,
     /// The triangle of the other side.

@@ -28,12 +28,12 @@ use smallvec::SmallVec;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Patch {
-    /// Constant from frame to frame while the patch shares a triangle with the patch that had the
-    /// id in the previous frame.
+    /// The patch keeps its id from one frame to the next while it shares a triangle with the patch
+    /// that had the id before.
     pub id: u64,
     /// The distance of its nearest triangles.
     pub distance: f64,
-    /// The box around the points of all its contacts and the ends of their segments.
+    /// The box around the points of all contacts and around the ends of their segments.
     pub bounds: Aabb,
     /// Mean of the midpoints of its contacts. If triangles intersect, each contact is weighted by
     /// the length of its segment, and separated triangles do not count. If the sum of these lengths

@@ -15,7 +15,7 @@ pub(super) struct Reduction {
     places: Vec<DVec2>,
     /// The polygon of the chosen contacts, counterclockwise: predecessor and successor of each.
     ring: Vec<[u32; 2]>,
-    /// Edges of the polygon with a contact outside, and some edges that have left the polygon.
+    /// Edges of the polygon with a contact outside. Some of them may have left the polygon since.
     edges: BinaryHeap<Edge>,
     /// Number of edges that have searched for their farthest contact.
     looks: usize,

@@ -4,15 +4,15 @@
 //! All coordinates are relative to the first corner of A's triangle; this subtraction cancels, so
 //! it is done in `f64`. Let `p1, p2` be edges of A, `f1, f2` edges of B, and `q` the first corner
 //! of B. Four cross products and ten dot products give the distances of all corners from the other
-//! plane, and the nine products of edge lines. A product is positive if one line passes the other
-//! counterclockwise.
+//! plane, and a determinant for each edge of A and each edge of B. A determinant is positive if the
+//! line of one edge passes the other counterclockwise.
 //!
 //! If two triangles meet and are not coplanar, an edge of one meets the other. So a pair is
 //! - a hit if an edge certainly crosses the other plane and certainly passes all three edges there
 //!   on the same side,
 //! - a miss if all corners of one are certainly on one side of the other's plane, or if each of the
-//!   six edges certainly misses the other triangle: both ends on one side, or passing its edges on
-//!   different sides.
+//!   six edges certainly misses the other triangle: its ends are on one side of the plane, or its
+//!   line passes the triangle's edges on different sides.
 //!
 //! Each value has an error bound per lane, computed from the largest components `P`, `F`, `Q` of
 //! `p`, `f`, `q`; `docs/numerics.md` derives the bounds. Coplanar and degenerate pairs always end
@@ -121,8 +121,8 @@ fn test_part<L: Lanes>(
         rotate(lanes, &placement.rotation, b.edge2),
     );
 
-    // A bound is the rounding of a size. So an absolute error of a corner or an edge is divided by
-    // the rounding and added to the size.
+    // Bounds are computed from sizes, relative to `ROUNDING`. So an absolute error of a corner or
+    // an edge, divided by `ROUNDING`, is added to its size.
     let sizes = [
         largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_SLOP),
         largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),

@@ -90,7 +90,7 @@ impl Edge {
     }
 }
 
-/// Lane mask of a corner.
+/// Lane mask of each corner.
 const CORNER: [Row; 4] = {
     const ALL: f64 = f64::from_bits(u64::MAX);
     [

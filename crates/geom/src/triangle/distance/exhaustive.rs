@@ -170,7 +170,8 @@ fn in_order(side: usize, first: DVec3, second: DVec3) -> [DVec3; 2] {
 }
 
 impl Best<'_> {
-    /// Improves the upper bound by two points, relative to the first corner of A.
+    /// Improves the upper bound by two points, which are relative to the first corner of A. Returns
+    /// true if both bounds are now tight.
     fn or_points(&mut self, points: [DVec3; 2]) -> bool {
         let high = self.pair.high(points);
         if high < self.found.high {
@@ -182,7 +183,7 @@ impl Best<'_> {
         self.is_tight()
     }
 
-    /// Improves the lower bound by a direction.
+    /// Improves the lower bound by the direction `n`. Returns true if both bounds are now tight.
     fn or_direction(&mut self, n: DVec3) -> bool {
         let (low, direction) = self.pair.low(n);
         if low > self.found.low {
@@ -196,8 +197,8 @@ impl Best<'_> {
         self.found.is_tight
     }
 
-    /// Tests each face with the corners of the other triangle. If the foot lies outside, the point
-    /// is moved into the face.
+    /// Tests each face with the corners of the other triangle. If the foot of a corner lies outside
+    /// the face, it is moved into the face.
     fn or_faces(&mut self, shapes: &[Shape; 2]) -> bool {
         for side in 0..2 {
             let (face, other) = (&shapes[side], &shapes[1 - side]);

@@ -8,8 +8,8 @@ use arrayvec::ArrayVec;
 use core::array::from_fn;
 use glam::DVec3;
 
-/// Points of a ray and a triangle on one grid: origin, base and target of the direction, three
-/// corners.
+/// Points of a ray and of a triangle on one grid: the origin, the base and the target of the
+/// direction, and the three corners.
 pub struct Line {
     points: [[Term; 3]; 6],
     width: u32,
@@ -20,7 +20,7 @@ pub struct Line {
 type Row = [usize; 2];
 
 const ORIGIN: usize = 0;
-/// End of a segment; of a ray, the target of the direction.
+/// The end of a segment. For a ray, the target of the direction.
 const END: usize = 2;
 const DIRECTION: Row = [END, 1];
 

@@ -153,9 +153,9 @@ fn sign(value: f64) -> i8 {
 
 /// True if `robust` is exact for these coordinates.
 ///
-/// It adds products of three differences. If all magnitudes are below 2^300, no product exceeds
-/// 2^910. If all are zero or at least 2^-288, every coordinate is a multiple of 2^-340 and every
-/// product a multiple of 2^-1020, above the least denormal 2^-1074. So nothing overflows or
+/// `robust` adds products of three differences. If all magnitudes are below 2^300, no product
+/// exceeds 2^910. If all are zero or at least 2^-288, every coordinate is a multiple of 2^-340 and
+/// every product a multiple of 2^-1020, above the least denormal 2^-1074. So nothing overflows or
 /// underflows, and its error-free transformations are error-free.
 fn is_safe(coordinates: &[f64]) -> bool {
     let in_range = |x: f64| {

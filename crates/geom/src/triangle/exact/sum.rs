@@ -32,8 +32,9 @@ impl Term {
     }
 }
 
-/// The coordinates in units of the largest power of two that makes integers of all, and their
-/// width: each is below `2^width`. Over all of `f64` the width is at most 1024 + 1074.
+/// The coordinates as integers, in units of the largest power of two for which all are integers.
+/// The width is a number of bits: each integer is below `2^width`. Over all of `f64` it is at most
+/// 1024 + 1074.
 pub(super) fn on_grid<const D: usize, const N: usize>(
     points: [[f64; D]; N],
 ) -> ([[Term; D]; N], u32) {
