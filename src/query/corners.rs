@@ -1,6 +1,7 @@
 //! Cache of placed triangle corners in `f64`. Where surfaces coincide, the pairs of two clusters
 //! are tested one after the other and use the same corners.
 
+use crate::math::Pose;
 use crate::tree::{Tree, WIDTH};
 use crate::triangle::again::Columns;
 use glam::DVec3;
@@ -46,16 +47,17 @@ impl Corners {
         &self.corners[slot]
     }
 
-    /// Copies a triangle into a lane of the columns.
+    /// The corners of a triangle pair (tree order), in A's frame.
     #[inline]
-    pub fn fill(
-        &mut self,
-        lane: usize,
-        tree: &Tree,
-        triangle: u32,
-        place: impl Fn(DVec3) -> DVec3,
-    ) {
-        let corners = *self.of(tree, triangle, place);
-        self.columns.set(lane, &corners);
+    pub fn of_pair<'c>(
+        [of_a, of_b]: &'c mut [Self; 2],
+        [a, b]: [&Tree; 2],
+        b_in_a: &Pose,
+        pair: [u32; 2],
+    ) -> [&'c [DVec3; 3]; 2] {
+        [
+            of_a.of(a, pair[0], |v| v),
+            of_b.of(b, pair[1], |v| b_in_a.transform_point(v)),
+        ]
     }
 }

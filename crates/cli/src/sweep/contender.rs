@@ -10,7 +10,7 @@ pub struct Contender {
 }
 
 /// The default first, plain depth-first second.
-pub const CONTENDERS: [Contender; 6] = [
+pub const CONTENDERS: [Contender; 3] = [
     Contender {
         name: "penetration",
         order: Order::Penetration,
@@ -22,18 +22,6 @@ pub const CONTENDERS: [Contender; 6] = [
     Contender {
         name: "low-alpha",
         order: Order::LowAlpha,
-    },
-    Contender {
-        name: "overlap-volume",
-        order: Order::OverlapVolume,
-    },
-    Contender {
-        name: "breadth-first",
-        order: Order::BreadthFirst,
-    },
-    Contender {
-        name: "random",
-        order: Order::Random(1),
     },
 ];
 
@@ -97,7 +85,6 @@ pub fn label(order: &'static str) -> &'static str {
     match order {
         WARM => "this library, with memory",
         "low-alpha" => "low alpha first (the paper's)",
-        "overlap-volume" => "largest overlap first",
         _ => CURVES
             .iter()
             .find(|curve| curve.order == order)
