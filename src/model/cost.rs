@@ -11,11 +11,6 @@
 /// weights define the meaning of a budget of work.
 pub const WORK_PER_EXPANSION: u64 = 84;
 
-/// Work of opening one node pair with this many BV tests.
-pub(crate) const fn opening_work(bv_tests: u32) -> u64 {
-    WORK_PER_EXPANSION + bv_tests as u64
-}
-
 /// Additional work of comparing the boxes of a slim node pair on their nine edge axes. They are
 /// compared on these axes only if they overlap on the face axes.
 pub const WORK_PER_EDGE_TEST: u64 = 20;
@@ -126,7 +121,7 @@ pub(crate) const LONGEST_STEP: u64 = 3_000;
 pub(crate) const SLOW_UNIT_OF_A_PART: f64 = 1.0;
 pub(crate) const SLOW_TO_MEAN_OF_A_PART: f64 = 2.0;
 
-/// Nanoseconds to set up a query, as measured by [`CostModel::measure`].
+/// Nanoseconds to set up a query, as measured on one machine.
 const TYPICAL_SETUP: f64 = 61.0;
 
 /// Operation counts of a query; expected values may be fractions.

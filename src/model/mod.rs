@@ -16,7 +16,7 @@
 //! | counts | time ([`cost`]) |
 //! | earlier predictions and their outcomes | a corrected probability ([`calibration`]) |
 //!
-//! `punctual fit` computes the constants. [`least_squares`] serves [`cost::CostModel::measure`].
+//! `punctual fit` computes the constants.
 
 pub mod calibration;
 pub mod closing;
@@ -25,6 +25,5 @@ pub mod confidence;
 mod constants;
 pub mod cost;
 pub mod front;
-pub mod least_squares;
 pub mod passing;
 pub mod prediction;
