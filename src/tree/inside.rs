@@ -1,7 +1,7 @@
 //! The winding number of a surface about a point, by counting what a ray crosses.
 //!
 //! The ray goes along that axis on which it leaves the mesh's box soonest. A crossing from the back
-//! counts 1, one from the front -1. Triangles that `f32` leaves in doubt are decided exactly, and
+//! counts 1, one from the frontier -1. Triangles that `f32` leaves in doubt are decided exactly, and
 //! there are no ties ([`crate::triangle::crossing`]). So the count is exact for closed surfaces.
 
 use super::beam::Beam;
@@ -24,7 +24,7 @@ pub(crate) struct Probe {
 /// What the ray crosses, and whether a triangle holds its origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
-    /// Hits of backs minus hits of fronts. Triangles that hold the origin do not count. So for a
+    /// Hits of backs minus hits of frontiers. Triangles that hold the origin do not count. So for a
     /// closed surface this is the winding number just ahead of the origin.
     pub winding: i32,
     /// True if a triangle holds the origin.
@@ -84,18 +84,18 @@ impl Probe {
         self.beam.enter(lanes, node, 0.0).1
     }
 
-    /// Counts those of the triangles of a cluster that the ray may enter and that `counts` is true
+    /// Counts those of the triangles of a leaf that the ray may enter and that `counts` is true
     /// of. The second value is the number of exact tests.
     #[inline(always)]
     pub fn count<L: Lanes>(
         &self,
         lanes: L,
         tree: &Tree,
-        cluster: &Node,
+        leaf: &Node,
         entered: u32,
         counts: impl Fn(u32) -> bool,
     ) -> (Count, u32) {
-        let triangles = &tree.triangles[cluster.triangle_range()];
+        let triangles = &tree.triangles[leaf.triangle_range()];
         let last = triangles.len() - 1;
         let rows = per_lane!(i => &triangles[last.min(i)].0);
         let found = candidates(
@@ -105,16 +105,16 @@ impl Probe {
             [self.beam.from, self.beam.to],
         );
         let chosen = bits(found.may_meet & entered)
-            .filter(|&lane| counts(cluster.first_child + lane as u32))
+            .filter(|&lane| counts(leaf.first_child + lane as u32))
             .fold(0, |chosen, lane| chosen | 1 << lane);
-        let (leaves, enters) = (found.back & found.after, found.front & found.after);
+        let (leaves, enters) = (found.back & found.after, found.frontier & found.after);
         let mut count = Count {
             winding: (leaves & chosen).count_ones() as i32 - (enters & chosen).count_ones() as i32,
             is_on_surface: false,
         };
         let in_doubt = chosen & !(leaves | enters);
         for lane in bits(in_doubt) {
-            let corners = tree.corners(cluster.first_child + lane as u32);
+            let corners = tree.corners(leaf.first_child + lane as u32);
             match crossing(self.point, self.heading, &corners) {
                 Crossing::Missed => {}
                 Crossing::Origin => count.is_on_surface = true,
@@ -167,7 +167,7 @@ impl<F: Fn(u32) -> bool> Kernel for Walk<'_, F> {
         while let Some(index) = waiting.pop() {
             let node = &tree.nodes[index as usize];
             let entered = probe.enter(lanes, node);
-            if node.is_cluster {
+            if node.is_leaf {
                 sum.add(probe.count(lanes, tree, node, entered, &counts).0);
             } else {
                 waiting.extend(bits(entered).map(|child| node.first_child + child as u32));

@@ -64,7 +64,14 @@ macro_rules! records {
 
 records!(
     [
-        Collision, Distance, Contacts, Passage, Penetration, PushOut, RayHits, BodyHits
+        Collision,
+        Distance,
+        Contacts,
+        Passage,
+        Penetration,
+        PushOut,
+        RayHits,
+        BodyHits
     ],
     [
         BodyContacts,
