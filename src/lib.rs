@@ -109,11 +109,11 @@ pub use push_out::{Push, PushOut, PushOutQuery};
 ))]
 pub use query::SystemClock;
 pub use query::{
-    Answer, Bounds, Budget, Certificate, Clock, ClockedBudget, ContactBounds, Contacts, Distance,
-    DistanceEstimate, Estimate, Impact, Intersection, LEVELS, ManualClock, Mode, Nearest,
-    OptionError, Order, PairMemory, Prediction, Query, QueryWithMemory, Question, RayBounds,
-    RayCast, RayHit, RayMode, Rays, Remembers, ResumeError, Stats, StopReason, TimeOfImpact,
-    Verdict, Workspace,
+    Answer, AtPoint, AtPoints, Bounds, Budget, Certificate, Clock, ClockedBudget, ContactBounds,
+    Contacts, Distance, DistanceEstimate, Estimate, Impact, Intersection, LEVELS, ManualClock,
+    Mode, Nearest, OptionError, Order, PairMemory, PointBounds, PointError, Prediction, Query,
+    QueryWithMemory, Question, RayBounds, RayCast, RayHit, RayMode, Rays, Remembers, ResumeError,
+    SignedDistance, Stats, StopReason, TimeOfImpact, Verdict, Workspace,
 };
 pub use scene::{
     Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint,

@@ -10,6 +10,7 @@
 //! | contacts, asked as one of these two | [`contacts`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
+//! | points and solids | [`point`] |
 //! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
 //! | tests without a query | [`root_test`], [`parting`] |
 //! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
@@ -53,6 +54,7 @@ mod options;
 mod order;
 mod outcome;
 pub(crate) mod parting;
+mod point;
 mod probe;
 mod question;
 mod queue;
@@ -83,6 +85,7 @@ pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
+pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 pub(crate) use question::Ask;
 pub use question::{Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};

@@ -7,6 +7,8 @@ use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Stats, StopReason, Verdict};
+use super::point::PointBounds;
+use super::point::state::{Phase, PointState};
 use super::queue::{Front, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
@@ -60,6 +62,7 @@ pub struct Workspace {
     /// The state of a motion query.
     pub(super) motion: MotionState,
     pub(super) rays: RayState,
+    pub(super) points: PointState,
     pub(super) contacts: ContactList,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
@@ -202,6 +205,8 @@ pub enum Asked {
     Contacts(ContactOptions),
     /// The rays are in the [`RayState`].
     Ray,
+    /// The points are in the [`PointState`].
+    Points,
 }
 
 impl Workspace {
@@ -232,6 +237,7 @@ impl Workspace {
             search: Search::new(),
             motion: MotionState::NOTHING,
             rays: RayState::default(),
+            points: PointState::default(),
             contacts: ContactList::default(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
@@ -285,6 +291,19 @@ impl Workspace {
     /// for a ray without a hit or not finished.
     pub fn first_hits(&self) -> &[Option<RayHit>] {
         &self.rays.first_hits
+    }
+
+    /// What the last query found about points, if it was one about points: one for each point done,
+    /// in the order of the points.
+    pub fn points(&self) -> &[PointBounds] {
+        &self.points.found
+    }
+
+    /// Reserves room for the answers about at least so many points. The first query for a larger
+    /// batch of points reserves room for it, and the first about an open solid 24 bytes for each
+    /// vertex on an open edge.
+    pub fn reserve_points(&mut self, points: usize) {
+        self.points.reserve(points);
     }
 
     /// Removes and returns the hits of a ray, so that a query stopped with
@@ -374,6 +393,7 @@ impl Workspace {
             && self.motion.followed.is_none()
             && self.rays.suspects.is_empty()
             && self.rays.after == 0
+            && self.points.phase == Phase::Idle
     }
 
     /// The node pairs that the last query left open.
@@ -395,6 +415,7 @@ impl Workspace {
         self.search.clear();
         self.motion.followed = None;
         self.rays.clear();
+        self.points.clear();
         self.contacts.clear();
         self.found.clear();
     }
@@ -408,6 +429,8 @@ impl Clone for Workspace {
         let mut rays = self.rays.clone();
         rays.reserve(self.rays.hits.capacity());
         rays.reserve_batch(self.rays.first_hits.capacity());
+        let mut points = self.points.clone();
+        points.reserve(self.points.found.capacity());
         Self {
             front: self.front.clone(),
             waiting: self.waiting.clone(),
@@ -420,6 +443,7 @@ impl Clone for Workspace {
             search: self.search.clone(),
             motion: self.motion.clone(),
             rays,
+            points,
             contacts: self.contacts.clone(),
             found,
             ..*self

@@ -24,7 +24,7 @@ pub struct BuildOptions {
     pub extremes: bool,
     /// What the mesh bounds. For solids the tree keeps its components, its open edges and its
     /// volumes ([`crate::Tree::solid`]): 4 bytes per triangle if there are several components, and
-    /// 8 bytes per open edge. [`Solid::No`] by default.
+    /// 12 to 16 bytes per open edge. [`Solid::No`] by default.
     pub solid: Solid,
     /// Maximum number of threads that build at once, the caller's included; 1 by default. More than
     /// one are used only with the feature `parallel`, and only for large meshes. The tree is the

@@ -19,6 +19,7 @@
 //! - [`Four`]: four pairs in `f64`, with the points, if the features that `f32` has found are the
 //!   closest.
 //! - [`closest`]: one pair in `f64`, with the points.
+//! - [`closest_to_point`]: a triangle and a point in `f64`.
 //!
 //! All error bounds are derived in `docs/numerics.md`. All take constant time.
 
@@ -32,6 +33,7 @@ mod pair;
 #[cfg(all(test, feature = "std"))]
 #[path = "../../tests/common/pairs.rs"]
 mod pairs;
+mod point;
 #[cfg(all(test, feature = "std"))]
 mod tests;
 
@@ -41,4 +43,6 @@ pub(crate) use exhaustive::closest_or_meeting;
 #[cfg(all(test, feature = "std"))]
 pub(crate) use four::Face;
 pub(crate) use four::{Features, Four};
+use pair::clamped;
 pub(crate) use pair::{Closest, closest};
+pub(crate) use point::closest_to_point;

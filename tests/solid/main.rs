@@ -4,4 +4,8 @@
 mod common;
 
 mod closed;
+#[path = "../common/exact_distance.rs"]
+mod exact_distance;
 mod meshes;
+mod points;
+mod truth;
