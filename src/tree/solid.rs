@@ -384,11 +384,16 @@ fn position(mesh: &Mesh, vertex: u32) -> [u64; 3] {
         .map(f64::to_bits)
 }
 
-fn hash(position: [u64; 3]) -> u64 {
-    position.into_iter().fold(0, |hash, bits| {
-        let mixed = (hash ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        mixed ^ mixed >> 32
-    })
+/// Mixed well, because sums of hashes are compared: on a grid, sums of others would often agree.
+fn hash([x, y, z]: [u64; 3]) -> u64 {
+    let turned = x ^ y.rotate_left(21) ^ z.rotate_left(42);
+    let mixed = turned
+        .wrapping_add(x ^ z >> 7)
+        .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        ^ y;
+    let mixed = (mixed ^ mixed >> 32).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let mixed = (mixed ^ mixed >> 29).wrapping_mul(0x94d0_49bb_1331_11eb);
+    mixed ^ mixed >> 32
 }
 
 /// Sorts edges by their keys: first into lists of a few, then each list.
@@ -457,13 +462,20 @@ fn balance(tree: &Tree, loose: Vec<Loose>, sets: &mut Sets) -> Vec<([u32; 2], u3
 
 /// The vertices of edges, one of each position, and the edges as indices of these.
 fn welded(mesh: &Mesh, edges: &[([u32; 2], u32)]) -> (Box<[u32]>, Box<[[u32; 2]]>) {
-    let of = |vertex: &u32| position(mesh, *vertex);
-    let mut rim: Vec<u32> = edges.iter().flat_map(|(ends, _)| *ends).collect();
-    rim.sort_unstable_by_key(|vertex| (of(vertex), *vertex));
-    rim.dedup_by_key(|vertex| of(vertex));
-    let index = |vertex: u32| rim.partition_point(|other| of(other) < of(&vertex)) as u32;
+    let of = |vertex: u32| position(mesh, vertex);
+    let mut rim: Vec<([u64; 3], u32)> = edges
+        .iter()
+        .flat_map(|(ends, _)| ends.map(|vertex| (of(vertex), vertex)))
+        .collect();
+    rim.sort_unstable();
+    rim.dedup_by_key(|(at, _)| *at);
+    let index = |vertex: u32| {
+        let at = of(vertex);
+        rim.partition_point(|(other, _)| *other < at) as u32
+    };
     let open = edges.iter().map(|(ends, _)| ends.map(index)).collect();
-    (rim.into(), open)
+    let rim: Box<[u32]> = rim.into_iter().map(|(_, vertex)| vertex).collect();
+    (rim, open)
 }
 
 fn is_forward([from, to]: [[u64; 3]; 2]) -> bool {

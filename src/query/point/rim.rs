@@ -7,22 +7,23 @@
 //! `p_`, `r_` be their components across the ray, as unit vectors. Then half of the solid angle is
 //! the argument of the complex number
 //!
-//! `tan(P/2) tan(R/2) + p_ . r_  -  i p_ x r_`,
+//! `tan(P/2) tan(R/2) + p_ . r_  +  i p_ x r_`,
 //!
-//! with `P`, `R` the angles to the ray. These numbers are multiplied, and whole turns are counted, so
-//! there is one arc tangent a point. The argument jumps only where the ray passes an edge; there the
-//! side on which it passes is decided exactly, as for the triangles that the ray crosses. The error
-//! is some roundings an edge, and more only near the edge itself: `docs/numerics.md`.
+//! with `P`, `R` the angles to the ray; it may be multiplied by any positive number. These numbers
+//! are multiplied, in four lanes, and whole turns are counted, so there is one arc tangent a lane.
+//! The argument jumps only where the ray passes an edge; there the side on which it passes is
+//! decided exactly, as for the triangles that the ray crosses. The error is some roundings an edge,
+//! and more only near the edge itself: `docs/numerics.md`.
 
 use crate::math::lanes::{Column, D4, Lanes, per_axis};
-use crate::math::{larger, largest};
+use crate::math::{bits, larger, largest};
 use crate::mesh::Mesh;
 use crate::triangle::crossing::{Heading, side};
 use core::f64::consts::TAU;
 use glam::DVec3;
 
-/// A vertex of the boundary: the unit vector across the ray, and the tangent of half the angle to
-/// the ray.
+/// A vertex of the boundary: a vector across the ray, and its length times the tangent of half the
+/// angle to the ray.
 pub(super) type Seen = [f64; 3];
 
 /// A point that looks at a boundary.
@@ -34,8 +35,8 @@ pub(super) struct Viewer {
     scale: f64,
 }
 
-/// Squared length across the ray below which a vertex is looked at alone.
-const LEAST_SQUARE: f64 = 1e-200;
+/// Square of a part of a vector below which a vertex is looked at alone.
+const LEAST_SQUARE: f64 = 1e-100;
 
 impl Viewer {
     pub fn new(mesh: &Mesh, point: DVec3, heading: Heading) -> Self {
@@ -50,7 +51,9 @@ impl Viewer {
         }
     }
 
-    /// Four vertices.
+    /// Four vertices. With the length `l` of a vector and its part `x` along the ray, the numbers
+    /// are those across times `l + x`, and the square across, if `x > 0`; else those across and
+    /// `l - x`. Neither loses digits.
     #[inline(always)]
     pub fn see<L: Lanes>(&self, lanes: L, vertices: [DVec3; 4]) -> [Seen; 4] {
         let Heading { axis, is_negative } = self.heading;
@@ -63,156 +66,228 @@ impl Viewer {
         let along = column(axis) * splat(if is_negative { -1.0 } else { 1.0 });
         let [y, z] = [column(axis + 1), column(axis + 2)];
         let square = y * y + z * z;
-        let inverse = splat(1.0) / square.sqrt();
-        let across = square * inverse;
         let length = (along * along + square).sqrt();
         let is_ahead = splat(0.0).less(along);
-        let tangent =
-            is_ahead.select(across, length - along) / is_ahead.select(length + along, across);
-        let seen = per_axis!(k => [y * inverse, z * inverse, tangent][k].store());
-        let low = square.less(splat(LEAST_SQUARE)).mask() as usize;
+        let factor = is_ahead.select(length + along, splat(1.0));
+        let seen = [
+            y * factor,
+            z * factor,
+            is_ahead.select(square, length - along),
+        ];
+        let seen = per_axis!(k => seen[k].store());
+        let least = splat(LEAST_SQUARE);
+        let is_close = square.less(least).and(is_ahead);
+        let is_close = is_close.or((along * along).less(least).and(square.less(least)));
+        let is_close = is_close.mask() as usize;
         core::array::from_fn(|i| {
-            if low >> i & 1 != 0 {
-                self.see_near_axis(vertices[i])
+            if is_close >> i & 1 != 0 {
+                self.see_close(vertices[i])
             } else {
                 [seen[0][i], seen[1][i], seen[2][i]]
             }
         })
     }
 
-    /// A vertex that is nearly or exactly on the line of the ray.
+    /// A vertex ahead that is nearly or exactly on the ray, or one that is very close.
     #[cold]
-    fn see_near_axis(&self, vertex: DVec3) -> Seen {
-        let from = vertex - self.point;
-        let Heading { axis, is_negative } = self.heading;
+    fn see_close(&self, vertex: DVec3) -> Seen {
+        let from = (vertex - self.point) * self.scale;
+        let largest = largest(from.abs());
+        if largest == 0.0 {
+            return [0.0; 3];
+        }
+        let (from, Heading { axis, is_negative }) = (from / largest, self.heading);
         let along = if is_negative { -from[axis] } else { from[axis] };
         let [y, z] = [from[(axis + 1) % 3], from[(axis + 2) % 3]];
         let size = larger(y.abs(), z.abs());
-        if size > 0.0 {
+        if along <= 0.0 {
+            let length = libm::sqrt(along * along + (y * y + z * z));
+            [y, z, length - along]
+        } else if size > 0.0 {
             let [y, z] = [y / size, z / size];
-            let length = libm::sqrt(y * y + z * z);
-            let across = size * length;
-            let whole = libm::hypot(along, across);
-            let tangent = if along > 0.0 {
-                across / (whole + along)
-            } else {
-                (whole - along) / across
-            };
-            [y / length, z / length, tangent]
-        } else if along > 0.0 {
+            let square = y * y + z * z;
+            let length = libm::hypot(along, size * libm::sqrt(square));
+            [y, z, size * square / (length + along)]
+        } else {
             // The ray is tilted towards the second axis, so the vertex is on the other side.
             [-1.0, 0.0, 0.0]
-        } else {
-            [1.0, 0.0, f64::INFINITY]
         }
     }
 
-    /// Multiplies the number of an edge. `ends` are asked for only if the ray passes it closely.
+    /// Multiplies the numbers of at most four edges. `ends` are asked for if the ray passes an edge
+    /// closely.
     #[inline(always)]
-    pub fn turn(&self, turn: &mut Turn, [p, r]: [Seen; 2], ends: impl Fn() -> [DVec3; 2]) {
-        let sign = if self.heading.is_negative { -1.0 } else { 1.0 };
-        let product = p[2] * r[2];
-        let re = product + (p[0] * r[0] + p[1] * r[1]);
-        let mut im = sign * (p[0] * r[1] - p[1] * r[0]);
-        if re < 0.0 && im.abs() < CLOSE {
-            let side = side(self.point, self.heading, ends());
-            im = larger(im.abs(), LEAST) * f64::from(side);
+    pub fn turn<L: Lanes>(
+        &self,
+        lanes: L,
+        turn: &mut Turn,
+        edges: &[[u32; 2]],
+        seen: &[Seen],
+        ends: impl Fn([u32; 2]) -> [DVec3; 2],
+    ) {
+        let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));
+        // Other lanes multiply by 1.
+        let of = |i: usize, end: usize| match edges.get(i) {
+            Some(edge) => seen[edge[end] as usize],
+            None => [1.0, 0.0, 0.0],
+        };
+        let column = |end: usize, k: usize| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| of(i, end)[k]);
+            D4::load(lanes, &[a, b, c, d])
+        };
+        let [p, r] = [0, 1].map(|end| per_axis!(k => column(end, k)));
+        let [tangents, y, z] = [p[2] * r[2], p[0] * r[0], p[1] * r[1]];
+        let [left, right] = [p[0] * r[1], p[1] * r[0]];
+        let re = tangents + (y + z);
+        let sign = D4::splat(lanes, if self.heading.is_negative { -1.0 } else { 1.0 });
+        let mut im = (left - right) * sign;
+        let across = left.abs() + right.abs();
+        let is_close = re.less(zero).and(
+            im.abs()
+                .less(across * D4::splat(lanes, CLOSE) + D4::splat(lanes, LEAST)),
+        );
+        if is_close.mask() != 0 {
+            let mut parts = im.store();
+            for lane in bits(is_close.mask()).filter(|&lane| lane < edges.len()) {
+                let side = side(self.point, self.heading, ends(edges[lane]));
+                parts[lane] = larger(parts[lane].abs(), LEAST) * f64::from(side);
+            }
+            im = D4::load(lanes, &parts);
         }
-        // Infinite: the end is behind the point. No number: the point is on the edge.
-        if re.abs() < f64::INFINITY {
-            turn.multiply(re, im, 1.0 + product);
-        }
+        let size = tangents + (y.abs() + z.abs()) + across;
+        turn.multiply([re, im], size, [zero, one]);
+        turn.edges += edges.len() as u32;
     }
 }
 
-/// Bound of the error of the imaginary part of an edge, which decides its sign.
+/// Bound of the error of the imaginary part of an edge, relative to its two products.
 const CLOSE: f64 = 64.0 * f64::EPSILON;
 
 /// Imaginary part of an edge that has none, so that it has a sign.
-const LEAST: f64 = 1e-30;
+const LEAST: f64 = 1e-150;
 
-/// A product of complex numbers, with the number of its whole turns.
+/// Four products of complex numbers, with the numbers of their whole turns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turn {
-    re: f64,
-    im: f64,
-    turns: i32,
+    re: [f64; 4],
+    im: [f64; 4],
+    turns: [f64; 4],
     /// Largest square of an edge's error, in roundings.
-    worst: f64,
+    worst: [f64; 4],
     edges: u32,
 }
 
 impl Turn {
     pub const NONE: Self = Self {
-        re: 1.0,
-        im: 0.0,
-        turns: 0,
-        worst: 1.0,
+        re: [1.0; 4],
+        im: [0.0; 4],
+        turns: [0.0; 4],
+        worst: [1.0; 4],
         edges: 0,
     };
 
-    /// Multiplies by a number whose error is some roundings of `size`.
+    /// Multiplies by numbers whose errors are some roundings of `size`.
     #[inline(always)]
-    fn multiply(&mut self, re: f64, im: f64, size: f64) {
+    fn multiply<L: Lanes>(&mut self, [re, im]: [D4<L>; 2], size: D4<L>, [zero, one]: [D4<L>; 2]) {
+        let lanes = zero.lanes();
         let square = re * re + im * im;
-        let error = size * size / square;
-        // Also false for no number.
-        self.worst = if error > self.worst {
-            error
-        } else {
-            self.worst
-        };
-        self.edges += 1;
-        let (old_re, old_im) = (self.re, self.im);
+        // No number has no argument: the point is on the edge.
+        let is_number = zero.less(square);
+        let (re, im) = (is_number.select(re, one), is_number.select(im, zero));
+        let error = (size * size) / square;
+        self.worst = D4::load(lanes, &self.worst).max(error).store();
+
+        let [old_re, old_im] = [&self.re, &self.im].map(|part| D4::load(lanes, part));
         let new = [old_re * re - old_im * im, old_re * im + old_im * re];
         // Twice in the left half turns past the negative axis, whatever the sign of a tiny
-        // imaginary part.
-        let is_left = old_re < 0.0 && re < 0.0;
-        let (is_up, may_pass) = (old_im >= 0.0, old_re <= 0.0 || re <= 0.0);
-        if is_up && im >= 0.0 && may_pass && (is_left || new[1] < 0.0) {
-            self.turns += 1;
-        } else if !is_up && im < 0.0 && may_pass && (is_left || new[1] >= 0.0) {
-            self.turns -= 1;
-        }
-        let size = larger(new[0].abs(), new[1].abs());
-        // A power of two; for zero and no numbers, nothing is multiplied.
-        let scale = f64::from_bits((2046 << 52) - (size.to_bits() & 0x7ff << 52));
-        if size > 1e-290 && size < 1e290 {
-            (self.re, self.im) = (new[0] * scale, new[1] * scale);
-        }
+        // imaginary part; twice in the right half never does.
+        let is_left = old_re.less(zero).and(re.less(zero));
+        let is_right = zero.less(old_re).and(zero.less(re));
+        let [was_below, is_below, now_below] = [old_im, im, new[1]].map(|part| part.less(zero));
+        let up = is_below.select(zero, is_left.or(now_below).and(one));
+        let down = is_below.select(now_below.select(is_left.and(one), one), zero);
+        let turned = is_right.select(zero, was_below.select(-down, up));
+        self.turns = (D4::load(lanes, &self.turns) + turned).store();
+
+        let size = new[0].abs().max(new[1].abs());
+        let power = size.and(D4::splat(lanes, f64::INFINITY));
+        self.re = (new[0] / power).store();
+        self.im = (new[1] / power).store();
     }
 
     /// The part of the winding number, and a bound of its error.
     pub fn winding(&self) -> (f64, f64) {
-        let angle = libm::atan2(self.im, self.re) / TAU + f64::from(self.turns);
-        let error = 4.0 * f64::EPSILON * (f64::from(self.edges) + 1.0) * libm::sqrt(self.worst);
-        (angle, error)
+        let angle = |i: usize| libm::atan2(self.im[i], self.re[i]) / TAU + self.turns[i];
+        let worst = self
+            .worst
+            .iter()
+            .fold(1.0, |worst, &one| larger(worst, one));
+        let error = 2.0 * f64::EPSILON * (f64::from(self.edges) + 4.0) * libm::sqrt(worst);
+        ((angle(0) + angle(1)) + (angle(2) + angle(3)), error)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::lanes::{Instructions, Kernel};
     use crate::math::random::Random;
+    use core::f64::consts::PI;
+
+    struct Multiply<'t>(&'t mut Turn, [[f64; 4]; 2]);
+
+    impl Kernel for Multiply<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) {
+            let Self(turn, [re, im]) = self;
+            let [zero, one] = [0.0, 1.0].map(|x| D4::splat(lanes, x));
+            turn.multiply(
+                [D4::load(lanes, &re), D4::load(lanes, &im)],
+                one,
+                [zero, one],
+            );
+        }
+    }
 
     /// Compares with the sum of the arguments.
     #[test]
     fn the_turns_of_a_product_are_those_of_the_sum_of_its_arguments() {
         let mut random = Random::new(3);
-        for _ in 0..2000 {
-            let (mut turn, mut sum) = (Turn::NONE, 0.0);
-            for _ in 0..random.bits() % 40 {
-                let angle = match random.bits() % 4 {
-                    0 => core::f64::consts::PI * (1.0 - 1e-16 * random.fraction()),
-                    1 => -core::f64::consts::PI * (1.0 - 1e-9 * random.fraction()),
-                    _ => core::f64::consts::PI * (2.0 * random.fraction() - 1.0),
-                };
-                let size = libm::exp2(200.0 * random.fraction() - 100.0);
-                let (im, re) = libm::sincos(angle);
-                turn.multiply(size * re, size * im, 1.0);
-                sum += libm::atan2(size * im, size * re);
+        for instructions in [Instructions::detect(), Instructions::PORTABLE] {
+            for _ in 0..2000 {
+                let (mut turn, mut sum) = (Turn::NONE, 0.0);
+                for _ in 0..random.bits() % 40 {
+                    let mut numbers = [[0.0; 4]; 2];
+                    for lane in 0..4 {
+                        let angle = match random.bits() % 6 {
+                            0 => PI * (1.0 - 1e-16 * random.fraction()),
+                            1 => -PI * (1.0 - 1e-9 * random.fraction()),
+                            2 => 0.5 * PI * (random.bits() % 3) as f64 - 0.5 * PI,
+                            _ => PI * (2.0 * random.fraction() - 1.0),
+                        };
+                        let size = libm::exp2(200.0 * random.fraction() - 100.0);
+                        let (im, re) = libm::sincos(angle);
+                        (numbers[0][lane], numbers[1][lane]) = (size * re, size * im);
+                        sum += libm::atan2(size * im, size * re);
+                    }
+                    instructions.run(Multiply(&mut turn, numbers));
+                }
+                assert!((turn.winding().0 - sum / TAU).abs() < 1e-13);
             }
-            assert!((turn.winding().0 - sum / TAU).abs() < 1e-13);
+        }
+    }
+
+    /// Whole turns of exact quarters: every product is on an axis.
+    #[test]
+    fn quarter_turns_are_counted_exactly() {
+        for quarter in [1.0, -1.0] {
+            let mut turn = Turn::NONE;
+            for i in 1..=9 {
+                Instructions::PORTABLE.run(Multiply(&mut turn, [[0.0; 4], [quarter; 4]]));
+                assert_eq!(turn.winding().0, quarter * f64::from(i));
+            }
         }
     }
 }

@@ -34,7 +34,7 @@ const ROOT: u32 = 0;
 const NODES_PER_STEP: u32 = 3;
 
 /// Vertices and edges of a boundary looked at in one step, four and four.
-const EDGES_PER_STEP: usize = 16;
+const EDGES_PER_STEP: usize = 32;
 
 const _: () = assert!(
     MAX_STEP_WORK
@@ -220,9 +220,8 @@ impl Traversal<'_, '_, Locate<'_>> {
         } else {
             let first = done - rim.len();
             let some = &edges[first..edges.len().min(first + EDGES_PER_STEP)];
-            for ends in some {
-                let seen = ends.map(|i| state.seen[i as usize]);
-                viewer.turn(&mut state.turn, seen, || {
+            for four in some.chunks(4) {
+                viewer.turn(lanes, &mut state.turn, four, &state.seen, |ends| {
                     ends.map(|i| mesh.vertex(rim[i as usize] as usize))
                 });
             }
