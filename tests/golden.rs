@@ -19,7 +19,8 @@ use std::sync::Arc;
 
 use common::files::{self, Soup, number};
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{Body, Budget, Mode, Pose, Scene, Tree, Workspace};
+use punctual::{Budget, Mode, Pose, Tree, Workspace};
+use punctual_scene::{Body, Scene};
 use questions::Answers;
 
 /// Of each case this many poses, evenly over its list.

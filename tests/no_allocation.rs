@@ -12,11 +12,15 @@ use std::time::Duration;
 use allocations::allocator_calls;
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
+use punctual::clock::ManualClock;
+use punctual::contacts::{Contacts, Patches};
+use punctual::distance::Distance;
 use punctual::glam::{DVec3, Vec3};
-use punctual::{
-    Budget, Contacts, Distance, Impact, Intersection, ManualClock, Motion, PairMemory, Patches,
-    Pose, PushOutQuery, Query, Ray, RayMode, StopReason, Tree, Workspace, shapes,
-};
+use punctual::impact::Impact;
+use punctual::intersection::Intersection;
+use punctual::rays::RayMode;
+use punctual::{Budget, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
+use punctual_depenetrate::PushOutQuery;
 
 #[test]
 fn the_counter_counts() {

@@ -7,12 +7,11 @@ use std::time::Duration;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
-use punctual::{
-    Body, BodyId, BodyKind, Budget, BuildOptions, Filter, ManualClock, Mesh, Mode, Pose, Reach,
-    Scene, SceneError, Tree, Verdict, shapes,
-};
+use punctual::{Budget, BuildOptions, Mesh, Mode, Pose, Tree, Verdict, shapes};
 use punctual_fuzz::{Numbers, reference};
+use punctual_scene::{Body, BodyId, BodyKind, Filter, Reach, Scene, SceneError};
 
 static TREES: LazyLock<Vec<Arc<Tree>>> = LazyLock::new(|| {
     let none = Mesh::new([[0.0f32; 3]; 0], []).expect("sound");

@@ -15,9 +15,9 @@ use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::Pose;
 
 /// Asks for the distance of two surfaces at a pose ([`Query::distance`]); 0 if they intersect.
 ///
@@ -149,8 +149,9 @@ impl<'t> Query<'t, Distance> {
 
     /// Does not resolve distances beyond this. A stopped run continues with the ceiling of its
     /// start.
+    #[doc(hidden)]
     #[must_use]
-    pub(crate) fn below(mut self, ceiling: f64) -> Self {
+    pub fn below(mut self, ceiling: f64) -> Self {
         self.asked.ceiling = ceiling;
         self
     }
@@ -188,7 +189,8 @@ impl<'t> Query<'t, Distance> {
     }
 
     /// True if a finished run decides whether the surfaces intersect, whatever its tolerance.
-    pub(crate) fn decides_contact(&self) -> bool {
+    #[doc(hidden)]
+    pub fn decides_contact(&self) -> bool {
         self.asked.options.limit == f64::INFINITY
             && self.margin() == 0.0
             && !self.asked.options.leaves_contact_open
@@ -196,12 +198,14 @@ impl<'t> Query<'t, Distance> {
 
     /// Proven upper bound of the distance from the run in the workspace, margins not subtracted. 0
     /// only if the surfaces intersect.
-    pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
+    #[doc(hidden)]
+    pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.search.interval.high()
     }
 
     /// The run in the workspace does not resolve distances beyond this; 0 with a limit.
-    pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
+    #[doc(hidden)]
+    pub fn ceiling_in(&self, workspace: &Workspace) -> f64 {
         if self.asked.options.limit < f64::INFINITY {
             0.0
         } else {
@@ -351,7 +355,7 @@ pub struct Nearest {
     pub triangles: [u32; 2],
     /// Their closest points in A's frame, rounded, each moved towards the other surface by its
     /// margin. If the triangles intersect, both are one point, whatever the margins: the middle of
-    /// the segment in which they intersect ([`triangle_segment`](crate::triangle_segment)), within
+    /// the segment in which they intersect ([`triangle_segment`](crate::geom::triangle_segment)), within
     /// 1e-12 times the largest coordinate of both.
     pub points: [DVec3; 2],
 }
@@ -363,11 +367,11 @@ pub struct Nearest {
 #[non_exhaustive]
 pub struct Bounds {
     /// Proven lower bound: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub low: f64,
     /// Proven upper bound: the distance of [`Bounds::nearest`]. 0 only if the surfaces meet.
     /// Infinite if no pair was tested yet.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub high: f64,
     /// The closest triangles found so far.
     pub nearest: Option<Nearest>,

@@ -1,8 +1,8 @@
 //! Checks whether a processor that takes denormal numbers for zero could make an answer false.
 
-use crate::math::{Pose, Ray, denormals};
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::{Pose, Ray, denormals};
 
 /// Exponents below which flushing could have an effect: of coordinates, translations and their
 /// products, and of the length of a unit. The proof is in `docs/numerics.md`.
@@ -13,7 +13,7 @@ const LEAST_UNIT: i32 = -900;
 /// denormal numbers. Checked in this order, because the latter takes longer: a denormal result
 /// costs a hundred times an ordinary one.
 #[inline(always)]
-pub(crate) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
+pub fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     !is_far_from_denormal(a, b, b_in_a) && denormals::are_flushed()
 }
 

@@ -17,10 +17,10 @@ use super::strategy::{Plan, Strategy, WarmStart};
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use crate::math::{Pose, nanoseconds};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
 use crate::tree::{Tree, WIDTH};
+use punctual_geom::{Pose, nanoseconds};
 
 /// Asks whether, or where, two surfaces intersect at a pose ([`Query::intersection`],
 /// [`Query::all_pairs`]).
@@ -97,7 +97,7 @@ impl<'t> Query<'t, Intersection> {
 
     /// The prior: the share of poses with an intersection among all poses queried, 0 to 1. It
     /// shifts the probability of [`Query::estimate`]. By default, and with NaN, the share in the
-    /// poses for which the model was fitted, [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR).
+    /// poses for which the model was fitted, [`DEFAULT_PRIOR`](crate::prediction::DEFAULT_PRIOR).
     #[must_use]
     pub fn prior(mut self, share: f64) -> Self {
         self.asked.prior = if share.is_nan() { DEFAULT_PRIOR } else { share };
@@ -125,20 +125,31 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// The strategy of a run within a larger task, which runs to its end (`complete`) or may be
-    /// cut. Triangle batches are full; small budgets of scenes then find more.
-    pub(crate) fn strategy(&self, complete: bool) -> Strategy {
+    /// Prepares the workspace for a run within a larger task, which runs to its end (`complete`) or
+    /// may be cut. The first `refuted` of the latest witnesses do not intersect at this pose.
+    ///
+    /// Triangle batches are full; small budgets of scenes then find more.
+    #[doc(hidden)]
+    #[inline]
+    pub fn begin_task(
+        &self,
+        complete: bool,
+        refuted: usize,
+        workspace: &mut Workspace,
+        memory: Option<&PairMemory>,
+    ) {
         let options = &self.asked.options;
-        Strategy {
+        let strategy = Strategy {
             batch: WIDTH,
             ..Plan::of(options.mode, !complete).strategy(options)
-        }
+        };
+        self.begin_as(strategy, refuted, workspace, memory);
     }
 
     /// Prepares the workspace for a run from the roots. The first `refuted` of the latest witnesses
     /// have been tested at this pose and do not intersect.
     #[inline(always)]
-    pub(crate) fn begin_as(
+    fn begin_as(
         &self,
         strategy: Strategy,
         refuted: usize,
@@ -185,8 +196,9 @@ impl<'t> Query<'t, Intersection> {
     }
 
     /// Continues the run in the workspace until it is over or the deadline stops it.
+    #[doc(hidden)]
     #[inline(always)]
-    pub(crate) fn search(
+    pub fn search(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,

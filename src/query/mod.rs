@@ -53,14 +53,14 @@ pub(crate) mod opened;
 mod options;
 mod order;
 mod outcome;
-pub(crate) mod parting;
+mod parting;
 mod point;
 mod probe;
 mod question;
 mod queue;
 mod ray;
 mod refinement;
-pub(crate) mod root_test;
+pub mod root_test;
 mod search;
 mod strategy;
 mod system;
@@ -73,24 +73,24 @@ mod workspace;
 
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
-pub(crate) use clearance::displacement;
+pub use clearance::displacement;
 pub use contacts::{ContactBounds, Contacts};
-pub(crate) use deadline::Deadline;
+pub use deadline::Deadline;
 pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
-pub(crate) use flushing::matters as flushing_matters;
+pub use flushing::matters as flushing_matters;
 pub use intersection::Intersection;
 pub use memory::PairMemory;
 pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
+pub use parting::Parting;
 pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
-pub(crate) use question::Ask;
-pub use question::{Query, QueryWithMemory, Question, Remembers};
+pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
 pub use system::ClockedBudget;
-pub(crate) use system::SYSTEM;
+pub use system::SYSTEM;
 #[cfg(all(
     feature = "std",
     not(all(target_family = "wasm", target_os = "unknown"))

@@ -1,11 +1,11 @@
 //! The answer of a query.
 
 use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
-use crate::names::{UnknownName, named};
 use core::fmt;
 use core::str::FromStr;
 use core::sync::atomic::{Ordering, compiler_fence};
 use core::time::Duration;
+use punctual_geom::{UnknownName, named};
 
 /// Number of levels of the bounding volume test tree with a count of their own; deeper levels are
 /// added to the last.
@@ -23,8 +23,8 @@ pub enum Verdict {
         witness: [u32; 2],
     },
     /// Proven: these triangles are no farther apart than the sum of the margins of both bodies.
-    /// Occurs only for bodies of a [`crate::Scene`] of which one has a
-    /// [margin](crate::Body::margin). Says nothing on whether some triangles share a point.
+    /// Occurs only for bodies of a `punctual_scene::Scene` of which one has a
+    /// margin. Says nothing on whether some triangles share a point.
     Within {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
@@ -42,7 +42,9 @@ pub enum Verdict {
 
 impl Verdict {
     /// The verdict for triangles within the margins: they intersect if their distance is 0.
-    pub(crate) fn of_witness(witness: [u32; 2], distance: f64) -> Self {
+    #[doc(hidden)]
+    #[inline]
+    pub fn of_witness(witness: [u32; 2], distance: f64) -> Self {
         if distance == 0.0 {
             Self::Intersecting { witness }
         } else {
@@ -183,7 +185,9 @@ named!(StopReason {
 
 impl StopReason {
     /// True if the run is over, so that there is nothing to resume.
-    pub(crate) fn is_final(self) -> bool {
+    #[doc(hidden)]
+    #[inline]
+    pub fn is_final(self) -> bool {
         matches!(self, Self::Finished | Self::FirstHit)
     }
 }

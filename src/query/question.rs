@@ -207,7 +207,8 @@ where
     }
 
     /// Spends a budget on the run in the workspace, and answers.
-    pub(crate) fn spend(
+    #[doc(hidden)]
+    pub fn spend(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
@@ -223,7 +224,9 @@ where
     }
 
     /// An error unless the last run in the workspace was of this query.
-    pub(crate) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
+    #[doc(hidden)]
+    #[inline]
+    pub fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
         if self.is_in(workspace) {
             Ok(())
@@ -233,7 +236,9 @@ where
     }
 
     /// True if the workspace holds a stopped run of this query.
-    pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
+    #[doc(hidden)]
+    #[inline]
+    pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.stopped && self.holds(workspace).is_ok()
     }
 }

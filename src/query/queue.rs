@@ -6,10 +6,10 @@
 //! are not empty: constant time, and a total order (bucket, then last in first out, or first in
 //! first out) that depends only on the input.
 
-use crate::math::bits;
 use crate::tree::{MAX_HEIGHT, Node, WIDTH};
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
+use punctual_geom::bits;
 
 /// Two nodes, each with the mask of its active children, those still of interest. All children of
 /// inner nodes are active.

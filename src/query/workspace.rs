@@ -16,9 +16,6 @@ use super::search::Search;
 use super::strategy::{Marching, Strategy};
 use super::triangle_pairs::TrianglePairs;
 use crate::contact::{Contact, ContactList};
-use crate::math::Pose;
-use crate::math::lanes::Instructions;
-use crate::math::random::Random;
 use crate::model::confidence::Lead;
 use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
@@ -26,6 +23,9 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
 use core::time::Duration;
+use punctual_geom::Pose;
+use punctual_geom::lanes::Instructions;
+use punctual_geom::random::Random;
 
 /// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a
 /// ray, allocates more.
@@ -117,6 +117,7 @@ impl Run {
     }
 
     /// The verdict of a run that ended for this reason.
+    #[inline]
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         match (self.witness, stop) {
             (Some(witness), _) => Verdict::Intersecting { witness },
@@ -334,25 +335,33 @@ impl Workspace {
     }
 
     /// Forgets the run, so that none can be resumed.
-    pub(crate) fn forget_run(&mut self) {
+    #[doc(hidden)]
+    pub fn forget_run(&mut self) {
         self.run.key = None;
     }
 
     /// Work of the last query, including resumed calls.
-    pub(crate) fn work(&self) -> u64 {
+    #[doc(hidden)]
+    #[inline]
+    pub fn work(&self) -> u64 {
         self.run.stats.work
     }
 
-    pub(crate) fn bv_tests(&self) -> u64 {
+    #[doc(hidden)]
+    #[inline]
+    pub fn bv_tests(&self) -> u64 {
         self.run.stats.bv_tests_of_levels()
     }
 
-    pub(crate) fn found(&self) -> u64 {
+    #[doc(hidden)]
+    #[inline]
+    pub fn found(&self) -> u64 {
         self.run.stats.found
     }
 
     /// The verdict of the last query, which ended for this reason.
-    pub(crate) fn verdict(&self, stop: StopReason) -> Verdict {
+    #[doc(hidden)]
+    pub fn verdict(&self, stop: StopReason) -> Verdict {
         self.run.verdict(stop)
     }
 

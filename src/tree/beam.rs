@@ -5,12 +5,12 @@
 //! ray begins. The margin of the boxes covers all rounding: `docs/numerics.md`, "Rays".
 
 use super::{Node, Unit, WIDTH, power_of_two};
-use crate::math::Ray;
-use crate::math::lanes::{Column, F8, Lanes, per_axis};
-use crate::math::tolerance::ROUNDING;
-use crate::triangle::ray::Aim;
-use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
 use glam::DVec3;
+use punctual_geom::Ray;
+use punctual_geom::lanes::{Column, F8, Lanes, per_axis};
+use punctual_geom::tolerance::ROUNDING;
+use punctual_geom::triangle::ray::Aim;
+use punctual_geom::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
 use wide::f32x4;
 
 /// A ray near a mesh.

@@ -257,7 +257,7 @@ impl Tree {
     /// let loaded = Tree::from_bytes(&tree.to_bytes())?;
     /// assert_eq!(loaded.mesh(), tree.mesh());
     /// assert_eq!(loaded.stats(), tree.stats());
-    /// # Ok::<(), punctual::TreeFileError>(())
+    /// # Ok::<(), punctual::tree::TreeFileError>(())
     /// ```
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {

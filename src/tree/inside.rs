@@ -2,16 +2,16 @@
 //!
 //! The ray goes along that axis on which it leaves the mesh's box soonest. A crossing from the back
 //! counts 1, one from the front -1. Triangles that `f32` leaves in doubt are decided exactly, and
-//! there are no ties ([`crate::triangle::crossing`]). So the count is exact for closed surfaces.
+//! there are no ties ([`punctual_geom::triangle::crossing`]). So the count is exact for closed surfaces.
 
 use super::beam::Beam;
 use super::{MAX_HEIGHT, Node, Tree, WIDTH};
-use crate::math::lanes::{Instructions, Kernel, Lanes, per_lane};
-use crate::math::{Ray, bits};
-use crate::triangle::crossing::{Crossing, Heading, crossing};
-use crate::triangle::ray::batch::candidates;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
+use punctual_geom::triangle::crossing::{Crossing, Heading, crossing};
+use punctual_geom::triangle::ray::batch::candidates;
+use punctual_geom::{Ray, bits};
 
 /// A ray from a point, to be counted along.
 #[derive(Clone, Copy, Debug)]

@@ -18,7 +18,7 @@ pub struct BuildOptions {
     /// take 10 KB and some bytes per triangle. The build takes 33 % to 100 % longer; for round
     /// meshes it takes up to four times as long.
     ///
-    /// In a [`crate::Scene`], a plane then separates two bodies that are close or almost touch,
+    /// In a `punctual_scene::Scene`, a plane then separates two bodies that are close or almost touch,
     /// without a search, if they are convex there. A refit ends that. For round meshes of more than
     /// about 100,000 triangles no corners are kept. False by default.
     pub extremes: bool,

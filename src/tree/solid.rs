@@ -10,14 +10,14 @@
 //! An indexed closed mesh leaves nothing. `O(n log n)` at worst.
 
 use super::{Tree, inside};
-use crate::math::largest;
 use crate::mesh::Mesh;
-use crate::names::named;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cmp::Ordering;
 use core::fmt;
 use glam::DVec3;
+use punctual_geom::largest;
+use punctual_geom::named;
 
 /// What the mesh of a tree bounds. Asked for mesh by mesh, because rooms, terrain and shells bound
 /// nothing.
@@ -205,7 +205,8 @@ impl Tree {
     /// ([`super::BuildOptions::solid`]). A refit computes it anew, from the new positions.
     ///
     /// ```
-    /// use punctual::{BuildOptions, Solid, Tree, shapes};
+    /// use punctual::tree::Solid;
+    /// use punctual::{BuildOptions, Tree, shapes};
     /// let options = BuildOptions::default().solid(Solid::Keep);
     /// let ball = Tree::with_options(shapes::icosphere(3), &options);
     /// let solid = ball.solid().expect("asked for");

@@ -1,8 +1,9 @@
 //! What must be true of every outcome, wherever the query stopped.
 
+use punctual::clock::ManualClock;
+use punctual::intersection::Intersection;
 use punctual::{
-    Answer, Budget, Certificate, Intersection, ManualClock, Mode, PairMemory, Query, StopReason,
-    Verdict, Workspace,
+    Answer, Budget, Certificate, Mode, PairMemory, Query, StopReason, Verdict, Workspace,
 };
 
 /// A budget that no query uses up. Unlike with [`Budget::unlimited`] the query cannot know that, so it goes about its

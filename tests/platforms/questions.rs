@@ -4,11 +4,15 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::{Debug, Write};
+use punctual::contacts::Patches;
+use punctual::distance::Bounds;
 use punctual::glam::DVec3;
+use punctual::impact::TimeOfImpact;
+use punctual::rays::RayMode;
 use punctual::{
-    Answer, Bounds, Budget, Motion, PairMemory, Patches, Pose, PushOutQuery, Query, Ray, RayMode,
-    Stats, TimeOfImpact, Tree, Verdict, Workspace,
+    Answer, Budget, Motion, PairMemory, Pose, Query, Ray, Stats, Tree, Verdict, Workspace,
 };
+use punctual_depenetrate::PushOutQuery;
 
 const ENOUGH: Budget = Budget::work(1 << 40);
 

@@ -4,10 +4,9 @@ use crate::common::random::Random;
 use crate::meshes::{union, unwelded, with_triangles};
 use crate::truth::{assert_sound, distance, full_sum, winding};
 use punctual::glam::{DVec3, Vec3};
-use punctual::{
-    Answer, Budget, BuildOptions, Mesh, PointBounds, PointError, Query, Solid, StopReason, Tree,
-    Workspace, shapes,
-};
+use punctual::points::{PointBounds, PointError};
+use punctual::tree::Solid;
+use punctual::{Answer, Budget, BuildOptions, Mesh, Query, StopReason, Tree, Workspace, shapes};
 
 fn solid(mesh: &Mesh) -> Tree {
     Tree::with_options(mesh.clone(), &BuildOptions::default().solid(Solid::Keep))

@@ -4,8 +4,9 @@
 use crate::common::random::Random;
 use crate::exact_distance::Distance;
 use num_bigint::BigInt;
+use punctual::Mesh;
 use punctual::glam::DVec3;
-use punctual::{Mesh, PointBounds, SignedDistance};
+use punctual::points::{PointBounds, SignedDistance};
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 

@@ -3,7 +3,8 @@
 use crate::sized::grows;
 use crate::workspace::punctual_triangle_pair;
 use core::time::Duration;
-use punctual::{Certificate, LEVELS, Quantiles, Stats, StopReason, Verdict};
+use punctual::prediction::{LEVELS, Quantiles};
+use punctual::{Certificate, Stats, StopReason, Verdict};
 
 /// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
 pub const PUNCTUAL_LEVELS: usize = 32;

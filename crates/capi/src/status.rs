@@ -1,11 +1,12 @@
 //! How a call ends: a status, and a text for people.
 
+use ::punctual_scene::SceneError;
 use core::cell::RefCell;
 use core::ffi::c_char;
 use core::fmt::{self, Write};
-use punctual::{
-    MeshError, MotionError, PoseError, RayError, ResumeError, SceneError, TreeFault, TreeFileError,
-};
+use punctual::geom::{MotionError, RayError};
+use punctual::tree::{TreeFault, TreeFileError};
+use punctual::{MeshError, PoseError, ResumeError};
 use punctual_io::{FileError, ReadError};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -6,7 +6,8 @@ use crate::mesh::punctual_mesh;
 use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use core::mem::MaybeUninit;
-use punctual::{BuildOptions, Effort, Tree};
+use punctual::tree::Effort;
+use punctual::{BuildOptions, Tree};
 use std::sync::Arc;
 
 /// The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.

@@ -3,11 +3,10 @@
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
+use punctual::clock::SystemClock;
+use punctual::contacts::{Contact, ContactBounds, Contacts, Patches};
 use punctual::glam::DVec3;
-use punctual::{
-    BuildOptions, Contact, ContactBounds, Contacts, Patches, Pose, Query, ResumeError, StopReason,
-    SystemClock, Tree, Workspace,
-};
+use punctual::{BuildOptions, Pose, Query, ResumeError, StopReason, Tree, Workspace};
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 

@@ -7,7 +7,9 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use punctual::{BuildOptions, CostModel, Intersection, Mode, Order, Pose, Query, Tree};
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::CostModel;
+use punctual::{BuildOptions, Mode, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
@@ -16,7 +18,7 @@ use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
 
-/// Query<Intersection> two meshes at each pose of a list.
+/// Intersect two meshes at each pose of a list.
 ///
 /// Prints CSV, a line for each pose: hit is 1 only if an intersection is proven; pairs is the number of intersecting
 /// triangle pairs found (-1 with --mode any); ns is the least time of all sweeps, pose update included; verdict is

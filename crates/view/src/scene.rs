@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use punctual::glam::DVec3;
-use punctual::{Aabb, Body, BodyKind, Pose, Report, Verdict};
+use punctual::{Aabb, Pose, Verdict};
+use punctual_scene::{Body, BodyKind, Report};
 use serde_json::json;
 
 use crate::stage::{Fact, NORMAL, Stage, count, fact, placed};

@@ -12,7 +12,6 @@ pub(super) mod state;
 mod sweep;
 mod windows;
 
-use crate::math::{Motion, Pose, smaller};
 use crate::model::cost::WORK_PER_PIECE;
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
@@ -30,6 +29,7 @@ use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use core::cell::OnceCell;
 use course::Course;
+use punctual_geom::{Motion, Pose, smaller};
 use sweep::{Sweep, span};
 
 /// Asks until when a motion is free, and when the surfaces meet: continuous collision detection
@@ -157,7 +157,8 @@ impl<'t> Query<'t, Impact> {
 
     /// Proven upper bound, from the run in the workspace, of the distance of the first contact's
     /// triangles at its time. 0 only if they intersect.
-    pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
+    #[doc(hidden)]
+    pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace
             .motion
             .contact()

@@ -9,8 +9,6 @@ mod rim;
 pub(super) mod state;
 mod visit;
 
-use crate::math::Pose;
-use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::query::budget::Budget;
 use crate::query::deadline::Deadline;
 use crate::query::flushing;
@@ -24,6 +22,8 @@ use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use core::{fmt, slice};
 use glam::DVec3;
+use punctual_geom::Pose;
+use punctual_geom::tolerance::COORDINATE_LIMIT;
 use state::Phase;
 use visit::Locate;
 
@@ -40,14 +40,15 @@ use visit::Locate;
 /// On the surface, the winding number is that at the points just beside it, along one of the axes.
 ///
 /// ```
-/// use punctual::{BuildOptions, Budget, Query, Solid, Tree, Workspace, shapes};
+/// use punctual::tree::Solid;
+/// use punctual::{BuildOptions, Budget, Query, Tree, Workspace, shapes};
 /// let ball = Tree::with_options(shapes::icosphere(4), &BuildOptions::default().solid(Solid::Keep));
 /// let mut workspace = Workspace::new();
 /// let point = Query::signed_distance(&ball, [0.0, 0.25, 0.5])?.run(&mut workspace, Budget::unlimited()).value;
 /// assert_eq!((point.winding, point.inside), (Some(1.0), Some(true)));
 /// let distance = point.distance.expect("asked for");
 /// assert!(distance.low <= distance.high && distance.high < -0.4);
-/// # Ok::<(), punctual::PointError>(())
+/// # Ok::<(), punctual::points::PointError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct AtPoint {
@@ -63,14 +64,15 @@ impl Question for AtPoint {
 /// ([`Query::windings`], [`Query::signed_distances`]). Guarantees as for [`AtPoint`].
 ///
 /// ```
-/// use punctual::{BuildOptions, Budget, Query, Solid, Tree, Workspace, shapes};
+/// use punctual::tree::Solid;
+/// use punctual::{BuildOptions, Budget, Query, Tree, Workspace, shapes};
 /// let ball = Tree::with_options(shapes::icosphere(4), &BuildOptions::default().solid(Solid::Keep));
 /// let points: Vec<[f64; 3]> = (0..9).map(|i| [0.3 * f64::from(i), 0.0, 0.0]).collect();
 /// let mut workspace = Workspace::new();
 /// let done = Query::windings(&ball, &points)?.run(&mut workspace, Budget::unlimited()).value;
 /// let inside = workspace.points().iter().filter(|point| point.inside == Some(true)).count();
 /// assert_eq!((done, inside), (9, 4));
-/// # Ok::<(), punctual::PointError>(())
+/// # Ok::<(), punctual::points::PointError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct AtPoints<'p> {
@@ -93,7 +95,7 @@ pub struct PointBounds {
     /// if the query stopped before it was known.
     pub winding: Option<f64>,
     /// Bound of the error of the winding number: 0 for closed solids, infinite if it is not known.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub error: f64,
     /// True if the point is inside or on the surface. `None` if that is not known: the query
     /// stopped, or the winding number of an open solid is 1/2 to its error.

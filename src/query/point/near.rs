@@ -5,12 +5,12 @@
 //! bound is sharp near the mesh. The second is sharp far from it, where the distances of all boxes
 //! differ by less than their rounding. Proof of both: `docs/numerics.md`.
 
-use crate::math::lanes::{Column, F8, Lanes, per_axis};
-use crate::math::largest;
-use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Tree, WIDTH};
-use crate::triangle::distance::{Closest, closest_or_meeting, closest_to_point};
 use glam::DVec3;
+use punctual_geom::lanes::{Column, F8, Lanes, per_axis};
+use punctual_geom::largest;
+use punctual_geom::tolerance::ROUNDING;
+use punctual_geom::triangle::distance::{Closest, closest_or_meeting, closest_to_point};
 use wide::f32x4;
 
 /// What is known of the distance of a point.

@@ -15,12 +15,12 @@
 //! decided exactly, as for the triangles that the ray crosses. The error is some roundings an edge,
 //! and more only near the edge itself: `docs/numerics.md`.
 
-use crate::math::lanes::{Column, D4, Lanes, per_axis};
-use crate::math::{bits, larger, largest};
 use crate::mesh::Mesh;
-use crate::triangle::crossing::{Heading, side};
 use core::f64::consts::TAU;
 use glam::DVec3;
+use punctual_geom::lanes::{Column, D4, Lanes, per_axis};
+use punctual_geom::triangle::crossing::{Heading, side};
+use punctual_geom::{bits, larger, largest};
 
 /// A vertex of the boundary: a vector across the ray, and its length times the tangent of half the
 /// angle to the ray.
@@ -230,9 +230,9 @@ impl Turn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::lanes::{Instructions, Kernel};
-    use crate::math::random::Random;
     use core::f64::consts::PI;
+    use punctual_geom::lanes::{Instructions, Kernel};
+    use punctual_geom::random::Random;
 
     struct Multiply<'t>(&'t mut Turn, [[f64; 4]; 2]);
 

@@ -8,8 +8,6 @@ use super::near::Near;
 use super::rim::{Turn, Viewer};
 use super::state::Phase;
 use super::{PointBounds, SignedDistance};
-use crate::math::bits;
-use crate::math::lanes::Lanes;
 use crate::model::cost::{
     MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST,
     WORK_PER_LOOKUP, WORK_PER_OPEN_EDGE, WORK_PER_POINT, WORK_PER_POINT_TRIANGLE,
@@ -22,6 +20,8 @@ use crate::query::workspace::Workspace;
 use crate::tree::inside::{Count, Probe};
 use crate::tree::{Node, Tree, WIDTH};
 use glam::DVec3;
+use punctual_geom::bits;
+use punctual_geom::lanes::Lanes;
 
 /// The question where points are: the current one, and those after it.
 pub(super) struct Locate<'q> {

@@ -9,9 +9,6 @@
 //! The rays of a batch are cast one after another in the same run.
 
 use super::state::{RayHit, RayMode, Suspect};
-use crate::math::Ray;
-use crate::math::bits;
-use crate::math::lanes::Lanes;
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE,
     WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
@@ -21,9 +18,12 @@ use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::tree::WIDTH;
-use crate::triangle::ray::Aim;
-use crate::triangle::ray::batch::candidates;
 use core::slice;
+use punctual_geom::Ray;
+use punctual_geom::bits;
+use punctual_geom::lanes::Lanes;
+use punctual_geom::triangle::ray::Aim;
+use punctual_geom::triangle::ray::batch::candidates;
 
 /// The question what rays hit.
 pub(super) struct Cast<'q> {
@@ -224,15 +224,15 @@ impl Traversal<'_, '_, Cast<'_>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::Ray;
-    use crate::math::lanes::{Instructions, Kernel, Lanes};
-    use crate::math::random::Random;
     use crate::mesh::shapes;
     use crate::query::expand;
     use crate::tree::beam::Beam;
     use crate::tree::{Node, Tree};
-    use crate::triangle::ray::batch::{Candidates, candidates};
     use glam::DVec3;
+    use punctual_geom::Ray;
+    use punctual_geom::lanes::{Instructions, Kernel, Lanes};
+    use punctual_geom::random::Random;
+    use punctual_geom::triangle::ray::batch::{Candidates, candidates};
     use robust::{Coord3D, orient3d};
 
     struct Cluster<'r>(&'r Tree, &'r Node, &'r Beam);

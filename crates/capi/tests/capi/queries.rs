@@ -6,9 +6,11 @@ use std::time::Duration;
 
 use super::call::*;
 use super::common::{MODES, ORDERS};
+use punctual::clock::ManualClock;
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::CostModel;
 use punctual::{
-    Budget, CostModel, Intersection, ManualClock, Mode, Order, PairMemory, Query, Stats,
-    StopReason, Tree, Verdict, Workspace, shapes,
+    Budget, Mode, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 

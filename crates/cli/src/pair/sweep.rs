@@ -5,9 +5,11 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use punctual::clock::SystemClock;
+use punctual::intersection::Intersection;
+use punctual::prediction::{Estimate, Prediction};
 use punctual::{
-    Answer, Budget, Estimate, Intersection, Mode, PairMemory, Pose, Prediction, Query, StopReason,
-    SystemClock, Tree, Verdict, Workspace,
+    Answer, Budget, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace,
 };
 use punctual_io::FileError;
 use punctual_lab::files::Listed;

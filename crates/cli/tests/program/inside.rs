@@ -9,7 +9,7 @@ const HEADER: &str = "point,winding,inside,low,high,ns,stop";
 
 fn cube(scale: f64) -> Folder {
     let folder = Folder::new();
-    let mut mesh = write::obj(&cuboid([1.0; 3], 2));
+    let mut mesh = String::from_utf8(write::obj(&cuboid([1.0; 3], 2))).unwrap();
     if scale < 0.0 {
         // Mirrored, and so inside out.
         mesh = mesh
@@ -42,10 +42,16 @@ fn said(folder: &Folder, options: &str) -> (Vec<String>, String) {
     assert_eq!(answer.status, 1, "{options}: {}", answer.err);
     let row = |line: &str| {
         let fields: Vec<&str> = line.split(',').collect();
-        assert!(fields.len() == 7 && fields[5].parse::<u64>().is_ok(), "{line}");
+        assert!(
+            fields.len() == 7 && fields[5].parse::<u64>().is_ok(),
+            "{line}"
+        );
         [1, 2, 3, 4, 6].map(|i: usize| fields[i]).join(",")
     };
-    (answer.lines(HEADER).into_iter().map(row).collect(), answer.err)
+    (
+        answer.lines(HEADER).into_iter().map(row).collect(),
+        answer.err,
+    )
 }
 
 #[test]
@@ -56,9 +62,15 @@ fn points_of_a_cube() {
         assert!(!err.contains("inside out"));
         let near = |row: &str, start: &str, bounds: f64| {
             let fields: Vec<&str> = row.split(',').collect();
-            assert!(row.starts_with(start) && row.ends_with(",finished"), "{row}");
+            assert!(
+                row.starts_with(start) && row.ends_with(",finished"),
+                "{row}"
+            );
             let [low, high] = [2, 3].map(|i| fields[i].parse::<f64>().unwrap());
-            assert!(low <= bounds && bounds <= high && high - low < 1e-12, "{row}");
+            assert!(
+                low <= bounds && bounds <= high && high - low < 1e-12,
+                "{row}"
+            );
         };
         near(&rows[0], "1,yes,", -0.75);
         near(&rows[1], "0,no,", 2.0);
@@ -72,7 +84,10 @@ fn points_of_a_cube() {
 fn what_is_inside_out_is_named_or_reversed() {
     let folder = cube(-1.0);
     let (rows, err) = said(&folder, "");
-    assert!(err.contains("a.obj: the part of triangle 0 is inside out"), "{err}");
+    assert!(
+        err.contains("a.obj: the part of triangle 0 is inside out"),
+        "{err}"
+    );
     assert!(rows[0].starts_with("-1,no,"), "{}", rows[0]);
     let (rows, err) = said(&folder, "--flip");
     assert!(!err.contains("inside out"));
@@ -84,7 +99,10 @@ fn a_budget_leaves_points_undecided_and_bounds_true() {
     let folder = cube(1.0);
     let (rows, _) = said(&folder, "--budget-work 1");
     let fields: Vec<&str> = rows[0].split(',').collect();
-    assert_eq!((fields[0], fields[1], fields[4]), ("nan", "undecided", "work-limit"));
+    assert_eq!(
+        (fields[0], fields[1], fields[4]),
+        ("nan", "undecided", "work-limit")
+    );
     let [low, high] = [2, 3].map(|i| fields[i].parse::<f64>().unwrap());
     assert!(low <= -0.75 && high >= 0.75);
     let (rows, _) = said(&folder, "--budget-us 1000000");
