@@ -109,7 +109,7 @@ pub mod clock {
 
 /// Which triangles of two surfaces intersect: [`Query::intersection`], [`Query::all_pairs`].
 pub mod intersection {
-    pub use crate::query::{Intersection, Mode, Order, Verdict};
+    pub use crate::query::{Intersection, Mode, Operand, Order, Verdict};
 }
 
 /// The distance of two surfaces, with bounds: [`Query::distance`].

@@ -10,7 +10,7 @@
 //! | contacts, asked as one of these two | [`contacts`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
-//! | points and solids | [`point`] |
+//! | points and solids; one solid in another | [`point`]; [`contained`] |
 //! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
 //! | tests without a query | [`root_test`], [`parting`] |
 //! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
@@ -28,6 +28,7 @@ mod clearance;
 mod close_boxes;
 mod closest_pairs;
 mod contacts;
+mod contained;
 mod corners;
 mod deadline;
 mod distance;
@@ -75,6 +76,7 @@ pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub use clearance::displacement;
 pub use contacts::{ContactBounds, Contacts};
+pub use contained::Operand;
 pub use deadline::Deadline;
 pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};

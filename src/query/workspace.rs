@@ -1,5 +1,6 @@
 //! All buffers of a query, owned by the caller.
 
+use super::contained::Containment;
 use super::corners::Corners;
 use super::known;
 use super::march::March;
@@ -80,6 +81,7 @@ pub(super) struct Run {
     pub stats: Stats,
     /// The first pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
+    pub containment: Containment,
     pub random: Random,
 }
 
@@ -97,6 +99,7 @@ impl Run {
         self.stopped = false;
         self.stats.clear();
         self.witness = None;
+        self.containment = Containment::Open;
     }
 
     /// An error unless the run is of this query.
@@ -134,6 +137,7 @@ const NO_RUN: Run = Run {
     stopped: false,
     stats: Stats::NONE,
     witness: None,
+    containment: Containment::Open,
     random: Random::new(0),
 };
 

@@ -111,6 +111,19 @@ impl Beam {
         *self = Self::BLIND;
     }
 
+    /// A beam that also covers rays whose origin and direction are off by so much, in units.
+    pub fn widened(mut self, slop: f64) -> Self {
+        // Parameters are less than 4.
+        let slop = 4.0 * slop;
+        if !(slop <= LARGEST_SLOP) {
+            return Self::BLIND;
+        }
+        self.shaft.slop += slop as f32;
+        self.margin += slop as f32;
+        self.from = 0.0;
+        self
+    }
+
     /// For what is out of the range of `f32`: enters every box at once, and every triangle is in
     /// doubt.
     pub const BLIND: Self = Self {

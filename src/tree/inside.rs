@@ -11,7 +11,7 @@ use glam::DVec3;
 use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
 use punctual_geom::triangle::crossing::{Crossing, Heading, crossing};
 use punctual_geom::triangle::ray::batch::candidates;
-use punctual_geom::{Ray, bits};
+use punctual_geom::{Pose, Ray, bits, largest};
 
 /// A ray from a point, to be counted along.
 #[derive(Clone, Copy, Debug)]
@@ -100,9 +100,47 @@ impl Probe {
         [leaves, enters, chosen & !(leaves | enters)]
     }
 
-    /// Counts a triangle (tree order) exactly.
-    pub fn examine(&self, tree: &Tree, triangle: u32, count: &mut Count) {
-        match crossing(self.point, self.heading, &tree.corners(triangle)) {
+    /// A ray from a point in the frame of A, among the triangles of B at its pose. The axis is one
+    /// of A. For the boxes it is seen from B's mesh; exact tests take the corners in A's frame.
+    pub fn posed(tree: &Tree, b_in_a: &Pose, point: DVec3) -> Self {
+        // Not the transpose: a pose need not be quite orthonormal, and is used as given.
+        let inverse = b_in_a.rotation().inverse();
+        let seen = inverse * (point - b_in_a.translation());
+        let (unit, bounds) = (&tree.unit, tree.mesh.aabb());
+        let sizes = [point, b_in_a.translation(), bounds.min, bounds.max];
+        let size: f64 = sizes.map(|v| largest(v.abs())).iter().sum();
+        let slop = POSED_ROUNDING * size;
+        let (back, ahead) = (seen - bounds.min, bounds.max - seen);
+        let near = Self::new(tree, seen.clamp(bounds.min, bounds.max));
+        // The axis of A that is nearest to the one on which the ray leaves B's box soonest.
+        let along = *b_in_a.rotation() * near.heading.vector();
+        let axis = (0..3).fold(0, |best, axis| {
+            if along[axis].abs() > along[best].abs() {
+                axis
+            } else {
+                best
+            }
+        });
+        let heading = Heading {
+            axis,
+            is_negative: along[axis] < 0.0,
+        };
+        let is_outside = !(back.min(ahead).cmpge(DVec3::splat(-slop)).all());
+        let beam = match Ray::new(seen, inverse * heading.vector()) {
+            Ok(ray) if !is_outside => Beam::new(unit, &ray).widened(slop * unit.scale()),
+            _ => Beam::BLIND,
+        };
+        Self {
+            point,
+            heading,
+            is_outside,
+            beam,
+        }
+    }
+
+    /// Counts a triangle (tree order) with these corners exactly.
+    pub fn examine(&self, corners: &[DVec3; 3], triangle: u32, count: &mut Count) {
+        match crossing(self.point, self.heading, corners) {
             Crossing::Missed => {}
             Crossing::Origin => (count.is_on_surface, count.touched) = (true, triangle),
             Crossing::Leaves => count.winding += 1,
@@ -110,6 +148,10 @@ impl Probe {
         }
     }
 }
+
+/// Rounding of a point seen from B, of corners at the pose, and of the direction, relative to the
+/// sum of the sizes of all: `docs/numerics.md`.
+const POSED_ROUNDING: f64 = 512.0 * f64::EPSILON;
 
 /// Counts the triangles of which `counts` is true along a ray from `point`. `O(n)` at worst.
 pub(crate) fn crossings(tree: &Tree, point: DVec3, counts: impl Fn(u32) -> bool) -> Count {
@@ -161,7 +203,8 @@ impl<F: Fn(u32) -> bool> Kernel for Walk<'_, F> {
             let chosen = |mask: u32| bits(mask).map(child).filter(|&triangle| counts(triangle));
             let [leaves, enters, in_doubt] = probe.sort(lanes, tree, node, entered);
             sum.winding += chosen(leaves).count() as i32 - chosen(enters).count() as i32;
-            chosen(in_doubt).for_each(|triangle| probe.examine(tree, triangle, &mut sum));
+            chosen(in_doubt)
+                .for_each(|triangle| probe.examine(&tree.corners(triangle), triangle, &mut sum));
         }
         sum
     }

@@ -4,6 +4,7 @@
 mod common;
 
 mod closed;
+mod contained;
 #[path = "../common/exact_distance.rs"]
 mod exact_distance;
 mod meshes;

@@ -10,6 +10,7 @@ pub(super) mod state;
 mod visit;
 
 use crate::query::budget::Budget;
+use crate::query::contained::may_hold;
 use crate::query::deadline::Deadline;
 use crate::query::flushing;
 use crate::query::memory::PairMemory;
@@ -25,7 +26,7 @@ use glam::DVec3;
 use punctual_geom::Pose;
 use punctual_geom::tolerance::COORDINATE_LIMIT;
 use state::Phase;
-use visit::Locate;
+pub(super) use visit::{Locate, Source};
 
 /// Asks about one point and a solid ([`Query::winding`], [`Query::signed_distance`]).
 ///
@@ -320,6 +321,17 @@ fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, measures: bool) {
     }
 }
 
+/// Prepares the workspace for a vertex of each component of a solid, which may be inside another.
+pub(super) fn begin_samples(workspace: &mut Workspace, [outer, inner]: [&Tree; 2]) {
+    let count = match inner.solid() {
+        Some(solid) if may_hold(outer, inner) => solid.components().len(),
+        _ => 0,
+    };
+    let state = &mut workspace.points;
+    (state.measures, state.is_within) = (false, false);
+    (state.left, state.phase) = (count, if count > 0 { Phase::Start } else { Phase::Idle });
+}
+
 /// True if the workspace has stopped in a run about these points.
 fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
     let state = &workspace.points;
@@ -341,8 +353,9 @@ fn advance(
         workspace.run.stopped = true;
         return StopReason::FlushedToZero;
     }
+    let source = Source::Points(points);
     Traversal::new(
-        Locate { points },
+        Locate { source },
         [tree; 2],
         &Pose::IDENTITY,
         &Relation::BLIND,

@@ -4,8 +4,13 @@ use super::PointBounds;
 use super::near::Near;
 use super::rim::{Seen, Turn};
 use crate::tree::inside::{Count, Probe};
+use crate::tree::{MAX_HEIGHT, WIDTH};
 use alloc::vec::Vec;
+use arrayvec::ArrayVec;
 use glam::DVec3;
+
+/// Most nodes that wait while one is open.
+const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
 
 /// What is being done about the current point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,10 +33,16 @@ pub(crate) struct PointState {
     /// True if distances are asked for too.
     pub measures: bool,
     pub phase: Phase,
+    /// True if a point of several components was inside.
+    pub is_within: bool,
     /// The current point.
     pub point: DVec3,
     /// Number of points from the current one on.
     pub left: usize,
+    /// Nodes that wait, in a run about a pair, whose front holds other nodes.
+    pub(super) stack: ArrayVec<u32, ROOM>,
+    /// Triangles (tree order) that wait for a test, each with the bits of its key.
+    pub doubtful: ArrayVec<[u32; 2], WIDTH>,
     pub(super) probe: Probe,
     pub(super) count: Count,
     pub(super) seen: Vec<Seen>,
@@ -48,8 +59,11 @@ impl Default for PointState {
         Self {
             measures: false,
             phase: Phase::Idle,
+            is_within: false,
             point: DVec3::ZERO,
             left: 0,
+            stack: ArrayVec::new_const(),
+            doubtful: ArrayVec::new_const(),
             probe: Probe::NONE,
             count: Count::default(),
             seen: Vec::new(),
@@ -66,6 +80,8 @@ impl PointState {
     pub fn clear(&mut self) {
         self.phase = Phase::Idle;
         self.left = 0;
+        self.stack.clear();
+        self.doubtful.clear();
         self.found.clear();
     }
 

@@ -18,14 +18,28 @@ use crate::query::queue::{Origin, Pair};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::query::workspace::Workspace;
 use crate::tree::inside::{Count, Probe};
-use crate::tree::{Node, Tree, WIDTH};
+use crate::tree::{Node, Solidity, Tree, WIDTH};
 use glam::DVec3;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 
-/// The question where points are: the current one, and those after it.
-pub(super) struct Locate<'q> {
-    pub points: &'q [[f64; 3]],
+/// The question where points are.
+pub(in crate::query) struct Locate<'q> {
+    pub source: Source<'q>,
+}
+
+/// Where the points come from.
+#[derive(Clone, Copy)]
+pub(in crate::query) enum Source<'q> {
+    /// The points left at the begin of the call, in the frame of the tree.
+    Points(&'q [[f64; 3]]),
+    /// A vertex of each component of the other body of a pair, whose pose is that of the traversal.
+    /// Ends with the first that is inside.
+    Samples {
+        inner: &'q Tree,
+        /// True if the points are of B, and the tree is A's.
+        is_b: bool,
+    },
 }
 
 const ROOT: u32 = 0;
@@ -50,7 +64,14 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
 
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        if let Some(pair) = self.workspace.front.pop_stack() {
+        let next = match self.question.source {
+            Source::Points(_) => self.workspace.front.pop_stack(),
+            Source::Samples { .. } => {
+                let node = self.workspace.points.stack.pop();
+                node.map(|node| Pair::new(node, 0))
+            }
+        };
+        if let Some(pair) = next {
             return Some((pair, Origin::Stack));
         }
         // A boundary is looked at by tests; all else begins with the root.
@@ -70,12 +91,12 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
                 Some(next) => pair = next,
             }
         }
-        self.workspace.front.push(pair);
+        self.wait(pair);
     }
 
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
-        !self.workspace.doubtful.is_empty()
+        !self.workspace.points.doubtful.is_empty()
             || any
                 && matches!(self.workspace.points.phase, Phase::Rim { done } if done < self.rim_len())
     }
@@ -108,8 +129,7 @@ impl Traversal<'_, '_, Locate<'_>> {
         match state.phase {
             Phase::Idle => false,
             Phase::Start => {
-                state.start(self.a, DVec3::from_array(self.question.points[0]));
-                self.workspace.run.stats.work += WORK_PER_POINT;
+                self.start();
                 true
             }
             Phase::Ray if rim > 0 => {
@@ -141,16 +161,57 @@ impl Traversal<'_, '_, Locate<'_>> {
     fn finish(&mut self) -> bool {
         let bounds = self.workspace.point_bounds(self.a, true);
         let state = &mut self.workspace.points;
-        state.found.push(bounds);
         state.left -= 1;
-        self.question.points = &self.question.points[1..];
+        match self.question.source {
+            Source::Points(_) => state.found.push(bounds),
+            Source::Samples { .. } if bounds.inside == Some(true) && !bounds.is_on_surface => {
+                (state.is_within, state.left) = (true, 0);
+            }
+            Source::Samples { .. } => {}
+        }
         if state.left == 0 {
             state.phase = Phase::Idle;
             return false;
         }
-        state.start(self.a, DVec3::from_array(self.question.points[0]));
-        self.workspace.run.stats.work += WORK_PER_POINT;
+        self.start();
         true
+    }
+
+    /// Begins with the next point.
+    #[inline(always)]
+    fn start(&mut self) {
+        let state = &mut self.workspace.points;
+        state.probe = match self.question.source {
+            Source::Points(points) => {
+                let point = points[points.len() - state.left];
+                Probe::new(self.a, DVec3::from_array(point))
+            }
+            Source::Samples { inner, is_b } => {
+                let components = inner.solid().map_or(&[][..], Solidity::components);
+                let component = &components[components.len() - state.left];
+                let [corner, ..] = inner.mesh().triangle(component.first_triangle as usize);
+                if is_b {
+                    Probe::new(self.a, self.b_in_a.transform_point(corner))
+                } else {
+                    Probe::posed(self.a, self.b_in_a, corner)
+                }
+            }
+        };
+        state.point = state.probe.point;
+        (state.count, state.winding) = (Count::default(), None);
+        state.phase = Phase::Ray;
+        self.workspace.run.stats.work += WORK_PER_POINT;
+    }
+
+    /// Puts a node on the stack.
+    #[inline(always)]
+    fn wait(&mut self, pair: Pair) {
+        match self.question.source {
+            Source::Points(_) => {
+                self.workspace.front.push(pair);
+            }
+            Source::Samples { .. } => self.workspace.points.stack.push(pair.nodes[0]),
+        }
     }
 
     /// Replaces a node by its children that the ray enters. Returns one of them; the others are on
@@ -171,26 +232,32 @@ impl Traversal<'_, '_, Locate<'_>> {
         if let Some([leaves, enters, in_doubt]) = sorted {
             self.workspace.points.count.winding +=
                 leaves.count_ones() as i32 - enters.count_ones() as i32;
-            let doubtful = &mut self.workspace.doubtful;
+            let doubtful = &mut self.workspace.points.doubtful;
             bits(in_doubt).for_each(|i| doubtful.push([child(i), 0]));
             return None;
         }
         let mut entered = bits(if node.is_cluster { 0 } else { entered });
         let first = entered.next();
-        entered.for_each(|i| {
-            self.workspace.front.push(Pair::new(child(i), 0));
-        });
+        entered.for_each(|i| self.wait(Pair::new(child(i), 0)));
         first.map(|i| Pair::new(child(i), 0))
     }
 
     /// Counts a triangle that `f32` left in doubt.
     #[inline(always)]
     fn examine(&mut self) {
-        let Some([triangle, _]) = self.workspace.doubtful.pop() else {
+        let Some([triangle, _]) = self.workspace.points.doubtful.pop() else {
             return;
         };
         let state = &mut self.workspace.points;
-        state.probe.examine(self.a, triangle, &mut state.count);
+        let corners = self.a.corners(triangle);
+        let corners = match self.question.source {
+            // The tree is B's, and the point is in A's frame.
+            Source::Samples { is_b: false, .. } => {
+                corners.map(|corner| self.b_in_a.transform_point(corner))
+            }
+            _ => corners,
+        };
+        state.probe.examine(&corners, triangle, &mut state.count);
         let stats = &mut self.workspace.run.stats;
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
@@ -254,7 +321,7 @@ impl Traversal<'_, '_, Locate<'_>> {
                 &keys,
             ));
         }
-        let doubtful = &mut self.workspace.doubtful;
+        let doubtful = &mut self.workspace.points.doubtful;
         bits(chosen).for_each(|i| {
             doubtful.push([node.first_child + i as u32, keys[i % WIDTH].to_bits()]);
         });
@@ -266,7 +333,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     /// Tests the nearest of the triangles that wait.
     #[inline(always)]
     fn settle(&mut self) {
-        let Some([triangle, key]) = self.workspace.doubtful.pop() else {
+        let Some([triangle, key]) = self.workspace.points.doubtful.pop() else {
             return;
         };
         let state = &mut self.workspace.points;
@@ -281,17 +348,6 @@ impl Traversal<'_, '_, Locate<'_>> {
             stats.work += WORK_PER_CLOSEST_POINTS;
             self.deadline.allow_for_long_step();
         }
-    }
-}
-
-impl super::state::PointState {
-    /// Begins with a point.
-    #[inline(always)]
-    fn start(&mut self, tree: &Tree, point: DVec3) {
-        self.point = point;
-        self.probe = Probe::new(tree, point);
-        (self.count, self.winding) = (Count::default(), None);
-        self.phase = Phase::Ray;
     }
 }
 
@@ -339,7 +395,9 @@ impl Workspace {
                 Phase::Near if is_finished => (state.near, state.near.finished()),
                 Phase::Near => {
                     let open = self.front.iter().map(|pair| pair.nodes[1]);
-                    let least = open.chain(self.doubtful.iter().map(|left| left[1])).min();
+                    let least = open
+                        .chain(self.points.doubtful.iter().map(|left| left[1]))
+                        .min();
                     let least = least.map_or(f32::INFINITY, f32::from_bits);
                     (state.near, state.near.low(tree, least))
                 }
