@@ -13,6 +13,8 @@ mod contacts;
 mod distances;
 #[path = "capi/motions.rs"]
 mod motions;
+#[path = "capi/points.rs"]
+mod points;
 #[path = "capi/queries.rs"]
 mod queries;
 #[path = "capi/rays.rs"]

@@ -18,7 +18,7 @@
 use crate::mesh::Mesh;
 use core::f64::consts::TAU;
 use glam::DVec3;
-use punctual_geom::lanes::{Column, D4, Lanes, per_axis};
+use punctual_geom::lanes::{Column, D4, Lanes, per_axis, unrolled};
 use punctual_geom::triangle::crossing::{Heading, side};
 use punctual_geom::{bits, larger, largest};
 
@@ -57,35 +57,28 @@ impl Viewer {
     #[inline(always)]
     pub fn see<L: Lanes>(&self, lanes: L, vertices: [DVec3; 4]) -> [Seen; 4] {
         let Heading { axis, is_negative } = self.heading;
-        let splat = |x: f64| D4::splat(lanes, x);
-        let column = |axis: usize| {
-            let axis = axis % 3;
-            let [a, b, c, d] = vertices.map(|vertex| vertex[axis]);
-            (D4::load(lanes, &[a, b, c, d]) - splat(self.point[axis])) * splat(self.scale)
-        };
-        let along = column(axis) * splat(if is_negative { -1.0 } else { 1.0 });
-        let [y, z] = [column(axis + 1), column(axis + 2)];
+        let axes = [axis, (axis + 1) % 3, (axis + 2) % 3];
+        let [a, b, c, d] = unrolled!(i in [0, 1, 2, 3] => vertices[i].to_array());
+        let (point, scale) = (self.point.to_array(), D4::splat(lanes, self.scale));
+        let [along, y, z] = per_axis!(k => {
+            let axis = axes[k] % 3;
+            (D4::load(lanes, &[a[axis], b[axis], c[axis], d[axis]]) - D4::splat(lanes, point[axis])) * scale
+        });
+        let along = along * D4::splat(lanes, if is_negative { -1.0 } else { 1.0 });
         let square = y * y + z * z;
         let length = (along * along + square).sqrt();
-        let is_ahead = splat(0.0).less(along);
-        let factor = is_ahead.select(length + along, splat(1.0));
-        let seen = [
-            y * factor,
-            z * factor,
-            is_ahead.select(square, length - along),
-        ];
-        let seen = per_axis!(k => seen[k].store());
-        let least = splat(LEAST_SQUARE);
+        let is_ahead = D4::splat(lanes, 0.0).less(along);
+        let factor = is_ahead.select(length + along, D4::splat(lanes, 1.0));
+        let tangent = is_ahead.select(square, length - along).store();
+        let (y, z) = ((y * factor).store(), (z * factor).store());
+        let mut seen = unrolled!(i in [0, 1, 2, 3] => [y[i], z[i], tangent[i]]);
+        let least = D4::splat(lanes, LEAST_SQUARE);
         let is_close = square.less(least).and(is_ahead);
         let is_close = is_close.or((along * along).less(least).and(square.less(least)));
-        let is_close = is_close.mask() as usize;
-        core::array::from_fn(|i| {
-            if is_close >> i & 1 != 0 {
-                self.see_close(vertices[i])
-            } else {
-                [seen[0][i], seen[1][i], seen[2][i]]
-            }
-        })
+        for i in bits(is_close.mask()) {
+            seen[i % 4] = self.see_close(vertices[i % 4]);
+        }
+        seen
     }
 
     /// A vertex ahead that is nearly or exactly on the ray, or one that is very close.
@@ -126,16 +119,14 @@ impl Viewer {
         ends: impl Fn([u32; 2]) -> [DVec3; 2],
     ) {
         let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));
-        // Other lanes multiply by 1.
-        let of = |i: usize, end: usize| match edges.get(i) {
-            Some(edge) => seen[edge[end] as usize],
-            None => [1.0, 0.0, 0.0],
-        };
-        let column = |end: usize, k: usize| {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|i| of(i, end)[k]);
-            D4::load(lanes, &[a, b, c, d])
-        };
-        let [p, r] = [0, 1].map(|end| per_axis!(k => column(end, k)));
+        // Written out: vectors are slow in closures.
+        let [e, f, g, h] = unrolled!(i in [0, 1, 2, 3] => match edges.get(i) {
+            Some(&[from, to]) => [&seen[from as usize], &seen[to as usize]],
+            // Multiplies by 1.
+            None => [&[1.0, 0.0, 0.0]; 2],
+        });
+        let p = per_axis!(k => D4::load(lanes, &[e[0][k], f[0][k], g[0][k], h[0][k]]));
+        let r = per_axis!(k => D4::load(lanes, &[e[1][k], f[1][k], g[1][k], h[1][k]]));
         let [tangents, y, z] = [p[2] * r[2], p[0] * r[0], p[1] * r[1]];
         let [left, right] = [p[0] * r[1], p[1] * r[0]];
         let re = tangents + (y + z);
@@ -197,13 +188,14 @@ impl Turn {
         let error = (size * size) / square;
         self.worst = D4::load(lanes, &self.worst).max(error).store();
 
-        let [old_re, old_im] = [&self.re, &self.im].map(|part| D4::load(lanes, part));
+        let (old_re, old_im) = (D4::load(lanes, &self.re), D4::load(lanes, &self.im));
         let new = [old_re * re - old_im * im, old_re * im + old_im * re];
         // Twice in the left half turns past the negative axis, whatever the sign of a tiny
         // imaginary part; twice in the right half never does.
         let is_left = old_re.less(zero).and(re.less(zero));
         let is_right = zero.less(old_re).and(zero.less(re));
-        let [was_below, is_below, now_below] = [old_im, im, new[1]].map(|part| part.less(zero));
+        let (was_below, is_below) = (old_im.less(zero), im.less(zero));
+        let now_below = new[1].less(zero);
         let up = is_below.select(zero, is_left.or(now_below).and(one));
         let down = is_below.select(now_below.select(is_left.and(one), one), zero);
         let turned = is_right.select(zero, was_below.select(-down, up));
