@@ -46,24 +46,18 @@ fn spend(
     bounds: *mut punctual_point_bounds,
     outcome: Option<&mut MaybeUninit<punctual_points_outcome>>,
 ) -> Status {
-    let call = if resumes {
-        punctual_points_resume
-    } else {
-        punctual_points_run
-    };
+    let (points, count) = (points.as_ptr().cast(), points.len());
+    let (budget, out) = (punctual_budget_work(work), slot(outcome));
     // SAFETY: arrays as long as said, no clock of the caller's.
     unsafe {
-        call(
-            tree,
-            points.as_ptr().cast(),
-            points.len(),
-            measures,
-            workspace,
-            punctual_budget_work(work),
-            None,
-            bounds,
-            slot(outcome),
-        )
+        match resumes {
+            true => punctual_points_resume(
+                tree, points, count, measures, workspace, budget, None, bounds, out,
+            ),
+            false => punctual_points_run(
+                tree, points, count, measures, workspace, budget, None, bounds, out,
+            ),
+        }
     }
 }
 
