@@ -1,7 +1,7 @@
 //! The winding number of a surface about a point, by counting what a ray crosses.
 //!
 //! The ray goes along that axis on which it leaves the mesh's box soonest. A crossing from the back
-//! counts 1, one from the front -1. Triangles that `f32` leaves in doubt are decided exactly, and
+//! counts 1, one from the frontier -1. Triangles that `f32` leaves in doubt are decided exactly, and
 //! there are no ties ([`punctual_geom::triangle::crossing`]). So the count is exact for closed surfaces.
 
 use super::beam::Beam;
@@ -26,7 +26,7 @@ pub(crate) struct Probe {
 /// What the ray crosses, and whether a triangle holds its origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Count {
-    /// Hits of backs minus hits of fronts. Triangles that hold the origin do not count. So for a
+    /// Hits of backs minus hits of frontiers. Triangles that hold the origin do not count. So for a
     /// closed surface this is the winding number just ahead of the origin.
     pub winding: i32,
     pub is_on_surface: bool,
@@ -86,17 +86,18 @@ impl Probe {
         self.beam.enter(lanes, node, 0.0).1
     }
 
-    /// Masks of the triangles of a cluster that the ray certainly leaves through, that it certainly
+    /// Masks of the triangles of a leaf that the ray certainly leaves through, that it certainly
     /// enters through, and of those in doubt, among those whose boxes it may enter.
     #[inline(always)]
-    pub fn sort<L: Lanes>(&self, lanes: L, tree: &Tree, cluster: &Node, entered: u32) -> [u32; 3] {
-        let triangles = &tree.triangles[cluster.triangle_range()];
+    pub fn sort<L: Lanes>(&self, lanes: L, tree: &Tree, leaf: &Node, entered: u32) -> [u32; 3] {
+        let triangles = &tree.triangles[leaf.triangle_range()];
         let last = triangles.len() - 1;
         let rows = per_lane!(i => &triangles[last.min(i)].0);
         let limits = [self.beam.from, self.beam.to];
         let found = candidates(lanes, rows, &self.beam.shaft, limits);
         let chosen = found.may_meet & entered;
-        let [leaves, enters] = [found.back, found.front].map(|faces| faces & found.after & chosen);
+        let [leaves, enters] =
+            [found.back, found.frontier].map(|faces| faces & found.after & chosen);
         [leaves, enters, chosen & !(leaves | enters)]
     }
 
@@ -109,7 +110,7 @@ impl Probe {
         let (unit, bounds) = (&tree.unit, tree.mesh.aabb());
         let sizes = [point, b_in_a.translation(), bounds.min, bounds.max];
         let size: f64 = sizes.map(|v| largest(v.abs())).iter().sum();
-        let slop = POSED_ROUNDING * size;
+        let position_error = POSED_ROUNDING * size;
         let (back, ahead) = (seen - bounds.min, bounds.max - seen);
         let near = Self::new(tree, seen.clamp(bounds.min, bounds.max));
         // The axis of A that is nearest to the one on which the ray leaves B's box soonest.
@@ -125,9 +126,9 @@ impl Probe {
             axis,
             is_negative: along[axis] < 0.0,
         };
-        let is_outside = !(back.min(ahead).cmpge(DVec3::splat(-slop)).all());
+        let is_outside = !(back.min(ahead).cmpge(DVec3::splat(-position_error)).all());
         let beam = match Ray::new(seen, inverse * heading.vector()) {
-            Ok(ray) if !is_outside => Beam::new(unit, &ray).widened(slop * unit.scale()),
+            Ok(ray) if !is_outside => Beam::new(unit, &ray).widened(position_error * unit.scale()),
             _ => Beam::BLIND,
         };
         Self {
@@ -196,7 +197,7 @@ impl<F: Fn(u32) -> bool> Kernel for Walk<'_, F> {
             let node = &tree.nodes[index as usize];
             let entered = probe.enter(lanes, node);
             let child = |i: usize| node.first_child + i as u32;
-            if !node.is_cluster {
+            if !node.is_leaf {
                 waiting.extend(bits(entered).map(child));
                 continue;
             }
