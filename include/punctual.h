@@ -560,13 +560,13 @@ typedef struct punctual_tree_facts {
    */
   size_t triangles;
   /**
-   * Nodes, clusters included.
+   * Nodes, leaves included.
    */
   size_t nodes;
   /**
    * Nodes whose children are triangles.
    */
-  size_t clusters;
+  size_t leaves;
   /**
    * Levels of nodes; 0 for an empty mesh.
    */
@@ -682,7 +682,7 @@ punctual_status punctual_tree_levels(const struct punctual_tree *tree,
                                      size_t *count);
 
 /**
- * Checks that every triangle is in one cluster and inside every box above it. Takes linear time and allocates.
+ * Checks that every triangle is in one leaf and inside every box above it. Takes linear time and allocates.
  *
  * Fails with BAD_TREE if not, which no tree that was built here does.
  */

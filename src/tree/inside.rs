@@ -4,7 +4,7 @@
 //! counts 1, one from the frontier -1. Triangles that `f32` leaves in doubt are decided exactly, and
 //! there are no ties ([`punctual_geom::triangle::crossing`]). So the count is exact for closed surfaces.
 
-use super::beam::Beam;
+use super::local_ray::LocalRay;
 use super::{MAX_HEIGHT, Node, Tree, WIDTH};
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -20,7 +20,7 @@ pub(crate) struct Probe {
     pub heading: Heading,
     /// True if the point is outside of the mesh's box. Then the ray meets nothing.
     pub is_outside: bool,
-    beam: Beam,
+    local_ray: LocalRay,
 }
 
 /// What the ray crosses, and whether a triangle holds its origin.
@@ -50,7 +50,7 @@ impl Probe {
             is_negative: false,
         },
         is_outside: true,
-        beam: Beam::BLIND,
+        local_ray: LocalRay::BLIND,
     };
 
     /// A ray from `point`, along the axis on which it leaves the mesh's box soonest.
@@ -68,22 +68,22 @@ impl Probe {
             }
         }
         let is_outside = !(least >= 0.0 && least < f64::INFINITY);
-        let beam = match Ray::new(point, heading.vector()) {
-            Ok(ray) if !is_outside => Beam::new(&tree.unit, &ray),
-            _ => Beam::BLIND,
+        let local_ray = match Ray::new(point, heading.vector()) {
+            Ok(ray) if !is_outside => LocalRay::new(&tree.unit, &ray),
+            _ => LocalRay::BLIND,
         };
         Self {
             point,
             heading,
             is_outside,
-            beam,
+            local_ray,
         }
     }
 
     /// The mask of the children of a node that the ray may enter.
     #[inline(always)]
     pub fn enter<L: Lanes>(&self, lanes: L, node: &Node) -> u32 {
-        self.beam.enter(lanes, node, 0.0).1
+        self.local_ray.enter(lanes, node, 0.0).1
     }
 
     /// Masks of the triangles of a leaf that the ray certainly leaves through, that it certainly
@@ -93,11 +93,11 @@ impl Probe {
         let triangles = &tree.triangles[leaf.triangle_range()];
         let last = triangles.len() - 1;
         let rows = per_lane!(i => &triangles[last.min(i)].0);
-        let limits = [self.beam.from, self.beam.to];
-        let found = candidates(lanes, rows, &self.beam.shaft, limits);
+        let limits = [self.local_ray.from, self.local_ray.to];
+        let found = candidates(lanes, rows, &self.local_ray.shaft, limits);
         let chosen = found.may_meet & entered;
         let [leaves, enters] =
-            [found.back, found.frontier].map(|faces| faces & found.after & chosen);
+            [found.back, found.front].map(|faces| faces & found.after & chosen);
         [leaves, enters, chosen & !(leaves | enters)]
     }
 
@@ -127,15 +127,17 @@ impl Probe {
             is_negative: along[axis] < 0.0,
         };
         let is_outside = !(back.min(ahead).cmpge(DVec3::splat(-position_error)).all());
-        let beam = match Ray::new(seen, inverse * heading.vector()) {
-            Ok(ray) if !is_outside => Beam::new(unit, &ray).widened(position_error * unit.scale()),
-            _ => Beam::BLIND,
+        let local_ray = match Ray::new(seen, inverse * heading.vector()) {
+            Ok(ray) if !is_outside => {
+                LocalRay::new(unit, &ray).widened(position_error * unit.scale())
+            }
+            _ => LocalRay::BLIND,
         };
         Self {
             point,
             heading,
             is_outside,
-            beam,
+            local_ray,
         }
     }
 
