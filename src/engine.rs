@@ -10,3 +10,4 @@ pub use crate::query::{
     Ask, Deadline, Parting, QueryWithMemory, Question, Remembers, SYSTEM, displacement,
     flushing_matters,
 };
+pub use crate::tree::inside::{Count, crossings, inside};

@@ -133,20 +133,14 @@ impl Solidity {
         self.components.iter().map(|one| one.volume).sum()
     }
 
-    /// Edges without an opposite one, as vertex indices: the boundary of the surface.
-    pub(crate) fn boundary(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.open
-            .iter()
-            .map(|ends| ends.map(|i| self.rim[i as usize]))
-    }
-
     /// The vertices of open edges, one of each position, and the edges as indices of these.
     pub(crate) fn rim(&self) -> (&[u32], &[[u32; 2]]) {
         (&self.rim, &self.open)
     }
 
     /// Component of a triangle (tree order).
-    pub(crate) fn component_of(&self, triangle: u32) -> u32 {
+    #[doc(hidden)]
+    pub fn component_of(&self, triangle: u32) -> u32 {
         of(&self.component_of, triangle as usize) as u32
     }
 
