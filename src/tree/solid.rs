@@ -65,8 +65,9 @@ pub struct Component {
     /// of its open edges. Off by at most 1e-12 of the volume of the mesh's box; infinite or 0 where
     /// `f64` does not suffice.
     pub volume: f64,
-    /// True if the winding number would be negative on one side of it. A cavity is not inside out:
-    /// its volume is negative, but the solid around it adds one.
+    /// True if the winding number would be negative on one side of it, counting it and the closed
+    /// components. A cavity is not inside out: its volume is negative, but the solid around it adds
+    /// one.
     pub inside_out: bool,
 }
 
@@ -182,8 +183,11 @@ impl Solidity {
                 volume.abs() > error && {
                     let first = self.components[index as usize].first_triangle;
                     let corner = tree.mesh.triangle(first as usize)[0];
-                    let around =
-                        inside::crossings(tree, corner, |t| self.component_of(t) != index).winding;
+                    let counts = |triangle| {
+                        let other = self.component_of(triangle);
+                        other != index && self.components[other as usize].is_closed()
+                    };
+                    let around = inside::crossings(tree, corner, counts).winding;
                     around.min(around + within) < 0
                 }
             })
