@@ -25,10 +25,11 @@ pub(crate) struct Probe {
 
 /// What the ray crosses, and whether a triangle holds its origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Count {
-    /// Hits of backs minus hits of frontiers. Triangles that hold the origin do not count. So for a
+pub struct Count {
+    /// Hits of backs minus hits of fronts. Triangles that hold the origin do not count. So for a
     /// closed surface this is the winding number just ahead of the origin.
     pub winding: i32,
+    /// True if a triangle holds the origin.
     pub is_on_surface: bool,
     /// A triangle (tree order) that holds the origin, if there is one.
     pub touched: u32,
@@ -96,8 +97,7 @@ impl Probe {
         let limits = [self.local_ray.from, self.local_ray.to];
         let found = candidates(lanes, rows, &self.local_ray.shaft, limits);
         let chosen = found.may_meet & entered;
-        let [leaves, enters] =
-            [found.back, found.front].map(|faces| faces & found.after & chosen);
+        let [leaves, enters] = [found.back, found.front].map(|faces| faces & found.after & chosen);
         [leaves, enters, chosen & !(leaves | enters)]
     }
 
@@ -157,7 +157,7 @@ impl Probe {
 const POSED_ROUNDING: f64 = 512.0 * f64::EPSILON;
 
 /// Counts the triangles of which `counts` is true along a ray from `point`. `O(n)` at worst.
-pub(crate) fn crossings(tree: &Tree, point: DVec3, counts: impl Fn(u32) -> bool) -> Count {
+pub fn crossings(tree: &Tree, point: DVec3, counts: impl Fn(u32) -> bool) -> Count {
     let probe = Probe::new(tree, point);
     if probe.is_outside {
         return Count::default();
@@ -170,7 +170,7 @@ pub(crate) fn crossings(tree: &Tree, point: DVec3, counts: impl Fn(u32) -> bool)
 }
 
 /// The winding number of a closed solid about a point. Meaningless if it has open edges.
-pub(crate) fn inside(tree: &Tree, point: DVec3) -> Count {
+pub fn inside(tree: &Tree, point: DVec3) -> Count {
     crossings(tree, point, |_| true)
 }
 

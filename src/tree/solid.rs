@@ -65,8 +65,9 @@ pub struct Component {
     /// of its open edges. Off by at most 1e-12 of the volume of the mesh's box; infinite or 0 where
     /// `f64` does not suffice.
     pub volume: f64,
-    /// True if the winding number would be negative on one side of it. A cavity is not inside out:
-    /// its volume is negative, but the solid around it adds one.
+    /// True if the winding number would be negative on one side of it, counting it and the closed
+    /// components. A cavity is not inside out: its volume is negative, but the solid around it adds
+    /// one.
     pub inside_out: bool,
 }
 
@@ -133,20 +134,14 @@ impl Solidity {
         self.components.iter().map(|one| one.volume).sum()
     }
 
-    /// Edges without an opposite one, as vertex indices: the boundary of the surface.
-    pub(crate) fn boundary(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.open
-            .iter()
-            .map(|ends| ends.map(|i| self.rim[i as usize]))
-    }
-
     /// The vertices of open edges, one of each position, and the edges as indices of these.
     pub(crate) fn rim(&self) -> (&[u32], &[[u32; 2]]) {
         (&self.rim, &self.open)
     }
 
     /// Component of a triangle (tree order).
-    pub(crate) fn component_of(&self, triangle: u32) -> u32 {
+    #[doc(hidden)]
+    pub fn component_of(&self, triangle: u32) -> u32 {
         of(&self.component_of, triangle as usize) as u32
     }
 
@@ -188,8 +183,11 @@ impl Solidity {
                 volume.abs() > error && {
                     let first = self.components[index as usize].first_triangle;
                     let corner = tree.mesh.triangle(first as usize)[0];
-                    let around =
-                        inside::crossings(tree, corner, |t| self.component_of(t) != index).winding;
+                    let counts = |triangle| {
+                        let other = self.component_of(triangle);
+                        other != index && self.components[other as usize].is_closed()
+                    };
+                    let around = inside::crossings(tree, corner, counts).winding;
                     around.min(around + within) < 0
                 }
             })
