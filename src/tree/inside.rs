@@ -1,7 +1,7 @@
 //! The winding number of a surface about a point, by counting what a ray crosses.
 //!
 //! The ray goes along that axis on which it leaves the mesh's box soonest. A crossing from the back
-//! counts 1, one from the frontier -1. Triangles that `f32` leaves in doubt are decided exactly, and
+//! counts 1, one from the front -1. Triangles that `f32` leaves in doubt are decided exactly, and
 //! there are no ties ([`punctual_geom::triangle::crossing`]). So the count is exact for closed surfaces.
 
 use super::local_ray::LocalRay;
