@@ -25,7 +25,7 @@ use vertices::{all_in_use, check_vertex, is_f32_exact};
 const TRIANGLE_LIMIT: usize = 1 << 30;
 
 /// An indexed triangle surface with finite vertices. Only [`crate::Tree::refit`] and
-/// [`crate::Solid::Flip`] change it.
+/// [`crate::tree::Solid::Flip`] change it.
 ///
 /// All coordinates are in one length unit, chosen by the caller, and in the frame of the mesh.
 #[derive(Debug, Clone, PartialEq)]

@@ -10,16 +10,15 @@
 //   repeated (`refit`).
 //
 // The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
-// may be the farthest along a direction (`extremes`) and the
-// components and open edges of a solid (`solid`). The file of a tree (`mod@file`) contains what
-// cannot be recomputed: the mesh, the order of the triangles and the orientations.
+// may be the farthest along a direction (`extremes`) and the components and open edges of a solid
+// (`solid`). The file of a tree (`mod@file`) contains
+// what cannot be recomputed: the mesh, the order of the triangles and the orientations.
 
 mod adjacency;
 mod align;
 mod alpha;
 mod assign;
 mod axes;
-pub(crate) mod beam;
 mod binary;
 mod bins;
 mod bounds;
@@ -30,6 +29,7 @@ mod file;
 mod fit;
 mod fork;
 pub(crate) mod inside;
+pub(crate) mod local_ray;
 mod moments;
 mod options;
 mod orientation;

@@ -13,6 +13,7 @@ mod distance;
 mod fit;
 mod info;
 mod input;
+mod inside;
 mod motion;
 mod pair;
 mod paper;
@@ -46,6 +47,7 @@ enum Command {
     Contacts(contacts::Args),
     Depth(depth::Args),
     Rays(rays::Args),
+    Inside(inside::Args),
     Triangles(triangles::Args),
     Info(info::Args),
     Poses(poses::Args),
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
         Command::Contacts(args) => contacts::run(args, &mut out),
         Command::Depth(args) => depth::run(args, &mut out),
         Command::Rays(args) => rays::run(args, &mut out),
+        Command::Inside(args) => inside::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Poses(args) => poses::run(args, &mut out),

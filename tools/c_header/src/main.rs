@@ -31,6 +31,7 @@ const SECTIONS: [(&str, &[&str]); 17] = [
     ("Push-out: what parts them?", &["push_out"]),
     ("Penetration: how deep are they?", &["penetration"]),
     ("Rays: what do they hit?", &["rays"]),
+    ("Points: are they inside a solid?", &["points"]),
     (
         "Scenes: many bodies, one budget a frame",
         &["body", "scene", "scene_answers", "scene_groups"],
@@ -42,9 +43,10 @@ const SECTIONS: [(&str, &[&str]); 17] = [
 const WIDTH: usize = 120;
 
 /// Enumerations that are passed as numbers, since C may pass any.
-const NUMBERS: [&str; 9] = [
+const NUMBERS: [&str; 10] = [
     "punctual_format",
     "punctual_effort",
+    "punctual_solid",
     "punctual_mode",
     "punctual_pair_question",
     "punctual_ray_mode",

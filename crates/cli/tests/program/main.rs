@@ -9,6 +9,7 @@ mod distance;
 #[allow(dead_code, reason = "the library's tests use the rest")]
 #[path = "../../../../tests/common/files.rs"]
 mod files;
+mod inside;
 mod motion;
 mod paper;
 mod poses;

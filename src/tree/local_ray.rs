@@ -15,7 +15,7 @@ use wide::f32x4;
 
 /// A ray near a mesh.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Beam {
+pub(crate) struct LocalRay {
     pub shaft: Shaft,
     /// Only hits between these local parameters matter.
     pub from: f32,
@@ -43,15 +43,15 @@ const LARGEST_SLOP: f64 = 0.01;
 /// Least component of a direction.
 const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
-impl Beam {
+impl LocalRay {
     #[inline(always)]
     pub fn new(unit: &Unit, ray: &Ray) -> Self {
-        let mut beam = Self::BLIND;
-        beam.follow(unit, ray);
-        beam
+        let mut local_ray = Self::BLIND;
+        local_ray.follow(unit, ray);
+        local_ray
     }
 
-    /// Makes this the beam of another ray. In place, because returning one of two cases takes
+    /// Makes this the local ray of another ray. In place, because returning one of two cases takes
     /// thirty more instructions.
     #[inline(always)]
     pub fn follow(&mut self, unit: &Unit, ray: &Ray) {
@@ -109,6 +109,19 @@ impl Beam {
     #[inline(never)]
     fn blind(&mut self) {
         *self = Self::BLIND;
+    }
+
+    /// A local ray that also covers rays whose origin and direction are off by so much, in units.
+    pub fn widened(mut self, position_error: f64) -> Self {
+        // Parameters are less than 4.
+        let position_error = 4.0 * position_error;
+        if !(position_error <= LARGEST_SLOP) {
+            return Self::BLIND;
+        }
+        self.shaft.position_error += position_error as f32;
+        self.margin += position_error as f32;
+        self.from = 0.0;
+        self
     }
 
     /// For what is out of the range of `f32`: enters every box at once, and every triangle is in
