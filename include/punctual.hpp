@@ -505,6 +505,36 @@ struct PushOutQuery : punctual_push_out_query {
   }
 };
 
+/** The buffers of PenetrationQuery. */
+class PenetrationWorkspace
+    : public detail::Handle<punctual_penetration_workspace, punctual_penetration_workspace_free> {
+public:
+  using Handle::Handle;
+
+  static Result<PenetrationWorkspace> make() noexcept {
+    return detail::owned<PenetrationWorkspace, punctual_penetration_workspace>(punctual_penetration_workspace_new);
+  }
+};
+
+/** How deep? The fields of punctual_penetration_query are public; the trees must outlive it. */
+struct PenetrationQuery : punctual_penetration_query {
+  PenetrationQuery(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept
+      : punctual_penetration_query(punctual_penetration_query_new(tree_a.get(), tree_b.get(), pose_of_b)) {}
+  PenetrationQuery(const Tree &&, const Tree &, const punctual_pose &) = delete;
+  PenetrationQuery(const Tree &, const Tree &&, const punctual_pose &) = delete;
+  PenetrationQuery(const Tree &&, const Tree &&, const punctual_pose &) = delete;
+
+  Result<punctual_penetration> run(PenetrationWorkspace &workspace, punctual_budget budget,
+                                   const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_penetration>(punctual_penetration_query_run, this, workspace.get(), budget, clock);
+  }
+  Result<punctual_penetration> resume(PenetrationWorkspace &workspace, punctual_budget budget,
+                                      const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_penetration>(punctual_penetration_query_resume, this, workspace.get(), budget,
+                                                clock);
+  }
+};
+
 /** What does a ray hit? The fields of punctual_ray_query are public; the tree must outlive it. */
 struct RayQuery : punctual_ray_query {
   RayQuery(const Tree &of, const punctual_ray &along) noexcept

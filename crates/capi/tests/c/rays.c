@@ -98,6 +98,16 @@ static void clearance_and_push_out(const punctual_tree *cube, punctual_workspace
   OK(punctual_push_out_query_run(&out, workspace, punctual_budget_work(1), NULL, &push));
   CHECK(!push.has_push && push.distance == 0 && push.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT);
 
+  punctual_penetration_workspace *buffers;
+  OK(punctual_penetration_workspace_new(&buffers));
+  punctual_penetration_query deep = punctual_penetration_query_new(cube, cube, pose);
+  punctual_penetration depth = {.size = sizeof depth};
+  OK(punctual_penetration_query_run(&deep, buffers, punctual_budget_work(1), NULL, &depth));
+  CHECK(depth.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && depth.low <= depth.high);
+  OK(punctual_penetration_query_resume(&deep, buffers, punctual_budget_work(3000000), NULL, &depth));
+  CHECK(depth.has_push && depth.low > 0.09 && depth.high < 0.15 && depth.direction.x > 0.9);
+  punctual_penetration_workspace_free(buffers);
+
   punctual_memory *memory;
   double clearance;
   pose.m[3] = 5;

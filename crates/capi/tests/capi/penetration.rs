@@ -9,27 +9,31 @@ use punctual::{Answer, Budget, BuildOptions, Pose, StopReason, Tree, shapes};
 use punctual_capi::{punctual_status as Status, *};
 use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
 
-type Run = unsafe extern "C" fn(
-    *const punctual_penetration_query,
-    Option<&mut punctual_penetration_workspace>,
-    punctual_budget,
-    Option<&punctual_clock>,
-    *mut punctual_penetration,
-) -> Status;
+#[derive(Clone, Copy, PartialEq)]
+enum Verb {
+    Run,
+    Resume,
+}
 
-const RUN: Run = punctual_penetration_query_run;
-const RESUME: Run = punctual_penetration_query_resume;
+const RUN: Verb = Verb::Run;
+const RESUME: Verb = Verb::Resume;
 
 fn call(
-    run: Run,
+    verb: Verb,
     query: &punctual_penetration_query,
     workspace: Option<&mut punctual_penetration_workspace>,
     work: u64,
     out: Option<&mut MaybeUninit<punctual_penetration>>,
 ) -> Status {
     let budget = punctual_budget_work(work);
+    let (query, out) = (asked(Some(query)), slot(out));
     // SAFETY: no clock of the caller's.
-    unsafe { run(asked(Some(query)), workspace, budget, None, slot(out)) }
+    unsafe {
+        match verb {
+            Verb::Run => punctual_penetration_query_run(query, workspace, budget, None, out),
+            Verb::Resume => punctual_penetration_query_resume(query, workspace, budget, None, out),
+        }
+    }
 }
 
 fn same(said: &punctual_penetration, expected: &Answer<Penetration>) {

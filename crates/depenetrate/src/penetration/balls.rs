@@ -318,7 +318,11 @@ impl Climb {
         let first = unit(DVec3::new(axis(), axis(), axis()) + DVec3::splat(1e-9));
         let (second, third) = first.any_orthonormal_pair();
         let along = [first, second, third][self.side / 2 % 3];
-        let sign = if self.side % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if self.side.is_multiple_of(2) {
+            1.0
+        } else {
+            -1.0
+        };
         self.trial = self.best + along * (sign * self.step);
     }
 }

@@ -224,7 +224,7 @@ impl Machine<'_, '_, '_, '_> {
     /// The point that is tried for a cone after `next` others: the latest two, then the latest
     /// that were inside.
     pub(super) fn candidate(&self, next: usize) -> Option<usize> {
-        let latest = self.state.points.len().checked_sub(2).unwrap_or_default();
+        let latest = self.state.points.len().saturating_sub(2);
         let points = self.state.points.iter().enumerate().rev();
         let mut tried = points.filter(|(i, point)| *i >= latest || !point.inside.is_empty());
         let (index, _) = tried.nth(next)?;

@@ -145,7 +145,7 @@ impl State {
             return known;
         }
         let pair = Pair::new(corners);
-        let at = if self.pairs.len() < PAIRS {
+        if self.pairs.len() < PAIRS {
             self.pairs.push(pair);
             self.bounds.push(pair.bounds());
             self.ids.push(id);
@@ -155,8 +155,7 @@ impl State {
             self.next_pair = (at + 1) % PAIRS;
             (self.pairs[at], self.bounds[at], self.ids[at]) = (pair, pair.bounds(), id);
             at
-        };
-        at
+        }
     }
 
     pub(super) fn keep_ball(&mut self, ball: Ball) {
