@@ -85,7 +85,7 @@ mod scene;
 mod tree;
 mod triangle;
 
-pub use contact::{Contact, Patch, Patches};
+pub use contact::{Contact, Manifold, ManifoldPoint, Patch, Patches};
 /// The version of glam whose vectors and matrices the results contain.
 ///
 /// The arguments of a [`Pose`], a [`Mesh`] or a shape may be of any glam version, or plain arrays.
@@ -110,9 +110,9 @@ pub use push_out::{Push, PushOut, PushOutQuery};
 pub use query::SystemClock;
 pub use query::{
     Answer, Bounds, Budget, Certificate, Clock, ClockedBudget, ContactBounds, Contacts, Distance,
-    DistanceEstimate, Estimate, Impact, Intersection, LEVELS, ManualClock, Mode, Nearest,
+    DistanceEstimate, Estimate, Impact, Intersection, LEVELS, ManifoldBounds, Manifolds, ManualClock, Mode, Nearest,
     OptionError, Order, PairMemory, Prediction, Query, QueryWithMemory, Question, RayBounds,
-    RayCast, RayHit, RayMode, Rays, Remembers, ResumeError, Stats, StopReason, TimeOfImpact,
+    REGION_LIMIT, RayCast, RayHit, RayMode, Rays, Remembers, ResumeError, Stats, StopReason, TimeOfImpact,
     Verdict, Workspace,
 };
 pub use scene::{

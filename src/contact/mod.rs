@@ -1,15 +1,17 @@
 //! Contacts: pairs of triangles that meet or are close, with their points and normals.
 //!
 //! A [`Contact`] describes one pair of triangles, [`list`] keeps the contacts of a query, nearest
-//! first, and [`patch`] groups connected contacts.
+//! first, and [`patch`] groups connected contacts. [`manifold`] is what a solver needs of them.
 
 mod list;
+pub(crate) mod manifold;
 mod patch;
 
 use crate::triangle::distance::Closest;
 use crate::triangle::triangle_segment;
 use glam::DVec3;
 pub(crate) use list::ContactList;
+pub use manifold::{Manifold, ManifoldPoint};
 pub(crate) use patch::PatchMemory;
 pub use patch::{Patch, Patches};
 

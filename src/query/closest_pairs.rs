@@ -13,6 +13,7 @@ use super::traversal::Traversal;
 use super::triangle_pairs::rows;
 use super::workspace::Workspace;
 use crate::contact::Contact;
+use crate::contact::manifold::Shape;
 use crate::math::bits;
 use crate::math::lanes::{Column, F8, Lanes};
 use crate::model::cost::{
@@ -108,8 +109,15 @@ impl Traversal<'_, '_, Nearness> {
             contacts,
             corners: [of_a, of_b],
             run,
+            reduction,
+            overlaps,
             ..
         } = &mut *self.workspace;
+        let shape = Shape {
+            trees: [self.a, self.b],
+            b_in_a: self.b_in_a,
+            has_inside: [true; 2],
+        };
         let count = search.linked.len().min(TOGETHER).min(contacts.room());
         let linked = &search.linked[search.linked.len() - count..];
         let mut four = Four::NONE;
@@ -131,7 +139,16 @@ impl Traversal<'_, '_, Nearness> {
                     self.a.ids()[bounded.pair[0] as usize],
                     self.b.ids()[bounded.pair[1] as usize],
                 ];
-                contacts.push(Contact::parted(ids, &found));
+                if reduction.is_on {
+                    let a = of_a.of(self.a, bounded.pair[0], |v| v);
+                    let b = of_b.of(self.b, bounded.pair[1], |v| self.b_in_a.transform_point(v));
+                    if !reduction.skin.take(shape, bounded.pair, [a, b], &found) {
+                        overlaps.take_touching(bounded.pair, found.points[0]);
+                        contacts.hold();
+                    }
+                } else {
+                    contacts.push(Contact::parted(ids, &found));
+                }
                 run.stats.work += WORK_PER_CONTACT;
                 run.stats.found += 1;
             }
@@ -214,8 +231,31 @@ impl Traversal<'_, '_, Nearness> {
                 self.b.ids()[pair[1] as usize],
             ];
             if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
-                workspace.contacts.push(contact);
                 workspace.run.stats.found += 1;
+                if !workspace.reduction.is_on {
+                    workspace.contacts.push(contact);
+                } else if let Some(segment) = contact.segment {
+                    workspace.overlaps.take(pair, [a, b], segment);
+                    workspace.contacts.hold();
+                    workspace.reduction.skin.take_meeting([a, b]);
+                } else {
+                    let found = Closest {
+                        points: contact.points,
+                        direction: contact.normal,
+                        low: proven,
+                        high: contact.distance,
+                        is_tight: true,
+                    };
+                    let shape = Shape {
+                        trees: [self.a, self.b],
+                        b_in_a: self.b_in_a,
+                        has_inside: [true; 2],
+                    };
+                    if !workspace.reduction.skin.take(shape, pair, [a, b], &found) {
+                        workspace.overlaps.take_touching(pair, found.points[0]);
+                        workspace.contacts.hold();
+                    }
+                }
             }
             return;
         }

@@ -8,6 +8,7 @@
 //! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
 //! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | contacts, asked as one of these two | [`contacts`] |
+//! | contact manifolds: contacts, reduced; then the overlaps | [`manifolds`]; [`overlap`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
 //! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
@@ -41,6 +42,7 @@ mod intersection;
 mod interval;
 mod known;
 mod leaf;
+mod manifolds;
 mod march;
 mod measure;
 mod meeting;
@@ -52,6 +54,7 @@ pub(crate) mod opened;
 mod options;
 mod order;
 mod outcome;
+mod overlap;
 pub(crate) mod parting;
 mod probe;
 mod question;
@@ -78,11 +81,13 @@ pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
 pub(crate) use flushing::matters as flushing_matters;
 pub use intersection::Intersection;
+pub use manifolds::{ManifoldBounds, Manifolds};
 pub use memory::PairMemory;
 pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
+pub use overlap::REGION_LIMIT;
 pub(crate) use question::Ask;
 pub use question::{Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};

@@ -2,18 +2,20 @@
 
 use super::corners::Corners;
 use super::known;
+use super::manifolds::Reduction;
 use super::march::March;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Stats, StopReason, Verdict};
+use super::overlap::Overlaps;
 use super::queue::{Front, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
 use super::search::Search;
 use super::strategy::{Marching, Strategy};
 use super::triangle_pairs::TrianglePairs;
-use crate::contact::{Contact, ContactList};
+use crate::contact::{Contact, ContactList, Manifold};
 use crate::math::Pose;
 use crate::math::lanes::Instructions;
 use crate::math::random::Random;
@@ -61,6 +63,9 @@ pub struct Workspace {
     pub(super) motion: MotionState,
     pub(super) rays: RayState,
     pub(super) contacts: ContactList,
+    pub(super) reduction: Reduction,
+    pub(super) overlaps: Overlaps,
+    pub(super) manifolds: Vec<Manifold>,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -200,6 +205,7 @@ pub enum Asked {
     /// The options are in the [`MotionState`].
     Motion,
     Contacts(ContactOptions),
+    Manifolds(ContactOptions),
     /// The rays are in the [`RayState`].
     Ray,
 }
@@ -233,6 +239,9 @@ impl Workspace {
             motion: MotionState::NOTHING,
             rays: RayState::default(),
             contacts: ContactList::default(),
+            reduction: Reduction::default(),
+            overlaps: Overlaps::default(),
+            manifolds: Vec::new(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
         }
@@ -265,6 +274,12 @@ impl Workspace {
     /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_contacts(&mut self) -> impl ExactSizeIterator<Item = Contact> {
         self.contacts.drain()
+    }
+
+    /// The manifolds of the last query, if it was [one](crate::Query::manifolds), the deepest first.
+    /// Those of a stopped query are incomplete.
+    pub fn manifolds(&self) -> &[Manifold] {
+        &self.manifolds
     }
 
     /// Reserves room for at least `contacts` contacts, 170 bytes each. If there is no room at all,
@@ -396,6 +411,8 @@ impl Workspace {
         self.motion.followed = None;
         self.rays.clear();
         self.contacts.clear();
+        self.reduction.clear();
+        self.manifolds.clear();
         self.found.clear();
     }
 }
@@ -421,6 +438,9 @@ impl Clone for Workspace {
             motion: self.motion.clone(),
             rays,
             contacts: self.contacts.clone(),
+            reduction: self.reduction.clone(),
+            overlaps: self.overlaps.clone(),
+            manifolds: self.manifolds.clone(),
             found,
             ..*self
         }
