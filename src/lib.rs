@@ -121,7 +121,8 @@ pub use scene::{
     PairQuestion, PairReport, Reach, Report, Scene, SceneCast, SceneError, SceneRay,
 };
 pub use tree::{
-    BuildOptions, Effort, LevelProfile, Subtree, Tree, TreeFault, TreeFileError, TreeStats,
+    BuildOptions, Component, Effort, LevelProfile, Solid, SolidError, Solidity, Subtree, Tree,
+    TreeFault, TreeFileError, TreeStats,
 };
 pub use triangle::ray::Side;
 pub use triangle::{triangle_segment, triangles_intersect};

@@ -10,7 +10,8 @@
 //!   repeated ([`refit`]).
 //!
 //! The tree stores the neighbors of each triangle ([`adjacency`]) and, on request, the corners that
-//! may be the farthest along a direction ([`extremes`]). The file of a tree ([`mod@file`]) contains
+//! may be the farthest along a direction ([`extremes`]) and the components and open edges of a
+//! solid ([`solid`]). The file of a tree ([`mod@file`]) contains
 //! what cannot be recomputed: the mesh, the order of the triangles and the orientations.
 
 mod adjacency;
@@ -18,6 +19,7 @@ mod align;
 mod alpha;
 mod assign;
 mod axes;
+pub(crate) mod beam;
 mod binary;
 mod bins;
 mod collapse;
@@ -26,12 +28,14 @@ mod extremes;
 mod file;
 mod fit;
 mod fork;
+pub(crate) mod inside;
 mod moments;
 mod options;
 mod orientation;
 mod place;
 mod profile;
 mod refit;
+mod solid;
 mod unit;
 mod update;
 mod validate;
@@ -41,6 +45,7 @@ pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
 pub use options::{BuildOptions, Effort};
 pub use profile::LevelProfile;
+pub use solid::{Component, Solid, SolidError, Solidity};
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
@@ -73,6 +78,8 @@ pub struct Tree {
     neighbors: Box<[Neighbors]>,
     /// Empty if not requested, and after a refit.
     extremes: Extremes,
+    /// `None` if not requested.
+    solid: Option<Solidity>,
     /// SAH cost after the build.
     built_cost: f32,
     identity: usize,
@@ -109,6 +116,8 @@ pub struct TreeStats {
     pub bytes_neighbors: usize,
     /// Bytes of the corners that may be the farthest along a direction.
     pub bytes_extremes: usize,
+    /// Bytes of the components and open edges of a solid.
+    pub bytes_solid: usize,
 }
 
 impl TreeStats {
@@ -121,6 +130,7 @@ impl TreeStats {
             bytes_profiles,
             bytes_neighbors,
             bytes_extremes,
+            bytes_solid,
             ..
         } = self;
         bytes_nodes
@@ -129,6 +139,7 @@ impl TreeStats {
             + bytes_profiles
             + bytes_neighbors
             + bytes_extremes
+            + bytes_solid
     }
 }
 
@@ -180,7 +191,7 @@ impl Tree {
             profiles,
             placed,
             binary.order.into(),
-            options.extremes,
+            options,
         )
     }
 
@@ -192,16 +203,16 @@ impl Tree {
         profiles: Profiles,
         Placed { corners, triangles }: Placed,
         ids: Box<[u32]>,
-        keep_extremes: bool,
+        options: &BuildOptions,
     ) -> Self {
         let neighbors = adjacency::neighbors(&corners, &nodes);
-        let extremes = match keep_extremes {
+        let extremes = match options.extremes {
             true => Extremes::of(&mesh, &unit, &corners),
             false => Extremes::default(),
         };
         let (built_cost, identity) = (profiles.cost, next_identity());
         let lineage = identity;
-        let tree = Self {
+        let mut tree = Self {
             mesh,
             unit,
             nodes,
@@ -211,10 +222,12 @@ impl Tree {
             profiles,
             neighbors,
             extremes,
+            solid: None,
             built_cost,
             identity,
             lineage,
         };
+        tree.make_solid(options.solid);
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
     }
@@ -276,6 +289,7 @@ impl Tree {
             bytes_profiles: size_of_val(&*self.profiles.levels),
             bytes_neighbors: size_of_val(&*self.neighbors),
             bytes_extremes: self.extremes.bytes(),
+            bytes_solid: self.solid.as_ref().map_or(0, Solidity::bytes),
         }
     }
 

@@ -10,6 +10,8 @@ mod exact;
 pub(crate) mod ray;
 pub(crate) mod swept;
 
+pub(crate) use exact::crossing;
+
 use glam::DVec3;
 
 /// True if two closed triangles share at least one point, exactly for the given coordinates.

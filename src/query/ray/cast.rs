@@ -274,7 +274,7 @@ mod tests {
     use crate::math::random::Random;
     use crate::mesh::shapes;
     use crate::query::expand;
-    use crate::query::ray::beam::Beam;
+    use crate::tree::beam::Beam;
     use crate::tree::{Node, Tree};
     use crate::triangle::ray::batch::{Candidates, candidates};
     use glam::DVec3;

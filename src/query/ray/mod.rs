@@ -1,9 +1,7 @@
 //! Ray casts: a tree, a ray and a budget in, [`RayBounds`] out; and batches of rays.
 //!
-//! [`cast`] is the question that the traversal answers, [`beam`] a ray among the boxes of a tree,
-//! and [`state`] what is kept between calls.
+//! [`cast`] is the question that the traversal answers, and [`state`] what is kept between calls.
 
-mod beam;
 mod cast;
 pub(super) mod state;
 
@@ -19,7 +17,7 @@ use crate::query::traversal::Traversal;
 use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
-use beam::Beam;
+use crate::tree::beam::Beam;
 use cast::{Cast, ROOT, entered, entry};
 use core::{mem, slice};
 pub use state::{RayHit, RayMode};

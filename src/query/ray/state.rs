@@ -1,8 +1,8 @@
 //! The state of a ray query: its options, the current ray of a batch, and the hits.
 
-use super::beam::Beam;
 use crate::math::Ray;
 use crate::names::named;
+use crate::tree::beam::Beam;
 use crate::triangle::ray::Side;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;

@@ -32,6 +32,9 @@ pub(crate) struct Candidates {
     /// [`super::Side::Front`]), or all clockwise.
     pub front: u32,
     pub back: u32,
+    /// The line certainly meets the plane after the origin, given that it passes all three edges on
+    /// one side.
+    pub after: u32,
 }
 
 impl Candidates {
@@ -83,5 +86,6 @@ pub(crate) fn candidates<L: Lanes>(
         may_meet: !is_outside.or(is_off).mask() & 0xff,
         front,
         back,
+        after: error.less(above).mask(),
     }
 }

@@ -4,10 +4,10 @@
 //! direction whose largest component is between 1 and 2. So all numbers are near 1, wherever the
 //! ray begins. The margin of the boxes covers all rounding: `docs/numerics.md`, "Rays".
 
+use super::{Node, Unit, WIDTH, power_of_two};
 use crate::math::Ray;
 use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::math::tolerance::ROUNDING;
-use crate::tree::{Node, Unit, WIDTH, power_of_two};
 use crate::triangle::ray::Aim;
 use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
 use glam::DVec3;
