@@ -110,10 +110,10 @@ pub use push_out::{Push, PushOut, PushOutQuery};
 pub use query::SystemClock;
 pub use query::{
     Answer, Bounds, Budget, Certificate, Clock, ClockedBudget, ContactBounds, Contacts, Distance,
-    DistanceEstimate, Estimate, Impact, Intersection, LEVELS, ManifoldBounds, Manifolds, ManualClock, Mode, Nearest,
-    OptionError, Order, PairMemory, Prediction, Query, QueryWithMemory, Question, RayBounds,
-    REGION_LIMIT, RayCast, RayHit, RayMode, Rays, Remembers, ResumeError, Stats, StopReason, TimeOfImpact,
-    Verdict, Workspace,
+    DistanceEstimate, Estimate, Impact, Intersection, LEVELS, ManifoldBounds, Manifolds,
+    ManualClock, Mode, Nearest, OptionError, Order, PairMemory, Prediction, Query, QueryWithMemory,
+    Question, REGION_LIMIT, RayBounds, RayCast, RayHit, RayMode, Rays, Remembers, ResumeError,
+    Stats, StopReason, TimeOfImpact, Verdict, Workspace,
 };
 pub use scene::{
     Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint,

@@ -58,12 +58,11 @@ pub(crate) const WORK_PER_SEGMENT: u64 = 700;
 /// Work of adding a contact to the list.
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
-/// Work of reducing a contact of a manifold.
-pub(crate) const WORK_PER_REDUCED_CONTACT: u64 = 60;
-
 /// Work of one pass over a pair of a contact curve, and over a triangle inside the other surface.
-pub(crate) const WORK_PER_CURVE_PAIR: u64 = 80;
-pub(crate) const WORK_PER_REGION_TRIANGLE: u64 = 60;
+pub(crate) const WORK_PER_CURVE_PAIR: u64 = 150;
+pub(crate) const WORK_PER_REGION_TRIANGLE: u64 = 100;
+
+const _: () = assert!(MAX_DISTANCE_STEP_WORK >= 4 * WORK_PER_CURVE_PAIR);
 
 /// Work of looking up what is known of a pair of clusters.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;

@@ -84,10 +84,23 @@ impl Traversal<'_, '_, Nearness> {
         meet: u32,
         chosen: &Chosen,
     ) {
-        let search = &mut self.workspace.search;
+        let Workspace {
+            search,
+            corners: [of_a, of_b],
+            reduction,
+            ..
+        } = &mut *self.workspace;
         search.interval.pass_rest();
         for i in bits(near) {
             let i = i % WIDTH;
+            if reduction.is_on && meet >> i & 1 == 0 {
+                let a = of_a.of(self.a, pairs[i][0], |v| v);
+                let b = of_b.of(self.b, pairs[i][1], |v| self.b_in_a.transform_point(v));
+                let low = f64::from(low[i]) * self.relation.unit;
+                if reduction.skin.covers([a, b], low) {
+                    continue;
+                }
+            }
             let bounded = Bounded {
                 pair: pairs[i],
                 low: low[i],

@@ -28,9 +28,11 @@ use core::mem;
 ///
 /// Meshes are taken as solids: triangles are counterclockwise seen from outside.
 ///
-/// **Guarantee.** Each pair of triangles within the skin has been reduced in a finished query. Of a
+/// **Guarantee.** Each pair of triangles within the skin has been reduced in a finished query, but
+/// for faces that face each other across a manifold and add nothing to its polygon, nor to its
+/// least distance, up to a thousandth. Of a
 /// stopped one, each point in the list is a point of contact; what is missing is at least
-/// [`ManifoldBounds::low`] apart. Overlaps are listed only when all of them are done. With a
+/// [`ManifoldBounds::low`] apart. An overlap is listed when its depth is known. With a
 /// memory ([`Query::with_memory`]) ids last from frame to frame.
 ///
 /// ```
@@ -131,14 +133,18 @@ impl<'t> Query<'t, Manifolds> {
     }
 
     /// Writes the list: the deepest first, of equal ones in the order of discovery.
-    fn tell(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>) {
+    fn tell(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, stop: StopReason) {
         let mut all = mem::take(&mut workspace.manifolds);
         all.clear();
-        all.extend(workspace.overlaps.manifolds());
+        all.extend_from_slice(workspace.overlaps.manifolds());
         workspace.reduction.skin.tell(&mut all);
-        all.sort_by(|x: &Manifold, y| x.distance.total_cmp(&y.distance));
+        crate::contact::manifold::number(&mut all);
+        // A stable sort would allocate.
+        all.sort_unstable_by(|x: &Manifold, y| {
+            x.distance.total_cmp(&y.distance).then(x.id.cmp(&y.id))
+        });
         if let Some(memory) = memory {
-            memory.remember_manifolds([self.a, self.b], &self.asked.b_in_a, &mut all);
+            memory.remember_manifolds([self.a, self.b], &self.asked.b_in_a, &mut all, stop);
         } else {
             crate::contact::manifold::number(&mut all);
         }
@@ -181,7 +187,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             stop = overlap::advance(self.shape(), &to_b, workspace, deadline);
         }
         workspace.run.stopped = !stop.is_final();
-        self.tell(workspace, memory);
+        self.tell(workspace, memory, stop);
         stop
     }
 

@@ -262,11 +262,14 @@ impl PairMemory {
         [a, b]: [&Tree; 2],
         b_in_a: &Pose,
         manifolds: &mut [Manifold],
+        stop: StopReason,
     ) {
         self.bind(a, b);
         let known = self.manifolds.get_or_insert_default();
         let to_b = b_in_a.inverse_unchecked();
-        known.assign(manifolds, a.size().min(b.size()), |place| to_b.transform_point(place));
+        let size = a.size().min(b.size());
+        let to_b = |place| to_b.transform_point(place);
+        known.assign(manifolds, size, to_b, stop.is_final());
     }
 
     /// Updates the memory after a call of a motion query. `work` is the work of the whole query, or

@@ -18,10 +18,13 @@ use super::deadline::Deadline;
 use super::outcome::StopReason;
 use super::ray::{RayHit, cast_alone};
 use super::workspace::Workspace;
-use crate::contact::manifold::{Manifold, ManifoldPoint, Octagon, Shape};
+use crate::contact::manifold::{Manifold, ManifoldPoint, Octagon, Shape, choose};
 use crate::math::{Pose, Ray, length};
-use crate::model::cost::{WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_REGION_TRIANGLE};
+use crate::model::cost::{
+    WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST, WORK_PER_REGION_TRIANGLE,
+};
 use crate::tree::Tree;
+use crate::tree::inside::inside;
 use crate::triangle::ray::Side;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -111,31 +114,36 @@ struct Flooded {
 #[derive(Clone, Debug)]
 struct Group {
     length: f64,
-    /// Middle of the curves.
-    middle: DVec3,
-    sum: DVec3,
+    /// Sum of the middles of the segments, by length.
+    moment: DVec3,
+    /// A point of the curves.
+    point: DVec3,
     area: DVec3,
     /// Sum of the magnitudes of all parts of the area vector.
     whole_area: f64,
     normal: DVec3,
+    /// The number of its pairs, and the first of them.
     cuts: u32,
+    first: u32,
     /// The farthest vertices of A and of B in the region, and the farthest points of the curves.
     farthest: [Octagon<DVec3>; 3],
     /// The deepest vertex of A, and of B: the least height along the normal, the largest.
     deepest: [Option<(f64, DVec3)>; 2],
-    is_whole: bool,
     /// True if the surfaces touch without an area.
     is_touching: bool,
-    found: ArrayVec<ManifoldPoint, PROBES>,
-    /// Probes between whose ends both surfaces are left at once.
-    through: u32,
 }
 
 /// Maximum number of pairs of a group that decide its normal if it has no area.
 const TOUCHING: usize = 16;
 
-/// Maximum number of probes of a group.
-const PROBES: usize = 28;
+/// Maximum number of probes of a group in each of two stages.
+const PROBES: usize = 4;
+
+/// A group of no more pairs than this has no probe in its middle if it has vertices.
+const FEW: u32 = 16;
+
+/// A group of no more pairs than this is small.
+const SMALL: u32 = 6;
 
 /// Maximum number of rays of a probe.
 const RAYS: usize = 6;
@@ -148,10 +156,17 @@ fn exit(hit: Option<RayHit>) -> Option<f64> {
     hit.filter(|hit| hit.side != Side::Front).map(|hit| hit.t)
 }
 
-/// Where the middle between the first two hits is, along the normal.
-fn middle(hits: &[Option<RayHit>; RAYS]) -> f64 {
-    let [back, forth] = [0, 1].map(|ray| exit(hits[ray]).unwrap_or(0.0));
-    0.5 * (forth - back)
+/// A direction along which few meshes have edges or faces: a unit vector.
+const ACROSS: DVec3 = DVec3::new(
+    0.267_261_241_912_424_4,
+    0.534_522_483_824_848_8,
+    0.801_783_725_737_273_2,
+);
+
+/// True if the exact test of inside holds. Of other surfaces the nearest hit tells, as far as they
+/// have an inner side.
+fn is_closed(tree: &Tree) -> bool {
+    tree.solid().is_some_and(|solid| solid.is_closed())
 }
 
 /// Where a depth is measured.
@@ -171,7 +186,7 @@ enum Phase {
     Test(usize),
     Seed(usize),
     Flood(usize),
-    Measure,
+    Measure(usize),
     Reduce(usize),
     /// The group, its probe, and the ray of the probe.
     Probe(usize, usize, usize),
@@ -187,14 +202,17 @@ pub(super) struct Overlaps {
     /// Union-find over the pairs.
     parents: Vec<u32>,
     /// Hash table of the pairs.
-    slots: Vec<u32>,
+    slots: Marks,
     triangles: [Marks; 2],
     vertices: [Marks; 2],
+    /// Vertices that are reduced.
+    taken: [Marks; 2],
     classes: Vec<Class>,
     region: Vec<Flooded>,
     groups: Vec<Group>,
-    probes: ArrayVec<Probe, PROBES>,
-    hits: [Option<RayHit>; RAYS],
+    probing: Probing,
+    /// The manifolds of the groups that are done.
+    done: Vec<Manifold>,
     /// A ray is under way in the workspace.
     is_casting: bool,
 }
@@ -206,14 +224,15 @@ impl Default for Overlaps {
             meets: false,
             phase: Phase::Done,
             parents: Vec::new(),
-            slots: Vec::new(),
+            slots: Marks::default(),
             triangles: Default::default(),
             vertices: Default::default(),
+            taken: Default::default(),
             classes: Vec::new(),
             region: Vec::new(),
             groups: Vec::new(),
-            probes: ArrayVec::new(),
-            hits: [None; RAYS],
+            probing: Probing::default(),
+            done: Vec::new(),
             is_casting: false,
         }
     }
@@ -242,6 +261,8 @@ impl Overlaps {
     pub fn clear(&mut self) {
         self.cuts.clear();
         self.groups.clear();
+        self.done.clear();
+        self.probing.stage = Stage::None;
         (self.phase, self.meets, self.is_casting) = (Phase::Link(0), false, false);
     }
 
@@ -288,30 +309,27 @@ impl Overlaps {
         let count = self.cuts.len();
         self.parents.clear();
         self.parents.extend(0..count as u32);
-        self.slots.clear();
-        self.slots.resize((2 * count).next_power_of_two(), NOBODY);
+        self.slots.begin((2 * count).next_power_of_two(), count);
         self.classes.clear();
         self.region.clear();
         self.groups.clear();
         for (side, tree) in trees.into_iter().enumerate() {
             self.triangles[side].begin(tree.mesh().len(), count + 1);
-            self.vertices[side].begin(tree.mesh().vertex_count(), 12 * count);
+            let vertices = tree.mesh().vertex_count();
+            self.vertices[side].begin(vertices, 12 * count);
+            self.taken[side].begin(vertices, 1);
         }
     }
 
     /// The place in the table of a pair, and the pair there.
-    fn slot(&self, pair: [u32; 2]) -> (usize, Option<u32>) {
-        let mask = self.slots.len() - 1;
+    fn slot(&self, pair: [u32; 2]) -> (u32, Option<u32>) {
+        let mask = (2 * self.cuts.len()).next_power_of_two() - 1;
         let mut slot = hash(pair) as usize & mask;
         loop {
-            let there = self.slots[slot];
-            if there == NOBODY {
-                return (slot, None);
+            match self.slots.get(slot as u32) {
+                Some(there) if self.cuts[there as usize].pair != pair => slot = (slot + 1) & mask,
+                known => return (slot as u32, known),
             }
-            if self.cuts[there as usize].pair == pair {
-                return (slot, Some(there));
-            }
-            slot = (slot + 1) & mask;
         }
     }
 
@@ -326,7 +344,7 @@ impl Overlaps {
         if let Some(known) = known {
             return unite(&mut self.parents, known, at as u32);
         }
-        self.slots[slot] = at as u32;
+        self.slots.set(slot, at as u32);
         for side in 0..2 {
             for edge in 0..3 {
                 let Some(next) = trees[side].across(pair[side], edge) else {
@@ -453,44 +471,37 @@ impl Overlaps {
         }
     }
 
-    /// Makes the groups, with their area vectors and normals.
-    fn measure(&mut self, shape: Shape) {
-        for at in 0..self.cuts.len() {
-            let root = find(&mut self.parents, at as u32) as usize;
-            let group = if root == at {
-                self.groups.push(Group::EMPTY);
-                self.groups.len() - 1
-            } else {
-                self.cuts[root].group as usize
-            };
-            self.cuts[at].group = group as u32;
-            self.groups[group].count(&self.cuts[at]);
+    /// Adds a pair to its group, which it makes if it is the first.
+    fn gather(&mut self, at: usize) {
+        let root = find(&mut self.parents, at as u32) as usize;
+        let group = if root == at {
+            self.groups.push(Group::EMPTY);
+            self.groups.len() - 1
+        } else {
+            self.cuts[root].group as usize
+        };
+        self.cuts[at].group = group as u32;
+        if self.groups[group].cuts == 0 {
+            self.groups[group].first = at as u32;
         }
-        for group in &mut self.groups {
-            group.middle = if group.length > 0.0 {
-                group.middle / group.length
-            } else {
-                group.sum
-            };
+        self.groups[group].count(&self.cuts[at]);
+    }
+
+    /// Finds the normal of a group.
+    fn find_normal(&mut self, shape: Shape, at: usize) {
+        let group = &mut self.groups[at];
+        let tree = shape.trees[0];
+        let [p, q, _] = tree.corners(self.cuts[group.first as usize].pair[0]);
+        group.is_touching = group.whole_area <= ROUNDING * ROUNDING * group.length * group.length
+            || group.length <= ROUNDING * length(q - p);
+        if group.is_touching {
+            let normal = self.normal_of_touch(shape, at as u32);
+            self.groups[at].normal = normal;
+        } else if group.area.length() > ROUNDING * group.whole_area {
+            group.normal = -group.area.normalize_or_zero();
         }
-        for cut in &self.cuts {
-            self.groups[cut.group as usize].add_area(cut);
-        }
-        let is_whole = self.region.len() < REGION_LIMIT;
-        for at in 0..self.groups.len() {
-            let group = &mut self.groups[at];
-            group.is_whole = is_whole;
-            group.is_touching =
-                group.whole_area <= ROUNDING * ROUNDING * group.length * group.length;
-            if group.is_touching {
-                let normal = self.normal_of_touch(shape, at as u32);
-                self.groups[at].normal = normal;
-            } else if group.area.length() > ROUNDING * group.whole_area {
-                group.normal = -group.area.normalize_or_zero();
-            }
-            let group = &mut self.groups[at];
-            group.farthest = [Octagon::new(group.axis()); 3];
-        }
+        let group = &mut self.groups[at];
+        group.farthest = [Octagon::new(group.axis(), DVec3::ZERO); 3];
     }
 
     /// The direction that separates a group that touches without an area: of the normals of its
@@ -505,14 +516,22 @@ impl Overlaps {
         let members = self.cuts.iter().filter(|cut| cut.group == group);
         pairs.extend(members.take(TOUCHING).map(corners));
         let overlap = |way: DVec3, [a, b]: &[[DVec3; 3]; 2]| {
-            let most = b.iter().map(|p| p.dot(way)).fold(f64::NEG_INFINITY, f64::max);
+            let most = b
+                .iter()
+                .map(|p| p.dot(way))
+                .fold(f64::NEG_INFINITY, f64::max);
             let least = a.iter().map(|p| p.dot(way)).fold(f64::INFINITY, f64::min);
             most - least
         };
         let mean: DVec3 = pairs.iter().map(|[a, b]| normal(b) - normal(a)).sum();
         let ways = pairs.iter().flat_map(|[a, b]| [normal(b), -normal(a)]);
         let ways = ways.chain([mean.normalize_or_zero()]);
-        let overlap = |way| pairs.iter().map(|pair| overlap(way, pair)).fold(0.0, f64::max);
+        let overlap = |way| {
+            pairs
+                .iter()
+                .map(|pair| overlap(way, pair))
+                .fold(0.0, f64::max)
+        };
         ways.filter(|way| *way != DVec3::ZERO)
             .map(|way| (overlap(way), way))
             .fold((f64::INFINITY, DVec3::ZERO), |best, other| {
@@ -537,7 +556,10 @@ impl Overlaps {
             }
             for side in 0..2 {
                 for vertex in shape.trees[side].vertices_of(cut.pair[side]) {
-                    if self.is_inside(side, vertex).is_some() {
+                    if self.taken[side].get(vertex).is_none()
+                        && self.is_inside(side, vertex).is_some()
+                    {
+                        self.taken[side].set(vertex, 0);
                         self.groups[cut.group as usize].insert(side, place(side, vertex));
                     }
                 }
@@ -551,18 +573,17 @@ impl Overlaps {
             let side = usize::from(side);
             let group = self.cuts[cut as usize].group as usize;
             for vertex in shape.trees[side].vertices_of(triangle) {
-                self.groups[group].insert(side, place(side, vertex));
+                if self.taken[side].get(vertex).is_none() {
+                    self.taken[side].set(vertex, 0);
+                    self.groups[group].insert(side, place(side, vertex));
+                }
             }
         }
     }
 
-    /// The overlaps that are done.
-    pub fn manifolds(&self) -> impl Iterator<Item = Manifold> {
-        let done = self.is_done();
-        self.groups
-            .iter()
-            .filter(move |_| done)
-            .map(Group::manifold)
+    /// The overlaps whose depth is known.
+    pub fn manifolds(&self) -> &[Manifold] {
+        &self.done
     }
 }
 
@@ -582,40 +603,38 @@ const INWARD: f64 = 0.1;
 impl Group {
     const EMPTY: Self = Self {
         length: 0.0,
-        middle: DVec3::ZERO,
-        sum: DVec3::ZERO,
+        moment: DVec3::ZERO,
+        point: DVec3::ZERO,
         area: DVec3::ZERO,
         whole_area: 0.0,
         normal: DVec3::ZERO,
         cuts: 0,
-        farthest: [Octagon {
-            axes: [DVec3::ZERO; 4],
-            reach: [f64::NEG_INFINITY; 8],
-            values: [None; 8],
-        }; 3],
+        first: 0,
+        farthest: [Octagon::NONE; 3],
         deepest: [None; 2],
-        is_whole: true,
         is_touching: false,
-        found: ArrayVec::new_const(),
-        through: 0,
     };
 
     fn count(&mut self, cut: &Cut) {
         let [start, end] = cut.segment;
+        if self.cuts == 0 {
+            self.point = start;
+        }
         self.cuts += 1;
-        if cut.is_flat {
-            // Stands in for the middle where there is nothing else.
-            if self.length == 0.0 {
-                self.sum = start;
-            }
-            return;
+        if !cut.is_flat {
+            let step = length(end - start);
+            self.length += step;
+            self.moment += step * (0.5 * start + 0.5 * end);
         }
-        let step = length(end - start);
-        if self.length == 0.0 {
-            self.sum = if step > 0.0 { DVec3::ZERO } else { start };
+    }
+
+    /// Middle of the curves.
+    fn middle(&self) -> DVec3 {
+        if self.length > 0.0 {
+            self.moment / self.length
+        } else {
+            self.point
         }
-        self.length += step;
-        self.middle += step * (0.5 * start + 0.5 * end);
     }
 
     fn add_area(&mut self, cut: &Cut) {
@@ -623,7 +642,8 @@ impl Group {
         if cut.is_flat {
             return;
         }
-        let part = 0.5 * (start - self.middle).cross(end - self.middle);
+        let middle = self.middle();
+        let part = 0.5 * (start - middle).cross(end - middle);
         self.area += part;
         self.whole_area += part.length();
     }
@@ -647,80 +667,64 @@ impl Group {
         }
     }
 
-    fn probes(&self) -> ArrayVec<Probe, PROBES> {
-        let mut probes: ArrayVec<Probe, PROBES> = ArrayVec::new();
-        if self.normal == DVec3::ZERO || self.is_touching {
-            return probes;
-        }
-        let mut vertices: ArrayVec<(usize, DVec3), 18> = ArrayVec::new();
-        for side in 0..2 {
-            let deepest = self.deepest[side].map(|(_, place)| place);
-            for place in self.farthest[side].values().copied().chain(deepest) {
-                if !vertices.contains(&(side, place)) {
-                    vertices.push((side, place));
-                }
-            }
-        }
-        probes.extend(
-            vertices
-                .into_iter()
-                .map(|(side, place)| Probe::Vertex(side, place)),
-        );
-        probes.push(Probe::Inner(self.middle));
-        for place in self.farthest[2].values() {
-            let inner = place.lerp(self.middle, INWARD);
-            let is_known = probes
-                .iter()
-                .any(|probe| matches!(probe, Probe::Inner(known) if *known == inner));
-            if !is_known {
-                let _ = probes.try_push(Probe::Inner(inner));
-            }
+    /// Points of the curves, moved inward.
+    fn inner(&self) -> impl Iterator<Item = Probe> {
+        let curve = self.farthest[2].values();
+        curve.map(|place| Probe::Inner(place.lerp(self.middle(), INWARD)))
+    }
+
+    /// The first probes: where the overlap is probably deepest.
+    fn deep_probes(&self) -> ArrayVec<Probe, PROBES> {
+        let vertex = |side: usize| {
+            let deepest = self.deepest[side]?;
+            Some(Probe::Vertex(side, deepest.1))
+        };
+        let mut probes: ArrayVec<Probe, PROBES> = [0, 1].into_iter().filter_map(vertex).collect();
+        if probes.is_empty() || self.cuts > FEW {
+            probes.push(Probe::Inner(self.middle()));
         }
         probes
     }
 
-    /// Takes the hits of the rays of a probe. For a vertex there is one, of the other surface. For
-    /// an inner point, which may lie on a surface, the first two lead to a place between the
-    /// surfaces: of A backwards and of B forwards. From there the depth is measured: of A backwards
-    /// and of B forwards; then of A forwards and of B backwards: between two ends of one region,
-    /// both surfaces are around.
-    fn probed(&mut self, probe: Probe, hits: [Option<RayHit>; RAYS]) {
-        let (points, depth) = match probe {
-            Probe::Vertex(side, place) => {
-                let Some(depth) = exit(hits[0]) else { return };
-                let along = depth * self.normal;
-                let points = if side == 0 {
-                    [place, place + along]
-                } else {
-                    [place - along, place]
-                };
-                (points, depth)
-            }
-            Probe::Inner(place) => {
-                let [Some(back), Some(forth), Some(of_a), Some(of_b)] =
-                    [2, 3, 4, 5].map(|ray| exit(hits[ray]))
-                else {
-                    self.through += 1;
-                    return;
-                };
-                if of_a < forth * NEARLY || of_b < back * NEARLY {
-                    self.through += 1;
-                    return;
-                }
-                let place = place + middle(&hits) * self.normal;
-                (
-                    [place - back * self.normal, place + forth * self.normal],
-                    back + forth,
-                )
-            }
+    /// The other probes: those that span most. Around a small region with a vertex, none: points of its curve, where the depth is 0, are `found` without rays.
+    fn wide_probes(&self, found: &mut ArrayVec<ManifoldPoint, 16>) -> ArrayVec<Probe, PROBES> {
+        if self.cuts <= SMALL && !found.is_empty() {
+            let curve = self.farthest[2].values();
+            found.extend(curve.map(|&place| ManifoldPoint::new([place; 2], self.normal, 0.0)));
+            return ArrayVec::new();
+        }
+        let vertices = |side: usize| {
+            let places = self.farthest[side].values();
+            places.map(move |&place| Probe::Vertex(side, place))
         };
-        self.found
-            .push(ManifoldPoint::new(points, self.normal, -depth));
+        let all: ArrayVec<Probe, 24> = vertices(0).chain(vertices(1)).chain(self.inner()).collect();
+        let middle = self.middle();
+        let mut candidates: ArrayVec<ManifoldPoint, 24> = ArrayVec::new();
+        for (id, probe) in (0..).zip(&all) {
+            let (Probe::Vertex(_, place) | Probe::Inner(place)) = *probe;
+            // A's deepest vertices are the lowest, B's the highest.
+            let height = (place - middle).dot(self.normal);
+            let distance = match probe {
+                Probe::Vertex(0, _) => height,
+                Probe::Vertex(..) => -height,
+                Probe::Inner(_) => 0.0,
+            };
+            let mut candidate = ManifoldPoint::new([place; 2], self.normal, distance);
+            candidate.id = id;
+            candidates.push(candidate);
+        }
+        let chosen = choose(self.normal, &candidates);
+        let probes = chosen.iter().map(|candidate| all[candidate.id as usize]);
+        probes.collect()
     }
 
-    fn manifold(&self) -> Manifold {
-        let (mut normal, mut found) = (self.normal, self.found.clone());
-        if self.through as usize > found.len() {
+    /// The manifold of the points found.
+    fn manifold(&self, probing: &mut Probing, is_whole: bool) -> Manifold {
+        let found = &mut probing.found;
+        // Of equal depths, those that span most come first.
+        found.reverse();
+        let mut normal = self.normal;
+        if probing.through as usize > found.len() && !probing.is_unknown {
             normal = DVec3::ZERO;
         }
         if found.is_empty() || normal == DVec3::ZERO {
@@ -728,15 +732,131 @@ impl Group {
             let curve = self.farthest[2].values();
             found.extend(curve.map(|&place| ManifoldPoint::new([place; 2], normal, 0.0)));
         }
-        let mut manifold = Manifold::of(self.axis(), &found);
+        let mut manifold = Manifold::of(self.axis(), found);
         manifold.normal = normal;
         manifold.is_overlap = true;
-        manifold.is_whole = self.is_whole;
+        manifold.is_whole = is_whole && !probing.is_unknown;
         manifold.area = self.area.length();
-        if self.length > 0.0 {
-            manifold.centroid = self.middle;
-        }
+        manifold.centroid = self.middle();
         manifold
+    }
+}
+
+/// The probes of one group.
+#[derive(Clone, Debug, Default)]
+struct Probing {
+    stage: Stage,
+    probes: ArrayVec<Probe, PROBES>,
+    hits: [Option<RayHit>; RAYS],
+    found: ArrayVec<ManifoldPoint, 16>,
+    /// Probes between whose ends one of the surfaces ends.
+    through: u32,
+    /// True if a probe is inside both surfaces, but rays did not show where they end, as where
+    /// parts of one surface are inside others.
+    is_unknown: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+enum Stage {
+    #[default]
+    None,
+    Deep,
+    Wide,
+}
+
+impl Probing {
+    /// The ray of a probe with this number: the index of the tree, the origin, and whether it goes
+    /// along the normal. `None` if the probe is done.
+    ///
+    /// From a vertex one ray leaves the other surface. From an inner point, one leaves A backwards
+    /// and one B forwards. If both do and no point was found before, two more show that both
+    /// surfaces are around all the way, which is not so where one goes through the other. If they
+    /// do not, the point is not inside, perhaps on a surface: then from the middle between the hits
+    /// all four are cast.
+    fn ray(&self, probe: Probe, normal: DVec3, ray: usize) -> Option<(usize, DVec3, bool)> {
+        match (probe, ray) {
+            (Probe::Vertex(side, place), 0) => Some((1 - side, place, side == 0)),
+            (Probe::Vertex(..), _) => None,
+            (Probe::Inner(place), 0 | 1) => Some((ray, place, ray == 1)),
+            (Probe::Inner(place), 2..) if self.is_between() => {
+                let goes_on = ray < 4 && self.found.is_empty();
+                goes_on.then_some((ray % 2, place, ray == 2))
+            }
+            (Probe::Inner(place), 2..RAYS) => {
+                let middle = place + self.shift() * normal;
+                Some((ray % 2, middle, ray == 3 || ray == 4))
+            }
+            (Probe::Inner(_), _) => None,
+        }
+    }
+
+    /// True if the first two rays of an inner point leave the surfaces, and none lies on one.
+    fn is_between(&self) -> bool {
+        match [exit(self.hits[0]), exit(self.hits[1])] {
+            [Some(back), Some(forth)] => back.min(forth) > (1.0 - NEARLY) * back.max(forth),
+            _ => false,
+        }
+    }
+
+    /// Where the middle between the first two hits is, along the normal.
+    fn shift(&self) -> f64 {
+        let [back, forth] = [0, 1].map(|ray| exit(self.hits[ray]).unwrap_or(0.0));
+        0.5 * (forth - back)
+    }
+
+    /// Takes the hits of a probe. Returns the place of an inner point without a depth.
+    fn take(&mut self, probe: Probe, normal: DVec3) -> Option<DVec3> {
+        let exits = self.hits.map(exit);
+        let mut is_through = false;
+        let measured = match probe {
+            Probe::Vertex(side, place) => {
+                let depth = exits[0]?;
+                let [back, forth] = if side == 0 {
+                    [0.0, depth]
+                } else {
+                    [depth, 0.0]
+                };
+                Some((place, back, forth))
+            }
+            Probe::Inner(_) => {
+                let is_between = self.is_between();
+                let first = if is_between { 0 } else { 2 };
+                let ends = if is_between && !self.found.is_empty() {
+                    [exits[0], exits[1], Some(f64::INFINITY), Some(f64::INFINITY)]
+                } else {
+                    [0, 1, 2, 3].map(|ray| exits[first + ray])
+                };
+                match ends {
+                    [Some(back), Some(forth), Some(of_a), Some(of_b)]
+                        if of_a >= forth * NEARLY && of_b >= back * NEARLY =>
+                    {
+                        Some((self.place(probe, normal), back, forth))
+                    }
+                    ends => {
+                        is_through = ends.iter().all(Option::is_some);
+                        None
+                    }
+                }
+            }
+        };
+        match measured {
+            Some((place, back, forth)) => {
+                let points = [place - back * normal, place + forth * normal];
+                let point = ManifoldPoint::new(points, normal, -(back + forth));
+                let _ = self.found.try_push(point);
+            }
+            None if is_through => self.through += 1,
+            None => return Some(self.place(probe, normal)),
+        }
+        None
+    }
+
+    /// Where the depth of a probe is measured.
+    fn place(&self, probe: Probe, normal: DVec3) -> DVec3 {
+        match probe {
+            Probe::Inner(place) if !self.is_between() => place + self.shift() * normal,
+            Probe::Inner(place) | Probe::Vertex(_, place) => place,
+        }
     }
 }
 
@@ -820,9 +940,15 @@ impl Overlaps {
                     } else {
                         shape.b_in_a.transform_point(place)
                     };
-                    let way = DVec3::new(0.267_261_241_912_424_4, 0.534_522_483_824_848_8, 0.801_783_725_737_273_2);
-                    let hit = self.cast(trees[1 - side], place, way, workspace, deadline)?;
-                    self.classes[at].is_inside = hit.is_some_and(|hit| hit.side == Side::Back);
+                    let other = trees[1 - side];
+                    self.classes[at].is_inside = if is_closed(other) {
+                        *work += WORK_PER_RAY + 2 * WORK_PER_RAY_TEST;
+                        deadline.allow_for_long_step();
+                        inside(other, place).is_inside()
+                    } else {
+                        let hit = self.cast(other, place, ACROSS, workspace, deadline)?;
+                        hit.is_some_and(|hit| hit.side == Side::Back)
+                    };
                 } else {
                     *work += WORK_PER_LOOKUP;
                 }
@@ -843,15 +969,30 @@ impl Overlaps {
                 (at..end).for_each(|at| self.flood(trees, at));
                 *work += (end - at) as u64 * WORK_PER_REGION_TRIANGLE;
                 self.phase = if end == self.region.len() {
-                    Phase::Measure
+                    Phase::Measure(0)
                 } else {
                     Phase::Flood(end)
                 };
             }
-            Phase::Measure => {
-                self.measure(shape);
-                *work += count as u64 * WORK_PER_CURVE_PAIR;
-                self.phase = Phase::Reduce(0);
+            Phase::Measure(at) => {
+                let all = 2 * count + self.groups.len();
+                let end = until(at, all.max(2 * count));
+                for at in at..end {
+                    if at < count {
+                        self.gather(at);
+                    } else if at < 2 * count {
+                        let cut = &self.cuts[at - count];
+                        self.groups[cut.group as usize].add_area(cut);
+                    } else {
+                        self.find_normal(shape, at - 2 * count);
+                    }
+                }
+                *work += (end - at) as u64 * WORK_PER_CURVE_PAIR;
+                self.phase = if end >= 2 * count + self.groups.len() {
+                    Phase::Reduce(0)
+                } else {
+                    Phase::Measure(end)
+                };
             }
             Phase::Reduce(at) => {
                 let all = count + self.region.len();
@@ -864,42 +1005,56 @@ impl Overlaps {
                     Phase::Reduce(end)
                 };
             }
-            Phase::Probe(group, probe, ray) => {
-                if group == self.groups.len() {
+            Phase::Probe(at, probe, ray) => {
+                let Some(group) = self.groups.get(at) else {
                     self.phase = Phase::Done;
                     return Ok(());
+                };
+                if self.probing.stage == Stage::None {
+                    self.probing.stage = Stage::Deep;
+                    (self.probing.through, self.probing.is_unknown) = (0, false);
+                    self.probing.found.clear();
+                    self.probing.probes.clear();
+                    if group.normal != DVec3::ZERO && !group.is_touching {
+                        self.probing.probes = group.deep_probes();
+                    }
                 }
-                if (probe, ray) == (0, 0) && !self.is_casting {
-                    self.probes = self.groups[group].probes();
-                }
-                let Some(&at) = self.probes.get(probe) else {
-                    self.phase = Phase::Probe(group + 1, 0, 0);
+                let Some(&place) = self.probing.probes.get(probe) else {
+                    *work += WORK_PER_CURVE_PAIR;
+                    if self.probing.stage == Stage::Deep && probe > 0 {
+                        self.probing.stage = Stage::Wide;
+                        self.probing.probes = group.wide_probes(&mut self.probing.found);
+                        self.phase = Phase::Probe(at, 0, 0);
+                    } else {
+                        let is_whole = self.region.len() < REGION_LIMIT;
+                        self.done.push(group.manifold(&mut self.probing, is_whole));
+                        self.probing.stage = Stage::None;
+                        self.phase = Phase::Probe(at + 1, 0, 0);
+                    }
                     return Ok(());
                 };
-                let normal = self.groups[group].normal;
-                let (tree, place, way, rays) = match at {
-                    Probe::Vertex(0, place) => (1, place, normal, 1),
-                    Probe::Vertex(_, place) => (0, place, -normal, 1),
-                    Probe::Inner(place) => {
-                        let is_back = [true, false, true, false, false, true][ray];
-                        let way = if is_back { -normal } else { normal };
-                        let shift = if ray < 2 { 0.0 } else { middle(&self.hits) };
-                        (ray % 2, place + shift * normal, way, RAYS)
+                let normal = group.normal;
+                let Some((tree, origin, is_forth)) = self.probing.ray(place, normal, ray) else {
+                    if let Some(place) = self.probing.take(place, normal) {
+                        *work += 2 * WORK_PER_RAY;
+                        let is_in_both = trees.into_iter().all(is_closed)
+                            && inside(trees[0], place).is_inside()
+                            && inside(trees[1], to_b.transform_point(place)).is_inside();
+                        self.probing.is_unknown |= is_in_both;
+                        self.probing.through += u32::from(!is_in_both);
                     }
+                    self.phase = Phase::Probe(at, probe + 1, 0);
+                    return Ok(());
                 };
-                let (place, way) = if tree == 0 {
-                    (place, way)
+                let way = if is_forth { normal } else { -normal };
+                let (origin, way) = if tree == 0 {
+                    (origin, way)
                 } else {
-                    (to_b.transform_point(place), *to_b.rotation() * way)
+                    (to_b.transform_point(origin), *to_b.rotation() * way)
                 };
-                self.hits[ray] = self.cast(trees[tree], place, way, workspace, deadline)?;
-                self.phase = if ray + 1 < rays {
-                    Phase::Probe(group, probe, ray + 1)
-                } else {
-                    let hits = mem::take(&mut self.hits);
-                    self.groups[group].probed(at, hits);
-                    Phase::Probe(group, probe + 1, 0)
-                };
+                self.probing.hits[ray] =
+                    self.cast(trees[tree], origin, way, workspace, deadline)?;
+                self.phase = Phase::Probe(at, probe, ray + 1);
             }
             Phase::Done => {}
         }

@@ -21,6 +21,7 @@ mod errors;
 mod estimate;
 mod interrupt;
 mod limit;
+mod manifolds;
 mod memory;
 mod motion;
 mod push_out;
@@ -54,6 +55,8 @@ mod _punctual3d {
     use super::errors::{ResumeError, UndecidedError};
     #[pymodule_export]
     use super::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
+    #[pymodule_export]
+    use super::manifolds::{Manifolds, manifolds, overlap};
     #[pymodule_export]
     use super::memory::Memory;
     #[pymodule_export]

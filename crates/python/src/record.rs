@@ -6,6 +6,7 @@ use crate::distance::Distance;
 use crate::distance_batch::DistanceBatch;
 use crate::errors::value_error;
 use crate::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
+use crate::manifolds::Manifolds;
 use crate::memory::Memory;
 use crate::motion::Passage;
 use crate::push_out::PushOut;
@@ -63,7 +64,7 @@ macro_rules! records {
 
 records!(
     [
-        Collision, Distance, Contacts, Passage, PushOut, RayHits, BodyHits
+        Collision, Distance, Contacts, Manifolds, Passage, PushOut, RayHits, BodyHits
     ],
     [
         BodyContacts,

@@ -14,7 +14,8 @@ pub(crate) struct ManifoldMemory {
     known: Vec<Known>,
     now: Vec<Known>,
     links: Vec<Link>,
-    next: u64,
+    /// The next id of a point, and of a manifold.
+    next: [u64; 2],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,12 +46,14 @@ const REACH: f64 = 0.05;
 
 impl ManifoldMemory {
     /// Gives ids to the points and manifolds, the nearest places first, and remembers them. `size`
-    /// is that of the smaller mesh; `to_b` maps A's frame to B's.
+    /// is that of the smaller mesh; `to_b` maps A's frame to B's. Unless all manifolds are known
+    /// (`is_final`), points that were not found again are remembered too.
     pub fn assign(
         &mut self,
         manifolds: &mut [Manifold],
         size: f64,
         to_b: impl Fn(DVec3) -> DVec3,
+        is_final: bool,
     ) {
         let Self {
             known,
@@ -84,13 +87,17 @@ impl ManifoldMemory {
         }
         let order = |link: &Link| (link.now, link.before);
         links.sort_unstable_by(|x, y| {
-            x.distance.total_cmp(&y.distance).then(order(x).cmp(&order(y)))
+            x.distance
+                .total_cmp(&y.distance)
+                .then(order(x).cmp(&order(y)))
         });
-        let mut fresh = || {
-            *next += 1;
-            *next - 1
+        let mut fresh = |kind: usize| {
+            next[kind] += 1;
+            next[kind] - 1
         };
-        manifolds.iter_mut().for_each(|manifold| manifold.id = NO_ID);
+        manifolds
+            .iter_mut()
+            .for_each(|manifold| manifold.id = NO_ID);
         for &Link { now: i, before, .. } in &*links {
             let (point, before) = (&mut now[i as usize], &mut known[before as usize]);
             if point.id != NO_ID || before.id == NO_ID {
@@ -108,19 +115,24 @@ impl ManifoldMemory {
         let mut remembered = now.iter_mut();
         for manifold in manifolds {
             if manifold.id == NO_ID {
-                manifold.id = fresh();
+                manifold.id = fresh(1);
             }
             for point in &mut manifold.points {
                 match remembered.next() {
                     Some(known) => {
                         if known.id == NO_ID {
-                            known.id = fresh();
+                            known.id = fresh(0);
                         }
                         (point.id, known.manifold) = (known.id, manifold.id);
                     }
-                    None => point.id = fresh(),
+                    None => point.id = fresh(0),
                 }
             }
+        }
+        if !is_final {
+            let room = KNOWN - now.len();
+            let left = known.iter().filter(|before| before.id != NO_ID);
+            now.extend(left.take(room));
         }
         core::mem::swap(known, now);
     }

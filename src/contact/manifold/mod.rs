@@ -7,7 +7,7 @@
 mod identity;
 mod skin;
 
-use crate::math::larger;
+use crate::math::{larger, smaller};
 use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
 pub(crate) use identity::ManifoldMemory;
@@ -64,7 +64,7 @@ pub struct ManifoldPoint {
 }
 
 impl Manifold {
-    /// Its points, the one with the least distance first: at least one, at most four.
+    /// Its points: at least one, at most four. The first has the least distance, up to rounding.
     #[must_use]
     pub fn points(&self) -> &[ManifoldPoint] {
         &self.points
@@ -73,7 +73,8 @@ impl Manifold {
     /// The manifold of the candidates that stand for them.
     pub(crate) fn of(normal: DVec3, candidates: &[ManifoldPoint]) -> Self {
         let points = choose(normal, candidates);
-        let distance = points.first().map_or(0.0, |first| first.distance);
+        let distances = points.iter().map(|point| point.distance);
+        let distance = distances.reduce(f64::min).unwrap_or(0.0);
         let count = points.len().max(1) as f64;
         let centroid = points
             .iter()
@@ -136,18 +137,27 @@ pub(crate) fn axes([x, y]: [DVec3; 2]) -> [DVec3; 4] {
 /// The farthest of points along eight directions, and one value for each.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Octagon<T> {
-    pub axes: [DVec3; 4],
-    /// Along the four axes, then along their opposites.
-    pub reach: [f64; 8],
-    pub values: [Option<T>; 8],
+    axes: [DVec3; 4],
+    /// Along the four axes, then along their opposites; minus infinity without points.
+    reach: [f64; 8],
+    values: [T; 8],
+}
+
+impl Octagon<DVec3> {
+    pub const NONE: Self = Self {
+        axes: [DVec3::ZERO; 4],
+        reach: [f64::NEG_INFINITY; 8],
+        values: [DVec3::ZERO; 8],
+    };
 }
 
 impl<T: Copy> Octagon<T> {
-    pub fn new(normal: DVec3) -> Self {
+    /// No points. `value` stands for those that are missing.
+    pub fn new(normal: DVec3, value: T) -> Self {
         Self {
             axes: axes(frame(normal)),
             reach: [f64::NEG_INFINITY; 8],
-            values: [None; 8],
+            values: [value; 8],
         }
     }
 
@@ -164,38 +174,41 @@ impl<T: Copy> Octagon<T> {
             let along = place.dot(self.axes[k]);
             for (k, along) in [(k, along + bonus), (k + 4, bonus - along)] {
                 if along > self.reach[k] {
-                    (self.reach[k], self.values[k]) = (along, Some(value));
+                    (self.reach[k], self.values[k]) = (along, value);
                 }
             }
         }
     }
 
-    /// True if the point is beyond the others.
-    #[inline]
-    pub fn gains(&self, place: DVec3) -> bool {
+    /// True if a point no farther than `radius` from this one may be beyond the others.
+    #[inline(always)]
+    pub fn may_gain(&self, place: DVec3, radius: f64) -> bool {
         (0..4).any(|k| {
             let along = place.dot(self.axes[k]);
-            along > self.reach[k] || -along > self.reach[k + 4]
+            along + radius > self.reach[k] || radius - along > self.reach[k + 4]
         })
     }
 
     /// True if a point in both triangles, seen along the normal, may be beyond the others.
-    #[inline]
-    pub fn may_gain(&self, [a, b]: [&[DVec3; 3]; 2]) -> bool {
+    #[inline(always)]
+    pub fn may_gain_in(&self, [a, b]: [&[DVec3; 3]; 2]) -> bool {
         (0..4).any(|k| {
             let axis = self.axes[k];
             let range = |[p, q, r]: &[DVec3; 3]| {
                 let (x, y, z) = (p.dot(axis), q.dot(axis), r.dot(axis));
-                [x.min(y).min(z), larger(larger(x, y), z)]
+                [smaller(smaller(x, y), z), larger(larger(x, y), z)]
             };
             let ([a_low, a_high], [b_low, b_high]) = (range(a), range(b));
-            a_high.min(b_high) > self.reach[k] || -larger(a_low, b_low) > self.reach[k + 4]
+            smaller(a_high, b_high) > self.reach[k] || -larger(a_low, b_low) > self.reach[k + 4]
         })
     }
 
     /// The values found, each once for each direction.
     pub fn values(&self) -> impl Iterator<Item = &T> {
-        self.values.iter().flatten()
+        let known = self.reach.iter().zip(&self.values);
+        known
+            .filter(|(reach, _)| **reach > f64::NEG_INFINITY)
+            .map(|(_, value)| value)
     }
 }
 
@@ -203,22 +216,30 @@ impl<T: Copy> Octagon<T> {
 const ROUNDING: f64 = 1e-9;
 
 /// At most four of these points: the one with the least distance, the one farthest from it, and
-/// those that add most to the area of the polygon, seen along the normal. Of equal ones the first.
-fn choose(normal: DVec3, candidates: &[ManifoldPoint]) -> ArrayVec<ManifoldPoint, POINTS> {
+/// those that add most to the area of the polygon, seen along the normal. Of equal ones, and of
+/// those whose distances differ by rounding, the first.
+pub(crate) fn choose(
+    normal: DVec3,
+    candidates: &[ManifoldPoint],
+) -> ArrayVec<ManifoldPoint, POINTS> {
     let [x, y] = frame(normal);
-    let Some(deepest) = candidates
-        .iter()
-        .reduce(|best, other| if other.distance < best.distance { other } else { best })
-    else {
+    let Some(first) = candidates.first() else {
         return ArrayVec::new();
     };
+    let plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
+    let extent = candidates
+        .iter()
+        .map(|point| plane(point.middle() - first.middle()).length())
+        .fold(0.0, f64::max);
+    let least = candidates
+        .iter()
+        .map(|point| point.distance)
+        .fold(f64::INFINITY, f64::min);
+    let is_deepest = |point: &&ManifoldPoint| point.distance <= least + ROUNDING * extent;
+    let deepest = candidates.iter().find(is_deepest).unwrap_or(first);
     let mut chosen: ArrayVec<ManifoldPoint, POINTS> = [*deepest].into_iter().collect();
     let from = deepest.middle();
-    let place = |point: &ManifoldPoint| {
-        let v = point.middle() - from;
-        DVec2::new(v.dot(x), v.dot(y))
-    };
-    let extent = candidates.iter().map(|c| place(c).length()).fold(0.0, f64::max);
+    let place = |point: &ManifoldPoint| plane(point.middle() - from);
     let mut ring: ArrayVec<DVec2, POINTS> = [DVec2::ZERO].into_iter().collect();
     while chosen.len() < POINTS {
         let gain = |point: &ManifoldPoint| {
@@ -234,10 +255,13 @@ fn choose(normal: DVec3, candidates: &[ManifoldPoint]) -> ArrayVec<ManifoldPoint
                     .fold(0.0, f64::max),
             }
         };
-        let best = candidates.iter().map(|c| (gain(c), c)).fold(
-            (0.0, deepest),
-            |best, other| if other.0 > best.0 { other } else { best },
-        );
+        let best = candidates
+            .iter()
+            .map(|c| (gain(c), c))
+            .fold(
+                (0.0, deepest),
+                |best, other| if other.0 > best.0 { other } else { best },
+            );
         if best.0 <= ROUNDING * extent * extent {
             break;
         }
@@ -280,9 +304,8 @@ pub(crate) fn area(normal: DVec3, points: &[ManifoldPoint]) -> Option<(f64, DVec
         })
         .collect();
     // Around their middle, the extremes along eight directions are in the order of their angles.
-    places.sort_unstable_by(|(p, _), (q, _)| {
-        libm::atan2(p.y, p.x).total_cmp(&libm::atan2(q.y, q.x))
-    });
+    places
+        .sort_unstable_by(|(p, _), (q, _)| libm::atan2(p.y, p.x).total_cmp(&libm::atan2(q.y, q.x)));
     let (mut area, mut moment) = (0.0, DVec3::ZERO);
     for i in 0..places.len() {
         let ((p, u), (q, v)) = (places[i], places[(i + 1) % places.len()]);
@@ -315,7 +338,9 @@ mod tests {
             let is_it = |p: &ManifoldPoint| p.points[0].truncate().to_array() == corner;
             assert!(chosen.iter().any(is_it), "{corner:?} in {chosen:?}");
         }
-        let line: Vec<_> = (0..9).map(|i| at(f64::from(i), 2.0 * f64::from(i), 0.1)).collect();
+        let line: Vec<_> = (0..9)
+            .map(|i| at(f64::from(i), 2.0 * f64::from(i), 0.1))
+            .collect();
         assert_eq!(choose(DVec3::Z, &line).len(), 2);
         assert_eq!(choose(DVec3::Z, &[at(1.0, 1.0, 0.0); 3]).len(), 1);
         assert_eq!(choose(DVec3::Z, &[]).len(), 0);
@@ -323,9 +348,16 @@ mod tests {
 
     #[test]
     fn the_area_of_a_square_and_its_middle() {
-        let square = [at(0.0, 0.0, 0.0), at(2.0, 2.0, 0.0), at(2.0, 0.0, 0.0), at(0.0, 2.0, 0.0)];
+        let square = [
+            at(0.0, 0.0, 0.0),
+            at(2.0, 2.0, 0.0),
+            at(2.0, 0.0, 0.0),
+            at(0.0, 2.0, 0.0),
+        ];
         let (area, middle) = area(DVec3::Z, &square).unwrap();
-        assert!((area - 4.0).abs() < 1e-12 && (middle - DVec3::new(1.0, 1.0, 0.0)).length() < 1e-12);
+        assert!(
+            (area - 4.0).abs() < 1e-12 && (middle - DVec3::new(1.0, 1.0, 0.0)).length() < 1e-12
+        );
         assert_eq!(super::area(DVec3::Z, &[at(1.0, 1.0, 0.0)]), None);
     }
 }

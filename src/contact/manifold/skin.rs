@@ -12,7 +12,7 @@
 //! surfaces are oriented, pairs on the inner side of one are dropped too.
 
 use super::{Manifold, ManifoldPoint, Octagon, area};
-use crate::math::Pose;
+use crate::math::{Pose, larger, smaller};
 use crate::tree::Tree;
 use crate::triangle::distance::Closest;
 use alloc::vec::Vec;
@@ -37,6 +37,13 @@ const FACING: f64 = 0.989;
 /// Cosine of the largest angle, 7 degrees, between a normal and the one that it is replaced by:
 /// that of an overlap, or of the nearest point.
 const SAME: f64 = 0.992_5;
+
+/// Of points one above the other the nearer counts as farther out, by this part of the difference.
+const LEAN: f64 = 0.1;
+
+/// Triangles are no nearer than the nearest point of a manifold if their lower bound, which `f32`
+/// has rounded, is this part of its distance.
+const NEAR: f64 = 0.999;
 
 /// Triangles closer than this fraction of their edges have no resolved direction.
 const TOUCH: f64 = 1e-10;
@@ -104,25 +111,39 @@ impl Skin {
         } else {
             found.direction
         };
+        let point = ManifoldPoint::new(found.points, normal, found.high);
+        let cone = self.cone(normal);
+        if cone.is_some_and(|cone| !self.cones[cone].may_gain(&point, corners))
+            || normal == DVec3::ZERO
+        {
+            return true;
+        }
         let faces = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
         // Cosines of the angle between the normal and the outer side of each face.
         let along = [-faces[0].dot(normal), faces[1].dot(normal)];
         let squares = faces.map(DVec3::length_squared);
-        let is_inner =
-            |side: usize| along[side] < 0.0 && along[side].powi(2) > FLAT * FLAT * squares[side];
-        if (0..2).any(|side| shape.has_inside[side] && is_inner(side)) || normal == DVec3::ZERO {
+        let is_inner = |side: usize| {
+            along[side] < 0.0 && along[side] * along[side] > FLAT * FLAT * squares[side]
+        };
+        if (0..2).any(|side| shape.has_inside[side] && is_inner(side)) {
             return true;
         }
-        let share = |side: usize| along[side].powi(2) / squares[side];
+        let share = |side: usize| along[side] * along[side] / squares[side];
         let face = usize::from(share(1) >= share(0));
-        let point = ManifoldPoint::new(found.points, normal, found.high);
         let is_least = |side: usize| {
             let way = if side == 0 { -normal } else { normal };
-            is_least(shape, side, pair[side], corners[side], point.points[side], way)
+            is_least(
+                shape,
+                side,
+                pair[side],
+                corners[side],
+                point.points[side],
+                way,
+            )
         };
         if share(face) > FACE && (share(1 - face) > FACING || is_least(1 - face)) {
             // From B to A.
-            let of_face = faces[face] * (along[face].signum() / libm::sqrt(squares[face]));
+            let of_face = faces[face].normalize() * along[face].signum();
             let normal = if face == 0 { -of_face } else { of_face };
             self.insert(ManifoldPoint { normal, ..point });
             self.insert_area(corners, face, normal);
@@ -132,11 +153,30 @@ impl Skin {
         true
     }
 
+    /// True if two triangles that are at least `low` apart need no closer look: they face each
+    /// other across a known manifold, within its points, and are no nearer than its nearest, up to
+    /// a thousandth.
+    #[inline]
+    pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64) -> bool {
+        let [a, b] = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
+        let (square, facing) = (b.length_squared(), -a.dot(b));
+        if facing <= 0.0 || facing * facing < FACING * square * a.length_squared() {
+            return false;
+        }
+        self.cones.iter().any(|cone| {
+            let along = cone.nearest.normal.dot(b);
+            along > 0.0
+                && along * along > FACING * square
+                && low >= NEAR * cone.nearest.distance
+                && !cone.farthest.may_gain_in(corners)
+        })
+    }
+
     /// Takes two triangles that meet: what is apart of them, if they face each other.
     pub fn take_meeting(&mut self, corners: [&[DVec3; 3]; 2]) {
         let faces = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
         let [a, b] = faces.map(DVec3::normalize_or_zero);
-        if self.width > 0.0 && a.dot(b) < 0.0 && a.dot(b).powi(2) > FACING {
+        if self.width > 0.0 && a.dot(b) < 0.0 && a.dot(b) * a.dot(b) > FACING {
             let face = usize::from(faces[1].length_squared() >= faces[0].length_squared());
             self.insert_area(corners, face, if face == 0 { -a } else { b });
         }
@@ -147,7 +187,7 @@ impl Skin {
     fn insert_area(&mut self, corners: [&[DVec3; 3]; 2], face: usize, normal: DVec3) {
         if self
             .cone(normal)
-            .is_some_and(|cone| !self.cones[cone].farthest.may_gain(corners))
+            .is_some_and(|cone| !self.cones[cone].farthest.may_gain_in(corners))
         {
             return;
         }
@@ -164,7 +204,16 @@ impl Skin {
     }
 
     /// The index of the cone for a normal, if there is one.
+    #[inline(always)]
     fn cone(&self, normal: DVec3) -> Option<usize> {
+        match self.cones.first() {
+            Some(first) if first.axis.dot(normal) >= CONE => Some(0),
+            _ => self.other_cone(normal),
+        }
+    }
+
+    #[inline(never)]
+    fn other_cone(&self, normal: DVec3) -> Option<usize> {
         let found = self
             .cones
             .iter()
@@ -183,7 +232,7 @@ impl Skin {
     fn gains(&self, point: &ManifoldPoint) -> bool {
         self.cone(point.normal).is_none_or(|cone| {
             let cone = &self.cones[cone];
-            point.distance < cone.nearest.distance || cone.farthest.gains(point.points[0])
+            point.distance < cone.nearest.distance || cone.farthest.may_gain(point.points[0], 0.0)
         })
     }
 
@@ -192,7 +241,7 @@ impl Skin {
             self.cones.push(Cone {
                 axis: point.normal,
                 nearest: point,
-                farthest: Octagon::new(point.normal),
+                farthest: Octagon::new(point.normal, point),
             });
             self.cones.len() - 1
         });
@@ -200,7 +249,8 @@ impl Skin {
         if point.distance < cone.nearest.distance {
             cone.nearest = point;
         }
-        cone.farthest.insert(point.points[0], point);
+        let bonus = -LEAN * point.distance;
+        cone.farthest.insert_with(point.points[0], bonus, point);
     }
 
     /// Adds the manifolds of all points so far to those of overlaps. Normals nearly equal to that
@@ -224,13 +274,36 @@ impl Skin {
                 cone.farthest.values().copied().map(turned).collect();
             let nearest = turned(cone.nearest);
             let span = area(nearest.normal, &points);
-            points.insert(0, nearest);
+            points.push(nearest);
             let mut manifold = Manifold::of(nearest.normal, &points);
             if let Some((area, centroid)) = span {
                 (manifold.area, manifold.centroid) = (area, centroid);
             }
             all.push(manifold);
         }
+    }
+}
+
+impl Cone {
+    /// True if the common area of two triangles with this point may hold a point to keep.
+    #[inline(always)]
+    fn may_gain(&self, point: &ManifoldPoint, corners: [&[DVec3; 3]; 2]) -> bool {
+        // The area is in both triangles, seen along the normal, so no wider than the smaller one.
+        let radius = |side: usize| {
+            let [p, q, r] = corners[side];
+            let (u, v, w) = (
+                *p - point.points[side],
+                *q - point.points[side],
+                *r - point.points[side],
+            );
+            larger(
+                larger(u.length_squared(), v.length_squared()),
+                w.length_squared(),
+            )
+        };
+        let radius = libm::sqrt(smaller(radius(0), radius(1)));
+        point.distance < self.nearest.distance
+            || self.farthest.may_gain(point.points[0], radius) && self.farthest.may_gain_in(corners)
     }
 }
 
@@ -304,9 +377,8 @@ fn is_least(
         return !around(tree, triangle, vertices[corner], goes_on);
     }
     (0..3).filter(|&i| is_on[i]).all(|i| {
-        tree.across(triangle, i).is_none_or(|next| {
-            !goes_on(tree.vertex_across(triangle, vertices[(i + 2) % 3], next))
-        })
+        tree.across(triangle, i)
+            .is_none_or(|next| !goes_on(tree.vertex_across(triangle, vertices[(i + 2) % 3], next)))
     })
 }
 

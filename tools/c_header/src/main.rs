@@ -26,7 +26,7 @@ const SECTIONS: [(&str, &[&str]); 16] = [
         &["query", "estimate"],
     ),
     ("Distance: how far apart are they?", &["distance"]),
-    ("Contacts: where do they touch?", &["contacts", "patches"]),
+    ("Contacts: where do they touch?", &["contacts", "patches", "manifolds"]),
     ("Motion: until when are they free?", &["motion"]),
     ("Push-out: what parts them?", &["push_out"]),
     ("Rays: what do they hit?", &["rays"]),

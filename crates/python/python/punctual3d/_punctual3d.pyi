@@ -218,6 +218,28 @@ class Contacts(Answer):
     def __len__(self) -> int: ...
 
 @final
+class Manifolds(Answer):
+    @property
+    def ids(self) -> NDArray[np.uint64]: ...
+    @property
+    def manifolds(self) -> NDArray[np.uint64]: ...
+    @property
+    def points(self) -> NDArray[np.float64]: ...
+    @property
+    def normals(self) -> NDArray[np.float64]: ...
+    @property
+    def distances(self) -> NDArray[np.float64]: ...
+    @property
+    def areas(self) -> NDArray[np.float64]: ...
+    @property
+    def is_overlap(self) -> NDArray[np.bool_]: ...
+    @property
+    def low(self) -> float: ...
+    @property
+    def count(self) -> int: ...
+    def __len__(self) -> int: ...
+
+@final
 class Passage(Answer):
     @property
     def free_until(self) -> float: ...
@@ -606,6 +628,25 @@ def contacts(
     budget: _Real | None = None,
     work: _Integer | None = None,
 ) -> Contacts: ...
+def manifolds(
+    a: _Surface,
+    b: _Surface,
+    T: ArrayLike | None = None,
+    *,
+    skin: _Real = 0.0,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
+    memory: Memory | None = None,
+) -> Manifolds: ...
+def overlap(
+    a: _Surface,
+    b: _Surface,
+    T: ArrayLike | None = None,
+    *,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
+    memory: Memory | None = None,
+) -> Manifolds: ...
 def motion(
     a: _Surface,
     b: _Surface,

@@ -22,6 +22,7 @@ _NAMES = [
     "DistanceEstimate",
     "Estimate",
     "GroupDistances",
+    "Manifolds",
     "PairDistances",
     "PairPassages",
     "Passage",
