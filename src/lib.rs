@@ -46,9 +46,10 @@
 //!
 //! # Further
 //!
-//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`], [`Patches`]. A
-//!   translation that separates the surfaces: [`PushOutQuery`]. Time of impact: [`Query::impact`].
-//!   Ray casts: [`Query::ray`], [`Query::rays`]; in a scene, [`Scene::cast`].
+//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`], [`Patches`].
+//!   Few points with depths for a solver: [`Query::manifolds`]. A translation that separates the
+//!   surfaces: [`PushOutQuery`]. Time of impact: [`Query::impact`]. Ray casts: [`Query::ray`],
+//!   [`Query::rays`]; in a scene, [`Scene::cast`].
 //! - Many bodies that move, with one budget for each frame: [`Scene`].
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
 //!   crate `punctual-io`.
