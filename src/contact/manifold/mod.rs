@@ -180,18 +180,21 @@ impl<T: Copy> Octagon<T> {
         }
     }
 
-    /// True if a point no farther than `radius` from this one may be beyond the others.
+    /// True if a point no farther than `radius` from this one, with this bonus, may be beyond the
+    /// others.
     #[inline(always)]
-    pub fn may_gain(&self, place: DVec3, radius: f64) -> bool {
+    pub fn may_gain(&self, place: DVec3, radius: f64, bonus: f64) -> bool {
+        let more = radius + bonus;
         (0..4).any(|k| {
             let along = place.dot(self.axes[k]);
-            along + radius > self.reach[k] || radius - along > self.reach[k + 4]
+            along + more > self.reach[k] || more - along > self.reach[k + 4]
         })
     }
 
-    /// True if a point in both triangles, seen along the normal, may be beyond the others.
+    /// True if a point in both triangles, seen along the normal, with this bonus, may be beyond the
+    /// others.
     #[inline(always)]
-    pub fn may_gain_in(&self, [a, b]: [&[DVec3; 3]; 2]) -> bool {
+    pub fn may_gain_in(&self, [a, b]: [&[DVec3; 3]; 2], bonus: f64) -> bool {
         (0..4).any(|k| {
             let axis = self.axes[k];
             let range = |[p, q, r]: &[DVec3; 3]| {
@@ -199,7 +202,8 @@ impl<T: Copy> Octagon<T> {
                 [smaller(smaller(x, y), z), larger(larger(x, y), z)]
             };
             let ([a_low, a_high], [b_low, b_high]) = (range(a), range(b));
-            smaller(a_high, b_high) > self.reach[k] || -larger(a_low, b_low) > self.reach[k + 4]
+            smaller(a_high, b_high) + bonus > self.reach[k]
+                || bonus - larger(a_low, b_low) > self.reach[k + 4]
         })
     }
 

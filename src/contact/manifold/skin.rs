@@ -146,7 +146,7 @@ impl Skin {
             let of_face = faces[face].normalize() * along[face].signum();
             let normal = if face == 0 { -of_face } else { of_face };
             self.insert(ManifoldPoint { normal, ..point });
-            self.insert_area(corners, face, normal);
+            self.insert_area(corners, face, normal, point.distance);
         } else if self.gains(&point) && is_least(0) && is_least(1) {
             self.insert(point);
         }
@@ -168,7 +168,7 @@ impl Skin {
             along > 0.0
                 && along * along > FACING * square
                 && low >= NEAR * cone.nearest.distance
-                && !cone.farthest.may_gain_in(corners)
+                && !cone.farthest.may_gain_in(corners, -LEAN * low)
         })
     }
 
@@ -178,17 +178,18 @@ impl Skin {
         let [a, b] = faces.map(DVec3::normalize_or_zero);
         if self.width > 0.0 && a.dot(b) < 0.0 && a.dot(b) * a.dot(b) > FACING {
             let face = usize::from(faces[1].length_squared() >= faces[0].length_squared());
-            self.insert_area(corners, face, if face == 0 { -a } else { b });
+            self.insert_area(corners, face, if face == 0 { -a } else { b }, 0.0);
         }
     }
 
     /// Inserts the corners of the area that both triangles have in common, seen along the normal of
-    /// one of them.
-    fn insert_area(&mut self, corners: [&[DVec3; 3]; 2], face: usize, normal: DVec3) {
-        if self
-            .cone(normal)
-            .is_some_and(|cone| !self.cones[cone].farthest.may_gain_in(corners))
-        {
+    /// one of them. They are at least `least` apart.
+    fn insert_area(&mut self, corners: [&[DVec3; 3]; 2], face: usize, normal: DVec3, least: f64) {
+        if self.cone(normal).is_some_and(|cone| {
+            !self.cones[cone]
+                .farthest
+                .may_gain_in(corners, -LEAN * least)
+        }) {
             return;
         }
         let away = if face == 0 { -normal } else { normal };
@@ -232,7 +233,10 @@ impl Skin {
     fn gains(&self, point: &ManifoldPoint) -> bool {
         self.cone(point.normal).is_none_or(|cone| {
             let cone = &self.cones[cone];
-            point.distance < cone.nearest.distance || cone.farthest.may_gain(point.points[0], 0.0)
+            point.distance < cone.nearest.distance
+                || cone
+                    .farthest
+                    .may_gain(point.points[0], 0.0, -LEAN * point.distance)
         })
     }
 
