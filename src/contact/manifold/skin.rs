@@ -306,8 +306,10 @@ impl Cone {
             )
         };
         let radius = libm::sqrt(smaller(radius(0), radius(1)));
+        let bonus = -LEAN * point.distance;
         point.distance < self.nearest.distance
-            || self.farthest.may_gain(point.points[0], radius) && self.farthest.may_gain_in(corners)
+            || self.farthest.may_gain(point.points[0], radius, bonus)
+                && self.farthest.may_gain_in(corners, bonus)
     }
 }
 
