@@ -1,5 +1,5 @@
-//! Contact manifolds of solids: normals and depths of cases whose truth is known, apart and sunk, in one list; ids that
-//! last; the same bits however a query is cut; nothing false at a stop.
+//! Contact manifolds of solids: normals and depths of cases whose truth is known, apart and sunk, in
+//! one list; ids that last; the same bits however a query is cut; nothing false at a stop.
 
 use oorandom::Rand64;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};

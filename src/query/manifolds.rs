@@ -26,7 +26,13 @@ use core::mem;
 /// normal. Both kinds are in one list, [`Workspace::manifolds`], the deepest first, each
 /// [`Manifold`] with at most four points. Normals point from B to A.
 ///
-/// Meshes are taken as solids: triangles are counterclockwise seen from outside.
+/// Meshes are taken as solids: triangles are counterclockwise seen from outside. If both are known
+/// to be closed ([`BuildOptions::solid`](crate::BuildOptions::solid)), what is inside is decided
+/// exactly; else by the side of the nearest hit of a ray.
+///
+/// The work is that of the contacts within the skin, and where surfaces meet about as much again.
+/// The first query of a pair that meets makes room in the workspace: 4 bytes for each triangle and
+/// 8 for each vertex.
 ///
 /// **Guarantee.** Each pair of triangles within the skin has been reduced in a finished query, but
 /// for faces that face each other across a manifold and add nothing to its polygon, nor to its
@@ -38,11 +44,13 @@ use core::mem;
 /// ```
 /// use punctual::glam::{DMat3, DVec3, Vec3};
 /// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
-/// let (floor, crate_) = (Tree::new(shapes::cuboid(Vec3::splat(5.0), 1)), Tree::new(shapes::cuboid(Vec3::ONE, 1)));
+/// let floor = Tree::new(shapes::cuboid(Vec3::splat(5.0), 1));
+/// let crate_ = Tree::new(shapes::cuboid(Vec3::ONE, 1));
 /// let mut workspace = Workspace::new();
 /// for (height, distance) in [(6.01, 0.01), (5.99, -0.01)] {
 ///     let pose = Pose::new(DMat3::IDENTITY, DVec3::Z * height)?;
-///     let found = Query::manifolds(&floor, &crate_, pose).skin(0.02).run(&mut workspace, Budget::unlimited());
+///     let query = Query::manifolds(&floor, &crate_, pose).skin(0.02);
+///     let found = query.run(&mut workspace, Budget::unlimited());
 ///     assert!(found.value.low == f64::INFINITY);
 ///     let [manifold] = workspace.manifolds() else { panic!("one face of the crate") };
 ///     assert!((manifold.normal + DVec3::Z).length() < 1e-9 && manifold.points().len() == 4);

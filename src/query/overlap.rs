@@ -136,6 +136,9 @@ struct Group {
 /// Maximum number of pairs of a group that decide its normal if it has no area.
 const TOUCHING: usize = 16;
 
+/// They are searched among this many pairs.
+const AMONG: usize = 1024;
+
 /// Maximum number of probes of a group in each of two stages.
 const PROBES: usize = 4;
 
@@ -335,10 +338,10 @@ impl Overlaps {
 
     fn link(&mut self, trees: [&Tree; 2], at: usize) {
         let pair = self.cuts[at].pair;
-        for side in 0..2 {
+        for (side, triangle) in pair.into_iter().enumerate() {
             let marks = &mut self.triangles[side];
-            self.cuts[at].is_first[side] = marks.get(pair[side]).is_none();
-            marks.set(pair[side], CUT);
+            self.cuts[at].is_first[side] = marks.get(triangle).is_none();
+            marks.set(triangle, CUT);
         }
         let (slot, known) = self.slot(pair);
         if let Some(known) = known {
@@ -513,7 +516,9 @@ impl Overlaps {
         };
         let normal = |[p, q, r]: &[DVec3; 3]| (*q - *p).cross(*r - *p).normalize_or_zero();
         let mut pairs: ArrayVec<_, TOUCHING> = ArrayVec::new();
-        let members = self.cuts.iter().filter(|cut| cut.group == group);
+        let first = self.groups[group as usize].first as usize;
+        let members = self.cuts[first..].iter().take(AMONG);
+        let members = members.filter(|cut| cut.group == group);
         pairs.extend(members.take(TOUCHING).map(corners));
         let overlap = |way: DVec3, [a, b]: &[[DVec3; 3]; 2]| {
             let most = b
@@ -686,7 +691,8 @@ impl Group {
         probes
     }
 
-    /// The other probes: those that span most. Around a small region with a vertex, none: points of its curve, where the depth is 0, are `found` without rays.
+    /// The other probes: those that span most. Around a small region with a vertex, none: points of
+    /// its curve, where the depth is 0, are `found` without rays.
     fn wide_probes(&self, found: &mut ArrayVec<ManifoldPoint, 16>) -> ArrayVec<Probe, PROBES> {
         if self.cuts <= SMALL && !found.is_empty() {
             let curve = self.farthest[2].values();

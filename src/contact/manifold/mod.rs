@@ -123,7 +123,7 @@ pub(crate) fn number(manifolds: &mut [Manifold]) {
 /// Two unit vectors across a normal, turned so that the eight directions between them are not those
 /// of the edges of a box, which tie.
 pub(crate) fn frame(normal: DVec3) -> [DVec3; 2] {
-    const TURN: [f64; 2] = [0.932_327_345_606_034_2, 0.361_615_431_964_962_35];
+    const TURN: [f64; 2] = [0.932_327_345_606_034_2, 0.361_615_431_964_962_4];
     let (x, y) = normal.any_orthonormal_pair();
     [x * TURN[0] + y * TURN[1], y * TURN[0] - x * TURN[1]]
 }

@@ -388,7 +388,7 @@ fn is_least(
     })
 }
 
-/// True if `is_it` is true of a vertex of a triangle around a vertex, other than the triangle given.
+/// True if `is_it` is true of a vertex of a triangle around a vertex, except the first triangle.
 fn around(tree: &Tree, first: u32, vertex: u32, is_it: impl Fn(u32) -> bool) -> bool {
     let start = tree.vertices_of(first);
     let Some(corner) = start.iter().position(|&v| v == vertex) else {
