@@ -10,10 +10,10 @@ use super::deadline::Deadline;
 use super::memory::PairMemory;
 use super::options::{ContactOptions, OptionError};
 use super::outcome::StopReason;
-use super::overlap;
+use super::overlap::run;
 use super::question::{Ask, Query, Question, Remembers};
 use super::workspace::{Asked, Key, Workspace};
-use crate::contact::manifold::{Manifold, Shape, Skin};
+use crate::contact::manifold::{Manifold, Shape};
 use crate::math::Pose;
 use crate::tree::Tree;
 use core::mem;
@@ -84,24 +84,6 @@ pub struct ManifoldBounds {
     pub low: f64,
     /// True if the surfaces are known to intersect.
     pub meets: bool,
-}
-
-/// What takes the contacts of a query for manifolds, in place of the list.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Reduction {
-    pub is_on: bool,
-    pub skin: Skin,
-    /// True when all pairs are listed.
-    is_listed: bool,
-}
-
-impl Reduction {
-    pub fn clear(&mut self) {
-        if self.is_on {
-            self.skin.clear();
-            (self.is_on, self.is_listed) = (false, false);
-        }
-    }
 }
 
 impl<'t> Query<'t, Manifolds> {
@@ -192,7 +174,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         }
         if stop.is_final() && !workspace.overlaps.is_done() {
             let to_b = self.asked.b_in_a.inverse_unchecked();
-            stop = overlap::advance(self.shape(), &to_b, workspace, deadline);
+            stop = run::advance(self.shape(), &to_b, workspace, deadline);
         }
         workspace.run.stopped = !stop.is_final();
         self.tell(workspace, memory, stop);

@@ -2,13 +2,12 @@
 
 use super::corners::Corners;
 use super::known;
-use super::manifolds::Reduction;
 use super::march::March;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Stats, StopReason, Verdict};
-use super::overlap::Overlaps;
+use super::overlap::{Overlaps, Reduction};
 use super::queue::{Front, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
