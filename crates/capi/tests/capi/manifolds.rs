@@ -116,7 +116,7 @@ fn bad_questions_for_manifolds_are_refused() {
     let tree = tree_of(&knot());
     let mut workspace = owned(|out| punctual_workspace_new(out));
     let budget = punctual_budget_work(1);
-    for skin in [-1.0, f64::NAN] {
+    for (skin, text) in [(-1.0, "-1"), (f64::NAN, "NaN")] {
         let mut query = punctual_manifold_query_new(Some(&tree), Some(&tree), raw(&tilted()));
         query.skin = skin;
         // SAFETY: no clock of the caller's.
@@ -130,7 +130,10 @@ fn bad_questions_for_manifolds_are_refused() {
                 null_mut(),
             )
         };
-        fails(status, Status::BadArgument, "query->skin");
+        let text = format!(
+            "punctual_manifold_query_run: query->skin is {text}, which is negative or no number"
+        );
+        fails(status, Status::BadArgument, &text);
     }
     // SAFETY: null is told.
     let status = unsafe {
