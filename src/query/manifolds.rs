@@ -3,14 +3,14 @@
 //!
 //! The search is that of the contacts ([`contacts`](super::contacts)); what it finds goes to a
 //! [`Reduction`] instead of a list. Pairs that intersect are kept for the overlaps
-//! ([`overlap`](super::overlap)), which follow in the same run.
+//! ([`overlaps`](super::overlap)), which follow in the same run.
 
 use super::budget::Budget;
 use super::deadline::Deadline;
 use super::memory::PairMemory;
 use super::options::{ContactOptions, OptionError};
 use super::outcome::StopReason;
-use super::overlap::run;
+use super::overlaps::run;
 use super::question::{Ask, Query, Question, Remembers};
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::manifold::{Manifold, Shape};

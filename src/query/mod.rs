@@ -8,7 +8,7 @@
 //! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
 //! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | contacts, asked as one of these two | [`contacts`] |
-//! | contact manifolds: contacts, reduced; then the overlaps | [`manifolds`]; [`overlap`] |
+//! | contact manifolds: contacts, reduced; then the overlaps | [`manifolds`]; [`overlaps`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
 //! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
@@ -54,7 +54,7 @@ pub(crate) mod opened;
 mod options;
 mod order;
 mod outcome;
-mod overlap;
+mod overlaps;
 pub(crate) mod parting;
 mod probe;
 mod question;
@@ -87,7 +87,7 @@ pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
-pub use overlap::REGION_LIMIT;
+pub use overlaps::REGION_LIMIT;
 pub(crate) use question::Ask;
 pub use question::{Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};

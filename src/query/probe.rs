@@ -37,7 +37,7 @@ pub(super) struct Probe<'q> {
     summary: FrontSummary,
 }
 
-/// An open pair, and the penetration and crossing of its boxes ([`overlap`]).
+/// An open pair, and the penetration and crossing of its boxes ([`overlaps`]).
 #[derive(Clone, Copy)]
 struct Open {
     pair: Pair,

@@ -7,7 +7,7 @@ use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Stats, StopReason, Verdict};
-use super::overlap::{Overlaps, Reduction};
+use super::overlaps::{Overlaps, Reduction};
 use super::queue::{Front, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
