@@ -8,7 +8,8 @@ use std::time::Instant;
 
 use oorandom::Rand64;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, Mesh, Pose, Scene, Tree};
+use punctual::{Budget, Mesh, Pose, Tree};
+use punctual_scene::{Body, Scene};
 
 fn at(place: DVec3) -> Pose {
     Pose::new(DMat3::IDENTITY, place).expect("a shift is a pose")

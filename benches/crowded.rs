@@ -10,7 +10,8 @@ use std::time::Duration;
 use cpu_time::ThreadTime;
 use oorandom::Rand64;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+use punctual::{Budget, Pose, Tree, shapes};
+use punctual_scene::{Body, Scene};
 
 const PLAYS: usize = 5;
 const FRAMES: usize = 300;

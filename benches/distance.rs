@@ -4,10 +4,9 @@
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use punctual::distance::Distance;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Budget, Distance, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Budget, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
 
 const POSES: u32 = 16;
 

@@ -7,10 +7,10 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
+use punctual::clock::SystemClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Budget, Intersection, Order, PairMemory, Pose, Query, SystemClock, Tree, Workspace, shapes,
-};
+use punctual::intersection::{Intersection, Order};
+use punctual::{Budget, PairMemory, Pose, Query, Tree, Workspace, shapes};
 
 const REPETITIONS: usize = 200;
 

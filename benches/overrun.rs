@@ -17,11 +17,10 @@ use std::time::Duration;
 use arms::Arms;
 use case::Case;
 use cpu_time::ThreadTime;
+use punctual::clock::SystemClock;
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{
-    Body, Budget, Clock, Mesh, Mode, Pose, Query, Scene, StopReason, SystemClock, Tree, Workspace,
-    shapes,
-};
+use punctual::{Budget, Clock, Mesh, Mode, Pose, Query, StopReason, Tree, Workspace, shapes};
+use punctual_scene::{Body, Scene};
 
 /// Quantiles of times, microseconds.
 fn row(name: &str, mut times: Vec<Duration>) {

@@ -5,11 +5,10 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use punctual::geom::triangles_intersect;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Answer, Budget, Mode, Order, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
-    triangles_intersect,
-};
+use punctual::intersection::Order;
+use punctual::{Answer, Budget, Mode, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
 
 /// A knot and a ball of rising resolution, overlapping.
 fn pair(step: u32) -> (Tree, Tree) {

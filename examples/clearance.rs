@@ -10,10 +10,9 @@ mod common;
 use std::error::Error;
 use std::io::Write;
 
+use punctual::distance::{Bounds, Distance};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Answer, Bounds, Budget, Distance, PairMemory, Pose, PoseError, Query, Tree, Workspace, shapes,
-};
+use punctual::{Answer, Budget, PairMemory, Pose, PoseError, Query, Tree, Workspace, shapes};
 
 /// The tool may come no closer than this (m).
 const LIMIT: f64 = 0.05;

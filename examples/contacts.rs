@@ -2,8 +2,9 @@
 
 use std::error::Error;
 
+use punctual::contacts::Patches;
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, Patches, Pose, Query, Tree, Workspace, shapes};
+use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let floor = Tree::new(shapes::cuboid(Vec3::new(5.0, 5.0, 0.5), 16));

@@ -13,7 +13,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Body, Budget, CostModel, Mesh, Mode, Pose, Query, Scene, Tree, Workspace, shapes};
+use punctual::prediction::CostModel;
+use punctual::{Budget, Mesh, Mode, Pose, Query, Tree, Workspace, shapes};
+use punctual_scene::{Body, Scene};
 
 const CELLS: u32 = 48;
 const SIDE: u32 = CELLS + 1;

@@ -17,9 +17,8 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{
-    Body, BodyId, Budget, PairReport, Pose, PoseError, Scene, SceneError, Tree, Verdict, shapes,
-};
+use punctual::{Budget, Pose, PoseError, Tree, Verdict, shapes};
+use punctual_scene::{Body, BodyId, PairReport, Scene, SceneError};
 
 const BODIES: usize = 240;
 const FRAMES: usize = 120;

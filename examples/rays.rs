@@ -3,7 +3,8 @@
 use std::error::Error;
 
 use punctual::glam::DMat3;
-use punctual::{Body, Budget, Pose, Query, Ray, Scene, SceneRay, Tree, Workspace, shapes};
+use punctual::{Budget, Pose, Query, Ray, Tree, Workspace, shapes};
+use punctual_scene::{Body, Scene, SceneRay};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let room = Tree::new(shapes::cuboid([4.0, 3.0, 1.5], 8));

@@ -4,7 +4,8 @@ use std::error::Error;
 use std::sync::Arc;
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, ContactPhase, Pose, Scene, Tree, shapes};
+use punctual::{Budget, Pose, Tree, shapes};
+use punctual_scene::{Body, ContactPhase, Scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let gear = Arc::new(Tree::new(shapes::gear(17, 6)));

@@ -2,7 +2,6 @@
 //! shapes, the node pairs that a query opens.
 //! No promise of stability.
 
-pub use crate::math::random::Random;
 pub use crate::model::closing::{Closing, between, between_features, closing_features, work_left};
 pub use crate::model::confidence::{
     Lead, history_features, hit_features, marching_features, probability, recall, recall_features,
@@ -12,3 +11,4 @@ pub use crate::model::least_squares::least_squares;
 pub use crate::model::passing::{Passing, passing_features, work_left as motion_work_left};
 pub use crate::model::prediction::{all_left, any_left, features_of_all, features_of_any};
 pub use crate::query::opened::{OpenedPair, opened_pairs};
+pub use punctual_geom::random::Random;

@@ -30,9 +30,9 @@
 //!   intersect. [`Verdict::Within`] carries two triangles that are within the margins of two bodies
 //!   of a scene. [`Verdict::Separated`] is returned only when nothing is left to visit. Everything
 //!   else is [`Verdict::Undecided`]. The answer is exact for the pose as given.
-//! - **It stops.** A query exceeds a budget of work by at most [`MAX_STEP_WORK`]. Under a budget of
-//!   time it reads the clock more often the nearer the deadline, in the end every
-//!   [`Budget::poll_interval`] units of work.
+//! - **It stops.** A query exceeds a budget of work by at most
+//!   [`MAX_STEP_WORK`](prediction::MAX_STEP_WORK). Under a budget of time it reads the clock more
+//!   often the nearer the deadline, in the end every [`Budget::poll_interval`] units of work.
 //! - **The [`Certificate`] bounds what is missing**: an upper bound of the number of intersections,
 //!   and boxes that hold every intersection not reported.
 //! - **Nothing is lost.** A stopped query can be resumed ([`Query::resume`]). However budgets of
@@ -46,11 +46,10 @@
 //!
 //! # Further
 //!
-//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`], [`Patches`].
-//!   Few points with depths for a solver: [`Query::manifolds`]. A translation that separates the
-//!   surfaces: [`PushOutQuery`]. Time of impact: [`Query::impact`]. Ray casts: [`Query::ray`],
-//!   [`Query::rays`]; in a scene, [`Scene::cast`].
-//! - Many bodies that move, with one budget for each frame: [`Scene`].
+//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`],
+//!   [`contacts::Patches`]; few points with depths for a solver: [`Query::manifolds`]. Time of impact: [`Query::impact`]. Ray casts: [`Query::ray`],
+//!   [`Query::rays`]. A translation that separates the surfaces: the crate `punctual-depenetrate`.
+//! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
 //!   crate `punctual-io`.
 //! - State kept from frame to frame: [`PairMemory`]. Without a system clock: [`Budget::clock`],
@@ -71,59 +70,83 @@ compile_error!(
 );
 
 mod contact;
+pub mod engine;
 #[cfg(any(doc, doctest))]
 pub mod guide;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals;
-mod math;
 mod mesh;
 mod model;
-mod names;
-mod push_out;
 mod query;
-mod scene;
-mod tree;
-mod triangle;
+pub mod tree;
 
-pub use contact::{Contact, Manifold, ManifoldPoint, Patch, Patches};
 /// The version of glam whose vectors and matrices the results contain.
 ///
 /// The arguments of a [`Pose`], a [`Mesh`] or a shape may be of any glam version, or plain arrays.
 /// To convert results to another version, use `to_array` and `to_cols_array`, which all versions
 /// have; the program then does not depend on the version used here.
 pub use glam;
-pub use math::{Aabb, Motion, MotionError, Pose, PoseError, Ray, RayError};
 pub use mesh::{Mesh, MeshError, shapes};
-pub use model::calibration::Calibration;
-pub use model::confidence::{DEFAULT_PRIOR, History};
-pub use model::cost::{
-    CostModel, Counts, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, WORK_PER_EDGE_TEST,
-    WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
-};
-pub use model::prediction::Quantiles;
-pub use names::UnknownName;
-pub use push_out::{Push, PushOut, PushOutQuery};
-#[cfg(all(
-    feature = "std",
-    not(all(target_family = "wasm", target_os = "unknown"))
-))]
-pub use query::SystemClock;
+#[doc(no_inline)]
+pub use punctual_geom as geom;
+pub use punctual_geom::{Aabb, Motion, Pose, PoseError, Ray};
 pub use query::{
-    Answer, Bounds, Budget, Certificate, Clock, ClockedBudget, ContactBounds, Contacts, Distance,
-    DistanceEstimate, Estimate, Impact, Intersection, LEVELS, ManifoldBounds, Manifolds,
-    ManualClock, Mode, Nearest, OptionError, Order, PairMemory, Prediction, Query, QueryWithMemory,
-    Question, REGION_LIMIT, RayBounds, RayCast, RayHit, RayMode, Rays, Remembers, ResumeError,
-    Stats, StopReason, TimeOfImpact, Verdict, Workspace,
+    Answer, Budget, Certificate, Clock, Mode, OptionError, PairMemory, Query, ResumeError, Stats,
+    StopReason, Verdict, Workspace,
 };
-pub use scene::{
-    Body, BodyContact, BodyHit, BodyId, BodyKind, CompoundId, ContactPhase, ContactPoint,
-    ContactPoints, Filter, GroupDistance, MeasureId, PairCertificate, PairDistance, PairPassage,
-    PairQuestion, PairReport, Reach, Report, Scene, SceneCast, SceneError, SceneRay,
-};
-pub use tree::{
-    BuildOptions, Component, Effort, LevelProfile, Solid, SolidError, Solidity, Subtree, Tree,
-    TreeFault, TreeFileError, TreeStats,
-};
-pub use triangle::ray::Side;
-pub use triangle::{triangle_segment, triangles_intersect};
+pub use tree::{BuildOptions, Tree};
+
+/// Clocks that measure the time of a [`Budget`].
+pub mod clock {
+    #[cfg(all(
+        feature = "std",
+        not(all(target_family = "wasm", target_os = "unknown"))
+    ))]
+    pub use crate::query::SystemClock;
+    pub use crate::query::{Clock, ClockedBudget, ManualClock};
+}
+
+/// Which triangles of two surfaces intersect: [`Query::intersection`], [`Query::all_pairs`].
+pub mod intersection {
+    pub use crate::query::{Intersection, Mode, Operand, Order, Verdict};
+}
+
+/// The distance of two surfaces, with bounds: [`Query::distance`].
+pub mod distance {
+    pub use crate::query::{Bounds, Distance, DistanceEstimate, Nearest};
+}
+
+/// Contacts, and patches of them for a solver: [`Query::contacts`].
+pub mod contacts {
+    pub use crate::contact::{Contact, Manifold, ManifoldPoint, Patch, Patches};
+    pub use crate::query::{ContactBounds, Contacts, ManifoldBounds, Manifolds, REGION_LIMIT};
+}
+
+/// Time of impact of a body that moves: [`Query::impact`].
+pub mod impact {
+    pub use crate::query::{Impact, TimeOfImpact};
+}
+
+/// Ray casts: [`Query::ray`], [`Query::rays`].
+pub mod rays {
+    pub use crate::query::{RayBounds, RayCast, RayHit, RayMode, Rays};
+    pub use punctual_geom::Side;
+}
+
+/// Points and solids: [`Query::winding`], [`Query::signed_distance`].
+pub mod points {
+    pub use crate::query::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
+}
+
+/// What a query will cost, what a stopped one has found, and the unit of work.
+pub mod prediction {
+    pub use crate::model::calibration::Calibration;
+    pub use crate::model::confidence::{DEFAULT_PRIOR, History};
+    pub use crate::model::cost::{
+        CostModel, Counts, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, WORK_PER_EDGE_TEST,
+        WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
+    };
+    pub use crate::model::prediction::Quantiles;
+    pub use crate::query::{Estimate, LEVELS, Prediction};
+}

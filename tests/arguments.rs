@@ -1,11 +1,11 @@
 //! Numbers that a query cannot use are named, whichever they are; what is asked in spite of them goes by the nearest
 //! that it can.
 
+use punctual::clock::ManualClock;
+use punctual::distance::Distance;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Budget, Distance, Intersection, ManualClock, Motion, OptionError, Pose, Query, Tree, Workspace,
-    shapes,
-};
+use punctual::intersection::Intersection;
+use punctual::{Budget, Motion, OptionError, Pose, Query, Tree, Workspace, shapes};
 
 fn named<Q>(query: Result<Q, OptionError>) -> Option<&'static str> {
     query.err().map(|error| {

@@ -7,11 +7,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use common::random::Random;
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, Calibration, ManualClock, Mode, PairReport, Pose, Query, Scene, Tree,
-    Verdict, Workspace, shapes,
-};
+use punctual::prediction::Calibration;
+use punctual::{Budget, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual_scene::{Body, BodyId, PairReport, Scene};
 
 /// Probabilities and things that are none.
 const TOLD: [f64; 16] = [

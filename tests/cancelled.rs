@@ -6,11 +6,14 @@ use std::cell::Cell;
 use std::sync::Arc;
 use std::time::Duration;
 
+use punctual::clock::SystemClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{
-    Body, Budget, Clock, Mesh, Mode, Motion, Pose, PushOutQuery, Query, Ray, Scene, StopReason,
-    SystemClock, Tree, Verdict, Workspace, shapes,
+    Budget, Clock, Mesh, Mode, Motion, Pose, Query, Ray, StopReason, Tree, Verdict, Workspace,
+    shapes,
 };
+use punctual_depenetrate::PushOutQuery;
+use punctual_scene::{Body, Scene};
 
 /// Work that is done at most between two looks, and the last steps.
 const LOOKS_AFTER: u64 = 2 << 20;
@@ -154,8 +157,9 @@ fn a_cancelled_frame_is_followed_by_a_whole_one() {
         let (mut plain, mut cancelled) = (scene(), scene());
         let report = cancelled.detect(budget.clock(&Canceller::at(1)));
         assert!(report.work < 2 * LOOKS_AFTER, "{budget:?}: {}", report.work);
-        let found =
-            |report: &punctual::Report| report.pairs.iter().map(|pair| pair.found).sum::<u64>();
+        let found = |report: &punctual_scene::Report| {
+            report.pairs.iter().map(|pair| pair.found).sum::<u64>()
+        };
         let first = found(report);
         let whole = plain.detect(budget);
         assert!(whole.is_whole() && whole.pairs.len() == 15);

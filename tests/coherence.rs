@@ -6,11 +6,10 @@ use common::check::{
     ENOUGH, assert_certificate, assert_complete, assert_sound, run, run_with_memory, sorted,
 };
 use common::reference::{Place, all_pairs, place};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Budget, Intersection, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query, StopReason,
-    Tree, Workspace, shapes,
-};
+use punctual::intersection::{Intersection, Order};
+use punctual::{Budget, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes};
 
 /// A gear rolls in the teeth of another, and out of them.
 struct Motion {

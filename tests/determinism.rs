@@ -11,11 +11,13 @@ use common::check::{
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::intersection::{Intersection, Order};
+use punctual::tree::{Subtree, TreeStats};
 use punctual::{
-    Aabb, Answer, Budget, BuildOptions, Certificate, Intersection, ManualClock, Mesh, MeshError,
-    Mode, Order, PairMemory, Pose, PoseError, Query, Stats, StopReason, Subtree, Tree, TreeStats,
-    Verdict, Workspace, shapes,
+    Aabb, Answer, Budget, BuildOptions, Certificate, Mesh, MeshError, Mode, PairMemory, Pose,
+    PoseError, Query, Stats, StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 /// Everything a run says: the outcome with all counters, the pairs in order, the open boxes in order.
@@ -246,6 +248,6 @@ fn public_types_cross_threads() {
     )>();
     send_and_sync::<(Answer<Verdict>, Verdict, StopReason, Stats, Certificate<'_>)>();
     #[cfg(feature = "std")]
-    send_and_sync::<punctual::SystemClock>();
+    send_and_sync::<punctual::clock::SystemClock>();
     send::<ManualClock>();
 }

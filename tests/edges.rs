@@ -7,13 +7,19 @@ mod allocations;
 use std::time::Duration;
 
 use allocations::allocator_calls;
+use punctual::clock::ManualClock;
+use punctual::contacts::{ContactBounds, Contacts};
+use punctual::distance::{Bounds, Distance};
 use punctual::glam::{DMat3, DVec3};
+use punctual::impact::{Impact, TimeOfImpact};
+use punctual::intersection::Intersection;
+use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use punctual::rays::{RayBounds, RayCast, RayMode};
 use punctual::{
-    Answer, Bounds, Budget, ContactBounds, Contacts, Distance, Impact, Intersection,
-    MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, ManualClock, Mesh, Mode, Motion, Pose, PushOut,
-    PushOutQuery, Query, Ray, RayBounds, RayCast, RayMode, ResumeError, StopReason, TimeOfImpact,
-    Tree, Verdict, Workspace, shapes,
+    Answer, Budget, Mesh, Mode, Motion, Pose, Query, Ray, ResumeError, StopReason, Tree, Verdict,
+    Workspace, shapes,
 };
+use punctual_depenetrate::{PushOut, PushOutQuery};
 
 /// Two trees, and where they are.
 struct Place {

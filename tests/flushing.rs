@@ -13,10 +13,10 @@ use common::MODES;
 use common::check::{ENOUGH, assert_complete, run_to_end};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, Budget, ManualClock, Mesh, Pose, Query, Ray, Scene, StopReason, Tree, Verdict, Workspace,
-};
+use punctual::{Budget, Mesh, Pose, Query, Ray, StopReason, Tree, Verdict, Workspace};
+use punctual_scene::{Body, Scene};
 use std::sync::Arc;
 
 const FLUSH_TO_ZERO: u32 = 1 << 15;

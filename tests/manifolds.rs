@@ -2,10 +2,11 @@
 //! one list; ids that last; the same bits however a query is cut; nothing false at a stop.
 
 use oorandom::Rand64;
+use punctual::contacts::Manifold;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
+use punctual::tree::Solid;
 use punctual::{
-    Budget, BuildOptions, Manifold, Mesh, PairMemory, Pose, Query, Solid, StopReason, Tree,
-    Workspace, shapes,
+    Budget, BuildOptions, Mesh, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 use std::f64::consts::{FRAC_PI_4, SQRT_2, TAU};
 

@@ -6,10 +6,10 @@ mod allocations;
 use std::sync::Arc;
 
 use allocations::held;
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, Budget, BuildOptions, ManualClock, Mesh, Pose, Scene, Tree, Workspace, shapes,
-};
+use punctual::{Budget, BuildOptions, Mesh, Pose, Tree, Workspace, shapes};
+use punctual_scene::{Body, Scene};
 
 #[test]
 fn a_workspace_has_20_bytes_a_queued_and_8_a_found_pair() {

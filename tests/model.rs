@@ -5,10 +5,12 @@ mod common;
 use std::time::Duration;
 
 use common::random::{Drift, Family, Random, pose_about, soup};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
+use punctual::intersection::Intersection;
+use punctual::prediction::{CostModel, Counts, DEFAULT_PRIOR, Quantiles};
 use punctual::{
-    Answer, Budget, CostModel, Counts, DEFAULT_PRIOR, Intersection, ManualClock, Mode, PairMemory,
-    Pose, Quantiles, Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Answer, Budget, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
 };
 
 fn trees() -> [Tree; 2] {

@@ -5,7 +5,8 @@ mod common;
 use common::check::{ENOUGH, run, sorted};
 use common::random::{Drift, Random, pose_about};
 use punctual::glam::DVec3;
-use punctual::{Answer, BuildOptions, Effort, Query, Tree, Verdict, Workspace, shapes};
+use punctual::tree::Effort;
+use punctual::{Answer, BuildOptions, Query, Tree, Verdict, Workspace, shapes};
 
 fn answer(a: &Tree, b: &Tree, seed: u64) -> (Answer<Verdict>, Vec<[u32; 2]>) {
     let pose = pose_about(DVec3::ZERO, 0.3, Drift::None, &mut Random::new(seed));

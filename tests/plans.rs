@@ -8,11 +8,10 @@ use common::check::{
     ENOUGH, assert_certificate, assert_complete, assert_sound, resume, run, run_to_end, sorted,
 };
 use common::random::{Drift, Random, pose_about};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Budget, Intersection, ManualClock, Mesh, Mode, Order, Pose, Query, StopReason, Tree, Workspace,
-    shapes,
-};
+use punctual::intersection::{Intersection, Order};
+use punctual::{Budget, Mesh, Mode, Pose, Query, StopReason, Tree, Workspace, shapes};
 use std::time::Duration;
 
 /// A time that is not expected to last.

@@ -1,4 +1,4 @@
-//! Each promise of [`punctual::PushOutQuery`]: what it returns parts the surfaces, gets shorter with the budget, and comes
+//! Each promise of [`punctual_depenetrate::PushOutQuery`]: what it returns parts the surfaces, gets shorter with the budget, and comes
 //! within it; on meshes of all sorts.
 
 mod common;
@@ -6,11 +6,11 @@ mod common;
 use std::time::Duration;
 
 use common::random::{Drift, Family, Random, pose_about, soup};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{
-    Budget, MAX_STEP_WORK, ManualClock, Mesh, Pose, PushOut, PushOutQuery, Query, StopReason, Tree,
-    Verdict, Workspace, shapes,
-};
+use punctual::prediction::MAX_STEP_WORK;
+use punctual::{Budget, Mesh, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
+use punctual_depenetrate::{PushOut, PushOutQuery};
 
 struct Case {
     name: &'static str,

@@ -7,9 +7,10 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::prediction::CostModel;
 use punctual::{
-    Aabb, Budget, BuildOptions, CostModel, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree,
-    Verdict, Workspace, shapes,
+    Aabb, Budget, BuildOptions, Mesh, MeshError, Mode, PairMemory, Pose, Query, Tree, Verdict,
+    Workspace, shapes,
 };
 
 fn vertices(mesh: &Mesh) -> Vec<DVec3> {
@@ -276,7 +277,7 @@ fn a_query_is_not_resumed_over_a_refit() {
     assert_ne!(more.stop, punctual::StopReason::Finished);
     tree.refit_f64(&rest).unwrap();
     let query = Query::all_pairs(&tree, &tree, Pose::IDENTITY);
-    let clock = punctual::ManualClock::new();
+    let clock = punctual::clock::ManualClock::new();
     assert!(query.resume(&mut workspace, ENOUGH.clock(&clock)).is_err());
 }
 
@@ -290,7 +291,7 @@ fn memory_outlives_a_refit() {
         .collect();
     let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 0.2, 0.1)).unwrap();
     let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
-    let clock = punctual::ManualClock::new();
+    let clock = punctual::clock::ManualClock::new();
     let mut ask = |tree: &Tree| {
         let query = Query::intersection(tree, tree, pose).mode(Mode::Any);
         query

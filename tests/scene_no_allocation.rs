@@ -13,11 +13,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use allocations::{allocator_calls_of_all_threads, held};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, Filter, ManualClock, Mode, Motion, Pose, Ray, Reach, Scene, SceneRay,
-    Tree, shapes,
-};
+use punctual::{Budget, Mode, Motion, Pose, Ray, Tree, shapes};
+use punctual_scene::{Body, BodyId, Filter, Reach, Scene, SceneRay};
 use random::Random;
 
 const BODIES: usize = 60;

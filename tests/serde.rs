@@ -11,12 +11,15 @@ use std::time::Duration;
 use common::check::{ENOUGH, run, run_with_memory};
 use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
+use punctual::clock::ManualClock;
+use punctual::contacts::Patches;
 use punctual::glam::{DMat3, DVec3};
+use punctual::prediction::{Calibration, CostModel, Counts};
+use punctual::tree::{Effort, TreeStats};
 use punctual::{
-    Body, BodyId, Budget, BuildOptions, Calibration, CostModel, Counts, Effort, Filter,
-    ManualClock, Mode, Motion, PairMemory, Patches, Pose, Query, Reach, Scene, Tree, TreeStats,
-    Verdict, Workspace, shapes,
+    Budget, BuildOptions, Mode, Motion, PairMemory, Pose, Query, Tree, Verdict, Workspace, shapes,
 };
+use punctual_scene::{Body, BodyId, Filter, Reach, Scene};
 use serde_json::{Value, from_str, json, to_string, to_value};
 
 /// Written and read again, from text.
@@ -162,7 +165,7 @@ fn reports_of_a_scene() {
         let report = scene.detect(budget.clock(&ManualClock::new())).clone();
         assert!(!report.pairs.is_empty());
         report.pairs.iter().for_each(again);
-        let read: punctual::Report = from_str(&to_string(&report).unwrap()).unwrap();
+        let read: punctual_scene::Report = from_str(&to_string(&report).unwrap()).unwrap();
         assert_eq!(
             (read.pairs, read.decided, read.work),
             (report.pairs, report.decided, report.work)

@@ -11,7 +11,8 @@ use common::check::{ENOUGH, run, run_with_memory};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
-use punctual::{Answer, Budget, Intersection, PairMemory, Query, Tree, Verdict, Workspace, shapes};
+use punctual::intersection::Intersection;
+use punctual::{Answer, Budget, PairMemory, Query, Tree, Verdict, Workspace, shapes};
 
 /// A query, and what it says in a fresh workspace.
 struct Case<'t> {

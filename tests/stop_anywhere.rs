@@ -13,10 +13,13 @@ use common::check::{
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::{Place, all_pairs, place};
 use common::{MODES, ORDERS};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::MAX_STEP_WORK;
 use punctual::{
-    Answer, Budget, Intersection, MAX_STEP_WORK, ManualClock, Mesh, Mode, Order, PairMemory, Pose,
-    Query, StopReason, Tree, Verdict, Workspace, shapes,
+    Answer, Budget, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace,
+    shapes,
 };
 
 struct Case {

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use cpu_time::ProcessTime;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, Pose, Scene, Tree, shapes};
+use punctual::{Budget, Pose, Tree, shapes};
+use punctual_scene::{Body, Scene};
 
 /// 200 balls, each of which meets its neighbors.
 fn balls(scene: &mut Scene) {

@@ -1,7 +1,8 @@
 //! How a part lies in its file must not matter: not for the answer, and hardly for the work.
 
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
-use punctual::{Budget, ManualClock, Mesh, Pose, Query, Tree, Workspace, shapes};
+use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace, shapes};
 
 fn turned(mesh: &Mesh, by: DQuat) -> Mesh {
     let vertices = (0..mesh.vertex_count()).map(|i| by * mesh.vertex(i));

@@ -8,9 +8,9 @@ use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
 use punctual::glam::{DVec3, Vec3};
+use punctual::tree::{TreeFault, TreeFileError};
 use punctual::{
-    BuildOptions, Certificate, Mesh, MeshError, Mode, Pose, Query, Tree, TreeFault, TreeFileError,
-    Workspace, shapes,
+    BuildOptions, Certificate, Mesh, MeshError, Mode, Pose, Query, Tree, Workspace, shapes,
 };
 
 /// Where the parts of a file begin that has `vertices` f32 vertices and `triangles` triangles.
@@ -192,7 +192,7 @@ fn every_fault_is_named() {
         changed(8, &[0]),
         TreeFileError::Version {
             found: 0,
-            supported: 1
+            supported: 2
         }
     );
     assert_eq!(changed(12, &[5]), TreeFileError::CoordinateSize(5));

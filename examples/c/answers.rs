@@ -1,9 +1,9 @@
 //! What `controller.c` and `../cpp/engine.cpp` must say: the same motions, asked in Rust.
 
+use punctual::clock::ManualClock;
 use punctual::glam::{DQuat, DVec3, Vec3};
-use punctual::{
-    Body, Budget, ManualClock, Pose, PoseError, Query, Scene, Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Budget, Pose, PoseError, Query, Tree, Verdict, Workspace, shapes};
+use punctual_scene::{Body, Scene};
 use std::error::Error;
 use std::sync::Arc;
 

@@ -4,7 +4,8 @@ use std::error::Error;
 use std::sync::Arc;
 
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Body, BodyId, Filter, Mesh, Pose, PoseError, Scene, Tree, shapes};
+use punctual::{Mesh, Pose, PoseError, Tree, shapes};
+use punctual_scene::{Body, BodyId, Filter, Scene};
 
 const LINKS: usize = 6;
 

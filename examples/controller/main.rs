@@ -20,7 +20,8 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use arms::Arms;
-use punctual::{Budget, Scene, Verdict};
+use punctual::{Budget, Verdict};
+use punctual_scene::Scene;
 
 const CYCLE: Duration = Duration::from_millis(1);
 

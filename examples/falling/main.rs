@@ -21,10 +21,10 @@ use std::{env, fs, mem};
 
 use cpu_time::ThreadTime;
 use picture::Picture;
+use punctual::contacts::Patches;
 use punctual::glam::{DQuat, DVec3, Vec3};
-use punctual::{
-    Budget, Mesh, MeshError, Patches, PoseError, PushOutQuery, Query, Tree, Workspace, shapes,
-};
+use punctual::{Budget, Mesh, MeshError, PoseError, Query, Tree, Workspace, shapes};
+use punctual_depenetrate::PushOutQuery;
 use solver::{Body, Point, STEP};
 
 const FRAMES: usize = 420;

@@ -4,10 +4,10 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{
-    Budget, Contact, Contacts, ManualClock, Patch, Patches, Pose, PushOutQuery, Query, StopReason,
-    Tree, Verdict, Workspace,
-};
+use punctual::clock::ManualClock;
+use punctual::contacts::{Contact, Contacts, Patch, Patches};
+use punctual::{Budget, Pose, Query, StopReason, Tree, Verdict, Workspace};
+use punctual_depenetrate::PushOutQuery;
 use punctual_fuzz::contacts::{ENOUGH, Truth, listed, resume, run};
 use punctual_fuzz::{assert_names, few_triangles, length, pose};
 

@@ -4,9 +4,9 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{
-    Budget, Contact, ManualClock, PairMemory, Pose, Query, StopReason, Tree, Workspace,
-};
+use punctual::clock::ManualClock;
+use punctual::contacts::Contact;
+use punctual::{Budget, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 use punctual_fuzz::distance::{ENOUGH, Question, Truth, run, run_with_memory};
 use punctual_fuzz::{assert_names, contacts, few_triangles, length, pose};
 

@@ -4,11 +4,11 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use punctual::clock::ManualClock;
+use punctual::geom::triangles_intersect;
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{
-    Answer, Budget, Impact, ManualClock, Mesh, Motion, Pose, Query, StopReason, TimeOfImpact, Tree,
-    Workspace, triangles_intersect,
-};
+use punctual::impact::{Impact, TimeOfImpact};
+use punctual::{Answer, Budget, Mesh, Motion, Pose, Query, StopReason, Tree, Workspace};
 use punctual_fuzz::Numbers;
 
 fn tree(bytes: &mut Unstructured) -> Result<Option<Tree>> {

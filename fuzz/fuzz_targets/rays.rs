@@ -4,10 +4,10 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use punctual::{
-    Budget, ManualClock, Mesh, Query, Ray, RayHit, RayMode, StopReason, Tree, Workspace,
-    triangles_intersect,
-};
+use punctual::clock::ManualClock;
+use punctual::geom::triangles_intersect;
+use punctual::rays::{RayHit, RayMode};
+use punctual::{Budget, Mesh, Query, Ray, StopReason, Tree, Workspace};
 use punctual_fuzz::Numbers;
 
 fn tree(bytes: &mut Unstructured) -> Result<Option<Tree>> {

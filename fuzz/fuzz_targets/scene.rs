@@ -7,12 +7,11 @@ use std::time::Duration;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
-use punctual::{
-    Body, BodyId, BodyKind, Budget, BuildOptions, Filter, ManualClock, Mesh, Mode, Pose, Reach,
-    Scene, SceneError, Tree, Verdict, shapes,
-};
+use punctual::{Budget, BuildOptions, Mesh, Mode, Pose, Tree, Verdict, shapes};
 use punctual_fuzz::{Numbers, reference};
+use punctual_scene::{Body, BodyId, BodyKind, Filter, Reach, Scene, SceneError};
 
 static TREES: LazyLock<Vec<Arc<Tree>>> = LazyLock::new(|| {
     let none = Mesh::new([[0.0f32; 3]; 0], []).expect("sound");
@@ -189,6 +188,7 @@ impl Model {
                         assert!(truth.binary_search(&witness).is_ok(), "{a} {b}")
                     }
                     Verdict::Within { .. } => panic!("{a} and {b} have no margins"),
+                    Verdict::Contained { .. } => panic!("{a} and {b} are no solids"),
                     Verdict::Separated => assert!(truth.is_empty(), "{a} and {b} meet"),
                     Verdict::Undecided => {
                         assert!(budget != Budget::unlimited(), "{a} and {b} are undecided")

@@ -3,8 +3,8 @@
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use punctual::geom::triangles_intersect;
 use punctual::glam::DVec3;
-use punctual::triangles_intersect;
 use punctual_fuzz::{Numbers, moved, oracle};
 
 type Triangle = [DVec3; 3];

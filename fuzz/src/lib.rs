@@ -16,11 +16,11 @@ pub mod oracle;
 pub mod reference;
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
+use punctual::clock::ManualClock;
+use punctual::contacts::Contact;
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{
-    Budget, Certificate, Contact, ManualClock, Mesh, Mode, Order, PairMemory, Pose, Query,
-    StopReason, Tree, Workspace,
-};
+use punctual::intersection::Order;
+use punctual::{Budget, Certificate, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 
 /// How coordinates are read from bytes.
 #[derive(Clone, Copy)]

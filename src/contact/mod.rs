@@ -7,13 +7,13 @@ mod list;
 pub(crate) mod manifold;
 mod patch;
 
-use crate::triangle::distance::Closest;
-use crate::triangle::triangle_segment;
 use glam::DVec3;
 pub(crate) use list::ContactList;
 pub use manifold::{Manifold, ManifoldPoint};
-pub(crate) use patch::PatchMemory;
+pub use patch::PatchMemory;
 pub use patch::{Patch, Patches};
+use punctual_geom::triangle::distance::Closest;
+use punctual_geom::triangle_segment;
 
 /// A triangle of A and one of B that intersect or are close. All vectors are in A's frame and
 /// rounded. Lengths are in the length unit of the meshes.
@@ -37,7 +37,7 @@ pub struct Contact {
     /// Proven upper bound of the distance. The true distance is smaller by at most 4e-14 times the
     /// diagonal of the box around both triangles, whatever their shape. 0 only if they intersect.
     pub distance: f64,
-    /// The segment in which the triangles intersect: [`triangle_segment`](crate::triangle_segment),
+    /// The segment in which the triangles intersect: [`triangle_segment`](crate::geom::triangle_segment),
     /// directed along the cross product of the normals of A's triangle and of B's. So the segments
     /// of closed surfaces follow one another. `None` if the triangles are separated.
     pub segment: Option<[DVec3; 2]>,

@@ -15,8 +15,8 @@ use core::fmt;
 
 use glam::DVec3;
 
-use crate::math::Aabb;
 pub(crate) use bytes::TRIANGLE_BYTES;
+use punctual_geom::Aabb;
 pub(crate) use vertices::Vertices;
 use vertices::{all_in_use, check_vertex, is_f32_exact};
 
@@ -24,7 +24,7 @@ use vertices::{all_in_use, check_vertex, is_f32_exact};
 const TRIANGLE_LIMIT: usize = 1 << 30;
 
 /// An indexed triangle surface with finite vertices. Only [`crate::Tree::refit`] and
-/// [`crate::Solid::Flip`] change it.
+/// [`crate::tree::Solid::Flip`] change it.
 ///
 /// All coordinates are in one length unit, chosen by the caller, and in the frame of the mesh.
 #[derive(Debug, Clone, PartialEq)]

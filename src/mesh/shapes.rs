@@ -13,7 +13,7 @@ use core::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 
 use super::{Mesh, Vertices};
-use crate::math::random::Random;
+use punctual_geom::random::Random;
 
 /// Between these lengths, areas and volumes are normal numbers in f32 too.
 const MIN_SIZE: f64 = 1e-6;

@@ -1,8 +1,8 @@
 //! One look at all vertices: whether they may be used, the box around them, the least magnitude of a coordinate.
 
-use crate::math::denormals::Number;
-use crate::math::lanes::{Instructions, Kernel, Lanes};
-use crate::math::{Aabb, tolerance::COORDINATE_LIMIT};
+use punctual_geom::denormals::Number;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes};
+use punctual_geom::{Aabb, tolerance::COORDINATE_LIMIT};
 
 pub(super) struct Survey {
     /// True if no coordinate exceeds the limit or is NaN.

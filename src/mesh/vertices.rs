@@ -2,9 +2,9 @@
 
 use super::survey::{Survey, survey};
 use super::{Mesh, MeshError};
-use crate::math::{Aabb, denormals::Number, tolerance::COORDINATE_LIMIT};
 use alloc::boxed::Box;
 use glam::DVec3;
+use punctual_geom::{Aabb, denormals::Number, tolerance::COORDINATE_LIMIT};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Vertices {

@@ -34,10 +34,10 @@ const LARGEST_CORRECTED: f64 = 30.0;
 ///
 /// It learns from predictions of [`crate::Query::estimate`] for stopped queries, and from their
 /// later outcomes. It is plain data: copy it, store it (feature `serde`), continue with it the next
-/// day. [`crate::Scene`] keeps one and trains it by itself.
+/// day. `punctual_scene::Scene` keeps one and trains it by itself.
 ///
 /// ```
-/// use punctual::{Calibration, DEFAULT_PRIOR};
+/// use punctual::prediction::{Calibration, DEFAULT_PRIOR};
 /// let mut calibration = Calibration::default();
 /// assert_eq!(calibration.apply(0.65), 0.65);
 /// for moment in 0..200 {

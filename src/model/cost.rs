@@ -82,6 +82,12 @@ pub(crate) const WORK_PER_RAY_TEST: u64 = 100;
 
 const _: () = assert!(MAX_STEP_WORK >= WORK_PER_RAY_TEST + WORK_PER_EXACT_TEST);
 
+/// Work of preparing a point, of testing it against a triangle in `f64`, and of a vertex or an edge
+/// of the boundary of an open solid. Nodes cost as for rays.
+pub(crate) const WORK_PER_POINT: u64 = 150;
+pub(crate) const WORK_PER_POINT_TRIANGLE: u64 = 120;
+pub(crate) const WORK_PER_OPEN_EDGE: u64 = 6;
+
 /// Maximum work between two checks of the budget: a batch of eight triangle tests.
 pub const MAX_STEP_WORK: u64 = 8 * WORK_PER_TRIANGLE_TEST;
 
@@ -106,68 +112,8 @@ const _: () = assert!(
         && MAX_STEP_WORK >= WORK_PER_EXACT_TEST
 );
 
-/// Work charged for setting up the query of a pair in a scene; about what it takes.
-pub(crate) const WORK_PER_QUERY: u64 = 250;
-
-/// Work charged for the root test of a pair in a scene.
-pub(crate) const WORK_PER_ROOT_TEST: u64 = 100;
-
-/// Work charged for a plane between the bodies of a pair in a scene.
-pub(crate) const WORK_PER_PLANE: u64 = 350;
-
-/// Work charged for testing the last witness of a pair in a scene, including the set-up.
-pub(crate) const WORK_PER_WITNESS: u64 = 120;
-
-/// Work charged for testing the neighbors of the last witness: usually six pairs.
-pub(crate) const WORK_PER_NEIGHBORS: u64 = 320;
-
-/// Least work that is useful to a pair in a scene: a query and one step.
-pub(crate) const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
-
-/// Least work that is useful to a distance query of a pair in a scene.
-pub(crate) const LEAST_DISTANCE_WORK: u64 = WORK_PER_QUERY + MAX_DISTANCE_STEP_WORK;
-
-/// Work of adding a contact to a patch and of choosing points for it; about what it takes.
-pub(crate) const WORK_PER_PATCHED_CONTACT: u64 = 1200;
-
-/// Number of contacts that can always be patched after a contact query in a scene.
-pub(crate) const LEAST_PATCHED: u64 = 2;
-
-/// Least work that is useful to a pair in a scene that asks for contacts.
-pub(crate) const LEAST_CONTACT_WORK: u64 =
-    LEAST_DISTANCE_WORK + LEAST_PATCHED * WORK_PER_PATCHED_CONTACT;
-
-/// Work per pair that takes as long as planning another round of a scene's frame.
-pub(crate) const WORK_PER_PLANNED_PAIR: u64 = 15;
-
-/// Work that the broad phase of a scene's frame may do beyond the budget of work, about 24 us. So a
-/// small budget is left for queries, and a large one is not exceeded by much.
-pub(crate) const BROAD_PHASE_WORK: u64 = 1 << 16;
-
-/// Work in the broad phase of a scene, about what each operation takes: computing the box of a
-/// body, or its swept box; replacing a fat AABB; inserting a body in each level of a tree that is
-/// built; refitting an inner node; opening a node pair in the search; moving a key in each pass of
-/// a sort; copying a pair to the next list; checking a pair; and adding a pair to the report.
-pub(crate) const WORK_PER_BOX: u64 = 120;
-pub(crate) const WORK_PER_SWEPT_BOX: u64 = 400;
-pub(crate) const WORK_PER_NEW_PLACE: u64 = 150;
-pub(crate) const WORK_PER_BUILT_LEVEL: u64 = 20;
-pub(crate) const WORK_PER_REFIT: u64 = 30;
-pub(crate) const WORK_PER_SEARCH: u64 = 30;
-pub(crate) const WORK_PER_SORTED_KEY: u64 = 15;
-pub(crate) const WORK_PER_MERGED_PAIR: u64 = 10;
-pub(crate) const WORK_PER_PAIR_APART: u64 = 15;
-pub(crate) const WORK_PER_LISTED_PAIR: u64 = 80;
-
-/// Work of listing a pair that was found to meet before the broad phase.
-pub(crate) const WORK_PER_FOUND_PAIR: u64 = 25;
-
-/// Work of making room for a pair, and for its contacts.
-pub(crate) const WORK_PER_STATE: u64 = 600;
-pub(crate) const WORK_PER_TOUCH: u64 = 3000;
-
 /// Nanoseconds per unit of work, the median over 8,373 queries (`docs/performance.md`).
-pub(crate) const TYPICAL_UNIT: f64 = 0.36;
+pub const TYPICAL_UNIT: f64 = 0.36;
 
 /// Upper bound of the nanoseconds per unit of work, as far as a machine allows one: eight times the
 /// usual value. With 1 ns, queries of large trees out of cache were 5 us late in one call of a

@@ -3,11 +3,11 @@
 
 use super::parting::Parting;
 use super::{Budget, ManualClock, Query, Verdict, Workspace, root_test};
-use crate::math::Pose;
-use crate::math::random::Random;
 use crate::mesh::{Mesh, shapes};
 use crate::tree::{BuildOptions, Tree};
 use glam::{DMat3, DQuat, DVec3};
+use punctual_geom::Pose;
+use punctual_geom::random::Random;
 
 /// A lower bound of the distance of two meshes, from one of the two tests.
 type Bound = fn([&Tree; 2], &Pose, &Workspace) -> f64;

@@ -10,10 +10,10 @@ mod reach;
 
 use super::close_boxes;
 use super::views::{Relation, View, Views};
-use crate::math::lanes::{Column, F8, Lanes, V8, all, dot, per_axis, per_part};
 use crate::tree::{Node, WIDTH, xyz};
-use crate::triangle::batch::Rows;
 pub(super) use planes::{Plane, Planes};
+use punctual_geom::lanes::{Column, F8, Lanes, V8, all, dot, per_axis, per_part};
+use punctual_geom::triangle::batch::Rows;
 use reach::Reach;
 use wide::f32x4;
 

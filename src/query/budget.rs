@@ -13,14 +13,15 @@ use core::time::Duration;
 )]
 #[must_use]
 pub struct Budget {
-    pub(crate) time: Option<Duration>,
-    pub(crate) work: Option<u64>,
+    pub(super) time: Option<Duration>,
+    pub(super) work: Option<u64>,
     pub(super) poll_interval: u64,
 }
 
 impl Budget {
     /// No limit. Since nothing can cut the query short, the default order runs plainly depth-first,
     /// which costs least. Every order finds the same in the end.
+    #[inline]
     pub const fn unlimited() -> Self {
         Self {
             time: None,
@@ -35,6 +36,7 @@ impl Budget {
     /// without `std` and on `wasm32-unknown-unknown`, the call ends at once with
     /// [`StopReason::Deadline`](crate::StopReason::Deadline) and does nothing. Give the budget a
     /// [`Clock`], or use a budget of work.
+    #[inline]
     pub const fn time(limit: Duration) -> Self {
         Self {
             time: Some(limit),
@@ -44,15 +46,16 @@ impl Budget {
 
     /// Stops after this much work. The unit is a BV test of an intersection query. Expansions,
     /// tests on edge axes, triangle tests and exact tests count
-    /// [`WORK_PER_EXPANSION`](crate::WORK_PER_EXPANSION),
-    /// [`WORK_PER_EDGE_TEST`](crate::WORK_PER_EDGE_TEST),
-    /// [`WORK_PER_TRIANGLE_TEST`](crate::WORK_PER_TRIANGLE_TEST) and
-    /// [`WORK_PER_EXACT_TEST`](crate::WORK_PER_EXACT_TEST). The place where it stops depends on the
+    /// [`WORK_PER_EXPANSION`](crate::prediction::WORK_PER_EXPANSION),
+    /// [`WORK_PER_EDGE_TEST`](crate::prediction::WORK_PER_EDGE_TEST),
+    /// [`WORK_PER_TRIANGLE_TEST`](crate::prediction::WORK_PER_TRIANGLE_TEST) and
+    /// [`WORK_PER_EXACT_TEST`](crate::prediction::WORK_PER_EXACT_TEST). The place where it stops depends on the
     /// input alone: the same bits on every machine, in every run.
     ///
     /// The current step is finished, so the query may exceed the limit by up to
-    /// [`MAX_STEP_WORK`](crate::MAX_STEP_WORK) units (queries of distance, contacts or motion by up
-    /// to [`MAX_DISTANCE_STEP_WORK`](crate::MAX_DISTANCE_STEP_WORK)). A budget of 0 does nothing.
+    /// [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK) units (queries of distance, contacts or motion by up
+    /// to [`MAX_DISTANCE_STEP_WORK`](crate::prediction::MAX_DISTANCE_STEP_WORK)). A budget of 0 does nothing.
+    #[inline]
     pub const fn work(limit: u64) -> Self {
         Self {
             work: Some(limit),
@@ -61,7 +64,7 @@ impl Budget {
     }
 
     /// Sets the least work between two readings of the clock; readings become more frequent towards
-    /// the deadline. Default [`MAX_STEP_WORK`](crate::MAX_STEP_WORK). It bounds how late a budget
+    /// the deadline. Default [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK). It bounds how late a budget
     /// of time can end. A frame of a scene uses the default.
     pub const fn poll_interval(self, work: u64) -> Self {
         Self {
@@ -70,8 +73,22 @@ impl Budget {
         }
     }
 
+    /// The limit of time, if there is one.
+    #[inline]
+    pub const fn time_limit(&self) -> Option<Duration> {
+        self.time
+    }
+
+    /// The limit of work, if there is one.
+    #[inline]
+    pub const fn work_limit(&self) -> Option<u64> {
+        self.work
+    }
+
     /// True if nothing can end the call early.
-    pub(crate) fn is_unlimited(self) -> bool {
+    #[doc(hidden)]
+    #[inline]
+    pub fn is_unlimited(self) -> bool {
         self.time.is_none() && self.work.is_none()
     }
 }

@@ -5,10 +5,10 @@ use super::options::MotionOptions;
 use super::queue::Pair;
 use super::views::rounding;
 use super::workspace::Workspace;
-use crate::math::tolerance::FRAME_ROUNDING;
-use crate::math::{Aabb, Pose};
 use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
+use punctual_geom::tolerance::FRAME_ROUNDING;
+use punctual_geom::{Aabb, Pose};
 
 /// Bounds on what the last run of a query left open. For an intersection query these are triangle
 /// pairs that intersect; for a distance query, pairs closer than its upper bound by more than the

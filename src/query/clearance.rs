@@ -1,8 +1,8 @@
 //! A proven distance, and what remains of it after B has moved.
 
-use crate::math::tolerance::UNDERFLOW;
-use crate::math::{Pose, largest, length};
 use crate::tree::Tree;
+use punctual_geom::tolerance::UNDERFLOW;
+use punctual_geom::{Pose, largest, length};
 
 /// A lower bound of the distance of two surfaces at one pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +49,8 @@ impl Clearance {
 /// Upper bound of the displacement of a mesh's points from one pose to another. `D` is the
 /// difference of the rotations and `d` that of the translations. A point `c + h` moves by `D c + d
 /// + D h`, where `c` is the middle of the mesh's box and `h` is within its half extents.
-pub(crate) fn displacement(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
+#[inline]
+pub fn displacement(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
     let bounds = mesh.mesh().aabb();
     let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
     let (middle, half) = (min + max, max - min);

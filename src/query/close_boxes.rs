@@ -6,9 +6,9 @@
 //! The proof is in `docs/numerics.md`, "Boxes that are close".
 
 use super::views::{Relation, Views};
-use crate::math::tolerance;
 use crate::tree::{Node, xyz};
 use glam::DVec3;
+use punctual_geom::tolerance;
 use wide::f32x4;
 
 /// Lower bound of the gap between the own boxes of two nodes, in A's units, along the face axis

@@ -14,17 +14,17 @@ use super::triangle_pairs::rows;
 use super::workspace::Workspace;
 use crate::contact::Contact;
 use crate::contact::manifold::Shape;
-use crate::math::bits;
-use crate::math::lanes::{Column, F8, Lanes};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
     WORK_PER_FEATURES, WORK_PER_FEATURES_ALONE, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
 };
 use crate::tree::WIDTH;
-use crate::triangle::distance::{Chosen, Closest, Distances, Four, closest, distances};
-use crate::triangle::triangle_segment;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual_geom::bits;
+use punctual_geom::lanes::{Column, F8, Lanes};
+use punctual_geom::triangle::distance::{Chosen, Closest, Distances, Four, closest, distances};
+use punctual_geom::triangle_segment;
 
 impl Traversal<'_, '_, Nearness> {
     /// True if there may be no room for the results of the next step.

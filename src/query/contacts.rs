@@ -22,14 +22,14 @@ use super::triangle_pairs::PATIENCE;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::{Contact, face_normal};
-use crate::math::Pose;
-use crate::math::tolerance::COORDINATE_LIMIT;
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::Pose;
+use punctual_geom::tolerance::COORDINATE_LIMIT;
 
 /// Asks where two surfaces intersect, or come within a margin of each other ([`Query::contacts`]).
 ///
-/// The answer is a set of [`Contact`](crate::Contact)s: all pairs of triangles no farther apart
+/// The answer is a set of [`Contact`](crate::contacts::Contact)s: all pairs of triangles no farther apart
 /// than the margin. They stay in the workspace, nearest first ([`Workspace::contacts`]).
 ///
 /// **Guarantee.** The set of a finished query misses no pair within the margin. With margin 0 the
@@ -103,7 +103,7 @@ impl<'t> Query<'t, Contacts> {
     }
 
     /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame:
-    /// the orientations of the two faces of a [`Contact`](crate::Contact). `None` for a triangle
+    /// the orientations of the two faces of a [`Contact`](crate::contacts::Contact). `None` for a triangle
     /// whose area `f64` cannot resolve.
     ///
     /// The query need not have been run. Contacts do not store these normals, to stay small.
@@ -137,7 +137,8 @@ impl<'t> Query<'t, Contacts> {
     }
 
     /// True if a contact proves that the surfaces come within the margin.
-    pub(crate) fn is_within(&self, contact: &Contact) -> bool {
+    #[doc(hidden)]
+    pub fn is_within(&self, contact: &Contact) -> bool {
         contact.distance <= self.asked.options.margin
     }
 }
@@ -250,6 +251,6 @@ impl Certify<Contacts> for Query<'_, Contacts> {
 pub struct ContactBounds {
     /// Proven: every contact not found is at least this far apart, in the length unit of the
     /// meshes. Infinite if the query is finished: none is missing.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub low: f64,
 }

@@ -2,8 +2,8 @@
 //! are tested one after the other and use the same corners.
 
 use crate::tree::{Tree, WIDTH};
-use crate::triangle::again::Columns;
 use glam::DVec3;
+use punctual_geom::triangle::again::Columns;
 
 /// The corners of the last triangles, one for each position in a cluster.
 #[derive(Clone, Debug)]

@@ -2,6 +2,7 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
+use super::contained::Operand;
 use super::deadline::Deadline;
 use super::halves::Halves;
 use super::interval::{Interval, Tolerance};
@@ -15,9 +16,9 @@ use super::strategy::Strategy;
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::Pose;
 
 /// Asks for the distance of two surfaces at a pose ([`Query::distance`]); 0 if they intersect.
 ///
@@ -149,8 +150,9 @@ impl<'t> Query<'t, Distance> {
 
     /// Does not resolve distances beyond this. A stopped run continues with the ceiling of its
     /// start.
+    #[doc(hidden)]
     #[must_use]
-    pub(crate) fn below(mut self, ceiling: f64) -> Self {
+    pub fn below(mut self, ceiling: f64) -> Self {
         self.asked.ceiling = ceiling;
         self
     }
@@ -188,7 +190,8 @@ impl<'t> Query<'t, Distance> {
     }
 
     /// True if a finished run decides whether the surfaces intersect, whatever its tolerance.
-    pub(crate) fn decides_contact(&self) -> bool {
+    #[doc(hidden)]
+    pub fn decides_contact(&self) -> bool {
         self.asked.options.limit == f64::INFINITY
             && self.margin() == 0.0
             && !self.asked.options.leaves_contact_open
@@ -196,12 +199,14 @@ impl<'t> Query<'t, Distance> {
 
     /// Proven upper bound of the distance from the run in the workspace, margins not subtracted. 0
     /// only if the surfaces intersect.
-    pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
+    #[doc(hidden)]
+    pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace.search.interval.high()
     }
 
     /// The run in the workspace does not resolve distances beyond this; 0 with a limit.
-    pub(crate) fn ceiling_in(&self, workspace: &Workspace) -> f64 {
+    #[doc(hidden)]
+    pub fn ceiling_in(&self, workspace: &Workspace) -> f64 {
         if self.asked.options.limit < f64::INFINITY {
             0.0
         } else {
@@ -266,6 +271,13 @@ impl Ask<Distance> for Query<'_, Distance> {
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
+        // Of solids it is asked first whether one has a vertex in the other.
+        if self.is_open_in(workspace) {
+            let stop = self.ask_containment(&self.asked.b_in_a, workspace, deadline);
+            if self.is_open_in(workspace) {
+                return stop;
+            }
+        }
         let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
         let question = Nearness::new(&relation, &workspace.search.interval);
         let stop = Traversal::new(
@@ -296,7 +308,12 @@ impl Ask<Distance> for Query<'_, Distance> {
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> Bounds {
         let interval = &workspace.search.interval;
-        let [low, high] = self.bounds(interval);
+        let within = workspace.run.containment.inner();
+        let [low, high] = match within {
+            Some(_) => [0.0; 2],
+            None if self.is_open_in(workspace) => [0.0, f64::INFINITY],
+            None => self.bounds(interval),
+        };
         let nearest = interval.nearest().map(|(pair, found)| Nearest {
             triangles: [
                 self.a.ids()[pair[0] as usize],
@@ -319,6 +336,7 @@ impl Ask<Distance> for Query<'_, Distance> {
             high,
             nearest,
             closer,
+            within,
         }
     }
 }
@@ -351,7 +369,7 @@ pub struct Nearest {
     pub triangles: [u32; 2],
     /// Their closest points in A's frame, rounded, each moved towards the other surface by its
     /// margin. If the triangles intersect, both are one point, whatever the margins: the middle of
-    /// the segment in which they intersect ([`triangle_segment`](crate::triangle_segment)), within
+    /// the segment in which they intersect ([`triangle_segment`](crate::geom::triangle_segment)), within
     /// 1e-12 times the largest coordinate of both.
     pub points: [DVec3; 2],
 }
@@ -363,11 +381,11 @@ pub struct Nearest {
 #[non_exhaustive]
 pub struct Bounds {
     /// Proven lower bound: the surfaces are nowhere closer. Infinite if one of the meshes is empty.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub low: f64,
     /// Proven upper bound: the distance of [`Bounds::nearest`]. 0 only if the surfaces meet.
     /// Infinite if no pair was tested yet.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub high: f64,
     /// The closest triangles found so far.
     pub nearest: Option<Nearest>,
@@ -375,4 +393,8 @@ pub struct Bounds {
     /// undecided, or no limit was set. It stays undecided if `f64` cannot resolve it: if the
     /// distance equals the limit up to 4e-14 times the diagonal of the box around both meshes.
     pub closer: Option<bool>,
+    /// Proven: this body, a solid, has a vertex inside the other, a closed solid. So the solids
+    /// meet, and their distance is 0, whether or not their surfaces meet. How deep they are is
+    /// another question. `None` for surfaces and where no first vertex of a component is inside.
+    pub within: Option<Operand>,
 }

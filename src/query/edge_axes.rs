@@ -6,8 +6,8 @@
 //! `docs/numerics.md`, "Edge axes".
 
 use super::views::{Relation, View, yzx, zxy};
-use crate::math::lanes::{Column, F8, Lanes, per_axis};
 use crate::tree::{Node, xyz};
+use punctual_geom::lanes::{Column, F8, Lanes, per_axis};
 use wide::f32x4;
 
 /// Pairs of boxes count as slim if the product of their slimnesses is less than this.
@@ -135,12 +135,12 @@ fn reach(a: f32x4, b: f32x4, of_b: &View, skew: f32) -> [f32x4; 3] {
 #[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
-    use crate::math::Pose;
-    use crate::math::random::Random;
     use crate::mesh::shapes;
     use crate::query::views::Views;
     use crate::tree::Tree;
     use glam::{DMat3, DQuat, DVec3};
+    use punctual_geom::Pose;
+    use punctual_geom::random::Random;
 
     /// Larger than the rounding of a few `f64` operations on numbers below 8.
     const ROUNDING: f64 = 1e-14;

@@ -14,14 +14,14 @@ use super::question::{Ask, Query};
 use super::queue::Pair;
 use super::views::Relation;
 use super::workspace::{ResumeError, Workspace};
-use crate::math::lanes::Instructions;
-use crate::math::nanoseconds;
 use crate::model::closing::{self, Closing};
 use crate::model::confidence;
 use crate::model::cost::{CostModel, Counts};
 use crate::model::front::{FrontSummary, pair_cost};
 use crate::model::prediction::{self, Quantiles};
 use core::time::Duration;
+use punctual_geom::lanes::Instructions;
+use punctual_geom::nanoseconds;
 
 /// The expected cost of a query, or of the rest of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -78,7 +78,7 @@ pub struct Estimate {
     pub remaining: Prediction,
     /// Probability that the surfaces intersect: 1 if a hit was found, 0 if they are proven
     /// separated, by the query or by the probe of its front that the estimate makes. A
-    /// [`crate::Calibration`] corrects it for one pair of parts.
+    /// [`crate::prediction::Calibration`] corrects it for one pair of parts.
     pub probability: f64,
     /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0
     /// if none is found yet. For [`Mode::Any`], which searches for one pair, 1 as soon as it is
@@ -130,7 +130,8 @@ impl Query<'_, Intersection> {
 
     /// [`Query::estimate`] that samples fewer pairs of the front, at least eight, and opens fewer,
     /// if `goes_on` returns false.
-    pub(crate) fn estimate_while(
+    #[doc(hidden)]
+    pub fn estimate_while(
         &self,
         workspace: &Workspace,
         memory: Option<&PairMemory>,

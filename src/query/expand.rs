@@ -10,10 +10,10 @@ use super::boxes::{BoxTest, Facing, Keys, Triangles};
 use super::edge_axes;
 use super::queue::Pair;
 use super::views::{Relation, Views};
-use crate::math::lanes::{Lanes, per_lane};
 use crate::model::cost::{WORK_PER_CLOSE_TEST, WORK_PER_EDGE_TEST};
 use crate::tree::{Node, Tree, WIDTH};
-use crate::triangle::batch::Rows;
+use punctual_geom::lanes::{Lanes, per_lane};
+use punctual_geom::triangle::batch::Rows;
 
 /// Receives the children of an opened pair.
 pub(super) trait Sink {

@@ -1,8 +1,8 @@
 //! Checks whether a processor that takes denormal numbers for zero could make an answer false.
 
-use crate::math::{Pose, Ray, denormals};
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::{Pose, Ray, denormals};
 
 /// Exponents below which flushing could have an effect: of coordinates, translations and their
 /// products, and of the length of a unit. The proof is in `docs/numerics.md`.
@@ -13,7 +13,7 @@ const LEAST_UNIT: i32 = -900;
 /// denormal numbers. Checked in this order, because the latter takes longer: a denormal result
 /// costs a hundred times an ordinary one.
 #[inline(always)]
-pub(crate) fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
+pub fn matters(a: &Tree, b: &Tree, b_in_a: &Pose) -> bool {
     !is_far_from_denormal(a, b, b_in_a) && denormals::are_flushed()
 }
 
@@ -29,15 +29,27 @@ pub(super) fn matters_to_rays(tree: &Tree, rays: &[Ray]) -> bool {
     }
 }
 
+/// [`matters`] for points.
+#[inline(always)]
+pub(super) fn matters_to_points(tree: &Tree, points: &[[f64; 3]]) -> bool {
+    denormals::are_flushed()
+        && !(is_tree_far_from_denormal(tree)
+            && points
+                .iter()
+                .all(|point| denormals::none_below(point, LEAST)))
+}
+
+#[inline(always)]
+fn is_tree_far_from_denormal(tree: &Tree) -> bool {
+    tree.mesh().least_exponent() >= LEAST && tree.unit().exponent >= LEAST_UNIT
+}
+
 #[inline(always)]
 fn is_ray_far_from_denormal(tree: &Tree, ray: &Ray) -> bool {
     let is_far = |v: DVec3| denormals::none_below(&v.to_array(), LEAST);
     // The direction of a segment is the difference of its target and origin.
     let [_, target] = ray.exact_direction();
-    tree.mesh().least_exponent() >= LEAST
-        && tree.unit().exponent >= LEAST_UNIT
-        && is_far(ray.origin())
-        && is_far(target)
+    is_tree_far_from_denormal(tree) && is_far(ray.origin()) && is_far(target)
 }
 
 #[inline(always)]

@@ -8,12 +8,12 @@ use super::march::{March, Place, first, place};
 use super::meeting::Meeting;
 use super::traversal::Traversal;
 use super::workspace::Workspace;
-use crate::math::lanes::{D4, Kernel, Lanes, per_axis};
 use crate::mesh::Vertices;
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_BESIDE, WORK_PER_MARCH_STEP,
 };
 use crate::tree::Tree;
+use punctual_geom::lanes::{D4, Kernel, Lanes, per_axis};
 
 /// Pairs along curves found in one step of the loop.
 const STEPS: usize = 4;

@@ -9,11 +9,11 @@
 use super::boxes::{BoxTest, Boxes, Facing, Keys, Triangles, ends, splat};
 use super::close_boxes;
 use super::views::{Relation, View, Views};
-use crate::math::lanes::{Column, F8, Kernel, Lanes, V8, dot, per_axis};
-use crate::math::larger;
 use crate::tree::{Node, WIDTH, xyz};
-use crate::triangle::batch::Rows;
 use glam::DVec3;
+use punctual_geom::lanes::{Column, F8, Kernel, Lanes, V8, dot, per_axis};
+use punctual_geom::larger;
+use punctual_geom::triangle::batch::Rows;
 use wide::f32x4;
 
 /// Selects boxes closer than `cut`. Keys are squared lower bounds of distances, or minus the

@@ -7,9 +7,9 @@
 //! nothing, and again when it has done twice as much.
 
 use super::interval::Interval;
-use crate::math::Pose;
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::Pose;
 
 /// A pass over all vertices, a few at a time.
 #[derive(Clone, Copy, Debug)]

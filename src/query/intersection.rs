@@ -5,6 +5,7 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
+use super::contained::Containment;
 use super::deadline::Deadline;
 use super::meeting::Meeting;
 use super::memory::{Before, PairMemory, WITNESSES};
@@ -17,10 +18,10 @@ use super::strategy::{Plan, Strategy, WarmStart};
 use super::traversal::Traversal;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
-use crate::math::{Pose, nanoseconds};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
 use crate::tree::{Tree, WIDTH};
+use punctual_geom::{Pose, nanoseconds};
 
 /// Asks whether, or where, two surfaces intersect at a pose ([`Query::intersection`],
 /// [`Query::all_pairs`]).
@@ -40,6 +41,8 @@ use crate::tree::{Tree, WIDTH};
 /// match answer.value {
 ///     // `Within` is what a scene says of bodies with margins.
 ///     Verdict::Intersecting { witness } | Verdict::Within { witness, .. } => println!("triangles {witness:?} meet"),
+///     // For solids only.
+///     Verdict::Contained { inner } => println!("{inner} is inside the other"),
 ///     Verdict::Separated => println!("no contact"),
 ///     Verdict::Undecided => println!("not known yet"),
 /// }
@@ -61,6 +64,11 @@ impl Remembers for Intersection {}
 impl<'t> Query<'t, Intersection> {
     /// Asks whether the surfaces of `a` and `b` intersect, where `b_in_a` maps B's coordinates into
     /// A's. It stops at the first pair of triangles that intersect.
+    ///
+    /// If both trees are solids ([`crate::BuildOptions::solid`]) and their surfaces do not meet, it
+    /// also asks whether a component of one is inside the other, if that is closed:
+    /// [`Verdict::Contained`]. That takes a ray for each component, if its first vertex is in the
+    /// other mesh's box.
     #[must_use]
     pub fn intersection(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         Self::of(
@@ -97,7 +105,7 @@ impl<'t> Query<'t, Intersection> {
 
     /// The prior: the share of poses with an intersection among all poses queried, 0 to 1. It
     /// shifts the probability of [`Query::estimate`]. By default, and with NaN, the share in the
-    /// poses for which the model was fitted, [`DEFAULT_PRIOR`](crate::DEFAULT_PRIOR).
+    /// poses for which the model was fitted, [`DEFAULT_PRIOR`](crate::prediction::DEFAULT_PRIOR).
     #[must_use]
     pub fn prior(mut self, share: f64) -> Self {
         self.asked.prior = if share.is_nan() { DEFAULT_PRIOR } else { share };
@@ -125,20 +133,31 @@ impl<'t> Query<'t, Intersection> {
         self
     }
 
-    /// The strategy of a run within a larger task, which runs to its end (`complete`) or may be
-    /// cut. Triangle batches are full; small budgets of scenes then find more.
-    pub(crate) fn strategy(&self, complete: bool) -> Strategy {
+    /// Prepares the workspace for a run within a larger task, which runs to its end (`complete`) or
+    /// may be cut. The first `refuted` of the latest witnesses do not intersect at this pose.
+    ///
+    /// Triangle batches are full; small budgets of scenes then find more.
+    #[doc(hidden)]
+    #[inline]
+    pub fn begin_task(
+        &self,
+        complete: bool,
+        refuted: usize,
+        workspace: &mut Workspace,
+        memory: Option<&PairMemory>,
+    ) {
         let options = &self.asked.options;
-        Strategy {
+        let strategy = Strategy {
             batch: WIDTH,
             ..Plan::of(options.mode, !complete).strategy(options)
-        }
+        };
+        self.begin_as(strategy, refuted, workspace, memory);
     }
 
     /// Prepares the workspace for a run from the roots. The first `refuted` of the latest witnesses
     /// have been tested at this pose and do not intersect.
     #[inline(always)]
-    pub(crate) fn begin_as(
+    fn begin_as(
         &self,
         strategy: Strategy,
         refuted: usize,
@@ -185,8 +204,9 @@ impl<'t> Query<'t, Intersection> {
     }
 
     /// Continues the run in the workspace until it is over or the deadline stops it.
+    #[doc(hidden)]
     #[inline(always)]
-    pub(crate) fn search(
+    pub fn search(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
@@ -248,7 +268,17 @@ impl Ask<Intersection> for Query<'_, Intersection> {
         } else {
             Counts::default()
         };
-        let stop = self.search(workspace, memory, deadline);
+        let stop = if workspace.run.containment == Containment::Open {
+            self.search(workspace, memory, deadline)
+        } else {
+            StopReason::Finished
+        };
+        let are_apart = stop == StopReason::Finished && workspace.run.stats.found == 0;
+        let stop = if are_apart && self.may_contain() {
+            self.ask_containment(&self.asked.b_in_a, workspace, deadline)
+        } else {
+            stop
+        };
         if let Some(elapsed) = deadline.elapsed() {
             let done = workspace.counts().since(&before);
             workspace.cost_model = workspace.cost_model.learned(&done, nanoseconds(elapsed));
@@ -257,7 +287,10 @@ impl Ask<Intersection> for Query<'_, Intersection> {
     }
 
     fn answer(&self, workspace: &Workspace, stop: StopReason) -> Verdict {
-        workspace.verdict(stop)
+        match workspace.run.containment.inner() {
+            Some(inner) => Verdict::Contained { inner },
+            None => workspace.verdict(stop),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Bounds of a distance, which only become tighter, and which pairs can still matter.
 
-use crate::triangle::distance::Closest;
+use punctual_geom::triangle::distance::Closest;
 
 /// Bounds are close enough if `high - low <= absolute`, or `high <= (1 + relative) low`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,16 +7,16 @@ use super::traversal::Traversal;
 use super::triangle_pairs::rows;
 use super::workspace::Workspace;
 use crate::contact::Contact;
-use crate::math::bits;
-use crate::math::lanes::Lanes;
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
 };
 use crate::tree::WIDTH;
-use crate::triangle::again::Again;
-use crate::triangle::batch::{self, Crossings};
-use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
+use punctual_geom::bits;
+use punctual_geom::lanes::Lanes;
+use punctual_geom::triangle::again::Again;
+use punctual_geom::triangle::batch::{self, Crossings};
+use punctual_geom::triangles_intersect;
 
 impl Traversal<'_, '_, Meeting<'_>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.

@@ -14,9 +14,9 @@ use super::overlaps::run;
 use super::question::{Ask, Query, Question, Remembers};
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::manifold::{Manifold, Shape};
-use crate::math::Pose;
 use crate::tree::Tree;
 use core::mem;
+use punctual_geom::Pose;
 
 /// Asks for the contact manifolds of two surfaces ([`Query::manifolds`]): what a solver needs to
 /// keep two bodies apart.
@@ -80,7 +80,7 @@ impl Remembers for Manifolds {}
 pub struct ManifoldBounds {
     /// Proven: every contact that is not in the list is at least this far apart, in the length unit
     /// of the meshes. 0 while overlaps may be missing. Infinite if the query is finished.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub low: f64,
     /// True if the surfaces are known to intersect.
     pub meets: bool,

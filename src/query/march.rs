@@ -13,10 +13,10 @@
 //! This module holds the waiting hits and ends; the steps are in [`follow`](super::follow).
 
 use super::known::{Added, Known};
-use crate::math::Pose;
 use crate::tree::Tree;
-use crate::triangle::curve::Curve;
 use arrayvec::ArrayVec;
+use punctual_geom::Pose;
+use punctual_geom::triangle::curve::Curve;
 
 /// Maximum number of hits whose ends wait; further hits are not traced.
 const HITS: usize = 64;

@@ -4,7 +4,6 @@ use super::budget::{Budget, Clock};
 use super::options::Mode;
 use super::question::Query;
 use super::workspace::Workspace;
-use crate::math::{Pose, nanoseconds};
 use crate::mesh::shapes;
 use crate::model::cost::{CostModel, Counts};
 use crate::model::least_squares::least_squares;
@@ -12,6 +11,7 @@ use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::time::Duration;
 use glam::{DMat3, DVec3};
+use punctual_geom::{Pose, nanoseconds};
 
 /// Number of poses, and of repetitions of each query; the shortest time counts.
 const POSES: u32 = 24;

@@ -13,10 +13,10 @@ use super::queue::{Origin, Pair};
 use super::strategy::Marching;
 use super::traversal::{Traversal, Visitor};
 use super::workspace::Workspace;
-use crate::math::bits;
-use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_LOOKUP, opening_work};
 use crate::tree::WIDTH;
+use punctual_geom::bits;
+use punctual_geom::lanes::Lanes;
 
 /// The question whether, or where, two surfaces intersect.
 pub(super) struct Meeting<'q> {

@@ -8,11 +8,11 @@ use super::queue::PATHS;
 use super::workspace::Workspace;
 use crate::contact::Manifold;
 use crate::contact::manifold::ManifoldMemory;
-use crate::math::Pose;
 use crate::model::confidence::History;
 use crate::tree::Tree;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
+use punctual_geom::Pose;
 
 /// Maximum number of witnesses of [`Mode::Any`] that are remembered and tested before anything
 /// else: one batch.
@@ -123,6 +123,7 @@ impl PairMemory {
     }
 
     /// True if the surfaces intersected when the verdict was last decided; `None` if it never was.
+    #[inline]
     pub fn last_verdict(&self) -> Option<bool> {
         self.last_verdict
     }
@@ -178,14 +179,17 @@ impl PairMemory {
     }
 
     /// One of the latest witnesses, in tree order.
+    #[doc(hidden)]
     #[inline]
-    pub(crate) fn witness(&self, number: usize) -> Option<[u32; 2]> {
+    pub fn witness(&self, number: usize) -> Option<[u32; 2]> {
         self.witnesses.get(number).copied()
     }
 
     /// Stores a triangle pair (tree order) that a separate test found to intersect, as the latest
     /// witness.
-    pub(crate) fn found(&mut self, pair: [u32; 2]) {
+    #[doc(hidden)]
+    #[inline]
+    pub fn found(&mut self, pair: [u32; 2]) {
         self.witnesses.retain(|witness| *witness != pair);
         self.witnesses.truncate(WITNESSES - 1);
         self.witnesses.insert(0, pair);
@@ -230,6 +234,7 @@ impl PairMemory {
     /// moved that far.
     ///
     /// [`Query::with_memory`]: crate::Query::with_memory
+    #[inline]
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
         self.clearance
             .as_ref()

@@ -11,6 +11,7 @@
 //! | contact manifolds: contacts, reduced; then the overlaps | [`manifolds`]; [`overlaps`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
+//! | points and solids; one solid in another | [`point`]; [`contained`] |
 //! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
 //! | tests without a query | [`root_test`], [`parting`] |
 //! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
@@ -28,6 +29,7 @@ mod clearance;
 mod close_boxes;
 mod closest_pairs;
 mod contacts;
+mod contained;
 mod corners;
 mod deadline;
 mod distance;
@@ -55,13 +57,14 @@ mod options;
 mod order;
 mod outcome;
 mod overlaps;
-pub(crate) mod parting;
+mod parting;
+mod point;
 mod probe;
 mod question;
 mod queue;
 mod ray;
 mod refinement;
-pub(crate) mod root_test;
+pub mod root_test;
 mod search;
 mod strategy;
 mod system;
@@ -74,12 +77,13 @@ mod workspace;
 
 pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
-pub(crate) use clearance::displacement;
+pub use clearance::displacement;
 pub use contacts::{ContactBounds, Contacts};
-pub(crate) use deadline::Deadline;
+pub use contained::Operand;
+pub use deadline::Deadline;
 pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
-pub(crate) use flushing::matters as flushing_matters;
+pub use flushing::matters as flushing_matters;
 pub use intersection::Intersection;
 pub use manifolds::{ManifoldBounds, Manifolds};
 pub use memory::PairMemory;
@@ -88,11 +92,12 @@ pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
 pub use overlaps::REGION_LIMIT;
-pub(crate) use question::Ask;
-pub use question::{Query, QueryWithMemory, Question, Remembers};
+pub use parting::Parting;
+pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
+pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
 pub use system::ClockedBudget;
-pub(crate) use system::SYSTEM;
+pub use system::SYSTEM;
 #[cfg(all(
     feature = "std",
     not(all(target_family = "wasm", target_os = "unknown"))

@@ -20,10 +20,10 @@ use super::queue::{Origin, Pair};
 use super::search::{Bounded, DIVE, least_key, root};
 use super::traversal::{Traversal, Visitor};
 use super::views::Relation;
-use crate::math::bits;
-use crate::math::lanes::Lanes;
 use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_LOOKUP};
 use crate::tree::WIDTH;
+use punctual_geom::bits;
+use punctual_geom::lanes::Lanes;
 
 /// If two clusters have more triangle pairs than this, not all are tested at once.
 const MANY: u32 = 16;

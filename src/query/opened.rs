@@ -5,11 +5,11 @@ use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
 use super::queue::Pair;
 use super::views::Relation;
-use crate::math::Pose;
-use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::model::cost::opening_work;
 use crate::tree::{Tree, WIDTH};
 use alloc::vec::Vec;
+use punctual_geom::Pose;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes};
 
 /// An opened node pair.
 #[derive(Clone, Debug, Default)]

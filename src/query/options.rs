@@ -1,10 +1,10 @@
 //! The options of a query.
 
 use super::order::Order;
-use crate::math::Motion;
-use crate::math::tolerance::COORDINATE_LIMIT;
-use crate::names::named;
 use core::fmt;
+use punctual_geom::Motion;
+use punctual_geom::named;
+use punctual_geom::tolerance::COORDINATE_LIMIT;
 
 /// Selects whether a query searches for one intersection or for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -2,12 +2,12 @@
 
 use super::queue::BUCKETS;
 use super::views::{Relation, Views};
-use crate::math::lanes::per_axis;
-use crate::math::random::Random;
-use crate::names::UnknownName;
 use crate::tree::{Node, xyz};
 use core::fmt;
 use core::str::FromStr;
+use punctual_geom::UnknownName;
+use punctual_geom::lanes::per_axis;
+use punctual_geom::random::Random;
 
 /// Decides which node pair of the front is visited next. All orders give the same finished answer;
 /// they differ in what is known when a budget ends.

@@ -1,11 +1,12 @@
 //! The answer of a query.
 
+use super::contained::Operand;
 use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
-use crate::names::{UnknownName, named};
 use core::fmt;
 use core::str::FromStr;
 use core::sync::atomic::{Ordering, compiler_fence};
 use core::time::Duration;
+use punctual_geom::{UnknownName, named};
 
 /// Number of levels of the bounding volume test tree with a count of their own; deeper levels are
 /// added to the last.
@@ -23,8 +24,8 @@ pub enum Verdict {
         witness: [u32; 2],
     },
     /// Proven: these triangles are no farther apart than the sum of the margins of both bodies.
-    /// Occurs only for bodies of a [`crate::Scene`] of which one has a
-    /// [margin](crate::Body::margin). Says nothing on whether some triangles share a point.
+    /// Occurs only for bodies of a `punctual_scene::Scene` of which one has a
+    /// margin. Says nothing on whether some triangles share a point.
     Within {
         /// Triangle of A, triangle of B.
         witness: [u32; 2],
@@ -32,8 +33,15 @@ pub enum Verdict {
         /// margins not subtracted. Above 0, and at most the sum of the margins.
         distance: f64,
     },
+    /// Proven: the surfaces do not meet, but this body, or a component of it, is inside the other.
+    /// Occurs only if both trees are solids, and the outer one is closed; not in scenes.
+    Contained {
+        /// The body that is inside the other.
+        inner: Operand,
+    },
     /// Proven: no triangle of A shares a point with one of B. For bodies with margins, also none is
-    /// within the margins.
+    /// within the margins. For solids, also no component of one is inside the other, if that is
+    /// closed.
     Separated,
     /// The budget ended before the answer was known. [`crate::Query::certificate`] bounds what is
     /// left open.
@@ -42,7 +50,9 @@ pub enum Verdict {
 
 impl Verdict {
     /// The verdict for triangles within the margins: they intersect if their distance is 0.
-    pub(crate) fn of_witness(witness: [u32; 2], distance: f64) -> Self {
+    #[doc(hidden)]
+    #[inline]
+    pub fn of_witness(witness: [u32; 2], distance: f64) -> Self {
         if distance == 0.0 {
             Self::Intersecting { witness }
         } else {
@@ -50,20 +60,25 @@ impl Verdict {
         }
     }
 
-    /// Name in files, without the witness: `intersecting`, `within`, `separated` or `undecided`.
+    /// Name in files, without the witness: `intersecting`, `within`, `contained`, `separated`
+    /// or `undecided`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Intersecting { .. } => "intersecting",
             Self::Within { .. } => "within",
+            Self::Contained { .. } => "contained",
             Self::Separated => "separated",
             Self::Undecided => "undecided",
         }
     }
 
     /// True if it is proven that the surfaces, thickened by their margins, meet: `Intersecting` or
-    /// `Within`.
+    /// `Within`, or `Contained`.
     pub const fn meets(self) -> bool {
-        matches!(self, Self::Intersecting { .. } | Self::Within { .. })
+        matches!(
+            self,
+            Self::Intersecting { .. } | Self::Within { .. } | Self::Contained { .. }
+        )
     }
 
     /// Upper bound of the distance of the witness, margins not subtracted; 0 if it intersects.
@@ -71,7 +86,7 @@ impl Verdict {
         match self {
             Self::Intersecting { .. } => Some(0.0),
             Self::Within { distance, .. } => Some(distance),
-            Self::Separated | Self::Undecided => None,
+            Self::Contained { .. } | Self::Separated | Self::Undecided => None,
         }
     }
 
@@ -79,14 +94,15 @@ impl Verdict {
     pub const fn witness(self) -> Option<[u32; 2]> {
         match self {
             Self::Intersecting { witness } | Self::Within { witness, .. } => Some(witness),
-            Self::Separated | Self::Undecided => None,
+            Self::Contained { .. } | Self::Separated | Self::Undecided => None,
         }
     }
 }
 
-const VERDICTS: [&str; 4] = [
+const VERDICTS: [&str; 5] = [
     "intersecting(A, B)",
     "within(A, B, distance)",
+    "contained(a or b)",
     "separated",
     "undecided",
 ];
@@ -101,6 +117,7 @@ impl fmt::Display for Verdict {
                 witness: [a, b],
                 distance,
             } => write!(f, "within({a}, {b}, {distance})"),
+            Self::Contained { inner } => write!(f, "contained({inner})"),
             Self::Separated => f.pad(separated),
             Self::Undecided => f.pad(undecided),
         }
@@ -135,12 +152,19 @@ impl FromStr for Verdict {
                 distance,
             })
         };
+        let contained = || {
+            let inner = name.strip_prefix("contained(")?.strip_suffix(')')?;
+            Some(Self::Contained {
+                inner: inner.parse().ok()?,
+            })
+        };
         let [.., separated, undecided] = VERDICTS;
         match name {
             _ if name == separated => Ok(Self::Separated),
             _ if name == undecided => Ok(Self::Undecided),
             _ => intersecting()
                 .or_else(within)
+                .or_else(contained)
                 .ok_or_else(|| UnknownName::new(name, &VERDICTS)),
         }
     }
@@ -183,7 +207,9 @@ named!(StopReason {
 
 impl StopReason {
     /// True if the run is over, so that there is nothing to resume.
-    pub(crate) fn is_final(self) -> bool {
+    #[doc(hidden)]
+    #[inline]
+    pub fn is_final(self) -> bool {
         matches!(self, Self::Finished | Self::FirstHit)
     }
 }

@@ -18,12 +18,12 @@ pub(super) mod run;
 
 use super::ray::state::RayHit;
 use crate::contact::manifold::{Manifold, ManifoldPoint, Octagon, Shape, Skin, choose};
-use crate::math::length;
 use crate::tree::Tree;
-use crate::triangle::ray::Side;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual_geom::length;
+use punctual_geom::triangle::ray::Side;
 
 /// Maximum number of triangles in the regions of the overlaps of one query; those beyond are not
 /// looked at ([`Manifold::is_whole`]).

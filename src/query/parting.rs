@@ -11,17 +11,17 @@
 use super::flushing;
 use super::views::Relation;
 use super::workspace::Workspace;
-use crate::math::Pose;
-use crate::math::lanes::{Kernel, Lanes};
-use crate::math::tolerance::ROUNDING;
 use crate::tree::{Tree, xyz};
 use arrayvec::ArrayVec;
 use glam::{DVec3, Vec3};
+use punctual_geom::Pose;
+use punctual_geom::lanes::{Kernel, Lanes};
+use punctual_geom::tolerance::ROUNDING;
 use wide::f32x4;
 
 /// Normal of the last plane: unit vector from A to B in A's frame; 0 if there was none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Parting([f32; 3]);
+pub struct Parting([f32; 3]);
 
 impl Parting {
     /// Returns a lower bound of the distance of two meshes that keep their extremes, in their

@@ -8,12 +8,12 @@ use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
 use super::queue::Pair;
 use super::views::{Relation, Views};
-use crate::math::bits;
-use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::model::front::{FrontSummary, pair_cost};
 use crate::tree::{Node, Tree, WIDTH, xyz};
 use arrayvec::ArrayVec;
 use core::mem;
+use punctual_geom::bits;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes};
 use wide::f32x4;
 
 /// Maximum number of pairs that can be opened; further pairs are only counted.

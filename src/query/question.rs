@@ -27,6 +27,8 @@ pub struct Query<'t, Q> {
     pub(super) b: &'t Tree,
     pub(super) asked: Q,
     pub(super) fault: Option<OptionError>,
+    /// False if the question is about the surfaces even of solids.
+    pub(super) solids: bool,
 }
 
 /// The question of a [`Query`], with the type of its answer.
@@ -78,6 +80,7 @@ impl<'t, Q> Query<'t, Q> {
             b,
             asked,
             fault: None,
+            solids: true,
         }
     }
 
@@ -207,7 +210,8 @@ where
     }
 
     /// Spends a budget on the run in the workspace, and answers.
-    pub(crate) fn spend(
+    #[doc(hidden)]
+    pub fn spend(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
@@ -223,7 +227,9 @@ where
     }
 
     /// An error unless the last run in the workspace was of this query.
-    pub(crate) fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
+    #[doc(hidden)]
+    #[inline]
+    pub fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
         if self.is_in(workspace) {
             Ok(())
@@ -233,7 +239,9 @@ where
     }
 
     /// True if the workspace holds a stopped run of this query.
-    pub(crate) fn is_stopped_in(&self, workspace: &Workspace) -> bool {
+    #[doc(hidden)]
+    #[inline]
+    pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.stopped && self.holds(workspace).is_ok()
     }
 }

@@ -2,19 +2,19 @@
 //!
 //! Most pairs of a scene are separated, and these boxes show it for half of them. Comparing them
 //! takes less time than starting a query, which tests nothing else first. The bound is that of
-//! [`gaps`](super::gaps) along the best single axis. `O(1)`: 64 box tests.
+//! `gaps` along the best single axis. `O(1)`: 64 box tests.
 
 use super::boxes::Boxes;
 use super::flushing;
 use super::views::{Relation, Views};
 use super::workspace::Workspace;
-use crate::math::lanes::{Column, F8, Kernel, Lanes};
-use crate::math::{Pose, bits};
 use crate::tree::{Node, Tree};
+use punctual_geom::lanes::{Column, F8, Kernel, Lanes};
+use punctual_geom::{Pose, bits};
 
 /// A lower bound of the distance of two meshes, in their length unit; 0 if these boxes do not
 /// separate them.
-pub(crate) fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64 {
+pub fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64 {
     let (Some(x), Some(y)) = (a.nodes().first(), b.nodes().first()) else {
         return 0.0;
     };

@@ -5,11 +5,11 @@ use super::boxes::Keys;
 use super::halves::Halves;
 use super::interval::Interval;
 use super::queue::{BUCKETS, Front, Pair};
-use crate::math::bits;
 use crate::tree::WIDTH;
-use crate::triangle::distance::Features;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
+use punctual_geom::bits;
+use punctual_geom::triangle::distance::Features;
 
 /// Factor of half extents for the guesses of a dive.
 pub(super) const DIVE: f32 = 0.4;
@@ -264,10 +264,10 @@ pub(super) fn root(key: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::random::Random;
     use crate::query::interval::Tolerance;
-    use crate::triangle::distance::Closest;
     use glam::DVec3;
+    use punctual_geom::random::Random;
+    use punctual_geom::triangle::distance::Closest;
 
     /// Without a tolerance, a search ends when everything left was dropped. Then both bounds are
     /// equal, because none is below the cut.

@@ -31,11 +31,12 @@ mod clock {
         }
     }
 
-    pub(crate) const SYSTEM: SystemClock = SystemClock;
+    /// The clock of calls without one of their own.
+    pub const SYSTEM: SystemClock = SystemClock;
 
     impl Budget {
         /// The budget as measured by [`SYSTEM`], unchanged.
-        pub(crate) const fn by_system(self) -> Self {
+        pub const fn by_system(self) -> Self {
             self
         }
     }
@@ -50,7 +51,7 @@ mod clock {
 
     /// Stands still.
     #[derive(Clone, Copy, Debug)]
-    pub(crate) struct NoClock;
+    pub struct NoClock;
 
     impl Clock for NoClock {
         fn now(&self) -> Duration {
@@ -58,11 +59,12 @@ mod clock {
         }
     }
 
-    pub(crate) const SYSTEM: NoClock = NoClock;
+    /// The clock of calls without one of their own.
+    pub const SYSTEM: NoClock = NoClock;
 
     impl Budget {
         /// The budget as measured by [`SYSTEM`]: its time becomes 0.
-        pub(crate) fn by_system(self) -> Self {
+        pub fn by_system(self) -> Self {
             Self {
                 time: self.time.map(|_| Duration::ZERO),
                 ..self
@@ -71,7 +73,7 @@ mod clock {
     }
 }
 
-pub(crate) use clock::SYSTEM;
+pub use clock::SYSTEM;
 #[cfg(all(
     feature = "std",
     not(all(target_family = "wasm", target_os = "unknown"))
@@ -93,13 +95,21 @@ impl Budget {
 #[derive(Clone, Copy)]
 #[must_use]
 pub struct ClockedBudget<'c> {
-    pub(crate) budget: Budget,
+    budget: Budget,
     /// `None` selects the system clock.
-    pub(crate) clock: Option<&'c dyn Clock>,
+    clock: Option<&'c dyn Clock>,
 }
 
 impl<'c> ClockedBudget<'c> {
-    pub(crate) fn parts(self) -> (Budget, &'c dyn Clock) {
+    /// True if the system clock measures the time.
+    #[inline]
+    pub fn is_by_system(&self) -> bool {
+        self.clock.is_none()
+    }
+
+    /// The limits, and the clock that measures them.
+    #[inline]
+    pub fn parts(self) -> (Budget, &'c dyn Clock) {
         match self.clock {
             Some(clock) => (self.budget, clock),
             None => (self.budget.by_system(), &SYSTEM),

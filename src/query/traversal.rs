@@ -26,9 +26,9 @@ use super::queue::{Origin, Pair};
 use super::strategy::Strategy;
 use super::views::Relation;
 use super::workspace::Workspace;
-use crate::math::Pose;
-use crate::math::lanes::{Kernel, Lanes};
 use crate::tree::{Tree, WIDTH};
+use punctual_geom::Pose;
+use punctual_geom::lanes::{Kernel, Lanes};
 
 /// One call of a query that asks `Q`.
 pub(super) struct Traversal<'q, 'c, Q> {

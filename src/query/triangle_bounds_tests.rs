@@ -5,14 +5,17 @@ use core::cmp::Ordering;
 use std::vec::Vec;
 
 use super::views::Relation;
-use crate::math::Pose;
-use crate::math::lanes::{Instructions, Kernel, Lanes};
-use crate::math::random::Random;
 use crate::mesh::Mesh;
 use crate::tree::{BuildOptions, Tree, WIDTH};
-use crate::triangle::distance::exact_distance::Distance;
-use crate::triangle::distance::{Distances, closest, distances};
 use glam::{DMat3, DQuat, DVec3};
+use punctual_geom::Pose;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes};
+use punctual_geom::random::Random;
+use punctual_geom::triangle::distance::{Distances, closest, distances};
+
+#[path = "../../tests/common/exact_distance.rs"]
+mod exact_distance;
+use exact_distance::Distance;
 
 struct Batch<'q>([&'q Tree; 2], &'q Relation, [[usize; WIDTH]; 2]);
 

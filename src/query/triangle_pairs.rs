@@ -1,10 +1,10 @@
 //! Triangle pairs that wait for the fast filter: a stack with room for everything that one step can
 //! add.
 
-use crate::math::bits;
 use crate::tree::{Tree, WIDTH};
-use crate::triangle::batch::Rows;
 use alloc::boxed::Box;
+use punctual_geom::bits;
+use punctual_geom::triangle::batch::Rows;
 
 /// Maximum number of triangle pairs that wait before they are tested.
 pub(super) const PATIENCE: usize = 128;

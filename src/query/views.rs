@@ -1,14 +1,14 @@
 //! Relative pose of B in A for a query, and the map between the orientations of two nodes.
 
-use crate::math::Pose;
-use crate::math::lanes::{Column, F8, Lanes, dot, per_axis};
-use crate::math::largest;
-use crate::math::pose::rotation_deviation;
-use crate::math::tolerance::ROUNDING;
 use crate::tree::{Node, Tree, Unit, power_of_two};
-use crate::triangle::batch::{EDGE_SLOP, LEAST_EDGE_SLOP, Placement};
 use core::ops::{Add, Mul, Neg, Sub};
 use glam::{DMat3, DVec3};
+use punctual_geom::Pose;
+use punctual_geom::lanes::{Column, F8, Lanes, dot, per_axis};
+use punctual_geom::largest;
+use punctual_geom::rotation_deviation;
+use punctual_geom::tolerance::ROUNDING;
+use punctual_geom::triangle::batch::{EDGE_SLOP, LEAST_EDGE_SLOP, Placement};
 use wide::f32x4;
 
 /// An entry for each axis and a fourth of 0, or two such vectors in halves.

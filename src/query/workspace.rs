@@ -1,5 +1,6 @@
 //! All buffers of a query, owned by the caller.
 
+use super::contained::Containment;
 use super::corners::Corners;
 use super::known;
 use super::march::March;
@@ -8,6 +9,8 @@ use super::options::{ContactOptions, DistanceOptions, Options};
 use super::order::Order;
 use super::outcome::{Stats, StopReason, Verdict};
 use super::overlaps::{Overlaps, Reduction};
+use super::point::PointBounds;
+use super::point::state::{Phase, PointState};
 use super::queue::{Front, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
@@ -15,9 +18,6 @@ use super::search::Search;
 use super::strategy::{Marching, Strategy};
 use super::triangle_pairs::TrianglePairs;
 use crate::contact::{Contact, ContactList, Manifold};
-use crate::math::Pose;
-use crate::math::lanes::Instructions;
-use crate::math::random::Random;
 use crate::model::confidence::Lead;
 use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
@@ -25,6 +25,9 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
 use core::time::Duration;
+use punctual_geom::Pose;
+use punctual_geom::lanes::Instructions;
+use punctual_geom::random::Random;
 
 /// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a
 /// ray, allocates more.
@@ -61,6 +64,7 @@ pub struct Workspace {
     /// The state of a motion query.
     pub(super) motion: MotionState,
     pub(super) rays: RayState,
+    pub(super) points: PointState,
     pub(super) contacts: ContactList,
     pub(super) reduction: Reduction,
     pub(super) overlaps: Overlaps,
@@ -81,6 +85,7 @@ pub(super) struct Run {
     pub stats: Stats,
     /// The first pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
+    pub containment: Containment,
     pub random: Random,
 }
 
@@ -98,6 +103,7 @@ impl Run {
         self.stopped = false;
         self.stats.clear();
         self.witness = None;
+        self.containment = Containment::Open;
     }
 
     /// An error unless the run is of this query.
@@ -118,6 +124,7 @@ impl Run {
     }
 
     /// The verdict of a run that ended for this reason.
+    #[inline]
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         match (self.witness, stop) {
             (Some(witness), _) => Verdict::Intersecting { witness },
@@ -134,6 +141,7 @@ const NO_RUN: Run = Run {
     stopped: false,
     stats: Stats::NONE,
     witness: None,
+    containment: Containment::Open,
     random: Random::new(0),
 };
 
@@ -207,6 +215,8 @@ pub enum Asked {
     Manifolds(ContactOptions),
     /// The rays are in the [`RayState`].
     Ray,
+    /// The points are in the [`PointState`].
+    Points,
 }
 
 impl Workspace {
@@ -237,6 +247,7 @@ impl Workspace {
             search: Search::new(),
             motion: MotionState::NOTHING,
             rays: RayState::default(),
+            points: PointState::default(),
             contacts: ContactList::default(),
             reduction: Reduction::default(),
             overlaps: Overlaps::default(),
@@ -301,6 +312,19 @@ impl Workspace {
         &self.rays.first_hits
     }
 
+    /// What the last query found about points, if it was one about points: one for each point done,
+    /// in the order of the points.
+    pub fn points(&self) -> &[PointBounds] {
+        &self.points.found
+    }
+
+    /// Reserves room for the answers about at least so many points. The first query for a larger
+    /// batch of points reserves room for it, and the first about an open solid 24 bytes for each
+    /// vertex on an open edge.
+    pub fn reserve_points(&mut self, points: usize) {
+        self.points.reserve(points);
+    }
+
     /// Removes and returns the hits of a ray, so that a query stopped with
     /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_ray_hits(&mut self) -> impl ExactSizeIterator<Item = RayHit> + '_ {
@@ -329,25 +353,33 @@ impl Workspace {
     }
 
     /// Forgets the run, so that none can be resumed.
-    pub(crate) fn forget_run(&mut self) {
+    #[doc(hidden)]
+    pub fn forget_run(&mut self) {
         self.run.key = None;
     }
 
     /// Work of the last query, including resumed calls.
-    pub(crate) fn work(&self) -> u64 {
+    #[doc(hidden)]
+    #[inline]
+    pub fn work(&self) -> u64 {
         self.run.stats.work
     }
 
-    pub(crate) fn bv_tests(&self) -> u64 {
+    #[doc(hidden)]
+    #[inline]
+    pub fn bv_tests(&self) -> u64 {
         self.run.stats.bv_tests_of_levels()
     }
 
-    pub(crate) fn found(&self) -> u64 {
+    #[doc(hidden)]
+    #[inline]
+    pub fn found(&self) -> u64 {
         self.run.stats.found
     }
 
     /// The verdict of the last query, which ended for this reason.
-    pub(crate) fn verdict(&self, stop: StopReason) -> Verdict {
+    #[doc(hidden)]
+    pub fn verdict(&self, stop: StopReason) -> Verdict {
         self.run.verdict(stop)
     }
 
@@ -388,6 +420,7 @@ impl Workspace {
             && self.motion.followed.is_none()
             && self.rays.suspects.is_empty()
             && self.rays.after == 0
+            && self.points.phase == Phase::Idle
     }
 
     /// The node pairs that the last query left open.
@@ -409,6 +442,7 @@ impl Workspace {
         self.search.clear();
         self.motion.followed = None;
         self.rays.clear();
+        self.points.clear();
         self.contacts.clear();
         self.reduction.clear();
         self.manifolds.clear();
@@ -424,6 +458,8 @@ impl Clone for Workspace {
         let mut rays = self.rays.clone();
         rays.reserve(self.rays.hits.capacity());
         rays.reserve_batch(self.rays.first_hits.capacity());
+        let mut points = self.points.clone();
+        points.reserve(self.points.found.capacity());
         Self {
             front: self.front.clone(),
             waiting: self.waiting.clone(),
@@ -436,6 +472,7 @@ impl Clone for Workspace {
             search: self.search.clone(),
             motion: self.motion.clone(),
             rays,
+            points,
             contacts: self.contacts.clone(),
             reduction: self.reduction.clone(),
             overlaps: self.overlaps.clone(),

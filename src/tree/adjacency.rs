@@ -29,16 +29,18 @@ const _: () = assert!(WIDTH == 8);
 impl Tree {
     /// The triangle behind an edge of a triangle (tree order), if there is one. The edge goes from
     /// corner `edge` to the next.
+    #[doc(hidden)]
     #[inline(always)]
-    pub(crate) fn across(&self, triangle: u32, edge: usize) -> Option<u32> {
+    pub fn across(&self, triangle: u32, edge: usize) -> Option<u32> {
         let next = self.neighbors[triangle as usize][edge] >> 3;
         (next != NONE).then_some(next)
     }
 
     /// The vertex of the neighbor `next` that is not on the common edge. In the triangle (tree
     /// order), that edge is opposite to the vertex `apex`.
+    #[doc(hidden)]
     #[inline(always)]
-    pub(crate) fn vertex_across(&self, triangle: u32, apex: u32, next: u32) -> u32 {
+    pub fn vertex_across(&self, triangle: u32, apex: u32, next: u32) -> u32 {
         let [[a, b, c], [p, q, r]] = [triangle, next].map(|at| self.vertices_of(at));
         a ^ b ^ c ^ apex ^ p ^ q ^ r
     }

@@ -10,9 +10,9 @@ use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::place::Placed;
 use super::unit::{Triangle, Unit};
 use super::wide::WIDTH;
-use crate::math::lanes::{Instructions, Kernel, Lanes};
 use crate::mesh::Mesh;
 use alloc::vec::Vec;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes};
 
 /// Maximum number of triangles in the sample.
 const SAMPLES: usize = 512;

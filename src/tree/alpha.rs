@@ -1,9 +1,9 @@
 //! The diminishing factor of a subtree: how much boxes shrink from level to level down to its
 //! triangles.
 
-use crate::math::lanes::per_axis;
 use core::f32::consts::LN_2;
 use glam::Vec3;
+use punctual_geom::lanes::per_axis;
 use wide::bytemuck::cast;
 use wide::{f32x4, i32x4};
 

@@ -8,10 +8,10 @@ use super::options::Effort;
 use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::unit::Triangle;
 use super::wide::Node;
-use crate::math::lanes::{F8, Instructions, Kernel, Lanes, per_axis};
 use alloc::vec::Vec;
 use core::ops::Range;
 use core::slice;
+use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes, per_axis};
 
 /// Gives each node of `plan` its best orientation. More effort means more candidates.
 pub(super) fn choose_orientations(

@@ -10,9 +10,9 @@ use super::moments::{Surfaces, Symmetric, TINY, per_entry};
 use super::options::Effort;
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use crate::math::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, scaled, sums};
 use arrayvec::ArrayVec;
 use glam::{Mat3A, Vec3A};
+use punctual_geom::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, scaled, sums};
 
 /// Three axes per lane, in unit coordinates.
 pub(super) type Axes<L> = [V8<L>; 3];
@@ -301,8 +301,8 @@ fn eigenvectors<L: Lanes>(lanes: L, m: Symmetric<L>) -> (Axes<L>, V8<L>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::lanes::Portable;
     use glam::{DMat3, DQuat, DVec3, Vec3};
+    use punctual_geom::lanes::Portable;
 
     fn matrices() -> [DMat3; WIDTH] {
         core::array::from_fn(|i| {

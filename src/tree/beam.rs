@@ -5,12 +5,12 @@
 //! ray begins. The margin of the boxes covers all rounding: `docs/numerics.md`, "Rays".
 
 use super::{Node, Unit, WIDTH, power_of_two};
-use crate::math::Ray;
-use crate::math::lanes::{Column, F8, Lanes, per_axis};
-use crate::math::tolerance::ROUNDING;
-use crate::triangle::ray::Aim;
-use crate::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
 use glam::DVec3;
+use punctual_geom::Ray;
+use punctual_geom::lanes::{Column, F8, Lanes, per_axis};
+use punctual_geom::tolerance::ROUNDING;
+use punctual_geom::triangle::ray::Aim;
+use punctual_geom::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
 use wide::f32x4;
 
 /// A ray near a mesh.
@@ -109,6 +109,19 @@ impl Beam {
     #[inline(never)]
     fn blind(&mut self) {
         *self = Self::BLIND;
+    }
+
+    /// A beam that also covers rays whose origin and direction are off by so much, in units.
+    pub fn widened(mut self, slop: f64) -> Self {
+        // Parameters are less than 4.
+        let slop = 4.0 * slop;
+        if !(slop <= LARGEST_SLOP) {
+            return Self::BLIND;
+        }
+        self.shaft.slop += slop as f32;
+        self.margin += slop as f32;
+        self.from = 0.0;
+        self
     }
 
     /// For what is out of the range of `f32`: enters every box at once, and every triangle is in

@@ -11,9 +11,9 @@ use super::options::Effort;
 use super::orientation::Orientation;
 use super::unit::Unit;
 use super::wide::WIDTH;
-use crate::math::lanes::Instructions;
 use crate::mesh::Mesh;
 use alloc::vec::Vec;
+use punctual_geom::lanes::Instructions;
 
 /// Maximum number of triangles of a cluster, and of children of a wide node.
 pub(super) const CLUSTER: usize = WIDTH;

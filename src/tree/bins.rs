@@ -2,8 +2,8 @@
 
 use super::options::Effort;
 use super::wide::WIDTH;
-use crate::math::lanes::{Column, F8, Kernel, Lanes, least, per_lane};
 use glam::Vec4;
+use punctual_geom::lanes::{Column, F8, Kernel, Lanes, least, per_lane};
 use wide::f32x4;
 
 /// A box: the negated least coordinates, then the greatest. So the box around two boxes is one
@@ -268,9 +268,9 @@ fn move_to_front<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::lanes::{Instructions, Portable};
-    use crate::math::random::Random;
     use alloc::vec::Vec;
+    use punctual_geom::lanes::{Instructions, Portable};
+    use punctual_geom::random::Random;
 
     /// Random boxes, half of them near one end.
     fn items(count: u32) -> Vec<Bounds> {

@@ -2,7 +2,7 @@
 
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use crate::math::lanes::{Column, F8, Lanes, V8, per_axis, per_lane};
+use punctual_geom::lanes::{Column, F8, Lanes, V8, per_axis, per_lane};
 
 /// Eight triangles, one per lane.
 #[derive(Clone, Copy)]

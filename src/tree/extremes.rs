@@ -7,12 +7,12 @@
 //! effect of rounding.
 
 use super::unit::Unit;
-use crate::math::bits;
-use crate::math::lanes::{Column, F8, Lanes, dot, greatest, per_axis};
 use crate::mesh::Mesh;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
+use punctual_geom::bits;
+use punctual_geom::lanes::{Column, F8, Lanes, dot, greatest, per_axis};
 use wide::f32x4;
 
 /// Number of cells along each side of a cube face: a power of two.
@@ -260,13 +260,13 @@ fn reach(directions: &[f32x4; 3], point: &Point) -> f32x4 {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::lanes::Portable;
-    use crate::math::random::Random;
-    use crate::math::tolerance::ROUNDING;
     use crate::mesh::{Mesh, shapes};
     use crate::tree::{BuildOptions, Tree};
     use alloc::vec::Vec;
     use glam::Vec3;
+    use punctual_geom::lanes::Portable;
+    use punctual_geom::random::Random;
+    use punctual_geom::tolerance::ROUNDING;
 
     /// Directions anywhere, on the grid, and next to it. Their largest component is 1.
     fn directions(random: &mut Random) -> Vec<[f32; 3]> {

@@ -9,9 +9,9 @@
 use super::eight::Eight;
 use super::unit::Triangle;
 use super::wide::{Node, WIDTH, xyz};
-use crate::math::lanes::{Column, F8, Lanes, V8, dot, greatest, least, per_axis};
 use arrayvec::ArrayVec;
 use glam::Vec3A;
+use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, greatest, least, per_axis};
 use wide::f32x4;
 
 /// A box along the axes of some node.

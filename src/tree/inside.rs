@@ -2,32 +2,37 @@
 //!
 //! The ray goes along that axis on which it leaves the mesh's box soonest. A crossing from the back
 //! counts 1, one from the front -1. Triangles that `f32` leaves in doubt are decided exactly, and
-//! there are no ties ([`crate::triangle::crossing`]). So the count is exact for closed surfaces.
+//! there are no ties ([`punctual_geom::triangle::crossing`]). So the count is exact for closed surfaces.
 
 use super::beam::Beam;
 use super::{MAX_HEIGHT, Node, Tree, WIDTH};
-use crate::math::lanes::{Instructions, Kernel, Lanes, per_lane};
-use crate::math::{Ray, bits};
-use crate::triangle::crossing::{Crossing, Heading, crossing};
-use crate::triangle::ray::batch::candidates;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual_geom::lanes::{Instructions, Kernel, Lanes, per_lane};
+use punctual_geom::triangle::crossing::{Crossing, Heading, crossing};
+use punctual_geom::triangle::ray::batch::candidates;
+use punctual_geom::{Pose, Ray, bits, largest};
 
 /// A ray from a point, to be counted along.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
     pub point: DVec3,
     pub heading: Heading,
-    pub beam: Beam,
+    /// True if the point is outside of the mesh's box. Then the ray meets nothing.
+    pub is_outside: bool,
+    beam: Beam,
 }
 
 /// What the ray crosses, and whether a triangle holds its origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Count {
+pub struct Count {
     /// Hits of backs minus hits of fronts. Triangles that hold the origin do not count. So for a
     /// closed surface this is the winding number just ahead of the origin.
     pub winding: i32,
+    /// True if a triangle holds the origin.
     pub is_on_surface: bool,
+    /// A triangle (tree order) that holds the origin, if there is one.
+    pub touched: u32,
 }
 
 impl Count {
@@ -35,45 +40,45 @@ impl Count {
     pub fn is_inside(self) -> bool {
         self.winding > 0 || self.is_on_surface
     }
-
-    pub fn add(&mut self, other: Self) {
-        self.winding += other.winding;
-        self.is_on_surface |= other.is_on_surface;
-    }
 }
 
 impl Probe {
-    /// A ray from `point`; `None` if it is outside of the mesh's box.
-    pub fn new(tree: &Tree, point: DVec3) -> Option<Self> {
+    /// The state before the first point.
+    pub const NONE: Self = Self {
+        point: DVec3::ZERO,
+        heading: Heading {
+            axis: 0,
+            is_negative: false,
+        },
+        is_outside: true,
+        beam: Beam::BLIND,
+    };
+
+    /// A ray from `point`, along the axis on which it leaves the mesh's box soonest.
+    #[inline(always)]
+    pub fn new(tree: &Tree, point: DVec3) -> Self {
         let bounds = tree.mesh.aabb();
-        let (back, ahead) = (point - bounds.min, bounds.max - point);
         // A difference is negative if and only if its exact value is.
-        if !(back.min(ahead).cmpge(DVec3::ZERO).all()) {
-            return None;
-        }
-        let (mut heading, mut least) = (
-            Heading {
-                axis: 0,
-                is_negative: false,
-            },
-            f64::INFINITY,
-        );
+        let ways = [bounds.max - point, point - bounds.min];
+        let (mut heading, mut least) = (Self::NONE.heading, f64::INFINITY);
         for axis in 0..3 {
-            for (is_negative, way) in [(false, ahead[axis]), (true, back[axis])] {
-                if way < least {
-                    (heading, least) = (Heading { axis, is_negative }, way);
+            for (way, is_negative) in ways.iter().zip([false, true]) {
+                if way[axis] < least {
+                    (heading, least) = (Heading { axis, is_negative }, way[axis]);
                 }
             }
         }
+        let is_outside = !(least >= 0.0 && least < f64::INFINITY);
         let beam = match Ray::new(point, heading.vector()) {
-            Ok(ray) => Beam::new(&tree.unit, &ray),
-            Err(_) => Beam::BLIND,
+            Ok(ray) if !is_outside => Beam::new(&tree.unit, &ray),
+            _ => Beam::BLIND,
         };
-        Some(Self {
+        Self {
             point,
             heading,
+            is_outside,
             beam,
-        })
+        }
     }
 
     /// The mask of the children of a node that the ray may enter.
@@ -82,62 +87,88 @@ impl Probe {
         self.beam.enter(lanes, node, 0.0).1
     }
 
-    /// Counts those of the triangles of a cluster that the ray may enter and that `counts` is true
-    /// of. The second value is the number of exact tests.
+    /// Masks of the triangles of a cluster that the ray certainly leaves through, that it certainly
+    /// enters through, and of those in doubt, among those whose boxes it may enter.
     #[inline(always)]
-    pub fn count<L: Lanes>(
-        &self,
-        lanes: L,
-        tree: &Tree,
-        cluster: &Node,
-        entered: u32,
-        counts: impl Fn(u32) -> bool,
-    ) -> (Count, u32) {
+    pub fn sort<L: Lanes>(&self, lanes: L, tree: &Tree, cluster: &Node, entered: u32) -> [u32; 3] {
         let triangles = &tree.triangles[cluster.triangle_range()];
         let last = triangles.len() - 1;
         let rows = per_lane!(i => &triangles[last.min(i)].0);
-        let found = candidates(
-            lanes,
-            rows,
-            &self.beam.shaft,
-            [self.beam.from, self.beam.to],
-        );
-        let chosen = bits(found.may_meet & entered)
-            .filter(|&lane| counts(cluster.first_child + lane as u32))
-            .fold(0, |chosen, lane| chosen | 1 << lane);
-        let (leaves, enters) = (found.back & found.after, found.front & found.after);
-        let mut count = Count {
-            winding: (leaves & chosen).count_ones() as i32 - (enters & chosen).count_ones() as i32,
-            is_on_surface: false,
-        };
-        let in_doubt = chosen & !(leaves | enters);
-        for lane in bits(in_doubt) {
-            let corners = tree.corners(cluster.first_child + lane as u32);
-            match crossing(self.point, self.heading, &corners) {
-                Crossing::Missed => {}
-                Crossing::Origin => count.is_on_surface = true,
-                Crossing::Leaves => count.winding += 1,
-                Crossing::Enters => count.winding -= 1,
+        let limits = [self.beam.from, self.beam.to];
+        let found = candidates(lanes, rows, &self.beam.shaft, limits);
+        let chosen = found.may_meet & entered;
+        let [leaves, enters] = [found.back, found.front].map(|faces| faces & found.after & chosen);
+        [leaves, enters, chosen & !(leaves | enters)]
+    }
+
+    /// A ray from a point in the frame of A, among the triangles of B at its pose. The axis is one
+    /// of A. For the boxes it is seen from B's mesh; exact tests take the corners in A's frame.
+    pub fn posed(tree: &Tree, b_in_a: &Pose, point: DVec3) -> Self {
+        // Not the transpose: a pose need not be quite orthonormal, and is used as given.
+        let inverse = b_in_a.rotation().inverse();
+        let seen = inverse * (point - b_in_a.translation());
+        let (unit, bounds) = (&tree.unit, tree.mesh.aabb());
+        let sizes = [point, b_in_a.translation(), bounds.min, bounds.max];
+        let size: f64 = sizes.map(|v| largest(v.abs())).iter().sum();
+        let slop = POSED_ROUNDING * size;
+        let (back, ahead) = (seen - bounds.min, bounds.max - seen);
+        let near = Self::new(tree, seen.clamp(bounds.min, bounds.max));
+        // The axis of A that is nearest to the one on which the ray leaves B's box soonest.
+        let along = *b_in_a.rotation() * near.heading.vector();
+        let axis = (0..3).fold(0, |best, axis| {
+            if along[axis].abs() > along[best].abs() {
+                axis
+            } else {
+                best
             }
+        });
+        let heading = Heading {
+            axis,
+            is_negative: along[axis] < 0.0,
+        };
+        let is_outside = !(back.min(ahead).cmpge(DVec3::splat(-slop)).all());
+        let beam = match Ray::new(seen, inverse * heading.vector()) {
+            Ok(ray) if !is_outside => Beam::new(unit, &ray).widened(slop * unit.scale()),
+            _ => Beam::BLIND,
+        };
+        Self {
+            point,
+            heading,
+            is_outside,
+            beam,
         }
-        (count, in_doubt.count_ones())
+    }
+
+    /// Counts a triangle (tree order) with these corners exactly.
+    pub fn examine(&self, corners: &[DVec3; 3], triangle: u32, count: &mut Count) {
+        match crossing(self.point, self.heading, corners) {
+            Crossing::Missed => {}
+            Crossing::Origin => (count.is_on_surface, count.touched) = (true, triangle),
+            Crossing::Leaves => count.winding += 1,
+            Crossing::Enters => count.winding -= 1,
+        }
     }
 }
 
+/// Rounding of a point seen from B, of corners at the pose, and of the direction, relative to the
+/// sum of the sizes of all: `docs/numerics.md`.
+const POSED_ROUNDING: f64 = 512.0 * f64::EPSILON;
+
 /// Counts the triangles of which `counts` is true along a ray from `point`. `O(n)` at worst.
-pub(crate) fn crossings(tree: &Tree, point: DVec3, counts: impl Fn(u32) -> bool) -> Count {
-    match Probe::new(tree, point) {
-        None => Count::default(),
-        Some(probe) => Instructions::detect().run(Walk {
-            tree,
-            probe,
-            counts,
-        }),
+pub fn crossings(tree: &Tree, point: DVec3, counts: impl Fn(u32) -> bool) -> Count {
+    let probe = Probe::new(tree, point);
+    if probe.is_outside {
+        return Count::default();
     }
+    Instructions::detect().run(Walk {
+        tree,
+        probe,
+        counts,
+    })
 }
 
 /// The winding number of a closed solid about a point. Meaningless if it has open edges.
-pub(crate) fn inside(tree: &Tree, point: DVec3) -> Count {
+pub fn inside(tree: &Tree, point: DVec3) -> Count {
     crossings(tree, point, |_| true)
 }
 
@@ -165,11 +196,16 @@ impl<F: Fn(u32) -> bool> Kernel for Walk<'_, F> {
         while let Some(index) = waiting.pop() {
             let node = &tree.nodes[index as usize];
             let entered = probe.enter(lanes, node);
-            if node.is_cluster {
-                sum.add(probe.count(lanes, tree, node, entered, &counts).0);
-            } else {
-                waiting.extend(bits(entered).map(|child| node.first_child + child as u32));
+            let child = |i: usize| node.first_child + i as u32;
+            if !node.is_cluster {
+                waiting.extend(bits(entered).map(child));
+                continue;
             }
+            let chosen = |mask: u32| bits(mask).map(child).filter(|&triangle| counts(triangle));
+            let [leaves, enters, in_doubt] = probe.sort(lanes, tree, node, entered);
+            sum.winding += chosen(leaves).count() as i32 - chosen(enters).count() as i32;
+            chosen(in_doubt)
+                .for_each(|triangle| probe.examine(&tree.corners(triangle), triangle, &mut sum));
         }
         sum
     }

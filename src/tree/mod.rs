@@ -1,18 +1,18 @@
-//! The bounding volume tree of one mesh.
-//!
-//! A tree is built once, does not change while queries run, and is shared freely between threads.
-//! The steps of a build are:
-//! - a binned-SAH binary tree over the triangles ([`binary`], [`bins`]);
-//! - its collapse to nodes of up to eight children ([`collapse`], [`wide`]);
-//! - an orientation for each node ([`assign`], [`axes`], [`moments`]);
-//! - one pass bottom-up ([`update`]) that gives every subtree its exact boxes ([`fit`]), its alpha
-//!   per axis and its profile level by level ([`profile`]). When vertices move, this pass is
-//!   repeated ([`refit`]).
-//!
-//! The tree stores the neighbors of each triangle ([`adjacency`]) and, on request, the corners that
-//! may be the farthest along a direction ([`extremes`]) and the components and open edges of a
-//! solid ([`solid`]). The file of a tree ([`mod@file`]) contains
-//! what cannot be recomputed: the mesh, the order of the triangles and the orientations.
+//! Bounding volume trees of meshes.
+
+// A tree is built once, does not change while queries run, and is shared freely between threads.
+// The steps of a build are:
+// - a binned-SAH binary tree over the triangles (`binary`, `bins`);
+// - its collapse to nodes of up to eight children (`collapse`, `wide`);
+// - an orientation for each node (`assign`, `axes`, `moments`);
+// - one pass bottom-up (`update`) that gives every subtree its exact boxes (`fit`), its alpha
+//   per axis and its profile level by level (`profile`). When vertices move, this pass is
+//   repeated (`refit`).
+//
+// The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
+// may be the farthest along a direction (`extremes`) and the components and open edges of a solid
+// (`solid`). The file of a tree (`mod@file`) contains
+// what cannot be recomputed: the mesh, the order of the triangles and the orientations.
 
 mod adjacency;
 mod align;
@@ -22,6 +22,7 @@ mod axes;
 pub(crate) mod beam;
 mod binary;
 mod bins;
+mod bounds;
 mod collapse;
 mod eight;
 mod extremes;
@@ -315,8 +316,9 @@ impl Tree {
     }
 
     /// The corners of a triangle (in tree order), as [`Mesh::triangle`] returns them.
+    #[doc(hidden)]
     #[inline]
-    pub(crate) fn corners(&self, triangle: u32) -> [DVec3; 3] {
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         // Written out, because `map` compiles to a call.
         let ([a, b, c], vertices) = (self.corners[triangle as usize], self.mesh.vertices());
         [
@@ -327,8 +329,9 @@ impl Tree {
     }
 
     /// The vertex indices of a triangle (in tree order).
+    #[doc(hidden)]
     #[inline(always)]
-    pub(crate) fn vertices_of(&self, triangle: u32) -> [u32; 3] {
+    pub fn vertices_of(&self, triangle: u32) -> [u32; 3] {
         self.corners[triangle as usize]
     }
 
@@ -361,7 +364,8 @@ impl Tree {
     }
 
     /// Input ids of the triangles, in tree order.
-    pub(crate) fn ids(&self) -> &[u32] {
+    #[doc(hidden)]
+    pub fn ids(&self) -> &[u32] {
         &self.ids
     }
 

@@ -6,7 +6,7 @@
 use super::eight::{Eight, present};
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use crate::math::lanes::{F8, Lanes, V8, cross, dot, per_axis, per_lane, sums};
+use punctual_geom::lanes::{F8, Lanes, V8, cross, dot, per_axis, per_lane, sums};
 
 /// A symmetric matrix per lane: xx, yy, zz, xy, xz, yz.
 pub(super) type Symmetric<L> = [F8<L>; 6];
@@ -14,7 +14,7 @@ pub(super) type Symmetric<L> = [F8<L>; 6];
 /// `[e(0), .., e(5)]`: a symmetric matrix entry by entry.
 macro_rules! per_entry {
     ($k:ident => $e:expr) => {
-        $crate::math::lanes::unrolled!($k in [0, 1, 2, 3, 4, 5] => $e)
+        punctual_geom::unrolled!($k in [0, 1, 2, 3, 4, 5] => $e)
     };
 }
 pub(super) use per_entry;

@@ -18,13 +18,13 @@ pub struct BuildOptions {
     /// take 10 KB and some bytes per triangle. The build takes 33 % to 100 % longer; for round
     /// meshes it takes up to four times as long.
     ///
-    /// In a [`crate::Scene`], a plane then separates two bodies that are close or almost touch,
+    /// In a `punctual_scene::Scene`, a plane then separates two bodies that are close or almost touch,
     /// without a search, if they are convex there. A refit ends that. For round meshes of more than
     /// about 100,000 triangles no corners are kept. False by default.
     pub extremes: bool,
     /// What the mesh bounds. For solids the tree keeps its components, its open edges and its
     /// volumes ([`crate::Tree::solid`]): 4 bytes per triangle if there are several components, and
-    /// 8 bytes per open edge. [`Solid::No`] by default.
+    /// 12 to 16 bytes per open edge. [`Solid::No`] by default.
     pub solid: Solid,
     /// Maximum number of threads that build at once, the caller's included; 1 by default. More than
     /// one are used only with the feature `parallel`, and only for large meshes. The tree is the

@@ -1,7 +1,7 @@
 //! The orientation of a node's boxes.
 
-use crate::math::tolerance::ROUNDING;
 use glam::{DMat3, DVec3, Mat3, Mat3A};
+use punctual_geom::tolerance::ROUNDING;
 use wide::f64x2;
 
 /// Id of an orientation chosen for the whole mesh. The ids of nodes follow it.

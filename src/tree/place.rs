@@ -3,11 +3,11 @@
 use super::bins::Bounds;
 use super::fork::Pieces;
 use super::unit::{Triangle, Unit};
-use crate::math::lanes::{Column, D8, F8, Instructions, Kernel, Lanes, V8, per_axis, unrolled};
 use crate::mesh::{Mesh, Vertices};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use glam::Mat3A;
+use punctual_geom::lanes::{Column, D8, F8, Instructions, Kernel, Lanes, V8, per_axis, unrolled};
 use wide::f32x4;
 
 /// Triangles of a mesh in some order.

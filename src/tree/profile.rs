@@ -6,10 +6,10 @@
 
 use super::eight::present;
 use super::wide::{Node, xyz};
-use crate::math::lanes::{Column, F8, Lanes, V8, dot, per_axis, per_lane, sums};
 use alloc::boxed::Box;
 use core::ops::Range;
 use glam::{Vec3, Vec3A};
+use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis, per_lane, sums};
 
 /// The boxes of one level of a subtree, counted down from its root. Values are along the axes of
 /// the root, in unit coordinates (multiply by [`crate::Tree::unit_length`] for the mesh's).

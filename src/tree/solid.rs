@@ -11,12 +11,13 @@
 
 use super::{Tree, inside};
 use crate::mesh::Mesh;
-use crate::names::named;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cmp::Ordering;
 use core::fmt;
 use glam::DVec3;
+use punctual_geom::largest;
+use punctual_geom::named;
 
 /// What the mesh of a tree bounds. Asked for mesh by mesh, because rooms, terrain and shells bound
 /// nothing.
@@ -42,7 +43,9 @@ pub struct Solidity {
     components: Box<[Component]>,
     /// Component of each triangle, in tree order. Empty if there is only one component.
     component_of: Box<[u32]>,
-    /// The edges that are used once more in this direction than in the other: vertex indices.
+    /// Vertices of open edges, one of each position.
+    rim: Box<[u32]>,
+    /// The edges that are used once more in this direction than in the other: indices of the rim.
     open: Box<[[u32; 2]]>,
 }
 
@@ -62,8 +65,9 @@ pub struct Component {
     /// of its open edges. Off by at most 1e-12 of the volume of the mesh's box; infinite or 0 where
     /// `f64` does not suffice.
     pub volume: f64,
-    /// True if the winding number would be negative on one side of it. A cavity is not inside out:
-    /// its volume is negative, but the solid around it adds one.
+    /// True if the winding number would be negative on one side of it, counting it and the closed
+    /// components. A cavity is not inside out: its volume is negative, but the solid around it adds
+    /// one.
     pub inside_out: bool,
 }
 
@@ -130,15 +134,15 @@ impl Solidity {
         self.components.iter().map(|one| one.volume).sum()
     }
 
-    /// Edges without an opposite one, as vertex indices: the boundary of the surface.
-    pub(crate) fn boundary(&self) -> &[[u32; 2]] {
-        &self.open
+    /// The vertices of open edges, one of each position, and the edges as indices of these.
+    pub(crate) fn rim(&self) -> (&[u32], &[[u32; 2]]) {
+        (&self.rim, &self.open)
     }
 
     /// Component of a triangle (tree order).
-    pub(crate) fn component_of(&self, triangle: u32) -> u32 {
-        let of = self.component_of.get(triangle as usize);
-        of.copied().unwrap_or(0)
+    #[doc(hidden)]
+    pub fn component_of(&self, triangle: u32) -> u32 {
+        of(&self.component_of, triangle as usize) as u32
     }
 
     pub(super) fn bytes(&self) -> usize {
@@ -148,22 +152,18 @@ impl Solidity {
     /// The closedness of a tree. `O(n log n)`; `O(n)` if few edges differ in vertex indices.
     pub(super) fn of(tree: &Tree) -> Self {
         let mut sets = Sets::new(tree.corners.len());
-        let mut loose = loose_edges(tree, &mut sets);
-        let boundary = balance(tree, &mut loose, &mut sets);
+        let loose = loose_edges(tree, &mut sets);
+        let boundary = balance(tree, loose, &mut sets);
         let (component_of, mut components) = sets.components(&tree.ids);
-        let count = components.len();
         for &(_, edge) in &boundary {
-            components[component_of[edge as usize / 3] as usize].open_edges += 1;
+            components[of(&component_of, edge as usize / 3)].open_edges += 1;
         }
-        let open: Box<[[u32; 2]]> = boundary.iter().map(|&(ends, _)| ends).collect();
+        let (rim, open) = welded(&tree.mesh, &boundary);
         let sizes = volumes(tree, &component_of, &mut components, &boundary);
         let mut solid = Self {
             components: components.into(),
-            component_of: if count > 1 {
-                component_of.into()
-            } else {
-                Box::default()
-            },
+            component_of: component_of.into(),
+            rim,
             open,
         };
         solid.find_inside_out(tree, &sizes);
@@ -183,8 +183,11 @@ impl Solidity {
                 volume.abs() > error && {
                     let first = self.components[index as usize].first_triangle;
                     let corner = tree.mesh.triangle(first as usize)[0];
-                    let around =
-                        inside::crossings(tree, corner, |t| self.component_of(t) != index).winding;
+                    let counts = |triangle| {
+                        let other = self.component_of(triangle);
+                        other != index && self.components[other as usize].is_closed()
+                    };
+                    let around = inside::crossings(tree, corner, counts).winding;
                     around.min(around + within) < 0
                 }
             })
@@ -200,7 +203,8 @@ impl Tree {
     /// ([`super::BuildOptions::solid`]). A refit computes it anew, from the new positions.
     ///
     /// ```
-    /// use punctual::{BuildOptions, Solid, Tree, shapes};
+    /// use punctual::tree::Solid;
+    /// use punctual::{BuildOptions, Tree, shapes};
     /// let options = BuildOptions::default().solid(Solid::Keep);
     /// let ball = Tree::with_options(shapes::icosphere(3), &options);
     /// let solid = ball.solid().expect("asked for");
@@ -255,6 +259,11 @@ impl Tree {
     }
 }
 
+/// The component of a triangle, if that of each is known or there is only one.
+fn of(component_of: &[u32], triangle: usize) -> usize {
+    component_of.get(triangle).map_or(0, |&of| of as usize)
+}
+
 /// Disjoint sets of triangles (tree order).
 struct Sets(Vec<u32>);
 
@@ -277,7 +286,8 @@ impl Sets {
         self.0[one.max(other) as usize] = one.min(other);
     }
 
-    /// Component of each triangle, and the components, in the order of their least ids.
+    /// The components, in the order of their least ids, and the component of each triangle; of
+    /// none if there is only one.
     fn components(mut self, ids: &[u32]) -> (Vec<u32>, Vec<Component>) {
         let mut roots = Vec::new();
         for at in 0..ids.len() as u32 {
@@ -287,35 +297,38 @@ impl Sets {
                 roots.push((u32::MAX, at, 0));
             }
         }
-        // The roots are in ascending order, so a root's slot is found by its rank.
-        let mut rank = alloc::vec![0; ids.len()];
-        (0..)
-            .zip(&roots)
-            .for_each(|(i, &(_, root, _))| rank[root as usize] = i);
+        let component = |&(first_triangle, _, triangles): &(u32, u32, usize)| Component {
+            triangles,
+            first_triangle,
+            open_edges: 0,
+            volume: 0.0,
+            inside_out: false,
+        };
+        if let [_] = roots[..] {
+            return (Vec::new(), alloc::vec![component(&(0, 0, ids.len()))]);
+        }
+        let mut rank = alloc::vec![0u32; ids.len()];
+        let mut set_rank = |roots: &[(u32, u32, usize)]| {
+            (0..)
+                .zip(roots)
+                .for_each(|(i, &(_, root, _))| rank[root as usize] = i);
+            rank.clone()
+        };
+        let first = set_rank(&roots);
         for (&root, &id) in self.0.iter().zip(ids) {
-            let (least, _, count) = &mut roots[rank[root as usize]];
+            let (least, _, count) = &mut roots[first[root as usize] as usize];
             *least = id.min(*least);
             *count += 1;
         }
         roots.sort_unstable();
-        (0..)
-            .zip(&roots)
-            .for_each(|(i, &(_, root, _))| rank[root as usize] = i);
-        let of = self.0.iter().map(|&root| rank[root as usize] as u32);
-        let components = roots
-            .iter()
-            .map(|&(first_triangle, _, triangles)| Component {
-                triangles,
-                first_triangle,
-                open_edges: 0,
-                volume: 0.0,
-                inside_out: false,
-            });
-        (of.collect(), components.collect())
+        let rank = set_rank(&roots);
+        let of = self.0.iter().map(|&root| rank[root as usize]);
+        (of.collect(), roots.iter().map(component).collect())
     }
 }
 
 /// An edge that no neighbor balances.
+#[derive(Clone, Copy)]
 struct Loose {
     /// Hash of its ends, the same in both directions.
     key: u64,
@@ -325,30 +338,41 @@ struct Loose {
 
 /// Joins neighbors, and returns the edges that are not balanced by a neighbor.
 fn loose_edges(tree: &Tree, sets: &mut Sets) -> Vec<Loose> {
+    let corners = &tree.corners;
     let mut loose = Vec::new();
-    for (triangle, corners) in (0u32..).zip(&tree.corners) {
+    for (triangle, ends) in (0u32..).zip(corners) {
         for k in 0..3 {
-            let [from, to] = [corners[k], corners[(k + 1) % 3]];
-            let opposite = tree.across(triangle, k).filter(|&next| {
-                let [p, q, r] = tree.corners[next as usize];
-                [[p, q], [q, r], [r, p]].contains(&[to, from])
-            });
-            if let Some(next) = opposite {
-                if next > triangle {
-                    sets.join(triangle, next);
+            let [from, to] = [ends[k], ends[(k + 1) % 3]];
+            match tree.across(triangle, k) {
+                None => loose.push(3 * triangle + k as u32),
+                // Both edges were handled with that triangle.
+                Some(next) if next < triangle => {}
+                Some(next) => {
+                    let [p, q, r] = corners[next as usize];
+                    let edges = [[p, q], [q, r], [r, p]];
+                    if edges.contains(&[to, from]) {
+                        sets.join(triangle, next);
+                    } else {
+                        let there = edges.iter().position(|edge| *edge == [from, to]);
+                        loose.push(3 * triangle + k as u32);
+                        loose.extend(there.map(|there| 3 * next + there as u32));
+                    }
                 }
-                continue;
-            }
-            let [from, to] = [from, to].map(|vertex| position(&tree.mesh, vertex));
-            if from != to {
-                loose.push(Loose {
-                    key: hash(from).wrapping_add(hash(to)),
-                    edge: 3 * triangle + k as u32,
-                });
             }
         }
     }
-    loose
+    let key = |edge: u32| {
+        let [from, to] = ends(tree, edge).map(|vertex| position(&tree.mesh, vertex));
+        let key = hash(from).wrapping_add(hash(to));
+        (from != to).then_some(Loose { key, edge })
+    };
+    loose.into_iter().filter_map(key).collect()
+}
+
+/// The vertices of an edge.
+fn ends(tree: &Tree, edge: u32) -> [u32; 2] {
+    let (corners, k) = (tree.corners[edge as usize / 3], edge as usize % 3);
+    [corners[k], corners[(k + 1) % 3]]
 }
 
 /// The coordinates of a vertex as bits: equal if the positions are equal.
@@ -359,49 +383,98 @@ fn position(mesh: &Mesh, vertex: u32) -> [u64; 3] {
         .map(f64::to_bits)
 }
 
-fn hash(position: [u64; 3]) -> u64 {
-    position.into_iter().fold(0, |hash, bits| {
-        let mixed = (hash ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        mixed ^ mixed >> 32
-    })
+/// Mixed well, because sums of hashes are compared: on a grid, sums of others would often agree.
+fn hash([x, y, z]: [u64; 3]) -> u64 {
+    let turned = x ^ y.rotate_left(21) ^ z.rotate_left(42);
+    let mixed = turned
+        .wrapping_add(x ^ z >> 7)
+        .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        ^ y;
+    let mixed = (mixed ^ mixed >> 32).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let mixed = (mixed ^ mixed >> 29).wrapping_mul(0x94d0_49bb_1331_11eb);
+    mixed ^ mixed >> 32
+}
+
+/// Sorts edges by their keys: first into lists of a few, then each list.
+fn sorted(loose: Vec<Loose>) -> Vec<Loose> {
+    let shift = 64 - (loose.len() / 8).max(2).ilog2();
+    let list = |edge: &Loose| (edge.key >> shift) as usize;
+    let mut ends = alloc::vec![0usize; (1 << (64 - shift)) + 1];
+    loose.iter().for_each(|edge| ends[list(edge) + 1] += 1);
+    for i in 1..ends.len() {
+        ends[i] += ends[i - 1];
+    }
+    let mut sorted = alloc::vec![Loose { key: 0, edge: 0 }; loose.len()];
+    let mut next = ends.clone();
+    for edge in loose {
+        let at = &mut next[list(&edge)];
+        sorted[*at] = edge;
+        *at += 1;
+    }
+    for i in 1..ends.len() {
+        sorted[ends[i - 1]..ends[i]].sort_unstable_by_key(|edge| edge.key);
+    }
+    sorted
 }
 
 /// Joins triangles that share a loose edge. Returns the edges that are used more often in one
 /// direction than in the other, as often as that, with the number of a loose edge of each.
-fn balance(tree: &Tree, loose: &mut [Loose], sets: &mut Sets) -> Vec<([u32; 2], u32)> {
-    let ends = |edge: u32| {
-        let (corners, k) = (tree.corners[edge as usize / 3], edge as usize % 3);
-        [corners[k], corners[(k + 1) % 3]]
-    };
-    let positions = |edge: &Loose| ends(edge.edge).map(|vertex| position(&tree.mesh, vertex));
-    let sorted = |edge: &Loose| {
+fn balance(tree: &Tree, loose: Vec<Loose>, sets: &mut Sets) -> Vec<([u32; 2], u32)> {
+    let positions = |edge: u32| ends(tree, edge).map(|vertex| position(&tree.mesh, vertex));
+    let unordered = |edge: u32| {
         let [from, to] = positions(edge);
         [from.min(to), from.max(to)]
     };
-    loose.sort_unstable_by(|one, other| {
-        one.key.cmp(&other.key).then_with(|| {
-            sorted(one)
-                .cmp(&sorted(other))
-                .then(one.edge.cmp(&other.edge))
-        })
-    });
     let mut open = Vec::new();
-    for group in loose.chunk_by(|one, other| one.key == other.key && sorted(one) == sorted(other)) {
-        let mut surplus = 0i64;
-        for edge in group {
-            sets.join(group[0].edge / 3, edge.edge / 3);
-            surplus += i64::from(is_forward(positions(edge))) * 2 - 1;
+    let mut settle = |group: &[Loose]| {
+        let (mut surplus, mut chosen) = (0i64, [u32::MAX; 2]);
+        for &Loose { edge, .. } in group {
+            sets.join(group[0].edge / 3, edge / 3);
+            let is_forward = is_forward(positions(edge));
+            surplus += i64::from(is_forward) * 2 - 1;
+            let chosen = &mut chosen[usize::from(is_forward)];
+            *chosen = edge.min(*chosen);
         }
-        let one = group
+        let edge = chosen[usize::from(surplus > 0)];
+        open.extend((0..surplus.abs()).map(|_| (ends(tree, edge), edge)));
+    };
+    let mut loose = sorted(loose);
+    for group in loose.chunk_by_mut(|one, other| one.key == other.key) {
+        let first = unordered(group[0].edge);
+        if group[1..]
             .iter()
-            .find(|edge| is_forward(positions(edge)) == (surplus > 0));
-        if let Some(one) = one {
-            open.extend((0..surplus.abs()).map(|_| (ends(one.edge), one.edge)));
+            .all(|other| unordered(other.edge) == first)
+        {
+            settle(group);
+        } else {
+            // Different edges with one hash.
+            group.sort_unstable_by_key(|one| unordered(one.edge));
+            group
+                .chunk_by(|one, other| unordered(one.edge) == unordered(other.edge))
+                .for_each(&mut settle);
         }
     }
     // By triangle: edges that follow each other are often close.
     open.sort_unstable_by_key(|&(_, edge)| edge);
     open
+}
+
+/// The vertices of edges, one of each position, and the edges as indices of these.
+fn welded(mesh: &Mesh, edges: &[([u32; 2], u32)]) -> (Box<[u32]>, Box<[[u32; 2]]>) {
+    let of = |vertex: u32| position(mesh, vertex);
+    let mut rim: Vec<([u64; 3], u32)> = edges
+        .iter()
+        .flat_map(|(ends, _)| ends.map(|vertex| (of(vertex), vertex)))
+        .collect();
+    rim.sort_unstable();
+    rim.dedup_by_key(|(at, _)| *at);
+    let index = |vertex: u32| {
+        let at = of(vertex);
+        rim.partition_point(|(other, _)| *other < at) as u32
+    };
+    let open = edges.iter().map(|(ends, _)| ends.map(index)).collect();
+    let rim: Box<[u32]> = rim.into_iter().map(|(_, vertex)| vertex).collect();
+    (rim, open)
 }
 
 fn is_forward([from, to]: [[u64; 3]; 2]) -> bool {
@@ -411,7 +484,7 @@ fn is_forward([from, to]: [[u64; 3]; 2]) -> bool {
 /// Computes the volumes of components. Returns each in units with a bound of its error.
 fn volumes(
     tree: &Tree,
-    of: &[u32],
+    component_of: &[u32],
     components: &mut [Component],
     boundary: &[([u32; 2], u32)],
 ) -> Vec<[f64; 2]> {
@@ -425,22 +498,22 @@ fn volumes(
         })
         .collect();
     for &([from, to], edge) in boundary {
-        let component = of[edge as usize / 3] as usize;
+        let component = of(component_of, edge as usize / 3);
         let share = 0.5 / components[component].open_edges as f64;
         apexes[component] += share * (point(from) + point(to));
     }
     let mut sums = alloc::vec![[0.0, 0.0]; components.len()];
-    for (corners, &component) in tree.corners.iter().zip(of) {
-        let [a, b, c] = corners.map(|vertex| point(vertex) - apexes[component as usize]);
-        let normal = b.cross(c);
-        let sum = &mut sums[component as usize];
-        sum[0] += a.dot(normal);
-        sum[1] += a.length() * normal.length();
+    for (triangle, corners) in tree.corners.iter().enumerate() {
+        let component = of(component_of, triangle);
+        let [a, b, c] = corners.map(|vertex| point(vertex) - apexes[component]);
+        let sum = &mut sums[component];
+        sum[0] += a.dot(b.cross(c));
+        sum[1] += largest(a.abs()) * largest(b.abs()) * largest(c.abs());
     }
     let cube = unit.length() * unit.length() * unit.length();
     for (component, sum) in components.iter_mut().zip(&mut sums) {
         let count = component.triangles as f64;
-        *sum = [sum[0] / 6.0, (16.0 + count) * f64::EPSILON * sum[1]];
+        *sum = [sum[0] / 6.0, (32.0 + count) * f64::EPSILON * sum[1]];
         component.volume = sum[0] * cube;
     }
     sums

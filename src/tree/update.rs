@@ -8,9 +8,9 @@ use super::fork::{Pieces, split};
 use super::profile::{Levels, Profiles};
 use super::unit::Triangle;
 use super::wide::Node;
-use crate::math::lanes::{F8, Instructions, Kernel, Lanes, per_axis};
 use alloc::vec::Vec;
 use core::ops::Range;
+use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes, per_axis};
 use wide::f32x4;
 
 /// Computes everything in `nodes` and `profiles` that depends on the positions of the triangles.

@@ -3,10 +3,10 @@
 use super::binary::{CLUSTER, most_depth};
 use super::wide::{WIDTH, lane};
 use super::{Node, Tree};
-use crate::math::tolerance::BOX_ROUNDING;
 use core::fmt;
 use core::ops::Range;
 use glam::{DVec3, Vec3};
+use punctual_geom::tolerance::BOX_ROUNDING;
 use wide::f32x4;
 
 /// The fault of a tree, and the node or triangle that has it.

@@ -20,7 +20,7 @@ pub(crate) const MAX_HEIGHT: usize = 71;
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// The children's boxes by axis, in halves ([`crate::math::lanes::F8::read`]).
+    /// The children's boxes by axis, in halves ([`punctual_geom::lanes::F8::read`]).
     pub center: [[f32x4; 2]; 3],
     pub half: [[f32x4; 2]; 3],
     /// The orientation, row by row. Its columns are the axes of the boxes, in unit coordinates of

@@ -1,8 +1,9 @@
 //! What must be true of every outcome, wherever the query stopped.
 
+use punctual::clock::ManualClock;
+use punctual::intersection::Intersection;
 use punctual::{
-    Answer, Budget, Certificate, Intersection, ManualClock, Mode, PairMemory, Query, StopReason,
-    Verdict, Workspace,
+    Answer, Budget, Certificate, Mode, PairMemory, Query, StopReason, Verdict, Workspace,
 };
 
 /// A budget that no query uses up. Unlike with [`Budget::unlimited`] the query cannot know that, so it goes about its
@@ -86,6 +87,7 @@ pub fn assert_sound(outcome: &Answer<Verdict>, pairs: &[[u32; 2]], truth: &[[u32
     match outcome.value {
         Verdict::Intersecting { witness } => assert!(known(&witness), "false witness {witness:?}"),
         Verdict::Within { .. } => panic!("a query without margins"),
+        Verdict::Contained { .. } => panic!("surfaces contain nothing"),
         Verdict::Separated => {
             assert!(truth.is_empty(), "false Separated, truth {}", truth.len());
             assert_eq!(outcome.stop, StopReason::Finished);

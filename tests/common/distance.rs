@@ -8,11 +8,10 @@
 use std::cmp::Ordering;
 use std::collections::HashMap;
 
+use punctual::clock::ManualClock;
+use punctual::distance::{Bounds, Distance, Nearest};
 use punctual::glam::DVec3;
-use punctual::{
-    Aabb, Answer, Bounds, Budget, Distance, ManualClock, Nearest, PairMemory, Pose, Query,
-    StopReason, Tree, Workspace,
-};
+use punctual::{Aabb, Answer, Budget, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 
 use super::exact_distance;
 use super::reference::posed_triangles;

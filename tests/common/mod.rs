@@ -10,7 +10,8 @@ pub mod files;
 pub mod random;
 pub mod reference;
 
-use punctual::{Mode, Order};
+use punctual::Mode;
+use punctual::intersection::Order;
 
 pub const MODES: [Mode; 2] = [Mode::Any, Mode::All];
 

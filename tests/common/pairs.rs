@@ -35,7 +35,9 @@ pub fn all() -> Option<Vec<HardPair>> {
 }
 
 fn read(path: &str) -> Option<Vec<HardPair>> {
-    let file = File::open(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).ok()?;
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .ancestors()
+        .find_map(|folder| File::open(folder.join(path)).ok())?;
     let mut text = String::new();
     flate2::read::GzDecoder::new(file)
         .read_to_string(&mut text)

@@ -1,7 +1,8 @@
 //! The reference: every triangle of A against every triangle of B, no tree, no order, no budget.
 
+use punctual::geom::triangles_intersect;
 use punctual::glam::DVec3;
-use punctual::{Aabb, Mesh, Pose, triangles_intersect};
+use punctual::{Aabb, Mesh, Pose};
 
 /// The triangles of a mesh after a pose, in index order.
 pub fn posed_triangles(mesh: &Mesh, pose: &Pose) -> Vec<[DVec3; 3]> {

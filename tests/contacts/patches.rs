@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use punctual::contacts::{Contact, Patch, Patches};
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, Contact, Mesh, Patch, Patches, Pose, Query, Tree, Workspace, shapes};
+use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace, shapes};
 
 use crate::common::random::{Drift, Family, Random, pose_about, soup};
 use crate::finished::moved;

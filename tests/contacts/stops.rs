@@ -3,11 +3,11 @@
 
 use std::time::Duration;
 
+use punctual::clock::ManualClock;
+use punctual::contacts::{Contact, ContactBounds, Contacts};
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{
-    Answer, Budget, Contact, ContactBounds, Contacts, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh,
-    Pose, Query, StopReason, Tree, Workspace, shapes,
-};
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
+use punctual::{Answer, Budget, Mesh, Pose, Query, StopReason, Tree, Workspace, shapes};
 
 use crate::common::random::{Drift, Family, Random, pose_about, soup};
 use crate::finished::moved;

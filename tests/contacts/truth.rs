@@ -3,11 +3,10 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
+use punctual::clock::ManualClock;
+use punctual::contacts::{Contact, ContactBounds, Contacts};
 use punctual::glam::DVec3;
-use punctual::{
-    Aabb, Answer, Budget, Contact, ContactBounds, Contacts, ManualClock, Pose, Query, StopReason,
-    Tree, Workspace,
-};
+use punctual::{Aabb, Answer, Budget, Pose, Query, StopReason, Tree, Workspace};
 
 use crate::distance::least_gap;
 use crate::exact_distance::Distance;

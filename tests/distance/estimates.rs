@@ -1,9 +1,10 @@
 //! What is expected of a distance query: in order, within what is proven, nothing left at the end, about right.
 
+use punctual::distance::DistanceEstimate;
 use punctual::glam::{DMat3, DVec3};
+use punctual::prediction::Quantiles;
 use punctual::{
-    Budget, DistanceEstimate, Mesh, PairMemory, Pose, Quantiles, Query, ResumeError, StopReason,
-    Tree, Workspace, shapes,
+    Budget, Mesh, PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace, shapes,
 };
 
 use crate::distance::{ENOUGH, run, run_with_memory};

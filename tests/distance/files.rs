@@ -32,7 +32,7 @@ fn distances(path: &Path) -> Vec<f64> {
 
 /// Bounds of a distance that is known up to its rounding.
 #[track_caller]
-fn assert_near(said: &punctual::Answer<punctual::Bounds>, distance: f64, rounding: f64) {
+fn assert_near(said: &punctual::Answer<punctual::distance::Bounds>, distance: f64, rounding: f64) {
     assert!(
         said.value.low <= distance + rounding && distance <= said.value.high + rounding,
         "{said:?}, is {distance:e}"

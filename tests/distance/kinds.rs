@@ -11,10 +11,10 @@ use std::cell::OnceCell;
 use std::cmp::Ordering;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
+use punctual::clock::ManualClock;
+use punctual::distance::Bounds;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Answer, Bounds, ManualClock, Mesh, Motion, Pose, Query, StopReason, Tree, Workspace,
-};
+use punctual::{Answer, Mesh, Motion, Pose, Query, StopReason, Tree, Workspace};
 
 use crate::bracket::{Bracket, bracket};
 use crate::common::random::{Drift, Random, pose_about};

@@ -2,10 +2,12 @@
 
 use std::time::Duration;
 
+use punctual::clock::ManualClock;
+use punctual::distance::{Bounds, Distance};
 use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::{
-    Answer, Bounds, Budget, Distance, MAX_DISTANCE_STEP_WORK, ManualClock, Mesh, PairMemory, Pose,
-    Query, StopReason, Tree, Workspace, shapes,
+    Answer, Budget, Mesh, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 
 use crate::common::check;

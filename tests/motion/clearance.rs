@@ -1,8 +1,10 @@
 //! What a distance proves for motions: they are free for as long as B cannot have gone so far.
 
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, ManualClock, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace};
-use punctual::{Quantiles, shapes};
+use punctual::prediction::Quantiles;
+use punctual::shapes;
+use punctual::{Budget, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 
 use crate::common::random::{Family, Random, soup};
 use crate::finished::{at, motions};

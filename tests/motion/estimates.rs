@@ -1,9 +1,9 @@
 //! What is expected of a motion query: in order, nothing left at the end, about right.
 
 use punctual::glam::{DMat3, DVec3};
+use punctual::prediction::Quantiles;
 use punctual::{
-    Budget, Mesh, Motion, PairMemory, Pose, Quantiles, Query, ResumeError, StopReason, Tree,
-    Workspace, shapes,
+    Budget, Mesh, Motion, PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace, shapes,
 };
 
 use crate::judge::{ENOUGH, resume, run, run_with_memory};

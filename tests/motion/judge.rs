@@ -1,10 +1,10 @@
 //! What must be true of an answer, by exact tests of all pairs of triangles at many times.
 
-use punctual::{
-    Answer, Budget, Impact, ManualClock, Motion, PairMemory, Query, StopReason, TimeOfImpact, Tree,
-    Workspace,
-};
-use punctual::{Pose, triangles_intersect};
+use punctual::Pose;
+use punctual::clock::ManualClock;
+use punctual::geom::triangles_intersect;
+use punctual::impact::{Impact, TimeOfImpact};
+use punctual::{Answer, Budget, Motion, PairMemory, Query, StopReason, Tree, Workspace};
 
 use crate::random::Random;
 

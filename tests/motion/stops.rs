@@ -1,9 +1,11 @@
 //! Whatever stops a query, and wherever: nothing false, and it goes on as if it had never stopped.
 
+use punctual::geom::triangle_segment;
 use punctual::glam::{DMat3, DVec3, Vec3};
+use punctual::impact::{Impact, TimeOfImpact};
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::{
-    Answer, Budget, Impact, MAX_DISTANCE_STEP_WORK, Motion, PairMemory, Pose, Query, StopReason,
-    TimeOfImpact, Tree, Workspace, shapes, triangle_segment,
+    Answer, Budget, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 
 use crate::common::random::{Family, soup};
@@ -181,7 +183,10 @@ fn pieces_of_any_size_end_in_the_same_bits() {
         }
         assert!(
             query
-                .resume(&mut pieces, ENOUGH.clock(&punctual::ManualClock::new()))
+                .resume(
+                    &mut pieces,
+                    ENOUGH.clock(&punctual::clock::ManualClock::new())
+                )
                 .is_err(),
             "it is complete"
         );
@@ -189,7 +194,10 @@ fn pieces_of_any_size_end_in_the_same_bits() {
         let other = query.tolerance(0.5);
         assert!(
             other
-                .resume(&mut pieces, ENOUGH.clock(&punctual::ManualClock::new()))
+                .resume(
+                    &mut pieces,
+                    ENOUGH.clock(&punctual::clock::ManualClock::new())
+                )
                 .is_err(),
             "another query"
         );
@@ -247,7 +255,7 @@ fn what_is_known_does_not_depend_on_kernels_or_room() {
 
 #[test]
 fn a_deadline_ends_it_with_what_is_proven() {
-    let clock = punctual::ManualClock::ticking(std::time::Duration::from_micros(1));
+    let clock = punctual::clock::ManualClock::ticking(std::time::Duration::from_micros(1));
     let mut workspace = Workspace::new();
     for ([a, b], motion) in &cases() {
         let truth = Truth::new(a, b, *motion);

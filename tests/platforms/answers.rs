@@ -5,7 +5,9 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, BuildOptions, Mesh, Pose, Scene, Subtree, Tree, Workspace, shapes};
+use punctual::tree::Subtree;
+use punctual::{Budget, BuildOptions, Mesh, Pose, Tree, Workspace, shapes};
+use punctual_scene::{Body, Scene};
 
 /// A rotation by a quaternion that need not have length 1, without functions whose last bit is a matter of the
 /// platform.
@@ -64,7 +66,7 @@ pub fn answers(workspace: &Workspace) -> String {
     ] {
         answers.case = case;
         answers.tell("tree-fault", tree.validate().err());
-        answers.tell("tree", tree.stats());
+        answers.tell("tree", crate::questions::Frozen(tree.stats()));
         let mut nodes: Vec<Subtree> = tree.root().into_iter().collect();
         let mut boxes = Vec::new();
         while let Some(node) = nodes.pop() {

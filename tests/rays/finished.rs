@@ -2,11 +2,10 @@
 
 use crate::common::random::{Family, Random, soup, soups};
 use crate::truth::Line;
+use punctual::clock::ManualClock;
 use punctual::glam::DVec3;
-use punctual::{
-    Answer, Budget, ManualClock, Mesh, Query, Ray, RayBounds, RayHit, RayMode, Side, StopReason,
-    Tree, Workspace,
-};
+use punctual::rays::{RayBounds, RayHit, RayMode, Side};
+use punctual::{Answer, Budget, Mesh, Query, Ray, StopReason, Tree, Workspace};
 
 pub const ENOUGH: Budget = Budget::work(1 << 40);
 

@@ -2,10 +2,10 @@
 
 use crate::common::random::{Family, Random, soup};
 use crate::finished::{ENOUGH, lines, run};
-use punctual::{
-    Budget, MAX_STEP_WORK, ManualClock, Query, Ray, RayHit, RayMode, ResumeError, StopReason, Tree,
-    Workspace, shapes,
-};
+use punctual::clock::ManualClock;
+use punctual::prediction::MAX_STEP_WORK;
+use punctual::rays::{RayHit, RayMode};
+use punctual::{Budget, Query, Ray, ResumeError, StopReason, Tree, Workspace, shapes};
 
 const MODES: [RayMode; 3] = [RayMode::Nearest, RayMode::Any, RayMode::All];
 

@@ -4,7 +4,8 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 use punctual::glam::DVec3;
-use punctual::{Ray, RayHit, Tree};
+use punctual::rays::RayHit;
+use punctual::{Ray, Tree};
 
 type Number = BigRational;
 type Vector = [Number; 3];

@@ -1,8 +1,10 @@
 //! No ray passes between the triangles of a closed surface.
 
 use crate::common::random::Random;
+use punctual::clock::ManualClock;
 use punctual::glam::DVec3;
-use punctual::{Budget, ManualClock, Mesh, Query, Ray, RayMode, Tree, Workspace, shapes};
+use punctual::rays::RayMode;
+use punctual::{Budget, Mesh, Query, Ray, Tree, Workspace, shapes};
 
 /// Rays from points inside and outside to every corner and to the middle of every edge.
 fn assert_watertight(mesh: Mesh, inside: DVec3, outside: DVec3) {

@@ -6,10 +6,8 @@ use crate::common::check;
 use crate::common::random::Random;
 use crate::{Model, detect, pose, trees};
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{
-    Body, BodyId, Budget, BuildOptions, Mesh, Mode, Pose, Query, Scene, Tree, Verdict, Workspace,
-    shapes,
-};
+use punctual::{Budget, BuildOptions, Mesh, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual_scene::{Body, BodyId, Scene};
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use crate::anywhere;
 use crate::common::random::Random;
+use punctual::clock::ManualClock;
+use punctual::geom::triangles_intersect;
 use punctual::glam::{DMat3, DQuat, DVec3};
-use punctual::{
-    Body, BodyId, Budget, Filter, ManualClock, Mesh, PairReport, Pose, Reach, Report, Scene, Tree,
-    Verdict, shapes, triangles_intersect,
-};
+use punctual::{Budget, Mesh, Pose, Tree, Verdict, shapes};
+use punctual_scene::{Body, BodyId, Filter, PairReport, Reach, Report, Scene};
 
 /// What the broad phase may spend beyond a budget of work.
 const BROAD_PHASE_WORK: u64 = 1 << 16;

@@ -7,10 +7,10 @@ use crate::common::check::{ENOUGH, run_to_end};
 use crate::distances::{ROUNDING, distance};
 use crate::world::{Group, TOLERANCE, World};
 use crate::{Model, assert_certificates, assert_sound, assert_witness, contacts, rays};
+use punctual::clock::ManualClock;
 use punctual::glam::DVec3;
-use punctual::{
-    Body, BodyId, Budget, ManualClock, Mode, Motion, Query, Report, SceneError, Verdict,
-};
+use punctual::{Budget, Mode, Motion, Query, Verdict};
+use punctual_scene::{Body, BodyId, Report, SceneError};
 
 impl World {
     /// A frame, and all that it says.

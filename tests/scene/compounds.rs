@@ -6,10 +6,8 @@ use std::sync::Arc;
 use crate::common::random::Random;
 use crate::{anywhere, detect, nudged, pose, trees};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, CompoundId, Filter, Motion, PairPassage, Pose, Report, Scene, SceneError,
-    Tree, shapes,
-};
+use punctual::{Budget, Motion, Pose, Tree, shapes};
+use punctual_scene::{Body, BodyId, CompoundId, Filter, PairPassage, Report, Scene, SceneError};
 
 /// Two scenes of the same bodies: in one they are parts of compounds, in the other alone, where a filter says that those of
 /// one compound never meet.

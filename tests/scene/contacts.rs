@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use crate::common::random::Random;
 use crate::{detect, nudged, pose, row, swing, trees};
+use punctual::clock::ManualClock;
+use punctual::contacts::{Contact, Patches};
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{
-    Body, BodyId, Budget, Contact, Filter, ManualClock, Mode, PairQuestion, Patches, Pose, Query,
-    Report, Scene, SceneError, Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Budget, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual_scene::{Body, BodyId, Filter, PairQuestion, Report, Scene, SceneError};
 
 /// The least work of a turn that asks for contacts.
-const LEAST_CONTACT_WORK: u64 = 250 + punctual::MAX_DISTANCE_STEP_WORK + 2 * 1200;
+const LEAST_CONTACT_WORK: u64 = 250 + punctual::prediction::MAX_DISTANCE_STEP_WORK + 2 * 1200;
 
 /// Most contacts of a pair that are looked at, and most points that are told.
 const MOST_CONTACTS: usize = 256;

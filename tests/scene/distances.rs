@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use crate::common::random::Random;
 use crate::{assert_witness, detect, nudged, pose, row, swing, trees};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, Filter, ManualClock, Mode, Pose, Query, Report, Scene, SceneError, Tree,
-    Verdict, Workspace, shapes,
-};
+use punctual::{Budget, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual_scene::{Body, BodyId, Filter, Report, Scene, SceneError};
 
 /// The least work of a turn that asks for a distance.
-pub const LEAST_DISTANCE_WORK: u64 = 250 + punctual::MAX_DISTANCE_STEP_WORK;
+pub const LEAST_DISTANCE_WORK: u64 = 250 + punctual::prediction::MAX_DISTANCE_STEP_WORK;
 
 /// How far two bodies are apart, margins not counted.
 pub fn distance(scene: &Scene, a: BodyId, b: BodyId, workspace: &mut Workspace) -> f64 {
@@ -65,7 +64,9 @@ fn assert_true(scene: &Scene, gaps: &BTreeMap<[BodyId; 2], f64>, complete: bool)
         pair.into_iter()
             .for_each(|pair| assert_witness(scene, pair));
         match pair.map(|pair| pair.verdict) {
-            Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => {
+            Some(
+                Verdict::Intersecting { .. } | Verdict::Within { .. } | Verdict::Contained { .. },
+            ) => {
                 assert!(gap <= ROUNDING, "{gap} {pair:?}")
             }
             Some(Verdict::Separated) => assert!(gap >= -ROUNDING, "{gap} {pair:?}"),

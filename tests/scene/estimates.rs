@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use crate::detect;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Body, Budget, Calibration, Pose, Scene, Tree, Verdict, shapes};
+use punctual::prediction::Calibration;
+use punctual::{Budget, Pose, Tree, Verdict, shapes};
+use punctual_scene::{Body, Scene};
 
 /// What a scene has learned when a pair is decided that a few frames could not decide, if a body moves before the last of them
 /// or not. A tube lies within another.

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::{Model, detect};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, ContactPhase, Filter, ManualClock, Pose, Report, Scene, Tree, Verdict,
-    shapes,
-};
+use punctual::{Budget, Pose, Tree, Verdict, shapes};
+use punctual_scene::{Body, BodyId, ContactPhase, Filter, Report, Scene};
 
 /// The contacts told so far, with the frames in which they began.
 #[derive(Default)]
@@ -34,7 +33,7 @@ impl Ledger {
                 .any(|&(x, y, _)| (x, y) == (a.index(), b.index()))
         };
         let exists = |id: BodyId| model.bodies.iter().any(|&(other, _)| other == id);
-        let order = |contact: &punctual::BodyContact| (contact.a.index(), contact.b.index());
+        let order = |contact: &punctual_scene::BodyContact| (contact.a.index(), contact.b.index());
         assert!(report.contacts.is_sorted_by_key(order));
         let mut before = std::mem::take(&mut self.open);
         for contact in &report.contacts {
@@ -72,7 +71,7 @@ impl Ledger {
             self.told[contact.phase as usize] += 1;
         }
         assert!(before.is_empty(), "forgotten: {before:?}");
-        let is_open = |pair: &punctual::PairReport| self.open.contains_key(&[pair.a, pair.b]);
+        let is_open = |pair: &punctual_scene::PairReport| self.open.contains_key(&[pair.a, pair.b]);
         assert!(report.intersecting_pairs().all(is_open));
         assert!(!complete || self.open.len() == truth.len());
     }

@@ -6,11 +6,10 @@ use std::time::Duration;
 use crate::common::random::Random;
 use crate::distances::{LEAST_DISTANCE_WORK, ROUNDING, crowd, distance};
 use crate::{assert_witness, detect, nudged, pose};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, Filter, GroupDistance, ManualClock, MeasureId, Pose, Scene, SceneError,
-    Tree, Verdict, Workspace, shapes,
-};
+use punctual::{Budget, Pose, Tree, Verdict, Workspace, shapes};
+use punctual_scene::{Body, BodyId, Filter, GroupDistance, MeasureId, Scene, SceneError};
 
 /// Two groups, and within which tolerance their distance is asked for.
 struct Asked {
@@ -139,7 +138,9 @@ fn groups_are_bounded_in_every_frame() {
             let gap = apart(&scene, pair.a, pair.b, &mut workspace);
             assert_witness(&scene, pair);
             match pair.verdict {
-                Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+                Verdict::Intersecting { .. }
+                | Verdict::Within { .. }
+                | Verdict::Contained { .. } => {
                     assert!(gap <= ROUNDING, "{gap} {pair:?}")
                 }
                 Verdict::Separated => {

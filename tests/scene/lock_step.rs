@@ -1,8 +1,9 @@
 //! Budgets of work, and none: what a scene says is the same on any number of threads, whatever came before.
 #![cfg(feature = "parallel")]
 
+use punctual::Budget;
 use punctual::glam::DVec3;
-use punctual::{BodyId, Budget};
+use punctual_scene::BodyId;
 
 use crate::world::World;
 

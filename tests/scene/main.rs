@@ -26,10 +26,11 @@ use std::time::Duration;
 use common::check;
 use common::random::{Family, Random, soup};
 use events::Ledger;
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
-use punctual::{
-    Body, BodyId, BodyKind, Budget, BuildOptions, Filter, ManualClock, Mode, PairReport, Pose,
-    Query, Reach, Report, Scene, SceneError, Tree, Verdict, Workspace, shapes,
+use punctual::{Budget, BuildOptions, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual_scene::{
+    Body, BodyId, BodyKind, Filter, PairReport, Reach, Report, Scene, SceneError,
 };
 
 fn trees() -> Vec<Arc<Tree>> {
@@ -216,7 +217,7 @@ fn assert_sound(report: &Report, truth: &[(usize, usize, u64)], complete: bool) 
             .find(|&&(a, b, _)| (a, b) == key)
             .map_or(0, |&(.., found)| found);
         match pair.verdict {
-            Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+            Verdict::Intersecting { .. } | Verdict::Within { .. } | Verdict::Contained { .. } => {
                 assert!(found >= pair.found && pair.found > 0, "{key:?} {pair:?}");
             }
             Verdict::Separated => assert_eq!(found, 0, "{key:?} is not apart"),

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use crate::common::random::Random;
 use crate::{detect, pose, trees};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Answer, Body, BodyId, Budget, ManualClock, Motion, Pose, Query, Scene, TimeOfImpact, Tree,
-    Verdict, Workspace, shapes,
-};
+use punctual::impact::TimeOfImpact;
+use punctual::{Answer, Budget, Motion, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual_scene::{Body, BodyId, Scene};
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
@@ -107,7 +107,9 @@ fn nothing_meets_before_it_is_said_to() {
                 assert!(!unlimited || found.touching_at.is_some() == truth.value.upper.is_some());
                 assert!(!unlimited || found.touching_at.is_some() || found.free_until == 1.0);
                 match report.pair(a.0, b.0).unwrap().verdict {
-                    Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+                    Verdict::Intersecting { .. }
+                    | Verdict::Within { .. }
+                    | Verdict::Contained { .. } => {
                         assert_eq!(truth.value.upper, Some(0.0))
                     }
                     Verdict::Separated => assert_ne!(truth.value.upper, Some(0.0)),

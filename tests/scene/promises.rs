@@ -7,11 +7,12 @@ use crate::common::check;
 use crate::common::random::Random;
 use crate::common::reference::posed_triangles;
 use crate::{anywhere, nudged, pose, trees};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3, Vec3};
 use punctual::{
-    Aabb, Body, BodyId, Budget, BuildOptions, Filter, ManualClock, Mode, Motion, Pose, Query,
-    Reach, Report, Scene, SceneError, Tree, Verdict, Workspace, shapes,
+    Aabb, Budget, BuildOptions, Mode, Motion, Pose, Query, Tree, Verdict, Workspace, shapes,
 };
+use punctual_scene::{Body, BodyId, Filter, Reach, Report, Scene, SceneError};
 
 fn detect(scene: &mut Scene, budget: Budget) -> &Report {
     scene.detect(budget.clock(&ManualClock::new()))

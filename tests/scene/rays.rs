@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use crate::common::random::Random;
 use crate::{Model, detect};
+use punctual::clock::ManualClock;
+use punctual::geom::RayError;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyHit, BodyId, Budget, Filter, ManualClock, Pose, Query, Ray, RayError, RayHit,
-    RayMode, Scene, SceneCast, SceneError, SceneRay, StopReason, Tree, Workspace, shapes,
-};
+use punctual::rays::{RayHit, RayMode};
+use punctual::{Budget, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
+use punctual_scene::{Body, BodyHit, BodyId, Filter, Scene, SceneCast, SceneError, SceneRay};
 
 fn cast(scene: &mut Scene, ray: &SceneRay, budget: Budget) -> SceneCast {
     scene.cast(ray, budget.clock(&ManualClock::new())).unwrap()

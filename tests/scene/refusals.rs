@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, CompoundId, Filter, ManualClock, MeasureId, Mode, Motion, PairQuestion,
-    Pose, Ray, RayMode, Scene, SceneError, SceneRay, Tree, shapes,
+use punctual::rays::RayMode;
+use punctual::{Budget, Mode, Motion, Pose, Ray, Tree, shapes};
+use punctual_scene::{
+    Body, BodyId, CompoundId, Filter, MeasureId, PairQuestion, Scene, SceneError, SceneRay,
 };
 
 fn at(x: f64) -> Pose {

@@ -8,9 +8,9 @@ use crate::common::random::Random;
 use crate::events::Ledger;
 use crate::{nudged, trees};
 use punctual::glam::DVec3;
-use punctual::{
-    Body, BodyId, BodyKind, Budget, CompoundId, Filter, MeasureId, Mode, Motion, PairQuestion,
-    Pose, Reach, Scene, SceneError, Tree, Workspace,
+use punctual::{Budget, Mode, Motion, Pose, Tree, Workspace};
+use punctual_scene::{
+    Body, BodyId, BodyKind, CompoundId, Filter, MeasureId, PairQuestion, Reach, Scene, SceneError,
 };
 
 /// Bodies of a frame, the lower index first.

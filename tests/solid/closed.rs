@@ -2,7 +2,8 @@
 
 use crate::meshes::{union, unwelded, with_triangles};
 use punctual::glam::{DVec3, Vec3};
-use punctual::{BuildOptions, Mesh, Solid, SolidError, Solidity, Tree, TreeFileError, shapes};
+use punctual::tree::{Solid, SolidError, Solidity, TreeFileError};
+use punctual::{BuildOptions, Mesh, Tree, shapes};
 use std::f64::consts::PI;
 
 fn build(mesh: &Mesh, solid: Solid) -> Tree {

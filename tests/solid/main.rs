@@ -4,4 +4,9 @@
 mod common;
 
 mod closed;
+mod contained;
+#[path = "../common/exact_distance.rs"]
+mod exact_distance;
 mod meshes;
+mod points;
+mod truth;

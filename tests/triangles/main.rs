@@ -14,8 +14,8 @@ use std::array::from_fn;
 
 use common::random::Random;
 use pairs::HardPair;
+use punctual::geom::triangles_intersect;
 use punctual::glam::DVec3;
-use punctual::triangles_intersect;
 
 type Triangle = [DVec3; 3];
 

@@ -5,8 +5,8 @@ use std::array::from_fn;
 use super::common::random::Random;
 use super::exact_distance::Distance;
 use super::{TINY, Triangle, corners, flatten, from_values, pairs, rounded_contact};
+use punctual::geom::{triangle_segment, triangles_intersect};
 use punctual::glam::DVec3;
-use punctual::{triangle_segment, triangles_intersect};
 
 fn largest(a: &Triangle, b: &Triangle) -> f64 {
     a.iter()

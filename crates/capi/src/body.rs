@@ -4,7 +4,8 @@ use crate::pose::punctual_pose;
 use crate::sized::{begin, grows};
 use crate::status::{Fault, given, value_of};
 use crate::tree::punctual_tree;
-use punctual::{Body, BodyId, BodyKind, Filter, Pose};
+use ::punctual_scene::{Body, BodyId, BodyKind, Filter};
+use punctual::Pose;
 use std::sync::Arc;
 
 /// Names a body of one scene for as long as it is in it. The id of a removed body is never valid again.

@@ -3,7 +3,9 @@
 use crate::status::{Fault, given, value_of};
 use core::ffi::c_void;
 use core::time::Duration;
-use punctual::{Budget, Clock, MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, SystemClock};
+use punctual::clock::SystemClock;
+use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use punctual::{Budget, Clock};
 
 /// The most work of an intersection query between two looks at a work budget, which can be overrun by no more; the
 /// default

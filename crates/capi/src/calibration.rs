@@ -4,7 +4,7 @@ use crate::scene::punctual_scene;
 use crate::sized::{begin, grows, place, read};
 use crate::status::{Fault, door, given, punctual_status};
 use core::mem::MaybeUninit;
-use punctual::Calibration;
+use punctual::prediction::Calibration;
 
 /// A correction of the probabilities that estimates tell, learned on the caller's own work: one for each pair of parts
 /// whose

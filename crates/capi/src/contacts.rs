@@ -11,7 +11,8 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Answer, Contact, ContactBounds, Contacts, Pose, Query};
+use punctual::contacts::{Contact, ContactBounds, Contacts};
+use punctual::{Answer, Pose, Query};
 
 /// The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
 /// one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.

@@ -13,7 +13,8 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{Answer, Bounds, Distance, Pose, Query};
+use punctual::distance::{Bounds, Distance};
+use punctual::{Answer, Pose, Query};
 
 /// Whether two surfaces are no farther apart than the `closer_than` of a query.
 #[repr(u32)]

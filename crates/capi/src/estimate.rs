@@ -7,7 +7,7 @@ use crate::sized::{grows, place, read};
 use crate::status::{door, given, punctual_status};
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
-use punctual::{CostModel, Prediction};
+use punctual::prediction::{CostModel, Prediction};
 
 /// What a query, or the rest of one, is expected to take.
 #[repr(C)]

@@ -11,7 +11,8 @@ use crate::status::{Fault, door, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
-use punctual::{Answer, Manifold, ManifoldBounds, ManifoldPoint, Manifolds, Pose, Query};
+use punctual::contacts::{Manifold, ManifoldBounds, ManifoldPoint, Manifolds};
+use punctual::{Answer, Pose, Query};
 
 /// The question for the contact manifolds of two solids: triangles are counterclockwise seen from outside. Plain data, made by
 /// `punctual_manifold_query_init`, one for each pose; it borrows the trees. To resume a query, all of it must be what it was.

@@ -15,7 +15,8 @@ use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
 use punctual::glam::DVec3;
-use punctual::{Answer, Impact, Motion, Pose, Query, TimeOfImpact};
+use punctual::impact::{Impact, TimeOfImpact};
+use punctual::{Answer, Motion, Pose, Query};
 
 /// A rigid motion in one unit of time, from time 0 to 1: constant velocity, and constant turn about an axis that moves along. At
 /// time `t` a point that `start` brings to `x` is at `p + t velocity + R(t turn) (x - p)`, where `p` is a point of the axis at

@@ -8,7 +8,7 @@ use crate::status::{Fault, door, free, given, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
 use core::mem::MaybeUninit;
-use punctual::{Patch, Patches};
+use punctual::contacts::{Patch, Patches};
 
 /// The patches of a set of contacts, and what is remembered of them for the next frame. Its buffers grow to the largest set and are
 /// used again. One thread at a time may use it.

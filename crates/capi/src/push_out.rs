@@ -8,8 +8,9 @@ use crate::sized::{begin, grows, read};
 use crate::status::{Fault, door, punctual_status};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_workspace;
+use punctual::Pose;
 use punctual::glam::DVec3;
-use punctual::{Pose, PushOut, PushOutQuery};
+use punctual_depenetrate::{PushOut, PushOutQuery};
 
 /// The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
 /// `punctual_push_out_query_new`, one for each pose; it borrows the trees.

@@ -12,10 +12,10 @@ use crate::status::{Fault, door, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::{punctual_triangle_pair, punctual_workspace};
 use core::mem::MaybeUninit;
-use punctual::{
-    Answer, ClockedBudget, DEFAULT_PRIOR, Intersection, Mode, Order, PairMemory, Pose, Query, Tree,
-    Verdict, Workspace,
-};
+use punctual::clock::ClockedBudget;
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::DEFAULT_PRIOR;
+use punctual::{Answer, Mode, PairMemory, Pose, Query, Tree, Verdict, Workspace};
 
 /// What a query looks for.
 #[repr(u32)]

@@ -12,7 +12,8 @@ use crate::workspace::punctual_workspace;
 use core::mem::{MaybeUninit, take};
 use core::ptr::null;
 use punctual::glam::DVec3;
-use punctual::{Answer, Query, Ray, RayBounds, RayCast, RayHit, RayMode, Side, Tree};
+use punctual::rays::{RayBounds, RayCast, RayHit, RayMode, Side};
+use punctual::{Answer, Query, Ray, Tree};
 
 /// The triangle of a ray that hits none.
 pub const PUNCTUAL_NO_TRIANGLE: u32 = 0xFFFF_FFFF;

@@ -11,8 +11,8 @@ use crate::sized::{fill_rows, grows, place, read, rows};
 use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use crate::tree::punctual_tree;
 use crate::workspace::punctual_triangle_pair;
+use ::punctual_scene::{Filter, PairCertificate, PairReport, Reach, Report, Scene};
 use core::mem::MaybeUninit;
-use punctual::{Filter, PairCertificate, PairReport, Reach, Report, Scene};
 use std::sync::Arc;
 
 /// Bodies that move, and the question which of them meet. One thread at a time may use it; it may start threads of its own.

@@ -10,10 +10,10 @@ use crate::scene::punctual_scene;
 use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, given, punctual_status};
 use crate::workspace::punctual_triangle_pair;
-use core::mem::MaybeUninit;
-use punctual::{
+use ::punctual_scene::{
     BodyContact, BodyHit, ContactPhase, Filter, PairDistance, PairPassage, SceneCast, SceneRay,
 };
+use core::mem::MaybeUninit;
 
 /// What becomes of a contact of two bodies in a frame.
 #[repr(u32)]

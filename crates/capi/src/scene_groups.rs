@@ -8,8 +8,8 @@ use crate::scene::punctual_scene;
 use crate::sized::{fill_rows, grows, place, read_all, rows};
 use crate::status::{door, given, punctual_status, value_of};
 use crate::workspace::punctual_triangle_pair;
+use ::punctual_scene::{BodyId, CompoundId, ContactPoint, GroupDistance, MeasureId, PairQuestion};
 use core::mem::MaybeUninit;
-use punctual::{BodyId, CompoundId, ContactPoint, GroupDistance, MeasureId, PairQuestion};
 
 /// What a scene asks of a pair of bodies.
 #[repr(u32)]

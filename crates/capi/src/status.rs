@@ -1,11 +1,13 @@
 //! How a call ends: a status, and a text for people.
 
+use ::punctual_scene::SceneError;
 use core::cell::RefCell;
 use core::ffi::c_char;
 use core::fmt::{self, Write};
-use punctual::{
-    MeshError, MotionError, PoseError, RayError, ResumeError, SceneError, TreeFault, TreeFileError,
-};
+use punctual::geom::{MotionError, RayError};
+use punctual::points::PointError;
+use punctual::tree::{TreeFault, TreeFileError};
+use punctual::{MeshError, PoseError, ResumeError};
 use punctual_io::{FileError, ReadError};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -82,6 +84,7 @@ pub(crate) enum Fault {
     MeshFile(FileError),
     MeshBytes(ReadError),
     Thread(io::Error),
+    Points(PointError),
 }
 
 impl Fault {
@@ -98,6 +101,7 @@ impl Fault {
             | Self::Number(..)
             | Self::Negative(..)
             | Self::Ray(..)
+            | Self::Points(_)
             | Self::NotUtf8(_) => punctual_status::BadArgument,
             Self::OutOfMemory => punctual_status::OutOfMemory,
             Self::Poisoned(_) => punctual_status::Poisoned,
@@ -166,6 +170,7 @@ impl fmt::Display for Fault {
             Self::MeshFile(error) => error.fmt(f),
             Self::MeshBytes(error) => error.fmt(f),
             Self::Thread(error) => error.fmt(f),
+            Self::Points(error) => error.fmt(f),
         }
     }
 }
@@ -190,7 +195,8 @@ fault_from!(
     TreeFile(TreeFileError),
     MeshFile(FileError),
     MeshBytes(ReadError),
-    Thread(io::Error)
+    Thread(io::Error),
+    Points(PointError)
 );
 
 /// Runs the work of the call `name`. No panic leaves it.

@@ -49,7 +49,7 @@ pub extern "C" fn punctual_triangles_intersect(
     door("punctual_triangles_intersect", || {
         let intersect = given(intersect, "intersect")?;
         let (a, b) = (a.check("a coordinate of a")?, b.check("a coordinate of b")?);
-        intersect.write(punctual::triangles_intersect(&a, &b));
+        intersect.write(punctual::geom::triangles_intersect(&a, &b));
         Ok(())
     })
 }
@@ -71,7 +71,7 @@ pub extern "C" fn punctual_triangle_segment(
     door("punctual_triangle_segment", || {
         let (segment, meet) = (given(segment, "segment")?, given(meet, "meet")?);
         let (a, b) = (a.check("a coordinate of a")?, b.check("a coordinate of b")?);
-        let found = punctual::triangle_segment(&a, &b);
+        let found = punctual::geom::triangle_segment(&a, &b);
         meet.write(found.is_some());
         found.map(|[from, to]| {
             segment.write(punctual_segment {

@@ -6,7 +6,8 @@ use crate::rays::Rays;
 use crate::sized::{grows, place, read};
 use crate::status::{Fault, door, free, given, punctual_status};
 use core::mem::MaybeUninit;
-use punctual::{CostModel, Workspace};
+use punctual::Workspace;
+use punctual::prediction::CostModel;
 
 /// Every buffer that a query needs, and what the last query found and left open. Allocated once: queries do not allocate. One
 /// thread at a time may use it.

@@ -3,11 +3,12 @@
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
+use punctual::clock::SystemClock;
+use punctual::contacts::{Contact, ContactBounds, Contacts, Patches};
+use punctual::contacts::{Manifold, ManifoldBounds};
 use punctual::glam::DVec3;
-use punctual::{
-    BuildOptions, Contact, ContactBounds, Contacts, Manifold, ManifoldBounds, PairMemory, Patches,
-    Pose, Query, ResumeError, Solid, StopReason, SystemClock, Tree, Workspace,
-};
+use punctual::tree::Solid;
+use punctual::{BuildOptions, PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace};
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 

@@ -4,9 +4,9 @@ use std::io::{self, Write};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use punctual::{
-    Answer, Bounds, BuildOptions, Distance, PairMemory, Pose, Query, SystemClock, Tree, Workspace,
-};
+use punctual::clock::SystemClock;
+use punctual::distance::{Bounds, Distance};
+use punctual::{Answer, BuildOptions, PairMemory, Pose, Query, Tree, Workspace};
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 

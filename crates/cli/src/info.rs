@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use punctual::{BuildOptions, Mesh, MeshError, Tree, TreeStats};
+use punctual::tree::TreeStats;
+use punctual::{BuildOptions, Mesh, MeshError, Tree};
 use punctual_io::Loaded;
 
 use crate::Completion;

@@ -12,6 +12,7 @@ mod distance;
 mod fit;
 mod info;
 mod input;
+mod inside;
 mod motion;
 mod pair;
 mod paper;
@@ -44,6 +45,7 @@ enum Command {
     Motion(motion::Args),
     Contacts(contacts::Args),
     Rays(rays::Args),
+    Inside(inside::Args),
     Triangles(triangles::Args),
     Info(info::Args),
     Poses(poses::Args),
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
         Command::Motion(args) => motion::run(args, &mut out),
         Command::Contacts(args) => contacts::run(args, &mut out),
         Command::Rays(args) => rays::run(args, &mut out),
+        Command::Inside(args) => inside::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Poses(args) => poses::run(args, &mut out),

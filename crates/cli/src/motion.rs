@@ -4,9 +4,9 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use punctual::{
-    Answer, Impact, Motion, PairMemory, Query, SystemClock, TimeOfImpact, Tree, Workspace,
-};
+use punctual::clock::SystemClock;
+use punctual::impact::{Impact, TimeOfImpact};
+use punctual::{Answer, Motion, PairMemory, Query, Tree, Workspace};
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 

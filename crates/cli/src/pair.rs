@@ -7,7 +7,10 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use punctual::{BuildOptions, CostModel, Intersection, Mode, Order, Pose, Query, Tree};
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::CostModel;
+use punctual::tree::Solid;
+use punctual::{BuildOptions, Mode, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
@@ -16,11 +19,11 @@ use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
 
-/// Query<Intersection> two meshes at each pose of a list.
+/// Intersect two meshes at each pose of a list.
 ///
 /// Prints CSV, a line for each pose: hit is 1 only if an intersection is proven; pairs is the number of intersecting
 /// triangle pairs found (-1 with --mode any); ns is the least time of all sweeps, pose update included; verdict is
-/// intersecting, separated (proven), undecided (the budget ended first) or error; upper_bound is a number of
+/// intersecting, contained (with --solid), separated (proven), undecided (the budget ended first) or error; upper_bound is a number of
 /// intersecting pairs that is proven not to be exceeded. Then what the model says: before the query, the median and the
 /// 90 % quantile of its BV tests, and the median time in ns; at its end, the BV tests still to be made, the probability of
 /// an intersection, and with --mode all the expected share of the pairs that was found. All but ns are of the first sweep.
@@ -39,6 +42,10 @@ pub struct Args {
     /// Seed of the order `random`.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
+    /// Take both meshes for solids: contained says that a part of one is inside the other, which is closed, although the
+    /// surfaces do not meet. Parts that are inside out are taken as they are.
+    #[arg(long)]
+    solid: bool,
     /// Take the poses as consecutive frames: carry what one tells the next.
     #[arg(long)]
     memory: bool,
@@ -95,7 +102,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         .as_deref()
         .map(CalibrationFile::read)
         .transpose()?;
-    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&args.build_options())?;
     let mut pairs_out = args
         .pairs_out
         .as_deref()
@@ -143,6 +150,11 @@ impl Args {
             ModeName::Any => Mode::Any,
             ModeName::All => Mode::All,
         }
+    }
+
+    fn build_options(&self) -> BuildOptions {
+        let solid = if self.solid { Solid::Keep } else { Solid::No };
+        BuildOptions::default().solid(solid)
     }
 
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Intersection> {

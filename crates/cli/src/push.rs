@@ -3,7 +3,9 @@
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
-use punctual::{Budget, Pose, PushOut, PushOutQuery, SystemClock, Tree, Workspace};
+use punctual::clock::SystemClock;
+use punctual::{Budget, Pose, Tree, Workspace};
+use punctual_depenetrate::{PushOut, PushOutQuery};
 
 /// What was found at a pose, and the time it took.
 pub struct Answer {

@@ -4,7 +4,9 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use punctual::{Query, Ray, RayBounds, RayHit, RayMode, SystemClock, Tree, Workspace};
+use punctual::clock::SystemClock;
+use punctual::rays::{RayBounds, RayHit, RayMode};
+use punctual::{Query, Ray, Tree, Workspace};
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 

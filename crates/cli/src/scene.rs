@@ -12,8 +12,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::ArgGroup;
-use punctual::{Budget, Mode, PairReport};
+use punctual::{Budget, Mode};
 use punctual_lab::report::{self, Failure};
+use punctual_scene::PairReport;
 use punctual_view::{Frame, Known, Shown, View};
 
 use crate::Completion;

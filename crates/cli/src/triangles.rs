@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::PathBuf;
 
+use punctual::geom::triangles_intersect;
 use punctual::glam::DVec3;
-use punctual::triangles_intersect;
 use punctual_io::FileError;
 use punctual_io::text::{fields, numbers, shorten};
 

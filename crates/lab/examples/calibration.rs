@@ -10,8 +10,10 @@
 
 use std::path::Path;
 
+use punctual::clock::ManualClock;
 use punctual::internals::Random;
-use punctual::{Budget, Calibration, ManualClock, Mode, Query, Tree, Verdict, Workspace};
+use punctual::prediction::Calibration;
+use punctual::{Budget, Mode, Query, Tree, Verdict, Workspace};
 use punctual_lab::files;
 use punctual_lab::report::{Chances, Failure};
 

@@ -2,7 +2,9 @@
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::internals::{FrontSummary, Random, all_left, least_squares, opened_pairs, pair_cost};
-use punctual::{Budget, Mesh, Order, Pose, Quantiles, Query, Tree, Workspace, shapes};
+use punctual::intersection::Order;
+use punctual::prediction::Quantiles;
+use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace, shapes};
 
 #[test]
 fn the_sequence_is_splitmix64() {

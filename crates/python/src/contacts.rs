@@ -8,8 +8,9 @@ use crate::query::with_workspace;
 use crate::tree::Surface;
 use crate::view::View;
 use numpy::{PyArray1, PyArray2, PyArray3};
+use punctual::contacts::Contact;
 use punctual::glam::DVec3;
-use punctual::{Clock, Contact, Pose, Query, StopReason, Workspace};
+use punctual::{Clock, Pose, Query, StopReason, Workspace};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -21,7 +22,7 @@ use std::path::PathBuf;
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
 pub struct Contacts {
-    answer: punctual::Answer<punctual::ContactBounds>,
+    answer: punctual::Answer<punctual::contacts::ContactBounds>,
     found: Vec<Contact>,
     /// The unit normals of both triangles, if they have any.
     faces: Vec<[Option<DVec3>; 2]>,
@@ -44,7 +45,7 @@ impl Options {
         a: &'t punctual::Tree,
         b: &'t punctual::Tree,
         pose: Pose,
-    ) -> Query<'t, punctual::Contacts> {
+    ) -> Query<'t, punctual::contacts::Contacts> {
         Query::contacts(a, b, pose)
             .margin(self.margin)
             .contact_limit(self.most)
@@ -150,11 +151,14 @@ impl Contacts {
 
 /// Runs a query and goes on when the workspace is full, until `most` contacts are found, the nearest first.
 fn spend(
-    query: &Query<'_, punctual::Contacts>,
+    query: &Query<'_, punctual::contacts::Contacts>,
     workspace: &mut Workspace,
     (limit, clock): (Limit, &dyn Clock),
     most: usize,
-) -> (punctual::Answer<punctual::ContactBounds>, Vec<Contact>) {
+) -> (
+    punctual::Answer<punctual::contacts::ContactBounds>,
+    Vec<Contact>,
+) {
     let mut answer = query.run(workspace, limit.budget().clock(clock));
     let mut found: Vec<Contact> = workspace.drain_contacts().collect();
     while answer.stop == StopReason::PairsFull && found.len() < most && !clock.is_cancelled() {

@@ -57,7 +57,7 @@ impl DistanceOptions {
         a: &'t punctual::Tree,
         b: &'t punctual::Tree,
         pose: Pose,
-    ) -> punctual::Query<'t, punctual::Distance> {
+    ) -> punctual::Query<'t, punctual::distance::Distance> {
         let query = punctual::Query::distance(a, b, pose).margins(self.margins);
         let mut query = query.leave_contact_open(self.leave_contact_open);
         if let Some(length) = self.absolute {
@@ -80,7 +80,7 @@ impl DistanceOptions {
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
 pub struct Distance {
-    answer: punctual::Answer<punctual::Bounds>,
+    answer: punctual::Answer<punctual::distance::Bounds>,
     /// The length of `closer_than`.
     limit: Option<f64>,
     #[serde(skip)]
@@ -92,7 +92,7 @@ pub struct Distance {
 impl Distance {
     fn new(
         py: Python<'_>,
-        answer: punctual::Answer<punctual::Bounds>,
+        answer: punctual::Answer<punctual::distance::Bounds>,
         asked: Asked,
         options: DistanceOptions,
     ) -> PyResult<Bound<'_, Self>> {
@@ -184,7 +184,7 @@ impl Distance {
     }
 
     fn __repr__(&self) -> String {
-        let punctual::Bounds { low, high, .. } = self.answer.value;
+        let punctual::distance::Bounds { low, high, .. } = self.answer.value;
         let stop = self.answer.stop;
         format!("<punctual3d.Distance: {low} to {high}, {stop}>")
     }
@@ -300,7 +300,7 @@ pub struct DistanceQuery {
 }
 
 impl DistanceQuery {
-    fn query(&self) -> punctual::Query<'_, punctual::Distance> {
+    fn query(&self) -> punctual::Query<'_, punctual::distance::Distance> {
         let [a, b] = &self.trees;
         self.options.query(a, b, self.asked.pose)
     }

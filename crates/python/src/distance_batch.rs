@@ -7,7 +7,7 @@ use crate::limit::Limit;
 use crate::memory::{Memory, lent};
 use crate::tree::Surface;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
-use punctual::{Bounds, Nearest};
+use punctual::distance::{Bounds, Nearest};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 

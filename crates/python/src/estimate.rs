@@ -17,8 +17,10 @@ pub struct Quantiles {
     p90: f64,
 }
 
-impl From<punctual::Quantiles> for Quantiles {
-    fn from(punctual::Quantiles { p10, p50, p90 }: punctual::Quantiles) -> Self {
+impl From<punctual::prediction::Quantiles> for Quantiles {
+    fn from(
+        punctual::prediction::Quantiles { p10, p50, p90 }: punctual::prediction::Quantiles,
+    ) -> Self {
         Self { p10, p50, p90 }
     }
 }
@@ -48,7 +50,10 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    pub fn new(prediction: &punctual::Prediction, costs: &punctual::CostModel) -> Self {
+    pub fn new(
+        prediction: &punctual::prediction::Prediction,
+        costs: &punctual::prediction::CostModel,
+    ) -> Self {
         Self {
             bv_tests: prediction.bv_tests.into(),
             triangle_tests: prediction.triangle_tests.into(),
@@ -86,7 +91,10 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    pub fn new(estimate: &punctual::Estimate, costs: &punctual::CostModel) -> Self {
+    pub fn new(
+        estimate: &punctual::prediction::Estimate,
+        costs: &punctual::prediction::CostModel,
+    ) -> Self {
         let remaining = Prediction::new(&estimate.remaining, costs);
         Self {
             probability: estimate.probability,
@@ -121,8 +129,8 @@ pub struct DistanceEstimate {
     remaining: Quantiles,
 }
 
-impl From<punctual::DistanceEstimate> for DistanceEstimate {
-    fn from(estimate: punctual::DistanceEstimate) -> Self {
+impl From<punctual::distance::DistanceEstimate> for DistanceEstimate {
+    fn from(estimate: punctual::distance::DistanceEstimate) -> Self {
         Self {
             distance: estimate.distance.into(),
             remaining: estimate.remaining.into(),

@@ -1,6 +1,7 @@
 //! Ctrl-C during a call, which does not have the interpreter's lock.
 
-use punctual::{Clock, SystemClock};
+use punctual::Clock;
+use punctual::clock::SystemClock;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::cell::Cell;

@@ -3,7 +3,8 @@
 use crate::errors::value_error;
 use crate::interrupt::{BETWEEN_LOOKS, cancellable};
 use core::time::Duration;
-use punctual::{Budget, Clock, Stats, SystemClock};
+use punctual::clock::SystemClock;
+use punctual::{Budget, Clock, Stats};
 use pyo3::prelude::*;
 
 /// The budget of a call: seconds, units of work, or neither.

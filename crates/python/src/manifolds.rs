@@ -8,7 +8,8 @@ use crate::memory::{Memory, lent};
 use crate::query::with_workspace;
 use crate::tree::Surface;
 use numpy::{PyArray1, PyArray2, PyArray3};
-use punctual::{Clock, Manifold, ManifoldPoint, PairMemory, Query, StopReason, Workspace};
+use punctual::contacts::{Manifold, ManifoldPoint};
+use punctual::{Clock, PairMemory, Query, StopReason, Workspace};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +20,7 @@ use serde::{Deserialize, Serialize};
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
 pub struct Manifolds {
-    answer: punctual::Answer<punctual::ManifoldBounds>,
+    answer: punctual::Answer<punctual::contacts::ManifoldBounds>,
     found: Vec<Manifold>,
 }
 
@@ -111,11 +112,14 @@ impl Manifolds {
 
 /// Runs a query, with more room where there is not enough.
 fn spend(
-    query: &Query<'_, punctual::Manifolds>,
+    query: &Query<'_, punctual::contacts::Manifolds>,
     workspace: &mut Workspace,
     (limit, clock): (Limit, &dyn Clock),
     mut memory: Option<&mut PairMemory>,
-) -> (punctual::Answer<punctual::ManifoldBounds>, Vec<Manifold>) {
+) -> (
+    punctual::Answer<punctual::contacts::ManifoldBounds>,
+    Vec<Manifold>,
+) {
     let with = query.with_memory(memory.as_deref_mut());
     let mut answer = with.run(workspace, limit.budget().clock(clock));
     while answer.stop == StopReason::PairsFull && !clock.is_cancelled() {

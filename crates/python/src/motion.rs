@@ -19,7 +19,7 @@ use std::sync::Arc;
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
 pub struct Passage {
-    answer: punctual::Answer<punctual::TimeOfImpact>,
+    answer: punctual::Answer<punctual::impact::TimeOfImpact>,
     #[serde(skip)]
     asked: Option<Asked>,
     #[serde(skip)]
@@ -65,7 +65,7 @@ impl Options {
         &self,
         a: &'t punctual::Tree,
         b: &'t punctual::Tree,
-    ) -> punctual::Query<'t, punctual::Impact> {
+    ) -> punctual::Query<'t, punctual::impact::Impact> {
         let mut query = punctual::Query::impact(a, b, self.motion).margins(self.margins);
         if let Some(length) = self.tolerance {
             query = query.tolerance(length);
@@ -80,7 +80,7 @@ impl Options {
 impl Passage {
     fn new(
         py: Python<'_>,
-        answer: punctual::Answer<punctual::TimeOfImpact>,
+        answer: punctual::Answer<punctual::impact::TimeOfImpact>,
         asked: Asked,
         options: Options,
     ) -> PyResult<Bound<'_, Self>> {
@@ -138,7 +138,7 @@ impl Passage {
     }
 
     fn __repr__(&self) -> String {
-        let punctual::TimeOfImpact { lower, upper, .. } = self.answer.value;
+        let punctual::impact::TimeOfImpact { lower, upper, .. } = self.answer.value;
         let touching = upper.map_or("no contact found".to_owned(), |time| {
             format!("touching at {time}")
         });
@@ -247,7 +247,7 @@ pub struct MotionQuery {
 }
 
 impl MotionQuery {
-    fn query(&self) -> punctual::Query<'_, punctual::Impact> {
+    fn query(&self) -> punctual::Query<'_, punctual::impact::Impact> {
         let [a, b] = &self.trees;
         self.options.query(a, b)
     }

@@ -6,14 +6,15 @@ use crate::limit::Limit;
 use crate::query::with_workspace;
 use crate::tree::Surface;
 use numpy::{PyArray1, PyArray2};
-use punctual::{Clock, PushOutQuery};
+use punctual::Clock;
+use punctual_depenetrate::PushOutQuery;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// The shortest translation of B found that parts the surfaces. There may be a shorter one.
 #[pyclass(module = "punctual3d", frozen, extends = Answer)]
 #[derive(Serialize, Deserialize)]
-pub struct PushOut(punctual::PushOut);
+pub struct PushOut(punctual_depenetrate::PushOut);
 
 #[pymethods]
 impl PushOut {
@@ -36,7 +37,7 @@ impl PushOut {
     #[getter]
     #[expect(non_snake_case, reason = "the name in Python")]
     fn T<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let matrix = |push: punctual::Push| {
+        let matrix = |push: punctual_depenetrate::Push| {
             let m = push.b_in_a.to_row_major();
             table(
                 py,

@@ -9,7 +9,8 @@ use crate::memory::{Memory, lent};
 use crate::tree::Surface;
 use crate::view::View;
 use numpy::PyArray2;
-use punctual::{Clock, CostModel, Mode, PairMemory, Pose, StopReason, Verdict, Workspace};
+use punctual::prediction::CostModel;
+use punctual::{Clock, Mode, PairMemory, Pose, StopReason, Verdict, Workspace};
 use pyo3::intern;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -60,7 +61,7 @@ impl QueryOptions {
         a: &'t punctual::Tree,
         b: &'t punctual::Tree,
         pose: Pose,
-    ) -> punctual::Query<'t, punctual::Intersection> {
+    ) -> punctual::Query<'t, punctual::intersection::Intersection> {
         let query = punctual::Query::intersection(a, b, pose).mode(self.mode);
         match self.prior {
             Some(share) => query.prior(share),
@@ -71,7 +72,7 @@ impl QueryOptions {
 
 /// Runs a query, or goes on with it. What it finds is added to `pairs`, more than the workspace has room for, too.
 pub fn spend(
-    query: &punctual::Query<'_, punctual::Intersection>,
+    query: &punctual::Query<'_, punctual::intersection::Intersection>,
     workspace: &mut Workspace,
     mut memory: Option<&mut PairMemory>,
     (limit, clock): (Limit, &dyn Clock),
@@ -145,7 +146,7 @@ impl Collision {
 
 /// What can be said of the last run of a query in `workspace`, if it was stopped.
 fn estimate(
-    query: &punctual::Query<'_, punctual::Intersection>,
+    query: &punctual::Query<'_, punctual::intersection::Intersection>,
     workspace: &Workspace,
     memory: Option<&PairMemory>,
     outcome: &punctual::Answer<Verdict>,
@@ -159,6 +160,7 @@ fn estimate(
 /// The verdict as a number for arrays.
 pub fn code(verdict: Verdict) -> i8 {
     match verdict {
+        Verdict::Contained { .. } => 3,
         Verdict::Within { .. } => 2,
         Verdict::Intersecting { .. } => 1,
         Verdict::Separated => 0,
@@ -359,7 +361,7 @@ pub struct Query {
 }
 
 impl Query {
-    fn query(&self) -> punctual::Query<'_, punctual::Intersection> {
+    fn query(&self) -> punctual::Query<'_, punctual::intersection::Intersection> {
         let [a, b] = &self.trees;
         self.options.query(a, b, self.asked.pose)
     }

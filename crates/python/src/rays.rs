@@ -7,7 +7,8 @@ use crate::limit::Limit;
 use crate::query::with_workspace;
 use crate::tree::Surface;
 use numpy::PyArray1;
-use punctual::{Clock, Query, Ray, RayHit, RayMode, Side, Stats, StopReason, Workspace};
+use punctual::rays::{RayHit, RayMode, Side};
+use punctual::{Clock, Query, Ray, Stats, StopReason, Workspace};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -15,7 +15,8 @@ use crate::scene_view;
 use crate::tree::Surface;
 use crate::view::View;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use punctual::{Body, BodyId, CompoundId, Filter, MeasureId, Mode, PairReport, Ray, SceneRay};
+use punctual::{Mode, Ray};
+use punctual_scene::{Body, BodyId, CompoundId, Filter, MeasureId, PairReport, SceneRay};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -32,7 +33,7 @@ use std::sync::Arc;
 /// Raises ValueError for no threads, and OSError if the system has no more.
 #[pyclass(module = "punctual3d")]
 pub struct Scene {
-    scene: punctual::Scene,
+    scene: punctual_scene::Scene,
     threads: usize,
     /// Whether nothing was changed since the last frame.
     is_current: bool,
@@ -42,7 +43,7 @@ impl Scene {
     /// Changes the scene, so that the last report does not hold any more; unless that is refused.
     fn change<R>(
         &mut self,
-        change: impl FnOnce(&mut punctual::Scene) -> Result<R, punctual::SceneError>,
+        change: impl FnOnce(&mut punctual_scene::Scene) -> Result<R, punctual_scene::SceneError>,
     ) -> PyResult<R> {
         let done = change(&mut self.scene).map_err(scene_error)?;
         self.is_current = false;
@@ -112,7 +113,7 @@ pub struct Report {
 }
 
 impl Report {
-    fn new(py: Python<'_>, report: &punctual::Report) -> PyResult<Self> {
+    fn new(py: Python<'_>, report: &punctual_scene::Report) -> PyResult<Self> {
         let pairs = &report.pairs;
         let distance = |pair: &PairReport| pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
         let counts =
@@ -163,11 +164,13 @@ fn ids(bodies: &[u64]) -> Vec<BodyId> {
 }
 
 /// A body, a compound or a measure that is not in the scene is a missing key.
-fn scene_error(error: punctual::SceneError) -> PyErr {
+fn scene_error(error: punctual_scene::SceneError) -> PyErr {
     match error {
-        punctual::SceneError::NoSuchBody { .. }
-        | punctual::SceneError::NoSuchCompound { .. }
-        | punctual::SceneError::NoSuchMeasure { .. } => PyKeyError::new_err(error.to_string()),
+        punctual_scene::SceneError::NoSuchBody { .. }
+        | punctual_scene::SceneError::NoSuchCompound { .. }
+        | punctual_scene::SceneError::NoSuchMeasure { .. } => {
+            PyKeyError::new_err(error.to_string())
+        }
         _ => value_error(error),
     }
 }
@@ -179,7 +182,7 @@ impl Scene {
     fn new(mode: Option<ModeName>, threads: usize) -> PyResult<Self> {
         check_threads(threads)?;
         let mode = mode.map_or(Mode::Any, |ModeName(mode)| mode);
-        let mut scene = punctual::Scene::new();
+        let mut scene = punctual_scene::Scene::new();
         scene.set_max_pairs(usize::MAX);
         scene.set_mode(mode);
         scene.use_threads(threads)?;

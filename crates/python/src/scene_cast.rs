@@ -4,7 +4,7 @@ use crate::answer::Answer;
 use crate::arrays::column;
 use crate::rays::side;
 use numpy::PyArray1;
-use punctual::{BodyHit, SceneCast};
+use punctual_scene::{BodyHit, SceneCast};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use crate::arrays::{column, table};
 use numpy::{PyArray1, PyArray2};
-use punctual::ContactPoint;
+use punctual_scene::ContactPoint;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +36,7 @@ pub struct ContactPoints {
 }
 
 impl ContactPoints {
-    pub fn new(py: Python<'_>, found: &punctual::ContactPoints<'_>) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, found: &punctual_scene::ContactPoints<'_>) -> PyResult<Self> {
         let points = found.points;
         let of = |read: fn(&ContactPoint) -> [f64; 3]| {
             PyResult::Ok(table(py, points.iter().map(read))?.unbind())

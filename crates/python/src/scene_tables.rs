@@ -3,7 +3,7 @@
 use crate::arrays::{column, table};
 use crate::distance_batch::span;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use punctual::{BodyContact, BodyId, GroupDistance, MeasureId, PairDistance, PairPassage};
+use punctual_scene::{BodyContact, BodyId, GroupDistance, MeasureId, PairDistance, PairPassage};
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! A page that shows the last frame of a scene.
 
-use punctual::Scene;
+use punctual_scene::Scene;
 use punctual_view::{Frame, Known, Shown, View, count, fact};
 
 /// Bodies at their poses, what the last report says of them, and where they touch.

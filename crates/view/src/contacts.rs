@@ -2,10 +2,8 @@
 
 use std::collections::HashSet;
 
-use punctual::{
-    Aabb, Answer, Budget, Contact, ContactBounds, Contacts, Pose, Query, ResumeError, Stats,
-    StopReason, Workspace,
-};
+use punctual::contacts::{Contact, ContactBounds, Contacts};
+use punctual::{Aabb, Answer, Budget, Pose, Query, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};

@@ -1,8 +1,7 @@
 //! A query of a distance: the closest points found, and where closer ones may be.
 
-use punctual::{
-    Aabb, Answer, Bounds, Budget, Distance, Pose, Query, ResumeError, Stats, StopReason, Workspace,
-};
+use punctual::distance::{Bounds, Distance};
+use punctual::{Aabb, Answer, Budget, Pose, Query, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};

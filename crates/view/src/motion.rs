@@ -1,9 +1,7 @@
 //! A query of a motion: until when it is proven to be free, and where the meshes meet.
 
-use punctual::{
-    Aabb, Answer, Budget, Impact, Pose, Query, ResumeError, Stats, StopReason, TimeOfImpact,
-    Workspace,
-};
+use punctual::impact::{Impact, TimeOfImpact};
+use punctual::{Aabb, Answer, Budget, Pose, Query, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
 use crate::ladder::{Stepwise, climb};

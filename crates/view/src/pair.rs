@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
+use punctual::intersection::Intersection;
 use punctual::{
-    Aabb, Answer, Budget, Intersection, Mode, Pose, Query, ResumeError, Stats, StopReason, Verdict,
-    Workspace,
+    Aabb, Answer, Budget, Mode, Pose, Query, ResumeError, Stats, StopReason, Verdict, Workspace,
 };
 use serde_json::{Value, json};
 

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use punctual::glam::DVec3;
-use punctual::{Aabb, Body, BodyKind, Pose, Report, Verdict};
+use punctual::{Aabb, Pose, Verdict};
+use punctual_scene::{Body, BodyKind, Report};
 use serde_json::json;
 
 use crate::stage::{Fact, NORMAL, Stage, count, fact, placed};
@@ -77,7 +78,7 @@ impl Known {
                 continue;
             };
             match verdict {
-                Verdict::Intersecting { .. } => pairs[0].push([a, b]),
+                Verdict::Intersecting { .. } | Verdict::Contained { .. } => pairs[0].push([a, b]),
                 Verdict::Within { .. } => pairs[1].push([a, b]),
                 Verdict::Undecided => pairs[2].push([a, b]),
                 Verdict::Separated => {}

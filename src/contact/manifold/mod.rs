@@ -7,10 +7,10 @@
 mod identity;
 mod skin;
 
-use crate::math::{larger, smaller};
 use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
 pub(crate) use identity::ManifoldMemory;
+use punctual_geom::{larger, smaller};
 pub(crate) use skin::{Shape, Skin};
 
 /// Maximum number of points of a manifold.

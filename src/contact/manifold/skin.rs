@@ -12,12 +12,12 @@
 //! surfaces are oriented, pairs on the inner side of one are dropped too.
 
 use super::{Manifold, ManifoldPoint, Octagon, area};
-use crate::math::{Pose, larger, smaller};
 use crate::tree::Tree;
-use crate::triangle::distance::Closest;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use glam::DVec3;
+use punctual_geom::triangle::distance::Closest;
+use punctual_geom::{Pose, larger, smaller};
 
 /// Cosine of the widest angle between the axis of a cone and its normals.
 const CONE: f64 = core::f64::consts::FRAC_1_SQRT_2;

@@ -21,7 +21,7 @@ pub(super) struct Identities {
 
 /// The triangles of the patches of a frame, and their ids.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct PatchMemory {
+pub struct PatchMemory {
     /// Sorted by triangle.
     known: Vec<Part>,
     /// In the order of the patches.

@@ -11,14 +11,14 @@ mod join;
 mod reduce;
 
 use super::Contact;
-use crate::math::{Aabb, length};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use core::ops::Range;
 use glam::DVec3;
 use identity::Identities;
-pub(crate) use identity::PatchMemory;
+pub use identity::PatchMemory;
 use join::Joined;
+use punctual_geom::{Aabb, length};
 use reduce::Reduction;
 use smallvec::SmallVec;
 
@@ -60,7 +60,8 @@ pub struct Patch {
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3, Vec3};
-/// use punctual::{Budget, Patches, Pose, Query, Tree, Workspace, shapes};
+/// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
+/// use punctual::contacts::Patches;
 /// let (a, b) = (Tree::new(shapes::cuboid(Vec3::ONE, 8)), Tree::new(shapes::cuboid(Vec3::ONE, 8)));
 /// let (mut workspace, mut patches) = (Workspace::new(), Patches::new());
 /// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(0.5, 2.001, 0.25))?;
@@ -117,7 +118,8 @@ impl Patches {
         self.identities.before.forget();
     }
 
-    pub(crate) fn reserve(&mut self, contacts: usize) {
+    /// Reserves room for the patches of this many contacts.
+    pub fn reserve(&mut self, contacts: usize) {
         self.patches.reserve(contacts);
         self.contacts.reserve(contacts);
         self.given.reserve(contacts);
@@ -127,7 +129,7 @@ impl Patches {
     }
 
     /// Exchanges the memory of the previous frame.
-    pub(crate) fn swap_memory(&mut self, memory: &mut PatchMemory) {
+    pub fn swap_memory(&mut self, memory: &mut PatchMemory) {
         core::mem::swap(&mut self.identities.before, memory);
     }
 

@@ -1,11 +1,11 @@
 //! Triangles of a cluster seen from a node of the other side: their boxes and their planes.
 
 use super::{Boxes, Slabs, Stored, Triangles};
-use crate::math::lanes::{Column, F8, Lanes, cross, dot, per_axis};
-use crate::math::{larger, smaller};
 use crate::query::views::{self, View};
 use crate::tree::xyz;
-use crate::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW, largest};
+use punctual_geom::lanes::{Column, F8, Lanes, cross, dot, per_axis};
+use punctual_geom::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW, largest};
+use punctual_geom::{larger, smaller};
 use wide::f32x4;
 
 #[inline(always)]

@@ -2,8 +2,8 @@
 //! directions.
 
 use super::{Boxes, View};
-use crate::math::lanes::{Column, F8, Lanes, V8, per_axis};
 use crate::tree::Node;
+use punctual_geom::lanes::{Column, F8, Lanes, V8, per_axis};
 use wide::f32x4;
 
 /// Eight boxes by their upper ends along three axes, and the negatives of their lower ends. The

@@ -1,10 +1,10 @@
 use super::*;
-use crate::math::Pose;
-use crate::math::lanes::{Instructions, Kernel};
 use crate::mesh::shapes;
 use crate::query::views::Relation;
 use crate::tree::Tree;
 use glam::{DMat3, DVec3};
+use punctual_geom::Pose;
+use punctual_geom::lanes::{Instructions, Kernel};
 
 struct EightAndOne<'t>(Triangles<'t>);
 

@@ -1,9 +1,9 @@
 use super::*;
-use crate::math::Pose;
-use crate::math::random::Random;
 use crate::mesh::Mesh;
 use crate::tree::Tree;
 use glam::{DMat3, DQuat};
+use punctual_geom::Pose;
+use punctual_geom::random::Random;
 
 fn vector(random: &mut Random) -> DVec3 {
     DVec3::from_array(core::array::from_fn(|_| random.between(-1.0, 1.0)))

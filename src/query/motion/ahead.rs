@@ -3,10 +3,10 @@
 
 use super::course::Course;
 use super::state::MotionState;
-use crate::math::{Aabb, Pose};
 use crate::query::options::MotionOptions;
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::{Aabb, Pose};
 
 /// The rest of a motion: from the time until which it is free to the time of the contact found.
 #[derive(Clone, Copy, Debug)]

@@ -4,9 +4,9 @@
 //! part of B to move along a straight line with the velocity that its own middle has then. The
 //! neglected motion is bounded: `docs/numerics.md`, "Motion".
 
-use crate::math::{Motion, Pose, smaller};
 use crate::tree::Tree;
 use glam::DVec3;
+use punctual_geom::{Motion, Pose, smaller};
 
 /// Velocity and acceleration of points of B at a time, in A's frame. A point at `y` has the
 /// velocity `shift + turn x y` and the acceleration `pull + change x y + turn x (turn x y)`. If
@@ -357,8 +357,8 @@ impl Piece {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::random::Random;
     use crate::shapes;
+    use punctual_geom::random::Random;
 
     /// Differences over a short time give velocities and accelerations with a relative error of
     /// 1e-5.

@@ -10,12 +10,12 @@
 
 use super::course::{Course, Piece};
 use super::windows::{BEGIN, SLOP, sum};
-use crate::math::lanes::{Column, F8, Lanes, V8, dot, per_axis};
-use crate::math::{bits, larger};
 use crate::query::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Triangles, ends};
 use crate::query::edge_axes;
 use crate::query::views::{Place, Places, Relation, View, Views};
 use crate::tree::{Node, Tree, WIDTH, xyz};
+use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis};
+use punctual_geom::{bits, larger};
 use wide::f32x4;
 
 /// A span of time from the begin of a piece, in which B turns around one axis.

@@ -12,10 +12,10 @@ pub(super) mod state;
 mod sweep;
 mod windows;
 
-use crate::math::{Motion, Pose, smaller};
 use crate::model::cost::WORK_PER_PIECE;
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
+use crate::query::contained::Operand;
 use crate::query::deadline::Deadline;
 use crate::query::memory::PairMemory;
 use crate::query::options::{MotionOptions, OptionError, thickness};
@@ -30,6 +30,7 @@ use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use core::cell::OnceCell;
 use course::Course;
+use punctual_geom::{Motion, Pose, smaller};
 use sweep::{Sweep, span};
 
 /// Asks until when a motion is free, and when the surfaces meet: continuous collision detection
@@ -157,7 +158,8 @@ impl<'t> Query<'t, Impact> {
 
     /// Proven upper bound, from the run in the workspace, of the distance of the first contact's
     /// triangles at its time. 0 only if they intersect.
-    pub(crate) fn witness_distance(&self, workspace: &Workspace) -> f64 {
+    #[doc(hidden)]
+    pub fn witness_distance(&self, workspace: &Workspace) -> f64 {
         workspace
             .motion
             .contact()
@@ -300,6 +302,13 @@ impl Ask<Impact> for Query<'_, Impact> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let course = &self.course();
+        // Of solids it is asked first whether one begins with a vertex in the other.
+        if self.is_open_in(workspace) {
+            let stop = self.ask_containment(&course.pose(0.0), workspace, deadline);
+            if self.is_open_in(workspace) {
+                return stop;
+            }
+        }
         let mut stop = StopReason::Finished;
         while workspace.motion.piece < course.pieces {
             stop = self.spend_on_piece(course, workspace, deadline);
@@ -324,6 +333,15 @@ impl Ask<Impact> for Query<'_, Impact> {
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> TimeOfImpact {
         let state = &workspace.motion;
+        let within = workspace.run.containment.inner();
+        if self.is_open_in(workspace) {
+            return TimeOfImpact {
+                lower: 0.0,
+                upper: within.map(|_| 0.0),
+                triangles: None,
+                within,
+            };
+        }
         let contact = state.contact();
         TimeOfImpact {
             lower: state.free_until(),
@@ -332,6 +350,7 @@ impl Ask<Impact> for Query<'_, Impact> {
                 let [a, b] = contact.pair;
                 [self.a.ids()[a as usize], self.b.ids()[b as usize]]
             }),
+            within,
         }
     }
 }
@@ -370,4 +389,7 @@ pub struct TimeOfImpact {
     pub upper: Option<f64>,
     /// The triangles that meet at `upper`: triangle of A, triangle of B, ids of the input meshes.
     pub triangles: Option<[u32; 2]>,
+    /// Proven: this body, a solid, begins with a vertex inside the other, a closed solid. Then
+    /// `upper` is 0, and `triangles` is `None`. `None` for surfaces.
+    pub within: Option<Operand>,
 }

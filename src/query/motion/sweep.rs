@@ -12,9 +12,6 @@ use super::course::{Course, Piece};
 use super::hulls::{Hulls, Span};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
 use super::windows::{BEGIN, Windows, glide};
-use crate::math::bits;
-use crate::math::lanes::Lanes;
-use crate::math::tolerance::ROUNDING;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_SWEPT_EXPANSION,
     WORK_PER_SWEPT_TEST, WORK_PER_WINDOW, WORK_PER_WINDOW_TEST,
@@ -29,12 +26,15 @@ use crate::query::triangle_pairs::rows;
 use crate::query::views::Relation;
 use crate::query::workspace::{Run, Workspace};
 use crate::tree::{Tree, WIDTH};
-use crate::triangle::distance::{closest, closest_or_meeting};
-use crate::triangle::swept::{Glide, Swept, windows};
-use crate::triangle::triangles_intersect;
 use arrayvec::ArrayVec;
 use core::cell::OnceCell;
 use glam::DVec3;
+use punctual_geom::bits;
+use punctual_geom::lanes::Lanes;
+use punctual_geom::tolerance::ROUNDING;
+use punctual_geom::triangle::distance::{closest, closest_or_meeting};
+use punctual_geom::triangle::swept::{Glide, Swept, windows};
+use punctual_geom::triangles_intersect;
 
 /// The pose of B in the middle of a piece, and its motion through the piece.
 pub(super) struct Middle {

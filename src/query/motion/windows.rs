@@ -7,17 +7,17 @@
 //! `docs/numerics.md`, "Motion".
 
 use super::course::{Course, Piece};
-use crate::math::bits;
-use crate::math::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
-use crate::math::tolerance::ROUNDING;
 use crate::query::boxes::{
     BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat,
 };
 use crate::query::edge_axes;
 use crate::query::views::{Relation, View, Views, cross, yzx, zxy};
 use crate::tree::{Node, WIDTH, xyz};
-use crate::triangle::swept::Glide;
 use glam::DVec3;
+use punctual_geom::bits;
+use punctual_geom::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
+use punctual_geom::tolerance::ROUNDING;
+use punctual_geom::triangle::swept::Glide;
 use wide::f32x4;
 
 /// The begin of the piece.

@@ -2,7 +2,6 @@
 
 use super::{ACROSS, Overlaps, Phase, REGION_LIMIT, STEP, Stage, is_closed};
 use crate::contact::manifold::Shape;
-use crate::math::{Pose, Ray};
 use crate::model::cost::{
     WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST, WORK_PER_REGION_TRIANGLE,
 };
@@ -13,9 +12,10 @@ use crate::query::ray::state::RayHit;
 use crate::query::workspace::Workspace;
 use crate::tree::Tree;
 use crate::tree::inside::inside;
-use crate::triangle::ray::Side;
 use core::mem;
 use glam::DVec3;
+use punctual_geom::triangle::ray::Side;
+use punctual_geom::{Pose, Ray};
 
 /// Continues with the overlaps until they are done or the deadline stops.
 pub(in crate::query) fn advance(

@@ -9,9 +9,6 @@
 //! The rays of a batch are cast one after another in the same run.
 
 use super::state::{RayHit, RayMode, Suspect};
-use crate::math::Ray;
-use crate::math::bits;
-use crate::math::lanes::Lanes;
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE,
     WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
@@ -21,9 +18,12 @@ use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::tree::WIDTH;
-use crate::triangle::ray::Aim;
-use crate::triangle::ray::batch::candidates;
 use core::slice;
+use punctual_geom::Ray;
+use punctual_geom::bits;
+use punctual_geom::lanes::Lanes;
+use punctual_geom::triangle::ray::Aim;
+use punctual_geom::triangle::ray::batch::candidates;
 
 /// The question what rays hit.
 pub(super) struct Cast<'q> {
@@ -136,7 +136,8 @@ impl Traversal<'_, '_, Cast<'_>> {
             return None;
         }
         if !node.is_cluster {
-            return Some(self.push(node.first_child, entered, &enter));
+            let (nodes, front) = (self.a.nodes(), &mut self.workspace.front);
+            return Some(front.push_nearest(nodes, node.first_child, entered, &enter));
         }
         let count = u64::from(node.children);
         stats.primitive_tests += count;
@@ -156,52 +157,6 @@ impl Traversal<'_, '_, Cast<'_>> {
             });
         }
         None
-    }
-
-    /// Pushes children on the stack, the last to be entered first, and returns the one entered
-    /// first.
-    #[inline(always)]
-    fn push(&mut self, first_child: u32, mut children: u32, enter: &[f32; WIDTH]) -> Pair {
-        let count = children.count_ones() as usize;
-        // Sort key: the parameter of entry, then the index.
-        let mut next = || {
-            let i = children.trailing_zeros();
-            children &= children.wrapping_sub(1);
-            u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
-        };
-        let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
-        // This copy of the kind is never read. Making it loads the node into the cache before the
-        // pair is popped.
-        let nodes = self.a.nodes();
-        let waiting = |pair: Pair| Pair {
-            alive: [nodes[pair.nodes[0] as usize].is_cluster.into(), 0],
-            ..pair
-        };
-        let front = &mut self.workspace.front;
-        let first = next();
-        if count == 1 {
-            return pair(first);
-        }
-        let second = next();
-        if count == 2 {
-            front.push(waiting(pair(first.max(second))));
-            return pair(first.min(second));
-        }
-        let mut sorted = [first.max(second), first.min(second), 0, 0, 0, 0, 0, 0];
-        let mut i = 2;
-        while i < count {
-            let (key, mut at) = (next(), i);
-            while at > 0 && sorted[(at - 1) % WIDTH] < key {
-                sorted[at % WIDTH] = sorted[(at - 1) % WIDTH];
-                at -= 1;
-            }
-            sorted[at % WIDTH] = key;
-            i += 1;
-        }
-        for &key in &sorted[..count - 1] {
-            front.push(waiting(pair(key)));
-        }
-        pair(sorted[(count - 1) % WIDTH])
     }
 
     /// Tests a triangle in `f64`.
@@ -269,15 +224,15 @@ impl Traversal<'_, '_, Cast<'_>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::Ray;
-    use crate::math::lanes::{Instructions, Kernel, Lanes};
-    use crate::math::random::Random;
     use crate::mesh::shapes;
     use crate::query::expand;
     use crate::tree::beam::Beam;
     use crate::tree::{Node, Tree};
-    use crate::triangle::ray::batch::{Candidates, candidates};
     use glam::DVec3;
+    use punctual_geom::Ray;
+    use punctual_geom::lanes::{Instructions, Kernel, Lanes};
+    use punctual_geom::random::Random;
+    use punctual_geom::triangle::ray::batch::{Candidates, candidates};
     use robust::{Coord3D, orient3d};
 
     struct Cluster<'r>(&'r Tree, &'r Node, &'r Beam);

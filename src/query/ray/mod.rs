@@ -5,7 +5,6 @@
 mod cast;
 pub(super) mod state;
 
-use crate::math::{Pose, Ray};
 use crate::query::budget::Budget;
 use crate::query::deadline::Deadline;
 use crate::query::flushing;
@@ -20,6 +19,7 @@ use crate::tree::Tree;
 use crate::tree::beam::Beam;
 use cast::{Cast, ROOT, entered, entry};
 use core::{mem, slice};
+use punctual_geom::{Pose, Ray};
 pub use state::{RayHit, RayMode};
 
 /// Asks what a ray or a segment hits ([`Query::ray`]).
@@ -34,13 +34,14 @@ pub use state::{RayHit, RayMode};
 /// shape of the tree.
 ///
 /// ```
-/// use punctual::{Budget, Query, Ray, Side, Tree, Workspace, shapes};
+/// use punctual::{Budget, Query, Ray, Tree, Workspace, shapes};
+/// use punctual::rays::Side;
 /// let ball = Tree::new(shapes::icosphere(4));
 /// let ray = Ray::new([0.1, 0.2, 9.0], [0.0, 0.0, -2.0])?;
 /// let cast = Query::ray(&ball, ray).run(&mut Workspace::new(), Budget::unlimited()).value;
 /// let hit = cast.hit.expect("the ray comes through the ball");
 /// assert!(ray.at(hit.t).length() < 1.0 && hit.side == Side::Front && cast.free_until == hit.t);
-/// # Ok::<(), punctual::RayError>(())
+/// # Ok::<(), punctual::geom::RayError>(())
 /// ```
 ///
 /// A ray has no certificate: [`RayBounds::free_until`] bounds what a stopped cast has missed.
@@ -132,7 +133,7 @@ impl Ask<RayCast> for Query<'_, RayCast> {
 /// let (rays, mut workspace) = (rays?, Workspace::new());
 /// let done = Query::rays(&ball, &rays).run(&mut workspace, Budget::unlimited()).value;
 /// assert_eq!((done, workspace.first_hits().iter().flatten().count()), (9, 4));
-/// # Ok::<(), punctual::RayError>(())
+/// # Ok::<(), punctual::geom::RayError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'r> {
@@ -288,7 +289,7 @@ pub struct RayBounds {
     /// Proven: every hit not found is at this parameter or after it. In [`RayMode::Nearest`] it is
     /// at most the parameter of the hit found. In [`RayMode::Any`] with a hit it is the start of
     /// the ray's parameter range. Infinite if no hit is missing.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub free_until: f64,
 }
 

@@ -1,11 +1,11 @@
 //! The state of a ray query: its options, the current ray of a batch, and the hits.
 
-use crate::math::Ray;
-use crate::names::named;
 use crate::tree::beam::Beam;
-use crate::triangle::ray::Side;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
+use punctual_geom::Ray;
+use punctual_geom::named;
+use punctual_geom::triangle::ray::Side;
 
 /// Selects which hits of a ray a query searches for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -23,7 +23,8 @@ pub enum RayMode {
 impl RayMode {
     /// Ray parameter before which no hit is missing. `open` is that parameter for the nodes and
     /// triangles not tested yet.
-    pub(crate) fn free_until(self, ray: &Ray, hit: Option<RayHit>, open: f64) -> f64 {
+    #[doc(hidden)]
+    pub fn free_until(self, ray: &Ray, hit: Option<RayHit>, open: f64) -> f64 {
         match (self, hit) {
             (Self::All, _) | (_, None) => open,
             (Self::Nearest, Some(hit)) => open.min(hit.t),
@@ -32,7 +33,6 @@ impl RayMode {
     }
 }
 
-named!(Side { Front => "front", Back => "back", Edge => "edge" });
 named!(RayMode { Nearest => "nearest", Any => "any", All => "all" });
 
 /// A triangle that a ray hits.
@@ -46,7 +46,7 @@ pub struct RayHit {
     /// error is at most 1e-11 times the largest coordinate of the triangle relative to the origin,
     /// over the largest component of the direction. It is never negative, at most 1 for a segment,
     /// and infinite beyond the range of `f64`.
-    #[cfg_attr(feature = "serde", serde(with = "crate::math::bound"))]
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub t: f64,
     /// The side of the triangle that the ray comes from.
     pub side: Side,

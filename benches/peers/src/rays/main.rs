@@ -15,7 +15,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use embree::Embree;
-use punctual::{Budget, Query, Ray, RayCast, RayHit, RayMode, Rays, Stats, Tree, Workspace};
+use punctual::{Budget, Query, Ray, Stats, Tree, Workspace};
+use punctual::rays::{RayCast, RayHit, RayMode, Rays};
 
 const BLOCK: usize = 500;
 const TURNS: usize = 3;

@@ -5,9 +5,8 @@ use std::ptr::null_mut;
 
 use super::call::*;
 use super::queries::same_stats;
-use punctual::{
-    Answer, Budget, Contact, ContactBounds, Patches, Query, StopReason, Tree, Workspace, shapes,
-};
+use punctual::contacts::{Contact, ContactBounds, Patches};
+use punctual::{Answer, Budget, Query, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 const NO_CONTACT: punctual_contact = punctual_contact {

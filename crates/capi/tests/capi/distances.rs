@@ -5,9 +5,9 @@ use std::ptr::null_mut;
 
 use super::call::*;
 use super::queries::same_stats;
+use punctual::distance::{Bounds, DistanceEstimate};
 use punctual::{
-    Answer, Bounds, Budget, Certificate, DistanceEstimate, PairMemory, Pose, Query, StopReason,
-    Tree, Workspace, shapes,
+    Answer, Budget, Certificate, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 

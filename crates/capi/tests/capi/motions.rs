@@ -6,9 +6,9 @@ use std::ptr::null_mut;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
+use punctual::impact::TimeOfImpact;
 use punctual::{
-    Answer, Budget, Motion, PairMemory, Pose, Query, StopReason, TimeOfImpact, Tree, Workspace,
-    shapes,
+    Answer, Budget, Motion, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 

@@ -6,9 +6,11 @@ use std::time::Duration;
 
 use super::call::*;
 use super::common::{MODES, ORDERS};
+use punctual::clock::ManualClock;
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::CostModel;
 use punctual::{
-    Budget, CostModel, Intersection, ManualClock, Mode, Order, PairMemory, Query, Stats,
-    StopReason, Tree, Verdict, Workspace, shapes,
+    Budget, Mode, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace, shapes,
 };
 use punctual_capi::{punctual_status as Status, *};
 
@@ -45,6 +47,10 @@ pub fn told(verdict: Verdict) -> (punctual_verdict, [u32; 2]) {
         Verdict::Separated => (punctual_verdict::Separated, [0; 2]),
         Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness),
         Verdict::Within { witness, .. } => (punctual_verdict::Within, witness),
+        Verdict::Contained { inner } => {
+            let inner = u32::from(inner == punctual::intersection::Operand::B);
+            (punctual_verdict::Contained, [inner, 0])
+        }
     }
 }
 

@@ -7,11 +7,10 @@ use super::allocations::allocator_calls;
 use super::call::*;
 use super::queries::same_stats;
 use punctual::glam::DVec3;
-use punctual::{
-    Budget, PairMemory, Pose, PushOutQuery, Query, Ray, RayHit, RayMode, StopReason, Tree,
-    Workspace, shapes,
-};
+use punctual::rays::{RayHit, RayMode};
+use punctual::{Budget, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
+use punctual_depenetrate::PushOutQuery;
 
 const NO_HIT: punctual_ray_hit = punctual_ray_hit {
     triangle: PUNCTUAL_NO_TRIANGLE,

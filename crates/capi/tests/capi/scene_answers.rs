@@ -5,10 +5,11 @@ use std::ptr::null_mut;
 use std::sync::Arc;
 
 use super::call::*;
+use ::punctual_scene::{Body, BodyId, Scene, SceneRay};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, ManualClock, Motion, Pose, Ray, RayMode, Scene, SceneRay, Tree, shapes,
-};
+use punctual::rays::RayMode;
+use punctual::{Budget, Motion, Pose, Ray, Tree, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 /// What a call writes to an array, and its count: the same with too little room.
@@ -161,7 +162,7 @@ impl Both {
         assert_eq!((ray.mode, ray.groups, ray.mask), (0, u32::MAX, u32::MAX));
         (ray.mode, ray.mask) = (mode as u32, mask);
         let theirs = SceneRay::new(Ray::new([-5.0, 0.1, 0.2], DVec3::X).unwrap()).mode(mode);
-        let theirs = theirs.filter(punctual::Filter::new(u32::MAX, mask));
+        let theirs = theirs.filter(::punctual_scene::Filter::new(u32::MAX, mask));
         let budget = punctual_budget_work(work);
         // SAFETY: no clock of the caller's.
         let cast = made(|cast| unsafe {

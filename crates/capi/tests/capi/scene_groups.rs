@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use super::call::*;
 use super::scene_answers::{Both, all, at};
-use punctual::{Body, Motion, PairQuestion, Tree, shapes};
+use ::punctual_scene::{Body, PairQuestion};
+use punctual::{Motion, Tree, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 #[test]

@@ -7,11 +7,11 @@ use super::call::*;
 use super::queries::told;
 use super::scene_answers::all;
 use super::surfaces::vertex_of;
+use ::punctual_scene::{Body, BodyId, Filter, PairReport, Reach, Scene};
+use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{
-    Body, BodyId, Budget, Calibration, Filter, ManualClock, Mode, PairReport, Pose, Reach, Scene,
-    Tree, shapes,
-};
+use punctual::prediction::Calibration;
+use punctual::{Budget, Mode, Pose, Tree, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
 /// A scene in C and the same in Rust, of twelve knots; two are fixed.

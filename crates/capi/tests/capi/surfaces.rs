@@ -356,7 +356,7 @@ fn triangles_meet_as_in_rust() {
             made(|meet| punctual_triangle_segment(a, b, Some(&mut segment), meet)),
             expected
         );
-        let native = punctual::triangle_segment(
+        let native = punctual::geom::triangle_segment(
             &a.corners.map(punctual::glam::DVec3::from_array),
             &b.corners.map(punctual::glam::DVec3::from_array),
         );

@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process;
 
-use punctual::Calibration;
+use punctual::prediction::Calibration;
 use punctual_io::FileError;
 
 /// A calibration and the file that it is kept in.

@@ -5,9 +5,11 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use punctual::clock::SystemClock;
+use punctual::intersection::Intersection;
+use punctual::prediction::{Estimate, Prediction};
 use punctual::{
-    Answer, Budget, Estimate, Intersection, Mode, PairMemory, Pose, Prediction, Query, StopReason,
-    SystemClock, Tree, Verdict, Workspace,
+    Answer, Budget, Mode, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace,
 };
 use punctual_io::FileError;
 use punctual_lab::files::Listed;
@@ -146,6 +148,7 @@ impl<'a> Sweeper<'a> {
     /// Whether the surfaces meet at a pose, found out aside.
     fn meets(&mut self, pose: Pose) -> bool {
         let outcome = Query::intersection(self.a, self.b, pose)
+            .surfaces()
             .mode(Mode::Any)
             .run(&mut self.aside, Budget::unlimited());
         outcome.value != Verdict::Separated

@@ -7,13 +7,14 @@ use std::ops::Add;
 use std::path::{Path, PathBuf};
 
 use punctual::glam::DVec3;
-use punctual::{
-    BodyContact, BodyHit, BodyId, Budget, ContactPhase, PairDistance, PairPassage, Ray, RayHit,
-    Scene, SceneRay,
-};
+use punctual::rays::RayHit;
+use punctual::{Budget, Ray};
 use punctual_io::FileError;
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::{self, Failure};
+use punctual_scene::{
+    BodyContact, BodyHit, BodyId, ContactPhase, PairDistance, PairPassage, Scene, SceneRay,
+};
 
 use crate::input::parse_size;
 

@@ -10,9 +10,10 @@ use std::sync::Arc;
 
 use flate2::read::GzDecoder;
 use punctual::glam::{DQuat, DVec3};
-use punctual::{Body, BuildOptions, Pose, Tree};
+use punctual::{BuildOptions, Pose, Tree};
 use punctual_io::FileError;
 use punctual_io::text::{decode, fields, lines, number, shorten};
+use punctual_scene::Body;
 
 use crate::input::MeshArgs;
 

@@ -5,10 +5,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use cpu_time::{ProcessTime, ThreadTime};
-use punctual::{
-    BodyId, Budget, Clock, Mode, Motion, PairReport, Report, Scene, SceneError, Verdict,
-};
+use punctual::{Budget, Clock, Mode, Motion, Verdict};
 use punctual_lab::report::Failure;
+use punctual_scene::{BodyId, PairReport, Report, Scene, SceneError};
 
 use super::answers::{Counts, Questions};
 use super::files::Recording;

@@ -1,6 +1,7 @@
 //! Who is compared: the orders of the engine, what is derived from them, and which of them the plots show.
 
-use punctual::{Intersection, Order, Pose, Query, Tree};
+use punctual::intersection::{Intersection, Order};
+use punctual::{Pose, Query, Tree};
 
 /// An order of the engine.
 #[derive(Clone, Copy)]

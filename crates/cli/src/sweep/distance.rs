@@ -4,9 +4,9 @@ pub mod summary;
 
 use std::time::{Duration, Instant};
 
-use punctual::{
-    Answer, Bounds, Budget, Distance, PairMemory, Query, StopReason, SystemClock, Workspace,
-};
+use punctual::clock::SystemClock;
+use punctual::distance::{Bounds, Distance};
+use punctual::{Answer, Budget, PairMemory, Query, StopReason, Workspace};
 
 use super::case::{Case, size};
 use super::contender::DEPTH_FIRST;

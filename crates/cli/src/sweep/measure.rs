@@ -2,10 +2,9 @@
 
 use std::time::Duration;
 
-use punctual::{
-    Budget, Certificate, Estimate, Intersection, Mode, Order, PairMemory, Query, StopReason,
-    Verdict, Workspace,
-};
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::Estimate;
+use punctual::{Budget, Certificate, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 
 use super::case::Case;
 use super::confidence::Guess;

@@ -15,7 +15,8 @@
 use std::cmp::Ordering;
 
 use punctual::internals::{OpenedPair, opened_pairs};
-use punctual::{Pose, Tree, WORK_PER_TRIANGLE_TEST};
+use punctual::prediction::WORK_PER_TRIANGLE_TEST;
+use punctual::{Pose, Tree};
 
 /// Triangle pairs that the engine tests together.
 const BATCH: usize = 8;
@@ -140,7 +141,9 @@ fn pieces(opened: &[OpenedPair], hits: Vec<Vec<u32>>) -> Vec<Piece> {
 mod tests {
     use super::*;
     use punctual::glam::{DMat3, DVec3};
-    use punctual::{Budget, Order, Query, WORK_PER_EXPANSION, Workspace, shapes};
+    use punctual::intersection::Order;
+    use punctual::prediction::WORK_PER_EXPANSION;
+    use punctual::{Budget, Query, Workspace, shapes};
 
     fn pair(parent: usize, bv_tests: u32, triangle_pairs: usize) -> OpenedPair {
         let work = WORK_PER_EXPANSION + u64::from(bv_tests);

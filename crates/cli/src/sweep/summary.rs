@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use punctual::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK, Mode, Pose};
+use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
+use punctual::{Mode, Pose};
 use punctual_lab::statistics::{mean, quantile, sorted};
 
 use super::case::Case;

@@ -2,7 +2,7 @@
 
 use crate::run::Folder;
 use crate::spheres;
-use punctual::Calibration;
+use punctual::prediction::Calibration;
 
 const CUT: &str = "pair a.obj b.obj poses.txt --budget-work 300";
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use punctual::MAX_DISTANCE_STEP_WORK;
 use punctual::glam::{DVec3, Vec3};
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::shapes::{cuboid, icosphere};
 
 use crate::files::{Soup, Truth, poses, text, truth, value};

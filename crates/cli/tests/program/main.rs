@@ -8,6 +8,7 @@ mod distance;
 #[allow(dead_code, reason = "the library's tests use the rest")]
 #[path = "../../../../tests/common/files.rs"]
 mod files;
+mod inside;
 mod motion;
 mod paper;
 mod poses;
@@ -57,7 +58,7 @@ fn spheres() -> (Folder, Vec<u64>) {
         let count = |i: usize| {
             moved
                 .iter()
-                .filter(|t| punctual::triangles_intersect(&a.triangle(i), t))
+                .filter(|t| punctual::geom::triangles_intersect(&a.triangle(i), t))
                 .count()
         };
         (0..a.len()).map(count).sum::<usize>() as u64
@@ -138,12 +139,14 @@ fn every_work_budget_is_kept_and_repeatable() {
         ))
         .rows()[1]
         .work;
-    for budget in (0..full - punctual::MAX_STEP_WORK).step_by((full / 10).max(1) as usize) {
+    for budget in
+        (0..full - punctual::prediction::MAX_STEP_WORK).step_by((full / 10).max(1) as usize)
+    {
         let command = format!("pair a.obj b.obj poses.txt --mode all --budget-work {budget}");
         let (rows, again) = (folder.run(&command).rows(), folder.run(&command).rows());
         assert_eq!(rows, again);
         assert_eq!(rows[1].stop, "work-limit");
-        assert!(rows[1].work <= budget + punctual::MAX_STEP_WORK);
+        assert!(rows[1].work <= budget + punctual::prediction::MAX_STEP_WORK);
     }
 }
 
@@ -260,7 +263,7 @@ fn more_pairs_than_the_workspace_holds_are_all_counted() {
     let part = &folder
         .run(&format!(
             "{command} {}",
-            row.work - 2 * punctual::MAX_STEP_WORK
+            row.work - 2 * punctual::prediction::MAX_STEP_WORK
         ))
         .rows()[0];
     assert_eq!(part.stop, "work-limit");

@@ -1,7 +1,7 @@
 //! `punctual motion` from outside: its columns, its messages, times that are known.
 
-use punctual::MAX_DISTANCE_STEP_WORK;
 use punctual::glam::Vec3;
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::shapes::cuboid;
 
 use crate::run::{Answer, Folder};

@@ -1,9 +1,9 @@
 //! Distance queries, stopped on the way: what the model sees, and what came of it.
 
+use punctual::clock::ManualClock;
+use punctual::distance::{Bounds, Distance};
 use punctual::internals::Closing;
-use punctual::{
-    Answer, Bounds, Budget, Distance, ManualClock, PairMemory, Pose, Query, StopReason, Workspace,
-};
+use punctual::{Answer, Budget, PairMemory, Pose, Query, StopReason, Workspace};
 
 use super::cases::Case;
 use super::sample::{STOPS, THINNED};

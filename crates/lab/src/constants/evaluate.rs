@@ -7,7 +7,7 @@ use punctual::Mode;
 use punctual::internals::{
     Lead, all_left, any_left, between, motion_work_left, probability, recall, work_left,
 };
-use punctual::{DEFAULT_PRIOR, Quantiles};
+use punctual::prediction::{DEFAULT_PRIOR, Quantiles};
 
 use super::Data;
 use super::distances::Moment;

@@ -1,10 +1,9 @@
 //! Motion queries, stopped on the way: what the model sees, and what came of it.
 
+use punctual::clock::ManualClock;
+use punctual::impact::{Impact, TimeOfImpact};
 use punctual::internals::Passing;
-use punctual::{
-    Answer, Budget, Impact, ManualClock, Motion, PairMemory, Pose, Query, StopReason, TimeOfImpact,
-    Workspace,
-};
+use punctual::{Answer, Budget, Motion, PairMemory, Pose, Query, StopReason, Workspace};
 
 use super::cases::Case;
 use super::sample::{STOPS, THINNED};

@@ -1,10 +1,10 @@
 //! Queries of known truth, stopped on the way: what the model sees, and what came of it.
 
+use punctual::clock::ManualClock;
 use punctual::internals::{FrontSummary, Lead, pair_cost};
-use punctual::{
-    Answer, Budget, Counts, History, Intersection, ManualClock, Mode, Order, PairMemory, Query,
-    StopReason, Verdict, Workspace,
-};
+use punctual::intersection::{Intersection, Order};
+use punctual::prediction::{Counts, History};
+use punctual::{Answer, Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
 
 use super::cases::Case;
 

@@ -375,7 +375,7 @@ fn recall_weights<'s, const N: usize>(
 }
 
 /// Intercept and slope of log2 of a count of complete queries.
-fn power_law(data: &Data, count: impl Fn(&punctual::Counts) -> f64) -> [f64; 2] {
+fn power_law(data: &Data, count: impl Fn(&punctual::prediction::Counts) -> f64) -> [f64; 2] {
     let whole = data
         .samples
         .iter()

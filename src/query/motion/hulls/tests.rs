@@ -2,17 +2,17 @@
 //! each pair, with a time no later than that.
 
 use super::*;
-use crate::math::lanes::{Instructions, Kernel};
-use crate::math::random::Random;
-use crate::math::{Motion, Pose};
 use crate::query::expand::{Sink, expand};
 use crate::query::motion::windows::glide;
 use crate::query::queue::Pair;
 use crate::query::triangle_pairs::rows;
-use crate::triangle::batch::Placement;
-use crate::triangle::swept::{Glide, Swept, windows};
 use crate::{Mesh, shapes};
 use glam::{DMat3, DVec3};
+use punctual_geom::lanes::{Instructions, Kernel};
+use punctual_geom::random::Random;
+use punctual_geom::triangle::batch::Placement;
+use punctual_geom::triangle::swept::{Glide, Swept, windows};
+use punctual_geom::{Motion, Pose};
 
 /// The pairs that replace a pair, with keys.
 struct Found {

@@ -1,0 +1,379 @@
+//! Rigid motions: the pose of a body at every time from 0 to 1.
+
+use super::pose::{Pose, rotation_deviation};
+use super::tolerance::SCENE_REACH;
+use core::fmt;
+use glam::{DMat3, DQuat, DVec3};
+
+/// A rigid motion over one unit of time, from time 0 to 1: a constant velocity, and a turn at a
+/// constant rate about an axis that moves with that velocity.
+///
+/// At time `t` a point that `start` maps to `x` is at `p + t v + R(t w) (x - p)`. Here `v` is the
+/// velocity. `w` is the turn: the axis by the right-hand rule, times the angle in radians. `p` is a
+/// point of the axis at time 0, and `R` the rotation of a turn. [`Motion::pose`] evaluates this in
+/// `f64`; whatever is proven of a motion holds for these poses.
+///
+/// At time `t` a point that `start` brings to `x` is at `p + t v + R(t w) (x - p)`, where `v` is the velocity, `w` the turn
+/// (the axis by the right-hand rule, times the angle in radians), `p` a point of the axis at time 0, and `R` the rotation of a
+/// turn. [`Motion::pose`] says so in `f64`; what is proven of a motion holds for these poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "(Pose, [DVec3; 3])", into = "(Pose, [DVec3; 3])")
+)]
+pub struct Motion {
+    start: Pose,
+    velocity: DVec3,
+    turn: DVec3,
+    arm: DVec3,
+}
+
+/// Reasons why a [`Motion`] is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// A component of the velocity, the turn or the point of the axis is NaN or infinite.
+    NotFinite,
+    /// A translation, a velocity or a point of the axis exceeds 2^990, or a turn 2^20 radians.
+    TooLarge,
+}
+
+impl fmt::Display for MotionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => {
+                "a component of the motion (velocity, turn or point of the axis) is not finite"
+            }
+            Self::TooLarge => "a length of the motion exceeds 2^990, or its turn 2^20 radians",
+        })
+    }
+}
+
+impl core::error::Error for MotionError {}
+
+/// Largest accepted turn, in radians.
+const LARGEST_TURN: f64 = (1 << 20) as f64;
+
+/// A turn below this angle (radians) gets an axis through the body's origin: the screw axis would
+/// be too far away.
+const LEAST_SCREW: f64 = 1e-12;
+
+impl Motion {
+    /// A translation along a straight line, without turn.
+    ///
+    /// # Errors
+    /// [`MotionError`].
+    pub fn straight(start: Pose, velocity: impl Into<[f64; 3]>) -> Result<Self, MotionError> {
+        Self::checked(
+            start,
+            DVec3::from_array(velocity.into()),
+            DVec3::ZERO,
+            DVec3::ZERO,
+        )
+    }
+
+    /// The motion of a body of a scene that is at rest.
+    #[doc(hidden)]
+    #[inline]
+    pub const fn still(start: Pose) -> Self {
+        Self {
+            start,
+            velocity: DVec3::ZERO,
+            turn: DVec3::ZERO,
+            arm: DVec3::ZERO,
+        }
+    }
+
+    /// A motion with a turn: the turn is the axis times the angle in radians. `point` lies on the
+    /// axis at time 0 and moves with the velocity.
+    ///
+    /// # Errors
+    /// [`MotionError`].
+    pub fn turning(
+        start: Pose,
+        velocity: impl Into<[f64; 3]>,
+        turn: impl Into<[f64; 3]>,
+        point: impl Into<[f64; 3]>,
+    ) -> Result<Self, MotionError> {
+        let point = DVec3::from_array(point.into());
+        let arm = start.translation() - point;
+        Self::checked(
+            start,
+            DVec3::from_array(velocity.into()),
+            DVec3::from_array(turn.into()),
+            arm,
+        )
+    }
+
+    /// A motion with a turn, given by the vector from a point of the axis to the body's origin at
+    /// time 0 ([`Motion::arm`]).
+    ///
+    /// # Errors
+    /// [`MotionError`].
+    pub fn with_arm(
+        start: Pose,
+        velocity: impl Into<[f64; 3]>,
+        turn: impl Into<[f64; 3]>,
+        arm: impl Into<[f64; 3]>,
+    ) -> Result<Self, MotionError> {
+        let [velocity, turn, arm] =
+            [velocity.into(), turn.into(), arm.into()].map(DVec3::from_array);
+        Self::checked(start, velocity, turn, arm)
+    }
+
+    /// The screw motion from one pose to another: a turn of at most half a circle about an axis,
+    /// and a translation along it.
+    ///
+    /// It ends in `end` up to rounding, and up to the deviation of the matrices from rotations.
+    ///
+    /// # Errors
+    /// [`MotionError`].
+    pub fn screw(start: Pose, end: Pose) -> Result<Self, MotionError> {
+        let way = end.translation() - start.translation();
+        let turn = turn_between(start.rotation(), end.rotation());
+        let angle = turn.length();
+        if angle < LEAST_SCREW {
+            return Self::checked(start, way, turn, DVec3::ZERO);
+        }
+        let axis = turn / angle;
+        let along = axis * way.dot(axis);
+        let across = way - along;
+        let arm = (across + axis.cross(across) * (libm::cos(angle / 2.0) / libm::sin(angle / 2.0)))
+            * -0.5;
+        Self::checked(start, along, turn, arm)
+    }
+
+    /// The motion of a part fixed to the body, at a pose in the body's frame: same velocity, same
+    /// axis.
+    ///
+    /// # Errors
+    /// [`MotionError`].
+    pub fn of_part(&self, part_in_body: &Pose) -> Result<Self, MotionError> {
+        let arm = self.arm + self.start.rotate(part_in_body.translation());
+        Self::checked(
+            self.start.compose_unchecked(part_in_body),
+            self.velocity,
+            self.turn,
+            arm,
+        )
+    }
+
+    fn checked(start: Pose, velocity: DVec3, turn: DVec3, arm: DVec3) -> Result<Self, MotionError> {
+        if !(velocity.is_finite() && turn.is_finite() && arm.is_finite()) {
+            return Err(MotionError::NotFinite);
+        }
+        let reach = velocity
+            .abs()
+            .max(arm.abs())
+            .max(start.translation().abs())
+            .max_element();
+        if reach > SCENE_REACH || turn.length() > LARGEST_TURN {
+            return Err(MotionError::TooLarge);
+        }
+        Ok(Self {
+            start,
+            velocity,
+            turn,
+            arm,
+        })
+    }
+
+    /// The pose of the body at a time from 0 to 1. Times outside are clamped; NaN counts as 0.
+    #[must_use]
+    pub fn pose(&self, time: f64) -> Pose {
+        let time = if time > 0.0 { time.min(1.0) } else { 0.0 };
+        if time == 0.0 {
+            return self.start;
+        }
+        let way = self.velocity * time;
+        if self.turn == DVec3::ZERO {
+            return Pose::unchecked(*self.start.rotation(), self.start.translation() + way);
+        }
+        let angle = self.turn.length();
+        let axis = self.turn / angle;
+        // Not `1 - cos`, which cancels: the arm may be long where the angle is small.
+        let (sine, half) = (libm::sin(angle * time), libm::sin(angle * time / 2.0));
+        let (DVec3 { y, z, .. }, k) = (axis, 2.0 * half * half);
+        // The matrix of the turn minus the identity (Rodrigues): `sine` times the axis's
+        // cross-product matrix, plus `k` times its square.
+        let (u, v, w) = (axis * sine, axis * k, axis * axis * k);
+        let turned = DMat3::from_cols(
+            DVec3::new(-(w.y + w.z), v.x * y + u.z, v.x * z - u.y),
+            DVec3::new(v.x * y - u.z, -(w.z + w.x), v.y * z + u.x),
+            DVec3::new(v.x * z + u.y, v.y * z - u.x, -(w.x + w.y)),
+        );
+        let DMat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = *self.start.rotation();
+        let rotation = DMat3::from_cols(
+            x_axis + turned * x_axis,
+            y_axis + turned * y_axis,
+            z_axis + turned * z_axis,
+        );
+        Pose::unchecked(
+            rotation,
+            self.start.translation() + (way + turned * self.arm),
+        )
+    }
+
+    /// The pose at time 0.
+    #[must_use]
+    pub fn start(&self) -> Pose {
+        self.start
+    }
+
+    /// The velocity of the axis: length per unit of time.
+    #[must_use]
+    pub fn velocity(&self) -> DVec3 {
+        self.velocity
+    }
+
+    /// The turn: the axis times the angle in radians.
+    #[must_use]
+    pub fn turn(&self) -> DVec3 {
+        self.turn
+    }
+
+    /// The vector from a point of the axis to the origin of the body at time 0.
+    #[must_use]
+    pub fn arm(&self) -> DVec3 {
+        self.arm
+    }
+
+    /// How far the matrix at the start is from a rotation. Up to rounding, this holds for all
+    /// times.
+    #[doc(hidden)]
+    #[inline]
+    pub fn deviation(&self) -> f64 {
+        rotation_deviation(self.start.rotation())
+    }
+}
+
+impl TryFrom<(Pose, [DVec3; 3])> for Motion {
+    type Error = MotionError;
+
+    /// [`Motion::with_arm`].
+    fn try_from((start, [velocity, turn, arm]): (Pose, [DVec3; 3])) -> Result<Self, MotionError> {
+        Self::checked(start, velocity, turn, arm)
+    }
+}
+
+impl From<Motion> for (Pose, [DVec3; 3]) {
+    fn from(motion: Motion) -> Self {
+        (motion.start, [motion.velocity, motion.turn, motion.arm])
+    }
+}
+
+/// The turn from one rotation to another, by at most half a circle.
+fn turn_between(from: &DMat3, to: &DMat3) -> DVec3 {
+    let q = DQuat::from_mat3(&(*to * from.transpose())).normalize();
+    let q = if q.w < 0.0 { -q } else { q };
+    let (sine, axis) = (q.xyz().length(), q.xyz());
+    if sine == 0.0 {
+        DVec3::ZERO
+    } else {
+        axis * (2.0 * libm::atan2(sine, q.w) / sine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    fn pose(random: &mut Random) -> Pose {
+        let [x, y, z, w] = core::array::from_fn(|_| random.fraction() - 0.5);
+        let t = DVec3::from_array(core::array::from_fn(|_| random.fraction() * 4.0));
+        Pose::from_quat([x, y, z, w], t).unwrap()
+    }
+
+    fn difference(a: &Pose, b: &Pose) -> f64 {
+        let both = a.to_row_major().into_iter().zip(b.to_row_major());
+        both.fold(0.0, |max: f64, (x, y)| max.max((x - y).abs()))
+    }
+
+    #[test]
+    fn a_screw_begins_and_ends_in_its_poses() {
+        let mut random = Random::new(5);
+        for _ in 0..1_000 {
+            let (start, end) = (pose(&mut random), pose(&mut random));
+            let motion = Motion::screw(start, end).unwrap();
+            assert_eq!(motion.pose(0.0), start);
+            assert!(
+                difference(&motion.pose(1.0), &end) < 1e-12,
+                "{start:?} {end:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn small_turns_lose_no_digits() {
+        let mut random = Random::new(6);
+        for exponent in 3..16 {
+            let start = pose(&mut random);
+            let turn = DMat3::from_axis_angle(DVec3::Y, libm::pow(0.1, f64::from(exponent)));
+            let end = Pose::new(
+                turn * *start.rotation(),
+                start.translation() + DVec3::new(1.0, 2.0, -3.0),
+            )
+            .unwrap();
+            let motion = Motion::screw(start, end).unwrap();
+            assert!(difference(&motion.pose(1.0), &end) < 1e-14, "{exponent}");
+        }
+    }
+
+    #[test]
+    fn a_point_of_the_axis_stays_on_it() {
+        let mut random = Random::new(7);
+        let (start, point) = (pose(&mut random), DVec3::new(3.0, -1.0, 2.0));
+        let velocity = DVec3::new(0.5, 0.25, -1.0);
+        let motion = Motion::turning(start, velocity, [0.3, 9.0, -2.0], point).unwrap();
+        let of_body = start.inverse().unwrap().transform_point(point);
+        for i in 0..=100 {
+            let time = f64::from(i) / 100.0;
+            let at = motion.pose(time).transform_point(of_body);
+            assert!((at - point - velocity * time).length() < 1e-13, "{time}");
+        }
+    }
+
+    #[test]
+    fn parts_stay_where_they_are_in_their_body() {
+        let mut random = Random::new(8);
+        for _ in 0..100 {
+            let (start, end, place) = (pose(&mut random), pose(&mut random), pose(&mut random));
+            let motion = Motion::screw(start, end).unwrap();
+            let part = motion.of_part(&place).unwrap();
+            for time in [0.0, 0.3, 1.0] {
+                let there = motion.pose(time).compose(&place).unwrap();
+                assert!(
+                    difference(&part.pose(time), &there) < 1e-13,
+                    "{motion:?} {place:?} {time}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_motion_is_said() {
+        let start = Pose::IDENTITY;
+        assert_eq!(
+            Motion::straight(start, [0.0, f64::NAN, 0.0]),
+            Err(MotionError::NotFinite)
+        );
+        assert_eq!(
+            Motion::straight(start, [1e300, 0.0, 0.0]),
+            Err(MotionError::TooLarge)
+        );
+        assert_eq!(
+            Motion::turning(start, [0.0; 3], [2e6, 0.0, 0.0], [0.0; 3]),
+            Err(MotionError::TooLarge)
+        );
+        assert_eq!(
+            Motion::turning(start, [0.0; 3], [1.0; 3], [f64::INFINITY, 0.0, 0.0]),
+            Err(MotionError::NotFinite)
+        );
+    }
+}

@@ -1,0 +1,351 @@
+//! Eight pairs at a time in `f32`, relative to the first corners of A's triangles. This subtraction
+//! cancels, so it is done in `f64`.
+
+use super::four::{Face, Features};
+use crate::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
+use crate::tolerance::ROUNDING;
+use crate::triangle::batch::{
+    EDGE_SLOP, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate,
+};
+
+/// Bounds of the distances of eight pairs, in A's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distances {
+    /// Proven lower bound: no two points of the triangles are closer. 0 if nothing is proven.
+    pub low: [f32; 8],
+    /// Approximate distance of the closest features. Not proven, and meaningless if the triangles
+    /// meet.
+    pub about: [f32; 8],
+    /// The closest features.
+    pub closest: Chosen,
+}
+
+/// The closest features of eight pairs, as bit masks: the two bits of the corner order, for A and
+/// for B, and the side that has the face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    orders: [[u32; 2]; 2],
+    face: [u32; 2],
+}
+
+impl Chosen {
+    /// Two edges: the second or third of A and of B where the masks are set, else the first.
+    #[inline(always)]
+    fn edges<L: Lanes>([of_a, of_b]: [[F8<L>; 2]; 2]) -> Self {
+        let [[a, b], [c, d]] = [
+            [of_a[0].mask(), of_a[1].mask()],
+            [of_b[0].mask(), of_b[1].mask()],
+        ];
+        Self {
+            orders: [[a & !b, b], [c & !d, d]],
+            face: [0; 2],
+        }
+    }
+
+    /// Replaces the features where a face of `side` is closer to a corner of the other side: the
+    /// second or third corner where the masks are set, else the first.
+    #[inline(always)]
+    fn or_face<L: Lanes>(&mut self, side: usize, closer: F8<L>, [second, third]: [F8<L>; 2]) {
+        let (closer, second, third) = (closer.mask(), second.mask(), third.mask());
+        let [low, high] = &mut self.orders[1 - side];
+        *low = *low & !closer | third & closer;
+        *high = *high & !closer | (second | third) & closer;
+        self.face[side] = closer;
+    }
+
+    #[inline]
+    pub fn of(&self, pair: usize) -> Features {
+        let bit = |mask: u32| (mask >> pair) as u8 & 1;
+        let order = |[low, high]: [u32; 2]| bit(low) + 2 * bit(high);
+        let face = match self.face.map(bit) {
+            [0, 0] => Face::Nobodys,
+            [_, side] => Face::Of { side },
+        };
+        Features {
+            orders: [order(self.orders[0]), order(self.orders[1])],
+            face,
+        }
+    }
+}
+
+/// The distances of `a[i]` and `b[i]` for the eight lanes.
+#[inline(always)]
+pub fn distances<L: Lanes>(
+    lanes: L,
+    a: [&Rows; 8],
+    b: [&Rows; 8],
+    placement: &Placement,
+) -> Distances {
+    let pair = Pair::new(lanes, a, b, placement);
+    let (p, q, f) = (pair.p, pair.q, pair.f);
+    let zero = [F8::splat(lanes, 0.0); 3];
+    let (of_a, of_b) = (edges(lanes, zero, p), edges(lanes, q, f));
+    let mut closest = closest_edges(lanes, &of_a, &of_b);
+    let (one, two) = (add(q, f[0]), add(q, f[1]));
+    closest.or_face(lanes, 0, p, of_a[0].inverse, [q, one, two]);
+    closest.or_face(
+        lanes,
+        1,
+        f,
+        of_b[0].inverse,
+        [sub(zero, q), sub(p[0], q), sub(p[1], q)],
+    );
+    let low = pair.gap(lanes, closest.direction).store();
+    Distances {
+        low,
+        about: closest.square.sqrt().store(),
+        closest: closest.chosen,
+    }
+}
+
+/// Squared lengths below this (A's units) are raised to it: no edge that short has a known length.
+const LEAST_SQUARE: f32 = 1e-28;
+/// 2^90. If the error of a gap is less, none of the terms whose rounding it bounds is near
+/// overflow.
+const LARGEST_ERROR: f32 = f32::from_bits((127 + 90) << 23);
+
+/// `a` where the mask is set, else `b`.
+#[inline(always)]
+fn select<L: Lanes>(mask: F8<L>, a: V8<L>, b: V8<L>) -> V8<L> {
+    per_axis!(k => mask.select(a[k], b[k]))
+}
+
+/// The larger magnitude per component.
+#[inline(always)]
+fn reach<L: Lanes>([a, b]: [V8<L>; 2]) -> V8<L> {
+    per_axis!(k => a[k].abs().max(b[k].abs()))
+}
+
+/// Clamps `x` to 0..=1.
+#[inline(always)]
+fn clamped<L: Lanes>(lanes: L, x: F8<L>) -> F8<L> {
+    x.max(F8::splat(lanes, 0.0)).min(F8::splat(lanes, 1.0))
+}
+
+/// Masks of the lanes in which the second, or the third, of three values is least. Of equal values
+/// the first counts.
+#[inline(always)]
+fn least<L: Lanes>([a, b, c]: [F8<L>; 3]) -> [F8<L>; 2] {
+    [b.less(a), c.less(a.min(b))]
+}
+
+/// Eight pairs of triangles relative to A's first corners.
+pub struct Pair<L: Lanes> {
+    /// Edges of A from its first corner.
+    pub p: [V8<L>; 2],
+    /// B's first corner, and its edges from there.
+    pub q: V8<L>,
+    pub f: [V8<L>; 2],
+    /// Error bound of a gap per component of the direction.
+    pub error: V8<L>,
+}
+
+impl<L: Lanes> Pair<L> {
+    #[inline(always)]
+    pub fn new(lanes: L, a: [&Rows; 8], b: [&Rows; 8], placement: &Placement) -> Self {
+        let (a, b) = (Transposed::new(lanes, a), Transposed::new(lanes, b));
+        let q = first_corner(lanes, &a, &b, placement);
+        let p = [a.edge1, a.edge2];
+        let rotation = &placement.rotation;
+        let f = [
+            rotate(lanes, rotation, b.edge1),
+            rotate(lanes, rotation, b.edge2),
+        ];
+        let (reach_p, reach_f, reach_b) = (reach(p), reach(f), reach([b.edge1, b.edge2]));
+        let absolute = F8::splat(
+            lanes,
+            placement.slop + ROUNDING * (placement.edge_slop + EDGE_SLOP),
+        );
+        let error = per_axis!(k => {
+            let turned = dot(per_axis!(j => F8::splat(lanes, rotation[k][j].abs())), reach_b);
+            (reach_p[k] + q[k].abs()) * F8::splat(lanes, 2.51 * ROUNDING)
+                + (reach_f[k] + turned) * F8::splat(lanes, 3.52 * ROUNDING)
+                + absolute
+        });
+        Self { p, q, f, error }
+    }
+
+    /// Proven gap between the projections on a line along `n`, which may have any length; 0 if none
+    /// is proven.
+    #[inline(always)]
+    fn gap(&self, lanes: L, n: V8<L>) -> F8<L> {
+        let (zero, underflow) = (F8::splat(lanes, 0.0), F8::splat(lanes, UNDERFLOW));
+        let (a1, a2) = (dot(self.p[0], n), dot(self.p[1], n));
+        let (b0, b1, b2) = (dot(self.q, n), dot(self.f[0], n), dot(self.f[1], n));
+        let (a_low, a_high) = (zero.min(a1).min(a2), zero.max(a1).max(a2));
+        let (b_low, b_high) = (zero.min(b1).min(b2), zero.max(b1).max(b2));
+        let gap = (a_low - (b0 + b_high)).max((b0 + b_low) - a_high);
+        let sums = (a_high - a_low) + (b_high - b_low) + b0.abs();
+        let error =
+            dot(per_axis!(k => n[k].abs()), self.error) + sums * F8::splat(lanes, 2.51 * ROUNDING);
+        let certain = gap - error - underflow;
+        let length = (dot(n, n) + underflow).sqrt();
+        // Also false if an operand is NaN.
+        let is_proven = zero
+            .less(certain)
+            .and(error.less(F8::splat(lanes, LARGEST_ERROR)));
+        is_proven.select(
+            certain / length * F8::splat(lanes, 1.0 - 9.0 * ROUNDING),
+            zero,
+        )
+    }
+}
+
+/// The closest features so far.
+struct Closest<L: Lanes> {
+    /// Squared distance.
+    square: F8<L>,
+    /// Direction that separates the triangles there, up to its sign and length.
+    direction: V8<L>,
+    chosen: Chosen,
+}
+
+/// An edge of eight triangles.
+struct Edge<L: Lanes> {
+    start: V8<L>,
+    step: V8<L>,
+    /// `|step|^2`, and its inverse.
+    square: F8<L>,
+    inverse: F8<L>,
+}
+
+/// The edges of triangles, from a corner and the two edges from there.
+#[inline(always)]
+fn edges<L: Lanes>(lanes: L, corner: V8<L>, [x, y]: [V8<L>; 2]) -> [Edge<L>; 3] {
+    [
+        Edge::new(lanes, corner, x),
+        Edge::new(lanes, corner, y),
+        Edge::new(lanes, add(corner, x), sub(y, x)),
+    ]
+}
+
+impl<L: Lanes> Edge<L> {
+    #[inline(always)]
+    fn new(lanes: L, start: V8<L>, step: V8<L>) -> Self {
+        let square = dot(step, step).max(F8::splat(lanes, LEAST_SQUARE));
+        Self {
+            start,
+            step,
+            square,
+            inverse: F8::splat(lanes, 1.0) / square,
+        }
+    }
+
+    /// Closest points of this edge and another. Solves for the lines and clamps to this edge.
+    /// Projects that point on the other edge and clamps it, then projects back on this edge and
+    /// clamps again.
+    #[inline(always)]
+    fn link(&self, lanes: L, other: &Self) -> Link<L> {
+        let (d, e) = (self.step, other.step);
+        let from = sub(self.start, other.start);
+        let (d_from, d_e) = (dot(d, from), dot(d, e));
+        let (on_e, ratio) = (dot(e, from) * other.inverse, d_e * other.inverse);
+        let determinant = (self.square - d_e * ratio).max(F8::splat(lanes, LEAST_SQUARE));
+        let s = clamped(lanes, (d_e * on_e - d_from) / determinant);
+        let t = clamped(lanes, ratio * s + on_e);
+        let s = clamped(lanes, (d_e * t - d_from) * self.inverse);
+        let between = sub(add(from, scaled(d, s)), scaled(e, t));
+        Link {
+            s,
+            t,
+            between,
+            square: dot(between, between),
+        }
+    }
+}
+
+/// The closest points of two edges: their parameters along the edges, and their difference.
+struct Link<L: Lanes> {
+    s: F8<L>,
+    t: F8<L>,
+    between: V8<L>,
+    square: F8<L>,
+}
+
+impl<L: Lanes> Link<L> {
+    #[inline(always)]
+    fn select(mask: F8<L>, a: &Self, b: &Self) -> Self {
+        Self {
+            s: mask.select(a.s, b.s),
+            t: mask.select(a.t, b.t),
+            between: select(mask, a.between, b.between),
+            square: mask.select(a.square, b.square),
+        }
+    }
+}
+
+/// The closest pair of edges, one of each triangle.
+#[inline(always)]
+fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Closest<L> {
+    let links = per_axis!(i => per_axis!(j => a[i].link(lanes, &b[j])));
+    let squares =
+        per_axis!(i => links[i][0].square.min(links[i][1].square).min(links[i][2].square));
+    let of_a @ [second, third] = least(squares);
+    let of_edge = per_axis!(j => Link::select(third, &links[2][j], &Link::select(second, &links[1][j], &links[0][j])));
+    let d = select(third, a[2].step, select(second, a[1].step, a[0].step));
+    let d_square = third.select(a[2].square, second.select(a[1].square, a[0].square));
+    let of_b @ [second, third] = least(per_axis!(j => of_edge[j].square));
+    let link = Link::select(
+        third,
+        &of_edge[2],
+        &Link::select(second, &of_edge[1], &of_edge[0]),
+    );
+    let e = select(third, b[2].step, select(second, b[1].step, b[0].step));
+    let e_inverse = third.select(b[2].inverse, second.select(b[1].inverse, b[0].inverse));
+
+    // If a point lies inside its edge, the difference is perpendicular to that edge up to rounding;
+    // subtract this rounding.
+    let (zero, one) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0));
+    let d_inside = zero.less(link.s).and(link.s.less(one));
+    let e_inside = zero.less(link.t).and(link.t.less(one));
+    let (d, e) = (
+        per_axis!(k => d[k].and(d_inside)),
+        per_axis!(k => e[k].and(e_inside)),
+    );
+    let across = sub(link.between, scaled(e, dot(link.between, e) * e_inverse));
+    let d = sub(d, scaled(e, dot(d, e) * e_inverse));
+    // Edges closer to parallel than 1e-3 have no second direction.
+    let square = dot(d, d).max(d_square * F8::splat(lanes, 1e-6));
+    let direction = sub(across, scaled(d, dot(across, d) / square));
+    let chosen = Chosen::edges([of_a, of_b]);
+    Closest {
+        square: link.square,
+        direction,
+        chosen,
+    }
+}
+
+impl<L: Lanes> Closest<L> {
+    /// Tests a face against the corners of the other triangle. The face has the edges `x` and `y`
+    /// from its first corner; `inverse` is `1 / |x|^2`, and `corners` are relative to its first
+    /// corner. Only the corner closest to the plane can be the closest point: the distance to the
+    /// face falls on the way from another corner to it.
+    #[inline(always)]
+    fn or_face(
+        &mut self,
+        lanes: L,
+        side: usize,
+        [x, y]: [V8<L>; 2],
+        inverse: F8<L>,
+        corners: [V8<L>; 3],
+    ) {
+        let y = scaled(y, inverse);
+        let normal = cross(x, y);
+        let heights = per_axis!(v => dot(normal, corners[v]).abs());
+        let chosen @ [second, third] = least(heights);
+        let corner = select(third, corners[2], select(second, corners[1], corners[0]));
+        let height = heights[0].min(heights[1]).min(heights[2]);
+        let area = dot(normal, normal).max(F8::splat(lanes, UNDERFLOW));
+        let (s, t) = (dot(cross(y, normal), corner), dot(cross(normal, x), corner));
+        let zero = F8::splat(lanes, 0.0);
+        let is_over = zero
+            .less(s)
+            .and(zero.less(t))
+            .and((s + t * inverse).less(area));
+        let square = height * (height / area);
+        let closer = is_over.and(square.less(self.square));
+        self.square = closer.select(square, self.square);
+        self.direction = select(closer, normal, self.direction);
+        self.chosen.or_face(side, closer, chosen);
+    }
+}

@@ -1,0 +1,163 @@
+//! Exact tests of a ray or a segment against a triangle: the side on which it passes an edge,
+//! whether and where it meets the plane, and what they share if they lie in one plane. Used only
+//! where `f64` is in doubt ([`crate::triangle::ray`]).
+
+use super::sum::{Sum, Term, on_grid};
+use crate::Ray;
+use arrayvec::ArrayVec;
+use core::array::from_fn;
+use glam::DVec3;
+
+/// Points of a ray and a triangle on one grid: origin, base and target of the direction, three
+/// corners.
+pub struct Line {
+    points: [[Term; 3]; 6],
+    width: u32,
+    is_segment: bool,
+}
+
+/// A difference of two points, by index: the first minus the second.
+type Row = [usize; 2];
+
+const ORIGIN: usize = 0;
+/// End of a segment; of a ray, the target of the direction.
+const END: usize = 2;
+const DIRECTION: Row = [END, 1];
+
+/// Index of a corner.
+const fn corner(i: usize) -> usize {
+    3 + i % 3
+}
+
+/// Rows of the product of a vector with the triangle's normal. The plane's parameter on the line is
+/// `above / along`; both are such products.
+const fn rows(first: Row) -> [Row; 3] {
+    [first, [corner(1), corner(0)], [corner(2), corner(0)]]
+}
+
+/// A point of the line, with its parameter `t`. The signs are 1 if it lies after the origin, or
+/// after the end of a segment, and -1 if before.
+struct Point {
+    after_origin: i8,
+    after_end: i8,
+    t: f64,
+}
+
+impl Point {
+    /// The parameter of `p` is the measure from the origin to `p`, divided by the measure of the
+    /// direction.
+    fn new(measure: impl Fn(Row) -> Sum, p: usize) -> Self {
+        let (above, along) = (measure([p, ORIGIN]), measure(DIRECTION));
+        let sign = along.sign();
+        let after_end = measure([p, END]).sign() * sign;
+        Self {
+            after_origin: above.sign() * sign,
+            after_end,
+            t: above.quotient(&along),
+        }
+    }
+}
+
+impl Line {
+    pub fn new(ray: &Ray, [a, b, c]: &[DVec3; 3]) -> Self {
+        let [base, target] = ray.exact_direction();
+        let (points, width) =
+            on_grid([ray.origin(), base, target, *a, *b, *c].map(|p| p.to_array()));
+        Self {
+            points,
+            width,
+            is_segment: ray.is_segment(),
+        }
+    }
+
+    /// The side on which the line passes the edge from corner `i` to the next: the sign of
+    /// `det(d, p - o, q - o)`.
+    pub fn side(&self, i: usize) -> i8 {
+        self.volume([DIRECTION, [corner(i), ORIGIN], [corner(i + 1), ORIGIN]])
+            .sign()
+    }
+
+    /// Sign of the distance from the origin to the plane, along the normal.
+    pub fn above(&self) -> i8 {
+        self.volume(rows([corner(0), ORIGIN])).sign()
+    }
+
+    /// Sign of the distance from the end of a segment to the plane, along the normal.
+    pub fn above_end(&self) -> i8 {
+        self.volume(rows([corner(0), END])).sign()
+    }
+
+    /// Parameter at which the line meets the plane. The line is not parallel to the plane.
+    pub fn t(&self) -> f64 {
+        self.volume(rows([corner(0), ORIGIN]))
+            .quotient(&self.volume(rows(DIRECTION)))
+    }
+
+    /// The least parameter of a common point, if there is one. The line lies in one plane with the
+    /// triangle, or with the segment or point to which it degenerates. That is, it passes all edges
+    /// on no side.
+    ///
+    /// The projection along an axis is injective on that plane if not all orientations about the
+    /// line vanish. If they vanish for all axes, the triangle is a part of the line.
+    pub fn t_in_plane(&self) -> Option<f64> {
+        let along = (0..3).find(|&axis| self.length(axis, DIRECTION).sign() != 0)?;
+        let turns =
+            |axis: usize| from_fn(|i| self.area(axis, [DIRECTION, [corner(i), ORIGIN]]).sign());
+        let (axis, turns): (usize, [i8; 3]) = (0..3)
+            .map(|axis| (axis, turns(axis)))
+            .find(|(_, turns)| *turns != [0; 3])
+            .unwrap_or((0, [0; 3]));
+        let mut ends = ArrayVec::<Point, 6>::new();
+        for i in 0..3 {
+            let (p, edge) = (corner(i), [corner(i + 1), corner(i)]);
+            if turns[i] == 0 {
+                ends.push(Point::new(|first| self.length(along, first), p));
+            }
+            if turns[i] * turns[(i + 1) % 3] < 0 {
+                ends.push(Point::new(|first| self.area(axis, [first, edge]), p));
+            }
+        }
+        let is_before = !self.is_segment || ends.iter().any(|point| point.after_end <= 0);
+        if !is_before || ends.iter().all(|point| point.after_origin < 0) {
+            return None;
+        }
+        if ends.iter().any(|point| point.after_origin <= 0) {
+            return Some(0.0);
+        }
+        ends.iter().map(|point| point.t).reduce(f64::min)
+    }
+
+    fn volume(&self, rows: [Row; 3]) -> Sum {
+        let mut sum = Sum::new(self.width);
+        for choice in 0..8_usize {
+            let [p, q, r] = from_fn(|i| &self.points[rows[i][choice >> i & 1]]);
+            let negate = choice.count_ones() % 2 == 1;
+            for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+                sum.accumulate([p[x], q[y], r[z]], negate);
+                sum.accumulate([p[x], q[z], r[y]], !negate);
+            }
+        }
+        sum
+    }
+
+    /// The area that two differences span, projected along an axis.
+    fn area(&self, axis: usize, rows: [Row; 2]) -> Sum {
+        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut sum = Sum::new(self.width);
+        for choice in 0..4_usize {
+            let [p, q] = from_fn(|i| &self.points[rows[i][choice >> i & 1]]);
+            let negate = choice.count_ones() % 2 == 1;
+            sum.accumulate([p[x], q[y], Term::ONE], negate);
+            sum.accumulate([p[y], q[x], Term::ONE], !negate);
+        }
+        sum
+    }
+
+    /// A difference of coordinates along an axis.
+    fn length(&self, axis: usize, [to, from]: Row) -> Sum {
+        let mut sum = Sum::new(self.width);
+        sum.add([self.points[to][axis], Term::ONE, Term::ONE]);
+        sum.subtract([self.points[from][axis], Term::ONE, Term::ONE]);
+        sum
+    }
+}

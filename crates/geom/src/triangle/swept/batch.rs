@@ -1,0 +1,382 @@
+//! Eight pairs at a time in `f32`.
+
+use super::Glide;
+use crate::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
+use crate::tolerance::ROUNDING;
+use crate::triangle::batch::{Placement, Rows, Transposed, UNDERFLOW};
+use crate::triangle::distance::Pair;
+
+/// Earliest times at which `a[i]` and `b[i]` may meet, for the eight lanes, and a bit mask of the
+/// lanes that may meet before `cut`. If `spread`, all lanes hold one pair, and each covers an
+/// eighth of the time.
+#[inline(always)]
+pub fn windows<L: Lanes>(
+    lanes: L,
+    a: [&Rows; 8],
+    b: [&Rows; 8],
+    placement: &Placement,
+    glide: &Glide,
+    cut: f32,
+    spread: bool,
+) -> ([f32; 8], u32) {
+    let first = Transposed::new(lanes, a).first;
+    let mut pair = Gliding::new(lanes, Pair::new(lanes, a, b, placement), first, glide);
+    if spread {
+        pair.spread(lanes);
+    }
+    let (enter, alive) = if glide.swings {
+        Ends::<L, true>::new(lanes, &pair).window(lanes, &pair, cut)
+    } else {
+        Ends::<L, false>::new(lanes, &pair).window(lanes, &pair, cut)
+    };
+    (enter.store(), alive)
+}
+
+/// Eight pairs; the triangles of B move.
+struct Gliding<L: Lanes> {
+    of: Pair<L>,
+    /// Displacement of each corner of B in half of the time, and the bend of its line by then.
+    ways: [V8<L>; 3],
+    bend: V8<L>,
+    /// A quarter of the acceleration in the whole of the time.
+    acceleration: V8<L>,
+    /// Middle and length of the time covered, in substeps.
+    middle: F8<L>,
+    length: F8<L>,
+}
+
+impl<L: Lanes> Gliding<L> {
+    #[inline(always)]
+    fn new(lanes: L, mut of: Pair<L>, first: V8<L>, glide: &Glide) -> Self {
+        let half = F8::splat(lanes, 0.5);
+        let mut way = per_axis!(k => F8::splat(lanes, 0.5 * glide.shift[k]));
+        let mut error = F8::splat(lanes, glide.bulge);
+        let zero = F8::splat(lanes, 0.0);
+        let (mut ways, mut acceleration) = ([way; 3], [zero; 3]);
+        if glide.spin > 0.0 {
+            let at = per_axis!(k => of.q[k] + first[k]);
+            let turn = per_axis!(k => F8::splat(lanes, glide.turn[k]) * half);
+            let turned = cross(turn, at);
+            acceleration = add(
+                per_axis!(k => F8::splat(lanes, 0.25 * glide.pull[k])),
+                cross(turn, turned),
+            );
+            if glide.wobble > 0.0 {
+                let change = per_axis!(k => F8::splat(lanes, 0.25 * glide.change[k]));
+                acceleration = add(acceleration, cross(change, at));
+            }
+            let size = per_axis!(k => of.f[0][k].abs().max(of.f[1][k].abs()));
+            way = add(way, turned);
+            ways = [
+                way,
+                add(way, cross(turn, of.f[0])),
+                add(way, cross(turn, of.f[1])),
+            ];
+            error = error
+                + sum(turn) * sum(size) * F8::splat(lanes, 0.5 * glide.spin)
+                + sum(size) * F8::splat(lanes, 0.25 * glide.wobble)
+                + sum(turn) * sum(at) * F8::splat(lanes, 64.0 * ROUNDING);
+        }
+        of.error = per_axis!(k => {
+            of.error[k] + error + F8::splat(lanes, (glide.shift[k].abs() + glide.pull[k].abs()) * (4.0 * ROUNDING))
+        });
+        let bend = per_axis!(k => acceleration[k] * F8::splat(lanes, 0.505));
+        Self {
+            of,
+            ways,
+            bend,
+            acceleration,
+            middle: zero,
+            length: F8::splat(lanes, 1.0),
+        }
+    }
+
+    /// Assigns an eighth of the time to each lane.
+    #[inline(always)]
+    fn spread(&mut self, lanes: L) {
+        let middle = F8::load(
+            lanes,
+            &[
+                -0.4375, -0.3125, -0.1875, -0.0625, 0.0625, 0.1875, 0.3125, 0.4375,
+            ],
+        );
+        let (twice, eighth) = (middle + middle, F8::splat(lanes, 0.125));
+        let change = per_axis!(k => self.acceleration[k] * middle);
+        let way = per_axis!(k => (self.ways[0][k] + change[k]) * twice);
+        let rounding = per_axis!(k => {
+            let edges = self.of.f[0][k].abs().max(self.of.f[1][k].abs());
+            (self.of.q[k].abs() + edges + self.ways[0][k].abs() + change[k].abs()) * F8::splat(lanes, 8.0 * ROUNDING)
+        });
+        self.of.error = add(self.of.error, rounding);
+        self.of.q = add(self.of.q, way);
+        let turned = [
+            sub(self.ways[1], self.ways[0]),
+            sub(self.ways[2], self.ways[0]),
+        ];
+        for (edge, turned) in self.of.f.iter_mut().zip(turned) {
+            *edge = add(*edge, scaled(turned, twice));
+        }
+        let quarter = F8::splat(lanes, 0.25);
+        self.ways = per_axis!(j => per_axis!(k => self.ways[j][k] * eighth + change[k] * quarter));
+        self.bend = per_axis!(k => self.bend[k] * (eighth * eighth));
+        (self.middle, self.length) = (middle, eighth);
+    }
+
+    /// Begin of each window, rounded down, and a bit mask of the windows that are not empty and
+    /// begin before `cut`.
+    #[inline(always)]
+    fn alive(&self, lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
+        let slop = F8::splat(lanes, 8.0 * ROUNDING);
+        let from = self.middle + enter * self.length - slop;
+        // Comparisons with NaN are false, so a lane with NaN stays alive.
+        let gone = (leave + slop)
+            .less(enter - slop)
+            .or(F8::splat(lanes, cut).less(from));
+        (from, !gone.mask() & 0xff)
+    }
+}
+
+/// Eight pairs at both ends of their time. The directions turn with B if `SWINGS`.
+struct Ends<L: Lanes, const SWINGS: bool> {
+    /// Edges of A: two from its first corner, and the third.
+    p: [V8<L>; 3],
+    /// First corner of B, and its edges, at the begin and at the end.
+    q: [V8<L>; 2],
+    f: [[V8<L>; 3]; 2],
+    /// Edges of B halfway through the time interval.
+    middle: [V8<L>; 3],
+    bend: V8<L>,
+    /// Deviation of the first corner from the line between its two end positions, per component of
+    /// the direction's change.
+    sag: V8<L>,
+    /// Error bound of a gap per component of the direction, and per component of the direction's
+    /// change.
+    error: V8<L>,
+    give: V8<L>,
+    /// Rounding error: the distance between the projections of an edge's two ends on the cross
+    /// product of this edge and another one. Both edges are of A, both of B, or one of each.
+    slop: [F8<L>; 3],
+}
+
+/// Length of the longest of three vectors.
+#[inline(always)]
+fn longest<L: Lanes>([x, y, z]: [V8<L>; 3]) -> F8<L> {
+    dot(x, x).max(dot(y, y)).max(dot(z, z)).sqrt()
+}
+
+/// Least and greatest projection of a triangle, relative to its first corner, from the projections
+/// of its edges from there.
+#[inline(always)]
+fn extent<L: Lanes>(lanes: L, x: F8<L>, y: F8<L>) -> [F8<L>; 2] {
+    let zero = F8::splat(lanes, 0.0);
+    [zero.min(x).min(y), zero.max(x).max(y)]
+}
+
+/// Extent of a triangle along a direction on which two of its corners have the same
+/// projection `x`; that of the third is 0.
+#[inline(always)]
+fn to_corner<L: Lanes>(lanes: L, x: F8<L>) -> [F8<L>; 2] {
+    let zero = F8::splat(lanes, 0.0);
+    [zero.min(x), zero.max(x)]
+}
+
+impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
+    #[inline(always)]
+    fn new(lanes: L, pair: &Gliding<L>) -> Self {
+        let Gliding {
+            of:
+                Pair {
+                    p,
+                    q,
+                    f: edges,
+                    error,
+                },
+            ways,
+            bend,
+            ..
+        } = pair;
+        let turned = [sub(ways[1], ways[0]), sub(ways[2], ways[0])];
+        let e = [sub(edges[0], turned[0]), sub(edges[1], turned[1])];
+        let f = [add(edges[0], turned[0]), add(edges[1], turned[1])];
+        let swing = per_axis!(k => turned[0][k].abs().max(turned[1][k].abs()));
+        let reach = per_axis!(k => {
+            let of_p = p[0][k].abs().max(p[1][k].abs());
+            let of_f = e[0][k].abs().max(e[1][k].abs()).max(f[0][k].abs()).max(f[1][k].abs());
+            of_p + of_f + q[k].abs() + ways[0][k].abs()
+        });
+        let error = per_axis!(k => error[k] + reach[k] * F8::splat(lanes, 6.0 * ROUNDING));
+        let p = [p[0], p[1], sub(p[1], p[0])];
+        let middle = [edges[0], edges[1], sub(edges[1], edges[0])];
+        let [e, f] = [[e[0], e[1], sub(e[1], e[0])], [f[0], f[1], sub(f[1], f[0])]];
+        let (x, y) = (
+            longest(p),
+            longest(middle) + longest([turned[0], turned[1], sub(turned[1], turned[0])]),
+        );
+        let slop = |x: F8<L>, y: F8<L>| {
+            x * y * (x + y) * F8::splat(lanes, 4.0 * ROUNDING) + F8::splat(lanes, UNDERFLOW)
+        };
+        Self {
+            slop: [slop(x, x), slop(y, y), slop(x, y)],
+            p,
+            q: [sub(*q, ways[0]), add(*q, ways[0])],
+            f: [e, f],
+            middle,
+            bend: *bend,
+            sag: per_axis!(k => ways[0][k] * F8::splat(lanes, -0.5)),
+            give: per_axis!(k => error[k] + bend[k].abs() + swing[k] * F8::splat(lanes, 0.51)),
+            error,
+        }
+    }
+
+    /// Begin of the window in which each pair may meet, and the bit mask: see [`Gliding::alive`].
+    #[inline(always)]
+    fn window(&self, lanes: L, pair: &Gliding<L>, cut: f32) -> (F8<L>, u32) {
+        let all = [F8::splat(lanes, -0.5), F8::splat(lanes, 0.5)];
+        let mut window = self.on_normal_of_b(lanes, self.on_normal_of_a(lanes, all));
+        let mut i = 0;
+        while i < 3 {
+            if pair.alive(lanes, window, cut).1 == 0 {
+                return (F8::splat(lanes, f32::INFINITY), 0);
+            }
+            let mut j = 0;
+            while j < 3 {
+                window = self.on_edges(lanes, i, j, window);
+                j += 1;
+            }
+            i += 1;
+        }
+        pair.alive(lanes, window, cut)
+    }
+
+    /// Extents of B from its first corner on a direction, at the begin and at the end.
+    #[inline(always)]
+    fn extents_of_b(&self, lanes: L, n: V8<L>) -> [[F8<L>; 2]; 2] {
+        let [e, f] = &self.f;
+        [
+            extent(lanes, dot(e[0], n), dot(e[1], n)),
+            extent(lanes, dot(f[0], n), dot(f[1], n)),
+        ]
+    }
+
+    #[inline(always)]
+    fn on_normal_of_a(&self, lanes: L, window: [F8<L>; 2]) -> [F8<L>; 2] {
+        let (n, zero) = (cross(self.p[0], self.p[1]), F8::splat(lanes, 0.0));
+        self.on(
+            lanes,
+            [n; 2],
+            [[zero; 2]; 2],
+            self.extents_of_b(lanes, n),
+            self.slop[0],
+            window,
+        )
+    }
+
+    #[inline(always)]
+    fn on_normal_of_b(&self, lanes: L, window: [F8<L>; 2]) -> [F8<L>; 2] {
+        let ([e, f], zero) = (&self.f, F8::splat(lanes, 0.0));
+        let [p, q, _] = self.p;
+        if SWINGS {
+            let [m, n] = [cross(e[0], e[1]), cross(f[0], f[1])];
+            let of_a = [
+                extent(lanes, dot(p, m), dot(q, m)),
+                extent(lanes, dot(p, n), dot(q, n)),
+            ];
+            self.on(lanes, [m, n], of_a, [[zero; 2]; 2], self.slop[1], window)
+        } else {
+            let n = cross(self.middle[0], self.middle[1]);
+            let of_a = extent(lanes, dot(p, n), dot(q, n));
+            self.on(
+                lanes,
+                [n; 2],
+                [of_a; 2],
+                self.extents_of_b(lanes, n),
+                self.slop[1],
+                window,
+            )
+        }
+    }
+
+    /// Narrows a window by the product of edge `i` of A and edge `j` of B. Both ends of an edge
+    /// project to one point there.
+    #[inline(always)]
+    fn on_edges(&self, lanes: L, i: usize, j: usize, window: [F8<L>; 2]) -> [F8<L>; 2] {
+        let [e, f] = &self.f;
+        let (edge, p, beside) = (
+            self.p[i % 3],
+            self.p[usize::from(i == 0)],
+            usize::from(j == 0),
+        );
+        if SWINGS {
+            let [m, n] = [cross(edge, e[j % 3]), cross(edge, f[j % 3])];
+            let of_a = [to_corner(lanes, dot(p, m)), to_corner(lanes, dot(p, n))];
+            let of_b = [
+                to_corner(lanes, dot(e[beside], m)),
+                to_corner(lanes, dot(f[beside], n)),
+            ];
+            self.on(lanes, [m, n], of_a, of_b, self.slop[2], window)
+        } else {
+            let n = cross(edge, self.middle[j % 3]);
+            let of_a = to_corner(lanes, dot(p, n));
+            self.on(
+                lanes,
+                [n; 2],
+                [of_a; 2],
+                self.extents_of_b(lanes, n),
+                self.slop[2],
+                window,
+            )
+        }
+    }
+
+    /// Narrows a window by a direction of any length that changes from `m` to `n`. `of_a` and
+    /// `of_b` are the extents of the triangles at both ends of the time; they are off by at most
+    /// `slop`.
+    #[inline(always)]
+    fn on(
+        &self,
+        lanes: L,
+        [m, n]: [V8<L>; 2],
+        of_a: [[F8<L>; 2]; 2],
+        of_b: [[F8<L>; 2]; 2],
+        slop: F8<L>,
+        [enter, leave]: [F8<L>; 2],
+    ) -> [F8<L>; 2] {
+        let (zero, half) = (F8::splat(lanes, 0.0), F8::splat(lanes, 0.5));
+        let mut error = dot(per_axis!(k => m[k].abs()), self.error) + slop;
+        let (bend, mut sag) = (dot(self.bend, m), zero);
+        if SWINGS {
+            let change = sub(n, m);
+            error = error + dot(per_axis!(k => change[k].abs()), self.give);
+            sag = dot(self.sag, change);
+        }
+        let (up, down) = (bend.min(sag) - error, bend.max(sag) + error);
+        let (b, c) = (dot(self.q[0], m), dot(self.q[1], n));
+        // Gap of B above A, and below, at the begin and at the end. In between it is at least the
+        // linear interpolation.
+        let (above, below) = (
+            b + (of_b[0][0] - of_a[0][1]) + up,
+            (of_a[0][0] - of_b[0][1]) - b - down,
+        );
+        let (above_then, below_then) = (
+            c + (of_b[1][0] - of_a[1][1]) + up,
+            (of_a[1][0] - of_b[1][1]) - c - down,
+        );
+        let first = below.less(above);
+        let (begin, then) = (above.max(below), first.select(above_then, below_then));
+        let last = below_then.less(above_then);
+        let (end, before) = (above_then.max(below_then), last.select(above, below));
+        let (apart, parting) = (zero.less(begin), zero.less(end));
+        let from = apart.select(begin / (begin - then), zero) - half;
+        let until = half - parting.select(end / (end - before), zero);
+        let never = apart.and(zero.less(then));
+        [
+            never.select(F8::splat(lanes, f32::INFINITY), enter.max(from)),
+            leave.min(until),
+        ]
+    }
+}
+
+#[inline(always)]
+fn sum<L: Lanes>([x, y, z]: V8<L>) -> F8<L> {
+    x.abs() + y.abs() + z.abs()
+}

@@ -1,0 +1,553 @@
+//! Bodies: a shared tree at a pose.
+
+use super::ask::Weights;
+use super::ask::contact_requests::ContactRequests;
+use super::ask::distance_requests::DistanceRequests;
+use super::error::SceneError;
+use super::facts::{Change, Facts};
+use super::filter::Filter;
+use super::id::{BodyId, CompoundId, PairKey, SceneNumber, bodies_of, pair_key};
+use super::room::reserve;
+use super::spot::Spot;
+use super::waiting::Waiting;
+use crate::cost::{LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_WORK};
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+use core::mem;
+use punctual::Tree;
+use punctual_geom::{Aabb, Motion, Pose};
+
+/// Determines whether a body is compared with others of its kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum BodyKind {
+    /// Compared with moving and fixed bodies.
+    Moving,
+    /// Part of the surroundings. Two fixed bodies are not compared, unless their
+    /// [distance](crate::Scene::measure) is measured. A fixed body may still be given new poses.
+    Fixed,
+}
+
+/// A body: a tree, shared with any number of other bodies, at a pose.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Body {
+    /// The tree of its mesh.
+    pub tree: Arc<Tree>,
+    /// Maps the coordinates of the mesh to those of the scene.
+    pub pose: Pose,
+    /// Moving or fixed.
+    pub kind: BodyKind,
+    /// Determines which bodies it may meet; by default all.
+    pub filter: Filter,
+    /// How much its pairs matter if the budget does not reach all; default 0. A pair has the
+    /// importance of the more important of its two bodies, and goes before all less important
+    /// pairs.
+    pub importance: f32,
+    /// Thickness added to its surface, in the length unit of the scene; default 0. A point becomes
+    /// a ball, a segment a capsule. Bodies that meet only by their margins are
+    /// [within](punctual::Verdict::Within) them. Rays ignore the margin.
+    pub margin: f64,
+}
+
+impl Body {
+    /// A moving body. `pose` maps the coordinates of the mesh to those of the scene.
+    pub fn moving(tree: Arc<Tree>, pose: Pose) -> Self {
+        Self {
+            tree,
+            pose,
+            kind: BodyKind::Moving,
+            filter: Filter::default(),
+            importance: 0.0,
+            margin: 0.0,
+        }
+    }
+
+    /// A fixed body, which meets only moving ones.
+    pub fn fixed(tree: Arc<Tree>, pose: Pose) -> Self {
+        Self {
+            kind: BodyKind::Fixed,
+            ..Self::moving(tree, pose)
+        }
+    }
+
+    /// Replaces [`Body::filter`].
+    #[must_use]
+    pub fn filter(self, filter: Filter) -> Self {
+        Self { filter, ..self }
+    }
+
+    /// Replaces [`Body::importance`].
+    #[must_use]
+    pub fn importance(self, importance: f32) -> Self {
+        Self { importance, ..self }
+    }
+
+    /// Replaces [`Body::margin`].
+    #[must_use]
+    pub fn margin(self, margin: f64) -> Self {
+        Self { margin, ..self }
+    }
+}
+
+/// A body in a scene.
+#[derive(Clone, Debug)]
+pub(super) struct Placed {
+    pub body: Body,
+    /// The inverse of the pose.
+    pub inverse: Pose,
+    /// The pose in the frame before its last change.
+    pub last: Pose,
+    /// Its motion until the next frame.
+    pub motion: Option<Box<Motion>>,
+    /// The compound that it is a part of.
+    pub compound: Option<CompoundId>,
+}
+
+impl Placed {
+    /// The pose of another body in the frame of this one. There always is one:
+    /// [`super::checks::pose`].
+    pub fn relative(&self, other: &Self) -> Pose {
+        self.inverse.compose_unchecked(&other.body.pose)
+    }
+
+    /// Sets the pose.
+    pub fn put(&mut self, pose: &Pose) {
+        (self.body.pose, self.inverse) = (*pose, pose.inverse_unchecked());
+    }
+
+    /// The motion until the next frame; constant if none was set.
+    pub fn motion(&self) -> Motion {
+        self.motion
+            .as_deref()
+            .copied()
+            .unwrap_or(Motion::still(self.body.pose))
+    }
+}
+
+/// Sum of the margins of two bodies.
+pub(super) fn margins([a, b]: [&Placed; 2]) -> f64 {
+    a.body.margin + b.body.margin
+}
+
+/// The ids of a triangle of each of two bodies (tree order). `None` if a body has no such triangle:
+/// its tree may have been replaced.
+#[inline]
+pub(super) fn triangle_ids([a, b]: [&Placed; 2], [x, y]: [u32; 2]) -> Option<[u32; 2]> {
+    Some([
+        *a.body.tree.ids().get(x as usize)?,
+        *b.body.tree.ids().get(y as usize)?,
+    ])
+}
+
+/// The bodies of a scene, in slots that are reused.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bodies {
+    pub scene: SceneNumber,
+    slots: Vec<Option<Placed>>,
+    pub facts: Vec<Facts>,
+    pub spots: Vec<Spot>,
+    free: Vec<u32>,
+    /// Slots with a pending change, each once; and the number of those with an outdated box
+    /// ([`Facts::is_changed`]).
+    pending: Waiting,
+    pub changed: usize,
+    /// Slots whose swept box is replaced by the body's box in the next frame.
+    pub settling: Vec<u32>,
+    len: usize,
+    /// The frame of the last new slot.
+    grown: u64,
+    /// The pairs whose distances are measured.
+    pub distance_requests: DistanceRequests,
+    /// The pairs whose contacts are requested.
+    pub contact_requests: ContactRequests,
+    pub weights: Weights,
+    /// True if any body is, or was, [special](Facts::is_special).
+    pub has_special: bool,
+    /// True if any body has, or had, a motion.
+    pub has_motions: bool,
+    /// True if any body is, or was, filtered or a part of a compound.
+    has_filtered: bool,
+}
+
+/// A body that is about to change; its displacement in the frame in which it was last moved; and
+/// whether this is its first change in the current frame.
+struct Changing<'b> {
+    placed: &'b mut Placed,
+    spot: &'b mut Spot,
+    step: &'b mut f32,
+    is_first: bool,
+}
+
+/// A scene counts as young for this many frames after its number of bodies reached a new maximum.
+const YOUTH: u64 = 64;
+
+impl Bodies {
+    /// The bodies of a new scene.
+    pub fn new() -> Self {
+        Self {
+            scene: SceneNumber::new(),
+            ..Self::default()
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Reserves room for this many bodies, and for changes of all of them.
+    pub fn reserve(&mut self, bodies: usize) {
+        reserve(&mut self.slots, bodies);
+        reserve(&mut self.facts, bodies);
+        reserve(&mut self.spots, bodies);
+        reserve(&mut self.free, bodies);
+        self.pending.reserve(bodies);
+        reserve(&mut self.settling, bodies);
+    }
+
+    pub fn room(&self) -> usize {
+        self.slots.capacity()
+    }
+
+    /// True if the number of bodies recently reached a new maximum.
+    pub fn is_young(&self, frame: u64) -> bool {
+        frame < self.grown + YOUTH
+    }
+
+    /// The ids of the next bodies, in order.
+    pub fn next_ids(&self) -> impl Iterator<Item = BodyId> {
+        let new = u32::try_from(self.slots.len()).unwrap_or(u32::MAX)..u32::MAX;
+        self.free
+            .iter()
+            .rev()
+            .copied()
+            .chain(new)
+            .map(|index| self.id(index))
+    }
+
+    /// Inserts a body; its id is the first of [`Bodies::next_ids`].
+    pub fn insert(&mut self, placed: Placed, frame: u64) {
+        let index = self
+            .free
+            .pop()
+            .map_or(self.slots.len(), |index| index as usize);
+        let is_new = index == self.slots.len();
+        if is_new {
+            self.slots.push(None);
+            self.facts.push(Facts::default());
+            self.spots.push(Spot::NOWHERE);
+            self.reserve(self.room());
+            self.grown = frame;
+        }
+        self.slots[index] = Some(placed);
+        self.spots[index].remake(frame);
+        self.len += 1;
+        (self.facts[index].changed, self.facts[index].step) = (frame, 0.0);
+        self.note(index);
+        // A new slot has no known pairs.
+        self.set_pending(
+            index as u32,
+            if is_new { Change::Place } else { Change::Body },
+        );
+    }
+
+    pub fn remove(&mut self, id: BodyId) -> Result<Placed, SceneError> {
+        self.get(id)?;
+        let placed = self.slots[id.index()]
+            .take()
+            .ok_or(SceneError::NoSuchBody { body: id })?;
+        self.len -= 1;
+        if mem::take(&mut self.facts[id.index()].is_measured) {
+            self.distance_requests.forget(id.index);
+        }
+        self.contact_requests.forget(id.index);
+        // A slot whose generations are used up is not reused.
+        if let Some(next) = id.generation.checked_add(1) {
+            self.spots[id.index()].generation = next;
+            self.free.push(id.index);
+        }
+        self.set_pending(id.index, Change::Body);
+        Ok(placed)
+    }
+
+    /// Changes a body in a way that may change its box or its verdicts from `frame` on.
+    pub fn change(
+        &mut self,
+        id: BodyId,
+        frame: u64,
+        change: impl FnOnce(&mut Placed),
+    ) -> Result<(), SceneError> {
+        let Changing { placed, spot, .. } = self.begin_change(id, frame)?;
+        spot.remake(frame);
+        change(placed);
+        self.note(id.index());
+        Ok(())
+    }
+
+    /// Moves a body to a pose, where it rests.
+    pub fn go(&mut self, id: BodyId, frame: u64, pose: &Pose) -> Result<(), SceneError> {
+        let Changing {
+            placed,
+            spot,
+            step,
+            is_first,
+        } = self.begin_change(id, frame)?;
+        let was_moving = placed.motion.take().is_some();
+        if was_moving {
+            spot.remake(frame);
+        } else {
+            let before = if is_first { 0.0 } else { *step };
+            *step = before + spot.go(&placed.body.tree, &placed.body.pose, pose) as f32;
+        }
+        placed.put(pose);
+        if was_moving {
+            self.note(id.index());
+        }
+        Ok(())
+    }
+
+    /// Prepares a body for a change in `frame`.
+    fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<Changing<'_>, SceneError> {
+        let index = id.index();
+        let Self {
+            scene,
+            slots,
+            facts,
+            spots,
+            pending,
+            changed,
+            ..
+        } = self;
+        let is_of_it =
+            |spot: &&mut Spot| spot.generation == id.generation && id.scene.may_be(*scene);
+        let spot = spots.get_mut(index).filter(is_of_it);
+        let (Some(spot), Some(Some(placed)), Some(facts)) =
+            (spot, slots.get_mut(index), facts.get_mut(index))
+        else {
+            return Err(SceneError::NoSuchBody { body: id });
+        };
+        wait(facts, id.index, Change::None, pending, changed);
+        let is_first = mem::replace(&mut facts.changed, frame) < frame;
+        if is_first {
+            placed.last = placed.body.pose;
+        }
+        Ok(Changing {
+            placed,
+            spot,
+            step: &mut facts.step,
+            is_first,
+        })
+    }
+
+    /// Changes neither the box nor the verdicts of the body.
+    pub fn set_importance(&mut self, id: BodyId, importance: f32) -> Result<(), SceneError> {
+        self.get_mut(id)?.body.importance = importance;
+        self.facts[id.index()].importance = importance;
+        Ok(())
+    }
+
+    /// Updates the facts of a body.
+    fn note(&mut self, index: usize) {
+        let facts = &mut self.facts[index];
+        if let Some(Placed {
+            body,
+            motion,
+            compound,
+            ..
+        }) = &self.slots[index]
+        {
+            (facts.importance, facts.filter, facts.is_part) =
+                (body.importance, body.filter, compound.is_some());
+            facts.is_special = facts.is_measured || body.margin > 0.0 || motion.is_some();
+            self.has_special |= facts.is_special;
+            self.has_motions |= motion.is_some();
+            self.has_filtered |= facts.is_part || facts.filter != Filter::default();
+            facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
+        }
+    }
+
+    /// True if two bodies may meet: their filters allow it, and they are not parts of one compound.
+    #[inline]
+    pub fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
+        if !self.has_filtered {
+            return true;
+        }
+        let (x, y) = (self.facts(a), self.facts(b));
+        x.filter.meets(y.filter) && !(x.is_part && y.is_part && self.are_of_one([a, b]))
+    }
+
+    #[cold]
+    fn are_of_one(&self, pair: [u32; 2]) -> bool {
+        let [x, y] = pair.map(|body| self.at(body).and_then(|placed| placed.compound));
+        x == y
+    }
+
+    /// True if a pair may have other questions than whether it meets.
+    pub fn is_special(&self, key: PairKey) -> bool {
+        Facts::are_special(self.facts_of(key))
+    }
+
+    /// True if one body of a pair has a motion, and the pair's distance is not measured.
+    pub fn is_moving(&self, key: PairKey) -> bool {
+        self.is_special(key)
+            && !self.distance_requests.has(key)
+            && bodies_of(key)
+                .into_iter()
+                .any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
+    }
+
+    /// Least work of a turn, for any question that may be asked.
+    pub fn least_work(&self) -> u64 {
+        let usual = if self.has_special {
+            LEAST_DISTANCE_WORK
+        } else {
+            LEAST_WORK
+        };
+        if self.contact_requests.any() {
+            LEAST_CONTACT_WORK
+        } else {
+            usual
+        }
+    }
+
+    /// Leaves a change to the next frame.
+    pub fn set_pending(&mut self, index: u32, change: Change) {
+        wait(
+            &mut self.facts[index as usize],
+            index,
+            change,
+            &mut self.pending,
+            &mut self.changed,
+        );
+    }
+
+    /// True if all boxes are those that the bodies will have in the next frame if nothing changes.
+    pub fn are_settled(&self) -> bool {
+        self.pending.is_empty() && self.settling.is_empty()
+    }
+
+    pub fn end_changes(&mut self) {
+        while let Some(index) = self.settling.pop() {
+            self.set_pending(index, Change::Settle);
+        }
+    }
+
+    /// Slots with outdated boxes, including those of removed bodies.
+    pub fn pending(&self) -> impl Iterator<Item = u32> {
+        self.pending
+            .iter()
+            .filter(|&index| self.facts(index).is_changed())
+    }
+
+    /// Slots that are or were in use.
+    pub fn slots(&self) -> impl Iterator<Item = u32> + use<> {
+        0..self.slots.len() as u32
+    }
+
+    pub fn take_pending(&mut self) -> Option<(u32, Change)> {
+        let index = self.pending.pop()?;
+        let facts = &mut self.facts[index as usize];
+        self.changed -= usize::from(facts.is_changed());
+        Some((index, facts.pending.take().unwrap_or_default()))
+    }
+
+    pub fn get(&self, id: BodyId) -> Result<&Placed, SceneError> {
+        let placed = self.at(id.index).filter(|_| self.id(id.index).is(id));
+        placed.ok_or(SceneError::NoSuchBody { body: id })
+    }
+
+    pub fn get_mut(&mut self, id: BodyId) -> Result<&mut Placed, SceneError> {
+        self.get(id)?;
+        self.slots[id.index()]
+            .as_mut()
+            .ok_or(SceneError::NoSuchBody { body: id })
+    }
+
+    pub fn at(&self, index: u32) -> Option<&Placed> {
+        self.slots.get(index as usize)?.as_ref()
+    }
+
+    /// The key of two bodies that are in the scene.
+    pub fn key(&self, x: BodyId, y: BodyId) -> Result<PairKey, SceneError> {
+        self.get(x).and(self.get(y))?;
+        if x == y {
+            Err(SceneError::OneBody { body: x })
+        } else {
+            Ok(pair_key(x.index, y.index))
+        }
+    }
+
+    /// Both bodies of a pair, if they are in the scene.
+    pub fn pair(&self, key: PairKey) -> Option<[&Placed; 2]> {
+        let [a, b] = bodies_of(key);
+        Some([self.at(a)?, self.at(b)?])
+    }
+
+    /// The frame of the last change of a body of the pair.
+    pub fn last_change(&self, key: PairKey) -> u64 {
+        let [x, y] = self.facts_of(key);
+        x.changed.max(y.changed)
+    }
+
+    /// The facts of a slot that is or was in use.
+    pub fn facts(&self, index: u32) -> &Facts {
+        &self.facts[index as usize]
+    }
+
+    /// The facts of both bodies of a pair.
+    pub fn facts_of(&self, key: PairKey) -> [&Facts; 2] {
+        bodies_of(key).map(|body| self.facts(body))
+    }
+
+    /// The box of a placed body.
+    pub fn bounds(&self, index: u32) -> &Aabb {
+        &self.spots[index as usize].bounds
+    }
+
+    /// True if the boxes of two placed bodies overlap.
+    #[inline]
+    pub fn overlap(&self, [a, b]: [u32; 2]) -> bool {
+        self.bounds(a).intersects(self.bounds(b))
+    }
+
+    /// If the boxes of two placed bodies overlap, the volume of the overlap, relative to a box with
+    /// the shorter of their edges along each axis; 0 to 1.
+    #[inline]
+    pub fn common_part(&self, [a, b]: [u32; 2]) -> Option<f64> {
+        let [x, y] = [self.bounds(a), self.bounds(b)];
+        let [common, shorter] = [x.intersection(y).extents(), x.extents().min(y.extents())];
+        x.intersects(y)
+            .then(|| (common / shorter).element_product())
+    }
+
+    pub fn id(&self, index: u32) -> BodyId {
+        let generation = self
+            .spots
+            .get(index as usize)
+            .map_or(0, |spot| spot.generation);
+        BodyId {
+            index,
+            generation,
+            scene: self.scene,
+        }
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = (BodyId, &Body)> {
+        let ids = (0..).map(|index| self.id(index));
+        self.slots
+            .iter()
+            .zip(ids)
+            .filter_map(|(slot, id)| slot.as_ref().map(|placed| (id, &placed.body)))
+    }
+}
+
+/// Leaves a change of a body to the next frame. The body is queued once, and counts as changed if
+/// its box is outdated.
+fn wait(facts: &mut Facts, index: u32, change: Change, pending: &mut Waiting, changed: &mut usize) {
+    if facts.pending.is_none() {
+        pending.push(index, facts.importance);
+    }
+    *changed += usize::from(change > Change::Settle && !facts.is_changed());
+    facts.pending = facts.pending.max(Some(change));
+}

@@ -1,0 +1,79 @@
+//! Bounds on what is unknown about two bodies.
+
+use super::error::SceneError;
+use super::id::BodyId;
+use super::{BodyKind, Scene};
+use punctual::{Mode, Verdict};
+use punctual_geom::Aabb;
+
+/// Bounds on what is unknown about a pair: [`crate::Scene::certificate`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct PairCertificate {
+    /// Upper bound of the number of triangle pairs that intersect.
+    pub upper_bound: u64,
+    /// Each missing intersection lies in a box no longer than this, in the length unit of the
+    /// scene.
+    pub largest_extent: f64,
+}
+
+impl Scene {
+    /// True if the last frame compared two bodies or their boxes.
+    pub(super) fn is_looked_at(&self, a: BodyId, b: BodyId) -> Result<bool, SceneError> {
+        let pair = [self.bodies.get(a)?, self.bodies.get(b)?];
+        let moving = pair
+            .iter()
+            .any(|placed| placed.body.kind == BodyKind::Moving);
+        let may_meet = self.bodies.may_meet([a.index, b.index]);
+        let known = self.partners_known(a)? && self.partners_known(b)? && self.report.unlisted == 0;
+        Ok(moving && may_meet && (known || self.report.pair(a, b).is_some()))
+    }
+
+    /// Bounds what is unknown about two bodies at their current poses: what the last frame left
+    /// open. Everything is unknown if the bodies may not meet, if one of them changed since the
+    /// last frame, or if no frame has run. Takes time linear in the open pairs, so it is not part
+    /// of the report.
+    ///
+    /// # Errors
+    /// If one of the bodies is not in the scene, or both are the same.
+    pub fn certificate(&self, x: BodyId, y: BodyId) -> Result<PairCertificate, SceneError> {
+        let key = self.bodies.key(x, y)?;
+        let (a, b) = if x.index() < y.index() {
+            (x, y)
+        } else {
+            (y, x)
+        };
+        let pair @ [placed_a, placed_b] = [self.bodies.get(a)?, self.bodies.get(b)?];
+        let trees = pair.map(|placed| &*placed.body.tree);
+        let nothing = PairCertificate {
+            upper_bound: 0,
+            largest_extent: 0.0,
+        };
+        let whole = |[x, y]: [Aabb; 2]| PairCertificate {
+            upper_bound: trees.iter().map(|tree| tree.mesh().len() as u64).product(),
+            largest_extent: x.intersection(&y).extents().max_element(),
+        };
+        if !self.is_looked_at(a, b)?
+            || self.bodies.last_change(key).max(self.asked_since) > self.report.frame
+        {
+            return Ok(whole(
+                pair.map(|placed| placed.body.tree.aabb_at(&placed.body.pose)),
+            ));
+        }
+        let Some(pair) = self.report.pair(a, b) else {
+            return Ok(nothing);
+        };
+        let counts_all = self.mode == Mode::All && !self.bodies.is_special(key);
+        if pair.complete && (counts_all || pair.verdict == Verdict::Separated) {
+            return Ok(PairCertificate {
+                upper_bound: pair.found,
+                ..nothing
+            });
+        }
+        let held = self
+            .schedule
+            .certificate(key, trees, placed_a.relative(placed_b), self.mode);
+        Ok(held.unwrap_or_else(|| whole([a, b].map(|id| *self.bodies.bounds(id.index)))))
+    }
+}

@@ -1,0 +1,192 @@
+//! One frame, step by step.
+
+use super::body::Placed;
+use super::broad::bounds;
+use super::facts::Facts;
+use super::pair::frame::Frame;
+use super::schedule::Found;
+use super::schedule::crew::Crew;
+use super::schedule::share::{Share, Step};
+use super::{BodyKind, Reach, Scene};
+use crate::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
+use alloc::sync::Arc;
+use core::hint::black_box;
+use core::time::Duration;
+use punctual::engine::Deadline;
+use punctual::{Budget, Clock};
+use punctual_geom::Aabb;
+
+/// With fewer known pairs than this, other threads are not woken before there is a batch.
+const SHARED_PAIRS: usize = 64;
+
+impl Scene {
+    /// Runs a frame; `crew` runs its batches.
+    pub(super) fn frame(&mut self, budget: Budget, clock: &dyn Clock, crew: &dyn Crew) {
+        let started = budget.time_limit().map(|_| clock.now());
+        self.report.frame += 1;
+        if self.is_known {
+            return self.tell_again(started, clock);
+        }
+        if self.pairs.len() >= SHARED_PAIRS {
+            crew.call();
+        }
+        let times = black_box(
+            started
+                .zip(budget.time_limit())
+                .map_or([Duration::ZERO; 2], |(start, limit)| [start, limit]),
+        );
+        let (number, mode, asked_since, rest) =
+            (self.report.frame, self.mode, self.asked_since, self.rest);
+        let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
+        let mut share = Share::new(clock);
+        // Without a budget, bodies are placed first, so that their pairs are found while other
+        // threads test known ones. This order holds for one thread too, so that results do not
+        // depend on the number of threads.
+        let overlaps = budget.is_unlimited();
+        if overlaps {
+            share.run(Step::Place, |deadline| self.place_changed(deadline));
+        }
+        let Self {
+            pairs,
+            broad,
+            bodies,
+            schedule,
+            scratch,
+            ..
+        } = self;
+        let frame = Frame {
+            number,
+            mode,
+            asked_since,
+            rest,
+            cut,
+            moved,
+            budget,
+            times,
+            clock,
+            bodies,
+            crew,
+        };
+        let left = schedule.revisit(&frame, broad, pairs, scratch, |broad, pairs| {
+            if overlaps {
+                share.run(Step::Pair, |deadline| pairs.update(broad, bodies, deadline));
+            }
+        });
+        share.begin(budget, left, schedule.found());
+        if !overlaps {
+            share.run(Step::Place, |deadline| self.place_changed(deadline));
+        }
+        let Self {
+            pairs,
+            broad,
+            bodies,
+            schedule,
+            scratch,
+            report,
+            events,
+            ..
+        } = self;
+        share.run(Step::Pair, |deadline| {
+            pairs.update(broad, bodies, deadline);
+            Arc::make_mut(bodies).begin_groups(report.frame, deadline);
+        });
+        (report.unplaced, report.unpaired, report.is_full) =
+            (bodies.changed, broad.open, broad.has_cropped());
+        let frame = Frame {
+            number,
+            mode,
+            asked_since,
+            rest,
+            cut,
+            moved,
+            budget,
+            times,
+            clock,
+            bodies,
+            crew,
+        };
+        let mut found = Found {
+            broad,
+            pairs,
+            events,
+        };
+        let ended = schedule.run(&frame, &mut found, &mut share, report, scratch);
+        schedule.hand_on(Arc::make_mut(bodies), number);
+        report.broad_phase_work = share.spent;
+        report.elapsed = ended
+            .zip(started)
+            .map(|(ended, started)| ended.saturating_sub(started));
+        let touches_known =
+            !pairs.tell_touches() || bodies.contact_requests.all && schedule.is_idle;
+        self.is_known = report.is_final() && bodies.are_settled() && touches_known;
+        self.rest = if self.is_known { [number; 2] } else { rest };
+    }
+
+    /// Repeats the report of the last frame, because nothing has changed. Only the ages of contacts
+    /// grow.
+    fn tell_again(&mut self, started: Option<Duration>, clock: &dyn Clock) {
+        self.rest[1] = self.report.frame;
+        let Self {
+            bodies,
+            broad,
+            report,
+            events,
+            ..
+        } = self;
+        (report.work, report.bv_tests, report.broad_phase_work) = (0, 0, 0);
+        events.tell(bodies, broad, report);
+        report.elapsed = started.map(|started| clock.now().saturating_sub(started));
+    }
+
+    /// Updates the boxes of bodies that were moved, inserted or removed.
+    fn place_changed(&mut self, deadline: &mut Deadline) {
+        let sweeps = self.reach == Reach::Swept || self.bodies.has_special;
+        let work = if sweeps {
+            WORK_PER_SWEPT_BOX
+        } else {
+            WORK_PER_BOX
+        };
+        let bodies = Arc::make_mut(&mut self.bodies);
+        while deadline.has_room(work)
+            && let Some((index, news)) = bodies.take_pending()
+        {
+            deadline.spend(work);
+            let Facts {
+                changed,
+                importance,
+                ..
+            } = *bodies.facts(index);
+            let Some(Placed {
+                body, last, motion, ..
+            }) = bodies.at(index)
+            else {
+                self.broad
+                    .place(index, Aabb::EMPTY, false, news, importance);
+                bodies.spots[index as usize].bounds = Aabb::EMPTY;
+                continue;
+            };
+            let moves =
+                self.reach == Reach::Swept && changed == self.report.frame && *last != body.pose;
+            let bounds = match moves {
+                true => bounds::swept(&body.tree, last, &body.pose),
+                false => body.tree.aabb_at(&body.pose),
+            };
+            let bounds = motion.as_ref().map_or(bounds, |motion| {
+                bounds.union(&bounds::on_way(&body.tree, motion))
+            });
+            let bounds = bounds::thickened(bounds, body.margin);
+            self.broad.place(
+                index,
+                bounds,
+                body.kind == BodyKind::Moving,
+                news,
+                importance,
+            );
+            bodies.spots[index as usize].bounds = bounds;
+            if moves {
+                bodies.settling.push(index);
+            }
+        }
+        bodies.end_changes();
+    }
+}

@@ -1,0 +1,273 @@
+//! Pairs proven to be farther apart than their bodies have moved since: they are decided without a
+//! query.
+//!
+//! Bodies at rest on one another jitter, and most pairs of overlapping boxes are separated. If both
+//! bodies move slowly, the query asks whether they are closer than a number of steps of this size,
+//! instead of whether they meet. That takes a few times the work, and then none for as many frames.
+//! The proof is in `docs/numerics.md`.
+
+use super::batch::{Desk, Ended, RoundKind};
+use super::question::Question;
+use super::spent::Spent;
+use super::state::Turn;
+use super::travel::slack;
+use crate::ask::TurnKind;
+use crate::body::{Bodies, Placed, margins};
+use crate::cost::{LEAST_WORK, WORK_PER_PLANE, WORK_PER_QUERY, WORK_PER_ROOT_TEST};
+use crate::facts::Facts;
+use crate::id::{PairKey, bodies_of};
+use crate::spot::Spot;
+use punctual::engine::Parting;
+use punctual::engine::root_test;
+use punctual::{Mode, Verdict};
+use punctual_geom::Pose;
+use punctual_geom::tolerance::SCENE_ROTATION_TOLERANCE;
+
+/// Relative difference of lengths in the scene and in the frame of a body, upper bound.
+pub(crate) const STRETCH: f64 = 8.0 * SCENE_ROTATION_TOLERANCE;
+
+/// A proof must last for at least `LEAST_STEPS` steps, or for `LEAST_OF_NEAR` if the bodies are
+/// closer than the first limit. At most `MOST_STEPS` are asked for.
+const LEAST_STEPS: f64 = 8.0;
+const LEAST_OF_NEAR: f64 = 3.0;
+const MOST_STEPS: f64 = 64.0;
+
+/// Upper limit of the distance asked for, relative to the smaller body: larger separations are
+/// found at little cost anyway.
+const LARGEST_PART: f64 = 1.0 / 64.0;
+
+/// Frames until the next attempt: after a failed proof, and after the bodies were too fast for one.
+const PAUSE: u64 = 32;
+const BREAK: u64 = 8;
+
+/// Maximum number of planes tried in a turn.
+const PLANES: u32 = 16;
+
+/// Turns without planes after none has separated the bodies. Each further failure doubles them, at
+/// most `MOST_IN_VAIN` times.
+const WITHOUT_PLANES: u8 = 4;
+const MOST_IN_VAIN: u8 = 4;
+
+/// If the last search of a pair took more work than this, the root test rarely helps; if it took
+/// less, planes help little.
+const LONG_SEARCH: u32 = 400;
+
+/// Room required for a proof: `ROOM` times the work of the last search, plus `MORE_ROOM`.
+const ROOM: u64 = 4;
+const MORE_ROOM: u64 = 4096;
+
+impl Bodies {
+    /// Upper bound of the sum of the displacements of both bodies. Infinite if one was changed
+    /// other than by a move between frames `since` and `frame`, the current one.
+    #[inline]
+    pub fn gone(&self, key: PairKey, since: u64, frame: u64) -> f64 {
+        let [x, y] = self.spots_of(key);
+        if x.has_only_moved(since, frame) && y.has_only_moved(since, frame) {
+            (x.gone + y.gone).next_up()
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Lower bound of the sum of the displacements of both bodies.
+    pub fn gone_at_least(&self, key: PairKey) -> f64 {
+        let [x, y] = self.spots_of(key);
+        (x.gone + y.gone).next_down()
+    }
+
+    fn spots_of(&self, key: PairKey) -> [&Spot; 2] {
+        bodies_of(key).map(|body| &self.spots[body as usize])
+    }
+}
+
+impl Turn {
+    /// True if the root test is applicable, and likely to separate the bodies.
+    #[inline]
+    pub fn may_test_roots(&self, desk: &mut Desk) -> bool {
+        self.kind == TurnKind::Meet
+            && !self.state.met()
+            && self.state.search <= LONG_SEARCH
+            && self.has_room(WORK_PER_ROOT_TEST, desk)
+    }
+
+    /// True if a plane is likely to separate the bodies. Before the broad phase, where time is
+    /// short, only if one did the last time.
+    #[inline]
+    pub fn may_part(&mut self, desk: &mut Desk) -> bool {
+        let did = self.state.in_vain == 0 && self.state.parting != Parting::default();
+        let is_likely = self.kind == TurnKind::Meet
+            && self.state.verdict == Verdict::Separated
+            && self.state.search > LONG_SEARCH
+            && (did || desk.round.kind == RoundKind::Answer)
+            && self.has_room(u64::from(PLANES) * WORK_PER_PLANE, desk);
+        let waits = self.state.without_planes > 0;
+        self.state.without_planes -= u8::from(is_likely && waits);
+        is_likely && !waits
+    }
+
+    /// True if there is room for extra work besides a query, and the only question is whether the
+    /// bodies meet.
+    #[inline(always)]
+    fn has_room(&self, work: u64, desk: &mut Desk) -> bool {
+        !desk.held && !desk.bodies.is_special(self.key) && desk.deadline.has_room(work + LEAST_WORK)
+    }
+
+    /// Runs the root test; true if it separates the bodies, and then records the bound. False also
+    /// if the bodies are slow and a proof that lasts longer should be tried instead.
+    #[inline(never)]
+    pub fn root_test_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
+        desk.deadline.spend(WORK_PER_ROOT_TEST);
+        self.spent.work += WORK_PER_ROOT_TEST;
+        let low = root_test::distance(
+            pair.map(|placed| &*placed.body.tree),
+            b_in_a,
+            desk.workspace,
+        );
+        let (bodies, key, frame) = (desk.bodies, self.key, desk.round.frame);
+        let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
+        if low == 0.0
+            || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some()
+        {
+            return false;
+        }
+        if lasts || self.state.proves_from == 0 {
+            self.state.note_apart(until(bodies, key, pair, low, frame));
+        }
+        self.state.search = WORK_PER_ROOT_TEST as u32;
+        self.end_apart(frame);
+        true
+    }
+
+    /// True if one of a few planes separates the bodies; then records the bound.
+    #[inline(never)]
+    pub fn a_plane_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
+        let trees = pair.map(|placed| &*placed.body.tree);
+        let (low, tried) = self
+            .state
+            .parting
+            .distance(trees, b_in_a, PLANES, desk.workspace);
+        let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, desk.round.frame);
+        desk.deadline.spend(work);
+        self.spent.work += work;
+        if low == 0.0 {
+            self.state.without_planes = WITHOUT_PLANES << self.state.in_vain;
+            self.state.in_vain = MOST_IN_VAIN.min(self.state.in_vain + 1);
+            return false;
+        }
+        self.state.in_vain = 0;
+        let until = until(desk.bodies, self.key, pair, low, frame);
+        self.state.note_apart(until);
+        self.end_apart(frame);
+        true
+    }
+
+    /// Ends the turn of a pair of separated bodies.
+    fn end_apart(&mut self, frame: u64) {
+        (self.state.completed, self.state.pending) = (frame, Spent::default());
+        self.state.decide(Verdict::Separated, 0, frame);
+    }
+
+    /// True if a proof of some distance should be tried; not if there is a stopped run to resume.
+    #[inline]
+    pub fn may_prove_apart(&self, desk: &Desk) -> bool {
+        let until = self.state.proves_from.wrapping_sub(desk.round.frame as u16);
+        let is_due = self.state.proves_from == 0 || !(1..=PAUSE as u16).contains(&until);
+        desk.looks_ahead && !desk.held && self.state.verdict == Verdict::Separated && is_due
+    }
+
+    /// Proves a lower bound of the distance of slow bodies. `None` if the question whether they
+    /// meet is still open.
+    #[inline(never)]
+    pub fn prove_apart(
+        &mut self,
+        pair: [&Placed; 2],
+        b_in_a: Pose,
+        desk: &mut Desk,
+    ) -> Option<Ended> {
+        let Desk {
+            bodies,
+            round,
+            deadline,
+            workspace,
+            ..
+        } = desk;
+        let (key, frame) = (self.key, round.frame);
+        let Some(mut limit) = reach(bodies, key, pair, frame) else {
+            self.state.proves_from = (frame + BREAK) as u16;
+            return None;
+        };
+        let needed = ROOM * u64::from(self.state.search) + MORE_ROOM;
+        if !deadline.has_room(needed) {
+            return None;
+        }
+        self.state.proves_from = (frame + PAUSE) as u16;
+        let answer = loop {
+            let question = Question::apart(pair, b_in_a, limit);
+            question.begin(workspace, &self.state.memory, round.to_the_end, 0);
+            deadline.spend(WORK_PER_QUERY);
+            let answer = question.go_on(workspace, &mut self.state.memory, deadline);
+            self.spent.add(Spent::of(workspace));
+            self.spent.work += WORK_PER_QUERY;
+            let bounds = answer.bounds?;
+            match answer.verdict {
+                Verdict::Separated => {
+                    self.state
+                        .note_apart(until(bodies, key, pair, bounds.low, frame));
+                    break answer;
+                }
+                verdict if verdict.meets() && round.mode == Mode::Any => break answer,
+                // Their distance is likely to be half of the bound found.
+                Verdict::Undecided if bounds.high < limit => limit = bounds.high / 2.0,
+                _ => return None,
+            }
+            if limit < LEAST_OF_NEAR * step(bodies, key, frame) || !deadline.has_room(needed) {
+                return None;
+            }
+        };
+        (self.state.completed, self.state.pending) = (frame, Spent::default());
+        self.state.decide(answer.verdict, answer.found, frame);
+        Some(Ended::Complete)
+    }
+}
+
+/// The sum of displacements below which bodies cannot meet that are `low` apart in `frame`.
+fn until(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], low: f64, frame: u64) -> f64 {
+    (room(pair, low) + bodies.gone(key, frame, frame))
+        .next_down()
+        .next_down()
+}
+
+/// Sum of the displacements of both bodies in this frame.
+fn step(bodies: &Bodies, key: PairKey, frame: u64) -> f64 {
+    let step = |facts: &Facts| {
+        if facts.changed == frame {
+            f64::from(facts.step)
+        } else {
+            0.0
+        }
+    };
+    let [a, b] = bodies.facts_of(key);
+    step(a) + step(b)
+}
+
+/// The distance to prove. `None` if the bodies rest or are too fast, or if the pair has other
+/// questions.
+fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Option<f64> {
+    let step = step(bodies, key, frame);
+    if step == 0.0 {
+        return None;
+    }
+    let size = pair
+        .map(|placed| placed.body.tree.unit_length())
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    let limit = (MOST_STEPS * step).min(LARGEST_PART * size);
+    let is_slow = limit >= LEAST_STEPS * step;
+    (is_slow && !bodies.distance_requests.has(key) && !bodies.is_moving(key)).then_some(limit)
+}
+
+/// How far bodies at a proven distance `low`, margins not counted, can move before they may meet.
+pub(crate) fn room(pair: [&Placed; 2], low: f64) -> f64 {
+    let [of_a, of_b] = pair.map(|placed| slack(&placed.body.tree, &placed.body.pose));
+    low - STRETCH * (low + margins(pair)) - of_a - of_b
+}

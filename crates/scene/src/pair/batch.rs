@@ -1,0 +1,368 @@
+//! A batch: pairs that are run one after another, each to its end, within one deadline.
+//!
+//! Threads share the batches among themselves. The result of a batch depends on nothing outside it.
+//! So under a budget of work it does not matter which thread runs it, or when.
+
+use super::question::Question;
+use super::retest::{Retest, Test, WITNESSES};
+use super::spent::Spent;
+use super::state::Turn;
+use super::touch::{MOST_CONTACTS, Touch};
+use crate::ask::TurnKind;
+use crate::body::{Bodies, Placed};
+use crate::cost::{LEAST_WORK, WORK_PER_QUERY};
+use crate::id::PairKey;
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use arrayvec::ArrayVec;
+use core::mem;
+use core::time::Duration;
+use punctual::contacts::Patches;
+use punctual::engine::Deadline;
+use punctual::{Clock, Mode, StopReason, Workspace};
+
+/// Capacity for queued node pairs in the workspaces of a scene, and for found pairs, which are only
+/// counted.
+const QUEUE: usize = 1024;
+const FOUND: usize = 1024;
+
+/// Number of turns whose bodies are read together, so that their cache misses overlap.
+const TOGETHER: usize = 16;
+
+pub(crate) fn workspace() -> Box<Workspace> {
+    let mut workspace = Box::new(Workspace::with_capacity(QUEUE, FOUND));
+    workspace.reserve_contacts(MOST_CONTACTS);
+    workspace
+}
+
+/// The task for the pairs of a round.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum RoundKind {
+    /// Tests one witness of each pair, and, if requested, the neighbors of the latest one.
+    Test,
+    /// Searches the pairs before the broad phase; a stopped search is not resumed.
+    Search,
+    /// Answers the questions of the pairs.
+    Answer,
+}
+
+/// Data common to all batches of a round.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Round {
+    pub kind: RoundKind,
+    pub frame: u64,
+    pub mode: Mode,
+    /// True if all pairs are expected to finish, so that their queries need no queue.
+    pub to_the_end: bool,
+    /// Time at which the last batch must end.
+    pub end: Option<Duration>,
+}
+
+impl Round {
+    /// A round of questions that are all expected to be answered.
+    pub fn to_the_end(frame: u64, mode: Mode, end: Option<Duration>) -> Self {
+        Self {
+            kind: RoundKind::Answer,
+            frame,
+            mode,
+            to_the_end: true,
+            end,
+        }
+    }
+}
+
+/// Pairs with a common budget.
+#[derive(Debug, Default)]
+pub(crate) struct Batch {
+    pub turns: Vec<Turn>,
+    /// Pairs to test, in a round of tests.
+    pub tests: Vec<Test>,
+    pub budget: u64,
+    /// True if it may do extra work to save work in later frames.
+    pub looks_ahead: bool,
+    /// The pair whose run the end of the budget stopped. The run is in the workspace.
+    pub held: Option<PairKey>,
+    workspace: Option<Box<Workspace>>,
+    /// Buffers for patches, if contacts are requested.
+    patches: Option<Box<Patches>>,
+}
+
+impl Batch {
+    /// A batch with a workspace, so that no frame has to allocate one.
+    pub fn new() -> Self {
+        Self {
+            workspace: Some(workspace()),
+            ..Self::default()
+        }
+    }
+
+    /// True if there is nothing to run.
+    pub fn is_empty(&self) -> bool {
+        self.turns.is_empty() && self.tests.is_empty()
+    }
+
+    /// True if there is no room for more turns.
+    pub fn is_full(&self) -> bool {
+        self.turns.len() == self.turns.capacity()
+    }
+
+    pub fn make_patches(&mut self) {
+        self.patches.get_or_insert_with(Touch::patches);
+    }
+
+    /// The stopped run, if there is one, and its pair.
+    pub fn stopped(&self) -> Option<(PairKey, &Workspace)> {
+        self.held.zip(self.workspace.as_deref())
+    }
+
+    pub fn swap_held(&mut self, other: &mut Self) {
+        mem::swap(&mut self.held, &mut other.held);
+        mem::swap(&mut self.workspace, &mut other.workspace);
+    }
+
+    /// Runs what fits. `scratch` is a workspace of the current thread.
+    pub fn run(
+        &mut self,
+        bodies: &Bodies,
+        scratch: &mut Box<Workspace>,
+        round: &Round,
+        clock: &dyn Clock,
+    ) {
+        let mut deadline = Deadline::of_a_part(round.end, u64::MAX, clock);
+        match round.kind {
+            RoundKind::Test => Retest::new(bodies).run(&mut self.tests, &mut deadline),
+            RoundKind::Search => self.search(bodies, scratch, round, &mut deadline),
+            RoundKind::Answer => self.answer(bodies, scratch, round, clock),
+        }
+    }
+
+    fn search(
+        &mut self,
+        bodies: &Bodies,
+        workspace: &mut Workspace,
+        round: &Round,
+        deadline: &mut Deadline,
+    ) {
+        for turn in &mut self.turns {
+            if !deadline.has_room(LEAST_WORK) {
+                break;
+            }
+            turn.search(bodies, workspace, round, deadline);
+        }
+    }
+
+    fn answer(
+        &mut self,
+        bodies: &Bodies,
+        scratch: &mut Box<Workspace>,
+        round: &Round,
+        clock: &dyn Clock,
+    ) {
+        let mut deadline = Deadline::at(round.end, self.budget, clock);
+        let mut together = ArrayVec::<_, TOGETHER>::new();
+        for at in 0..self.turns.len() {
+            if at % TOGETHER == 0 {
+                together.clear();
+                together.extend(
+                    self.turns[at..]
+                        .iter()
+                        .take(TOGETHER)
+                        .map(|turn| bodies.pair(turn.key)),
+                );
+            }
+            let turn = &mut self.turns[at];
+            let key = turn.key;
+            // A pair that is not expected to finish has room in the next round; the pairs after it
+            // must not overtake it.
+            if !deadline.has_room(LEAST_WORK)
+                || at > 0 && u64::from(turn.median) > deadline.work_left()
+            {
+                break;
+            }
+            let held = self.held == Some(key);
+            let kept = self.workspace.as_mut().filter(|_| held);
+            let ended = turn.run(
+                together[at % TOGETHER],
+                &mut Desk {
+                    bodies,
+                    round,
+                    deadline: &mut deadline,
+                    workspace: kept.unwrap_or(scratch),
+                    held,
+                    patches: self.patches.as_deref_mut(),
+                    looks_ahead: self.looks_ahead,
+                },
+            );
+            turn.end_question(bodies, round.frame);
+            match ended {
+                Ended::Complete if held => self.held = None,
+                Ended::Stopped if !held => {
+                    self.held = Some(key);
+                    mem::swap(self.workspace.get_or_insert_with(workspace), scratch);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Everything that a turn needs.
+pub(crate) struct Desk<'d, 'c> {
+    pub bodies: &'d Bodies,
+    pub round: &'d Round,
+    pub deadline: &'d mut Deadline<'c>,
+    pub workspace: &'d mut Workspace,
+    /// True if the workspace holds a stopped run of the pair.
+    pub held: bool,
+    pub patches: Option<&'d mut Patches>,
+    pub looks_ahead: bool,
+}
+
+/// The progress of a pair in its turn.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Ended {
+    Complete,
+    Stopped,
+    NotBegun,
+}
+
+impl Turn {
+    /// Decides whether the pair meets, before the broad phase.
+    pub fn search(
+        &mut self,
+        bodies: &Bodies,
+        workspace: &mut Workspace,
+        round: &Round,
+        deadline: &mut Deadline,
+    ) {
+        let (held, patches, looks_ahead) = (false, None, true);
+        self.run(
+            bodies.pair(self.key),
+            &mut Desk {
+                bodies,
+                round,
+                deadline,
+                workspace,
+                held,
+                patches,
+                looks_ahead,
+            },
+        );
+        self.next = None;
+        self.end(round.frame);
+    }
+
+    /// Runs the pair as far as the deadline allows.
+    pub fn run(&mut self, pair: Option<[&Placed; 2]>, desk: &mut Desk) -> Ended {
+        let Desk { bodies, round, .. } = *desk;
+        self.marks
+            .tell(self.key, &mut self.state, bodies, round.frame);
+        if self.is_new {
+            self.state.forget_told();
+        }
+        let Some([a, b]) = pair else {
+            return Ended::NotBegun;
+        };
+        let b_in_a = a.relative(b);
+        self.state.apart = 0.0;
+        if self.may_test_roots(desk) && self.root_test_parts([a, b], &b_in_a, desk) {
+            return Ended::Complete;
+        }
+        if self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk) {
+            return Ended::Complete;
+        }
+        if self.kind == TurnKind::Meet
+            && self.may_prove_apart(desk)
+            && let Some(ended) = self.prove_apart([a, b], b_in_a, desk)
+        {
+            return ended;
+        }
+        let question = match self.kind {
+            TurnKind::Contacts => Question::contacts([a, b], b_in_a),
+            TurnKind::Meet => Question::new(bodies, self.key, [a, b], b_in_a, round.mode),
+        };
+        if !desk.deadline.has_room(question.least_work()) {
+            return Ended::NotBegun;
+        }
+        match self.kind {
+            TurnKind::Contacts => self.find_contacts(&question, [a, b], desk),
+            TurnKind::Meet => self.answer(&question, desk),
+        }
+    }
+
+    /// Runs any other question, as far as the deadline allows.
+    #[inline(always)]
+    fn answer(&mut self, question: &Question, desk: &mut Desk) -> Ended {
+        let Desk {
+            bodies,
+            round,
+            deadline,
+            workspace,
+            held,
+            ..
+        } = desk;
+        // The witnesses were tested in this frame.
+        let refuted = if self.state.is_lost(round.frame) {
+            WITNESSES
+        } else {
+            0
+        };
+        let resumed = question.resume_or_begin(
+            *held,
+            workspace,
+            &self.state.memory,
+            round.to_the_end,
+            refuted,
+        );
+        let mut before = resumed.unwrap_or_default();
+        loop {
+            deadline.spend(WORK_PER_QUERY);
+            self.spent.work += WORK_PER_QUERY;
+            let answer = question.advance(workspace, &mut self.state.memory, deadline);
+            let spent = Spent::of(workspace);
+            self.spent.add(spent.since(before));
+            before = spent;
+            if let Some(bounds) = answer.bounds {
+                self.state
+                    .note_bounds(self.key, bodies, bounds, round.frame);
+            }
+            if self.state.note(&answer, spent, round.frame) {
+                return Ended::Complete;
+            }
+            if answer.stop != StopReason::PairsFull || !deadline.has_room(LEAST_WORK) {
+                return Ended::Stopped;
+            }
+            workspace.drain_pairs().for_each(drop);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pair::state::{Marks, PairState};
+    use punctual::clock::ManualClock;
+
+    #[test]
+    fn a_turn_begins_with_what_the_list_has_found_out() {
+        let (clock, bodies) = (ManualClock::new(), Bodies::default());
+        let marks = Marks::Apart {
+            until: 1.0,
+            is_completed: true,
+            completed: 7,
+        };
+        let mut turn = Turn::new(1, Box::new(PairState::new(0)), marks);
+        let round = Round {
+            kind: RoundKind::Search,
+            ..Round::to_the_end(9, Mode::Any, None)
+        };
+        turn.search(
+            &bodies,
+            &mut workspace(),
+            &round,
+            &mut Deadline::at(None, u64::MAX, &clock),
+        );
+        assert_eq!([turn.state.decided, turn.state.completed], [7; 2]);
+        assert!(matches!(turn.marks, Marks::Apart { completed: 7, .. }));
+    }
+}

@@ -1,0 +1,101 @@
+//! The question and budget of a frame.
+
+use super::state::PairState;
+use crate::body::Bodies;
+use crate::id::PairKey;
+use crate::schedule::crew::Crew;
+use alloc::sync::Arc;
+use core::time::Duration;
+use punctual::{Budget, Clock, Mode};
+
+/// Minimum time of a frame with estimates for stopped queries; the part of the frame reserved for
+/// them; and its maximum per thread.
+const ESTIMATES: Duration = Duration::from_millis(1);
+const ESTIMATES_PART: u32 = 32;
+const ESTIMATES_MOST: Duration = Duration::from_micros(50);
+
+/// The guaranteed share of the round robin is the budget divided by this.
+pub(crate) const GUARANTEED: u64 = 8;
+
+/// A frame: its mode, bodies and budget.
+pub(crate) struct Frame<'f> {
+    pub number: u64,
+    pub mode: Mode,
+    /// The frame in which this mode was first set. Results of earlier frames answer another
+    /// question.
+    pub asked_since: u64,
+    /// The last frame that found everything, and the last of the unchanged frames after it.
+    pub rest: [u64; 2],
+    /// True if the last report was not whole; true if a body's box was outdated when this frame
+    /// began.
+    pub cut: bool,
+    pub moved: bool,
+    pub budget: Budget,
+    /// For a budget of time, its start and length. Otherwise two zeros, because the compiler
+    /// computes with them before it is known whether they are needed.
+    pub times: [Duration; 2],
+    pub clock: &'f dyn Clock,
+    pub bodies: &'f Arc<Bodies>,
+    pub crew: &'f dyn Crew,
+}
+
+impl Frame<'_> {
+    pub fn threads(&self) -> usize {
+        self.crew.threads()
+    }
+
+    /// True for a budget of time.
+    pub fn is_timed(&self) -> bool {
+        self.budget.time_limit().is_some()
+    }
+
+    /// The end of the budget, minus `rest`, which is reserved for the rest of the frame.
+    pub fn end(&self, rest: Duration) -> Option<Duration> {
+        let [start, limit] = self.times;
+        self.is_timed()
+            .then(|| start.saturating_add(limit).saturating_sub(rest))
+    }
+
+    /// The time since the last lap, which ends now. `None` without a budget of time.
+    pub fn lap(&self, last: &mut Option<Duration>) -> Option<Duration> {
+        let now = self.is_timed().then(|| self.clock.now());
+        let since = now.map(|now| now.saturating_sub(last.unwrap_or(self.times[0])));
+        *last = now;
+        since
+    }
+
+    /// Time reserved for the estimates of stopped queries; `None` if there are none.
+    pub fn for_estimates(&self) -> Option<Duration> {
+        let limit = self.budget.time_limit().unwrap_or(Duration::MAX);
+        (limit >= ESTIMATES)
+            .then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
+    }
+
+    /// True if the contacts of bodies that last changed in `changed` are known as well as this
+    /// frame can find them.
+    pub fn knows_contacts(&self, state: &PairState, changed: u64) -> bool {
+        let left_out = state.touch.as_ref().map_or(0, |touch| touch.left_out);
+        let work = self.budget.work_limit().unwrap_or(u64::MAX);
+        let time = self
+            .budget
+            .time_limit()
+            .map_or(u64::MAX, |time| time.as_nanos() as u64);
+        state.knows_contacts(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
+    }
+
+    /// The last frame in which a pair was decided. The frames of a rest count, although they test
+    /// nothing.
+    pub fn decided(&self, state: &PairState) -> u64 {
+        let [found_all, last] = self.rest;
+        if state.decided == found_all {
+            last
+        } else {
+            state.decided
+        }
+    }
+
+    /// The last frame in which something about a pair changed.
+    pub fn changed(&self, key: PairKey) -> u64 {
+        self.bodies.last_change(key).max(self.asked_since)
+    }
+}

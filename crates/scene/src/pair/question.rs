@@ -1,0 +1,298 @@
+//! The question of a pair. A pair has one question at a time; it is begun, resumed and answered
+//! here.
+
+use super::bounds::Bounds;
+use super::spent::Spent;
+use super::touch::MOST_CONTACTS;
+use crate::ask::distance_requests::DistanceRequest;
+use crate::body::{Bodies, Placed, margins};
+use crate::cost::{
+    LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_PATCHED, LEAST_WORK, WORK_PER_PATCHED_CONTACT,
+};
+use crate::id::PairKey;
+use punctual::Answer as Answered;
+use punctual::contacts::Contacts;
+use punctual::distance::Distance;
+use punctual::engine::{Ask, Deadline};
+use punctual::impact::Impact;
+use punctual::intersection::Intersection;
+use punctual::prediction::MAX_DISTANCE_STEP_WORK;
+use punctual::prediction::MAX_STEP_WORK;
+use punctual::{Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
+use punctual_geom::Pose;
+
+/// The question of a pair. An equal question resumes a stopped run.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "it is made anew for each turn, on the stack"
+)]
+pub(crate) enum Question<'t> {
+    /// Do the surfaces meet, and where?
+    Meet(Query<'t, Intersection>),
+    /// The distance of the thickened surfaces, or only whether they meet.
+    Distance(Query<'t, Distance>),
+    /// The time of impact.
+    Motion(Query<'t, Impact>),
+    /// The contacts.
+    Contacts(Query<'t, Contacts>),
+}
+
+/// The results so far after a call.
+pub(crate) struct Answer {
+    pub stop: StopReason,
+    pub verdict: Verdict,
+    /// Intersecting pairs of triangles.
+    pub found: u64,
+    pub bounds: Option<Bounds>,
+    /// Lower bound of the distance of contacts not found.
+    pub missing: f64,
+}
+
+impl Answer {
+    /// The answer from bounds: the bodies meet now if the upper bound is 0, and do not if the lower
+    /// bound is positive. `distance` is that of the witness, without margins.
+    fn bounded(stop: StopReason, bounds: Bounds, distance: f64) -> Self {
+        let verdict = match bounds.triangles {
+            Some(witness) if bounds.high == 0.0 => Verdict::of_witness(witness, distance),
+            _ if bounds.low > 0.0 => Verdict::Separated,
+            _ => Verdict::Undecided,
+        };
+        Self {
+            stop,
+            verdict,
+            found: u64::from(bounds.high == 0.0),
+            bounds: Some(bounds),
+            missing: 0.0,
+        }
+    }
+}
+
+impl<'t> Question<'t> {
+    /// The question of a pair of bodies, with the second at a pose in the frame of the first.
+    /// `mode` is that of the scene.
+    #[inline(always)]
+    pub fn new(
+        bodies: &Bodies,
+        key: PairKey,
+        [a, b]: [&'t Placed; 2],
+        b_in_a: Pose,
+        mode: Mode,
+    ) -> Self {
+        let special = if bodies.is_special(key) {
+            Self::special(bodies, key, [a, b], b_in_a)
+        } else {
+            None
+        };
+        special.unwrap_or_else(|| {
+            Self::Meet(
+                Query::intersection(&a.body.tree, &b.body.tree, b_in_a)
+                    .surfaces()
+                    .mode(mode),
+            )
+        })
+    }
+
+    /// The question other than an intersection; `None` if there is none.
+    #[cold]
+    fn special(
+        bodies: &Bodies,
+        key: PairKey,
+        [a, b]: [&'t Placed; 2],
+        b_in_a: Pose,
+    ) -> Option<Self> {
+        let trees = [&*a.body.tree, &*b.body.tree];
+        let margins = [a.body.margin, b.body.margin];
+        let distance = Query::distance(trees[0], trees[1], b_in_a)
+            .surfaces()
+            .margins(margins);
+        match bodies.distance_requests.wanted(key) {
+            Some(DistanceRequest {
+                tolerance, ceiling, ..
+            }) => Some(Self::Distance(
+                distance.absolute_tolerance(tolerance).below(ceiling),
+            )),
+            None if bodies.is_moving(key) => Some(Self::Motion(
+                Query::impact_of_both(trees, [a.motion(), b.motion()])
+                    .surfaces()
+                    .margins(margins),
+            )),
+            None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
+            None => None,
+        }
+    }
+
+    /// Are the bodies of a pair closer than `limit`?
+    #[cold]
+    pub fn apart([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
+        let query = Query::distance(&a.body.tree, &b.body.tree, b_in_a).surfaces();
+        Self::Distance(
+            query
+                .margins([a.body.margin, b.body.margin])
+                .closer_than(limit),
+        )
+    }
+
+    /// The contacts of the bodies of a pair.
+    #[cold]
+    pub fn contacts(pair @ [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
+        let query = Query::contacts(&a.body.tree, &b.body.tree, b_in_a).margin(margins(pair));
+        Self::Contacts(query.contact_limit(MOST_CONTACTS))
+    }
+
+    #[inline]
+    pub fn least_work(&self) -> u64 {
+        match self {
+            Self::Meet(_) => LEAST_WORK,
+            Self::Distance(_) | Self::Motion(_) => LEAST_DISTANCE_WORK,
+            Self::Contacts(_) => LEAST_CONTACT_WORK,
+        }
+    }
+
+    /// True if a workspace holds a stopped run of this question, or its contacts.
+    #[inline]
+    pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
+        match self {
+            Self::Meet(query) => query.is_stopped_in(workspace),
+            Self::Distance(query) => query.is_stopped_in(workspace),
+            Self::Motion(query) => query.is_stopped_in(workspace),
+            Self::Contacts(query) => query.holds(workspace).is_ok(),
+        }
+    }
+
+    /// Resumes the stopped run of this question that the workspace holds, or begins one. Returns
+    /// the work of a resumed run, from the workspace, because the pair's own record may be newer if
+    /// its boxes were separated in the meantime.
+    #[inline(always)]
+    pub fn resume_or_begin(
+        &self,
+        held: bool,
+        workspace: &mut Workspace,
+        memory: &PairMemory,
+        to_the_end: bool,
+        refuted: usize,
+    ) -> Option<Spent> {
+        if held && self.is_stopped_in(workspace) {
+            return Some(Spent::of(workspace));
+        }
+        self.begin(workspace, memory, to_the_end, refuted);
+        None
+    }
+
+    /// Prepares a workspace for a run. `to_the_end`: it is expected to finish. The first `refuted`
+    /// of the latest witnesses are known not to meet.
+    #[inline]
+    pub fn begin(
+        &self,
+        workspace: &mut Workspace,
+        memory: &PairMemory,
+        to_the_end: bool,
+        refuted: usize,
+    ) {
+        match self {
+            Self::Meet(query) => query.begin_task(to_the_end, refuted, workspace, Some(memory)),
+            Self::Distance(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
+            Self::Motion(query) => query.begin(workspace, Some(memory), Budget::unlimited()),
+            Self::Contacts(query) => query.begin(workspace, None, Budget::unlimited()),
+        }
+    }
+
+    /// [`Question::advance`] for callers that do not need a copy of their own.
+    #[inline(never)]
+    pub fn go_on(
+        &self,
+        workspace: &mut Workspace,
+        memory: &mut PairMemory,
+        deadline: &mut Deadline,
+    ) -> Answer {
+        self.advance(workspace, memory, deadline)
+    }
+
+    /// Continues the run in a workspace until it is over or the deadline stops it.
+    #[inline(always)]
+    pub fn advance(
+        &self,
+        workspace: &mut Workspace,
+        memory: &mut PairMemory,
+        deadline: &mut Deadline,
+    ) -> Answer {
+        match self {
+            Self::Meet(query) => {
+                let stop = query.search(workspace, Some(memory), deadline);
+                Answer {
+                    stop,
+                    verdict: workspace.verdict(stop),
+                    found: workspace.found(),
+                    bounds: None,
+                    missing: 0.0,
+                }
+            }
+            Self::Distance(query) => {
+                deadline.leave(MAX_DISTANCE_STEP_WORK);
+                let Answered {
+                    value: found, stop, ..
+                } = query.spend(workspace, Some(memory), deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let triangles = found.nearest.map(|nearest| nearest.triangles);
+                let below = if stop.is_final() {
+                    query.ceiling_in(workspace)
+                } else {
+                    0.0
+                };
+                let bounds = Bounds {
+                    low: found.low,
+                    high: found.high,
+                    triangles,
+                    below,
+                    ..Bounds::NOTHING
+                };
+                let mut answer = Answer::bounded(stop, bounds, query.witness_distance(workspace));
+                if stop.is_final() && found.high > 0.0 && query.decides_contact() {
+                    answer.verdict = Verdict::Separated;
+                }
+                answer
+            }
+            Self::Motion(query) => {
+                deadline.leave(MAX_DISTANCE_STEP_WORK);
+                let Answered {
+                    value: found, stop, ..
+                } = query.spend(workspace, Some(memory), deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let high = found.upper.unwrap_or(f64::INFINITY);
+                let bounds = Bounds {
+                    low: found.lower,
+                    high,
+                    triangles: found.triangles,
+                    are_times: true,
+                    ..Bounds::NOTHING
+                };
+                Answer::bounded(stop, bounds, query.witness_distance(workspace))
+            }
+            Self::Contacts(query) => {
+                deadline.leave_after(
+                    MAX_DISTANCE_STEP_WORK,
+                    LEAST_PATCHED * WORK_PER_PATCHED_CONTACT,
+                );
+                let Answered {
+                    value: found, stop, ..
+                } = query.spend(workspace, None, deadline);
+                deadline.leave(MAX_STEP_WORK);
+                let nearest = workspace
+                    .contacts()
+                    .next()
+                    .filter(|contact| query.is_within(contact));
+                let verdict = match nearest {
+                    Some(contact) => Verdict::of_witness(contact.triangles, contact.distance),
+                    None if stop.is_final() && workspace.found() == 0 => Verdict::Separated,
+                    None => Verdict::Undecided,
+                };
+                Answer {
+                    stop,
+                    verdict,
+                    found: u64::from(nearest.is_some()),
+                    bounds: None,
+                    missing: found.low,
+                }
+            }
+        }
+    }
+}

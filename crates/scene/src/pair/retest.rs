@@ -1,0 +1,230 @@
+//! Tests whether the triangles that met last, or their neighbors, still meet: the cheapest test,
+//! for eight pairs at once.
+
+use super::state::PairState;
+use crate::body::{Bodies, triangle_ids};
+use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
+use crate::id::PairKey;
+use alloc::boxed::Box;
+use arrayvec::ArrayVec;
+use core::mem;
+use glam::DVec3;
+use punctual::Tree;
+use punctual::engine::{Deadline, flushing_matters};
+use punctual_geom::lanes::Instructions;
+use punctual_geom::triangle::again::{Again, Columns};
+use punctual_geom::triangle::batch::Verdicts;
+use punctual_geom::triangles_intersect;
+use punctual_geom::{Pose, bits};
+
+/// Pairs tested at once.
+pub(crate) const LANES: usize = 8;
+
+/// Number of the latest witnesses of a pair that are tested, one after another.
+pub(crate) const WITNESSES: usize = 2;
+
+/// A pair that met, in a batch of tests. Holds all that is needed to deal and to collect it.
+#[derive(Clone, Debug)]
+pub(crate) struct Test {
+    pub key: PairKey,
+    /// Its index in the list of known pairs.
+    pub place: u32,
+    /// The triangles to test (tree order); after a test that met, the triangles that meet (ids).
+    pub witness: [u32; 2],
+    /// Its state. The test of its latest witness does not need it.
+    pub state: Option<Box<PairState>>,
+    /// True if the neighbors of its latest witness are to be tested too, if these triangles do not
+    /// meet; and the result of that test.
+    pub asks_beside: bool,
+    pub beside: Option<bool>,
+    pub outcome: Outcome,
+}
+
+const _: () = assert!(size_of::<Test>() == 32);
+
+/// The result of a test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Outcome {
+    /// There was no time for it.
+    Untested,
+    Lost,
+    Met,
+}
+
+impl Test {
+    pub fn new(key: PairKey, place: u32, witness: [u32; 2]) -> Self {
+        Self {
+            key,
+            place,
+            witness,
+            state: None,
+            asks_beside: false,
+            beside: None,
+            outcome: Outcome::Untested,
+        }
+    }
+
+    fn end(&mut self, met: Option<[u32; 2]>) {
+        self.witness = met.unwrap_or(self.witness);
+        self.outcome = if met.is_some() {
+            Outcome::Met
+        } else {
+            Outcome::Lost
+        };
+    }
+}
+
+/// Contents of a lane: a pair, by its index in the batch, and its triangles (ids).
+#[derive(Clone, Copy, Debug)]
+struct Tested {
+    at: usize,
+    witness: [u32; 2],
+}
+
+/// The corners of two triangles (tree order), in A's frame.
+#[inline]
+fn corners([a, b]: [&Tree; 2], [x, y]: [u32; 2], b_in_a: &Pose) -> [[DVec3; 3]; 2] {
+    let [p, q, r] = b.corners(y);
+    [
+        a.corners(x),
+        [
+            b_in_a.transform_point(p),
+            b_in_a.transform_point(q),
+            b_in_a.transform_point(r),
+        ],
+    ]
+}
+
+/// Pairs that wait for their test.
+pub(crate) struct Retest<'b> {
+    bodies: &'b Bodies,
+    waiting: ArrayVec<Tested, LANES>,
+    columns: [Columns; 2],
+    instructions: Instructions,
+}
+
+impl<'b> Retest<'b> {
+    pub fn new(bodies: &'b Bodies) -> Self {
+        let (columns, instructions) = ([Columns::ZERO, Columns::ZERO], Instructions::detect());
+        Self {
+            bodies,
+            waiting: ArrayVec::new(),
+            columns,
+            instructions,
+        }
+    }
+
+    /// Tests witnesses of pairs, and neighbors of them if requested, as far as the deadline allows.
+    pub fn run(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
+        self.witnesses(tests, deadline);
+        for test in tests
+            .iter_mut()
+            .filter(|test| test.asks_beside && test.outcome == Outcome::Lost)
+        {
+            if !deadline.has_room(WORK_PER_NEIGHBORS) {
+                break;
+            }
+            deadline.spend(WORK_PER_NEIGHBORS);
+            let met = self.meets_beside(test);
+            test.beside = Some(met.is_some());
+            test.end(met);
+        }
+    }
+
+    fn witnesses(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
+        let mut next = 0;
+        while next < tests.len() {
+            while next < tests.len()
+                && !self.waiting.is_full()
+                && deadline.has_room(WORK_PER_WITNESS)
+            {
+                deadline.spend(WORK_PER_WITNESS);
+                if self.add(next, &tests[next]).is_none() {
+                    tests[next].outcome = Outcome::Lost;
+                }
+                next += 1;
+            }
+            if self.waiting.is_empty() {
+                break;
+            }
+            let hits = meeting(self.instructions, &self.columns, self.waiting.len());
+            for (lane, Tested { at, witness }) in
+                mem::take(&mut self.waiting).into_iter().enumerate()
+            {
+                tests[at].end((hits >> lane & 1 != 0).then_some(witness));
+            }
+        }
+    }
+
+    /// Puts the witness of a pair into the next lane. `None` if it cannot be tested separately.
+    #[inline]
+    fn add(&mut self, at: usize, test: &Test) -> Option<()> {
+        let [a, b] = self.bodies.pair(test.key)?;
+        let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
+        let witness = triangle_ids([a, b], test.witness)
+            .filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
+        let [of_a, of_b] = corners(trees, test.witness, &b_in_a);
+        let lane = self.waiting.len();
+        self.columns[0].set(lane, &of_a);
+        self.columns[1].set(lane, &of_b);
+        self.waiting.push(Tested { at, witness });
+        Some(())
+    }
+
+    /// Tests the neighbors of the latest witness of a pair: one of its triangles with the neighbor
+    /// of the other across an edge. Returns the ids of two that meet, and stores them in the
+    /// memory.
+    fn meets_beside(&mut self, test: &mut Test) -> Option<[u32; 2]> {
+        let [a, b] = self.bodies.pair(test.key)?;
+        let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
+        let memory = &mut test.state.as_mut()?.memory;
+        let latest = memory.witness(0)?;
+        triangle_ids([a, b], latest).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
+        for (columns, corners) in self
+            .columns
+            .iter_mut()
+            .zip(&corners(trees, latest, &b_in_a))
+        {
+            columns.fill(corners);
+        }
+        let mut next = ArrayVec::<_, LANES>::new();
+        for (side, tree) in trees.into_iter().enumerate() {
+            let (triangle, corners) = (latest[side], tree.vertices_of(latest[side]));
+            for edge in 0..3 {
+                let Some(across) = tree.across(triangle, edge) else {
+                    continue;
+                };
+                let apex = (edge + 2) % 3;
+                let vertex = tree.vertex_across(triangle, corners[apex], across);
+                let vertex = tree.mesh().vertex(vertex as usize);
+                let vertex = if side == 0 {
+                    vertex
+                } else {
+                    b_in_a.transform_point(vertex)
+                };
+                self.columns[side].set_corner(next.len(), apex, vertex);
+                let mut pair = latest;
+                pair[side] = across;
+                next.push(pair);
+            }
+        }
+        let hits = meeting(self.instructions, &self.columns, next.len());
+        let found = *next.get(hits.trailing_zeros() as usize)?;
+        memory.found(found);
+        triangle_ids([a, b], found)
+    }
+}
+
+/// Mask of the first `count` pairs of triangles that meet.
+fn meeting(instructions: Instructions, [a, b]: &[Columns; 2], count: usize) -> u32 {
+    let Verdicts { hit, doubt } = instructions.run(Again {
+        a,
+        b,
+        count,
+        crossings: None,
+    });
+    let wanted = (1 << count) - 1;
+    let in_doubt =
+        bits(doubt & wanted).filter(|&lane| triangles_intersect(&a.get(lane), &b.get(lane)));
+    in_doubt.fold(hit & wanted, |hits, lane| hits | 1 << lane)
+}

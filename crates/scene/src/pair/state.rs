@@ -1,0 +1,470 @@
+//! The state of a pair of bodies, kept from its first turn on while their boxes overlap.
+
+use super::bounds::Bounds;
+use super::question::Answer;
+use super::spent::{Spent, capped};
+use super::touch::Touch;
+use crate::ask::TurnKind;
+use crate::body::{Bodies, triangle_ids};
+use crate::id::PairKey;
+use alloc::boxed::Box;
+use arrayvec::ArrayVec;
+use punctual::engine::Parting;
+use punctual::prediction::Calibration;
+use punctual::{PairMemory, Verdict};
+
+/// Maximum number of estimates of a pair that are kept until it is decided.
+const TOLD: usize = 8;
+
+/// Number of tests over which the steadiness of a pair is averaged, and its initial value.
+const TESTS_OF_STEADINESS: f32 = 8.0;
+const USUAL_STEADINESS: f32 = 0.5;
+
+/// A witness that exists in no pair of trees.
+pub(crate) const NO_TRIANGLES: [u32; 2] = [u32::MAX; 2];
+
+/// After this many tests, earlier ones no longer matter.
+const MOST_TESTS: u64 = 64;
+
+/// The reported results of a pair, besides verdicts.
+#[derive(Clone, Debug)]
+pub(crate) enum Said {
+    /// Probabilities that estimates reported for the current poses, until the pair is decided.
+    Estimates(ArrayVec<f64, TOLD>),
+    /// The last proven bounds of its distance or motion, and the frame of the proof.
+    Bounds(Bounds, u64),
+}
+
+/// The result of a pair in a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing {
+    /// The verdict of the frame; [`Verdict::Undecided`] if it did not decide the pair.
+    pub verdict: Verdict,
+    pub found: u64,
+    /// True if the frame finished the pair.
+    pub complete: bool,
+    /// Expected share of the intersections that was found.
+    pub recall: f64,
+}
+
+/// The turn of a pair in a batch. Holds all that is needed to deal and to collect it, because by
+/// then its state is out of the cache, or in that of another core.
+#[derive(Clone, Debug)]
+pub(crate) struct Turn {
+    pub state: Box<PairState>,
+    pub key: PairKey,
+    /// The index of its job in the frame.
+    pub index: u32,
+    /// Expected work, median.
+    pub median: u32,
+    pub kind: TurnKind,
+    /// True if a body has moved since the state was updated.
+    pub is_new: bool,
+    /// The question left after the turn.
+    pub next: Option<TurnKind>,
+    /// True if reported probabilities can now be compared with the verdict.
+    pub teaches: bool,
+    pub spent: Spent,
+    /// Its result.
+    pub standing: Standing,
+    pub marks: Marks,
+}
+
+/// The bits of a frame number that are kept with each pair.
+pub(crate) const FRAME: u32 = (1 << 29) - 1;
+
+/// The last frame up to `frame` with these low bits.
+pub(crate) fn last_frame(bits: u32, frame: u64) -> u64 {
+    frame - u64::from((frame as u32).wrapping_sub(bits) & FRAME)
+}
+
+/// Summary of a pair before and after its turn, for the list of pairs: its last verdict, its proof,
+/// and the last frame that finished it, as bits of [`FRAME`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Marks {
+    /// Two triangles met (tree order). They may have been lost since.
+    Met {
+        witness: [u32; 2],
+        lost: bool,
+        completed: u32,
+    },
+    /// The bodies are separated until the sum of their displacements reaches `until`; 0 proves
+    /// nothing. `is_completed` is false if no frame finished the pair.
+    Apart {
+        until: f64,
+        is_completed: bool,
+        completed: u32,
+    },
+}
+
+const _: () = assert!(size_of::<Marks>() == 16);
+
+impl Marks {
+    /// Updates the state of the pair with what the list found since its last turn. `frame` is the
+    /// current frame.
+    #[inline]
+    pub fn tell(&self, key: PairKey, state: &mut PairState, bodies: &Bodies, frame: u64) {
+        match *self {
+            Self::Apart {
+                until, completed, ..
+            } if until > 0.0 => {
+                state.stayed_apart(last_frame(completed, frame));
+            }
+            Self::Met {
+                witness, completed, ..
+            } => {
+                let since = last_frame(completed, frame);
+                if since > state.decided {
+                    let ids = bodies
+                        .pair(key)
+                        .and_then(|pair| triangle_ids(pair, witness));
+                    state.went_on_meeting(ids, since);
+                }
+            }
+            Self::Apart { .. } => {}
+        }
+    }
+}
+
+impl Turn {
+    /// A turn of a pair without a question yet.
+    pub fn new(key: PairKey, state: Box<PairState>, marks: Marks) -> Self {
+        let standing = Standing {
+            verdict: Verdict::Undecided,
+            found: 0,
+            complete: false,
+            recall: 0.0,
+        };
+        let (kind, spent) = (TurnKind::Meet, Spent::default());
+        let (is_new, teaches, next) = (false, false, None);
+        Self {
+            state,
+            key,
+            index: 0,
+            median: 0,
+            kind,
+            is_new,
+            next,
+            teaches,
+            spent,
+            standing,
+            marks,
+        }
+    }
+
+    /// Stores the result in `frame`.
+    #[inline]
+    pub fn end(&mut self, frame: u64) {
+        let state = &self.state;
+        (self.standing, self.marks) = (state.standing(frame), state.marks(frame));
+    }
+
+    /// Ends the turn of a question in `frame`, and determines the next question.
+    #[inline]
+    pub fn end_question(&mut self, bodies: &Bodies, frame: u64) {
+        self.end(frame);
+        let Self {
+            state,
+            key,
+            standing,
+            ..
+        } = self;
+        self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
+        if standing.verdict == Verdict::Separated
+            && let Some(touch) = &mut state.touch
+        {
+            touch.separate(frame);
+        }
+        let asks_contacts = bodies.contact_requests.any()
+            && bodies.contact_requests.has(*key)
+            && !state.knows_contacts(bodies.last_change(*key));
+        self.next = match self.kind {
+            TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
+            TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
+            kind if !standing.complete => Some(kind),
+            _ if asks_contacts && standing.verdict != Verdict::Separated => {
+                Some(TurnKind::Contacts)
+            }
+            _ => None,
+        };
+    }
+
+    /// True if the question of this turn, or its contacts after it, must still be answered.
+    pub fn is_due(&self) -> bool {
+        self.next == Some(TurnKind::Contacts)
+            || self.next.is_some() && self.kind != TurnKind::Contacts
+    }
+}
+
+/// The state of a pair of bodies, kept while their boxes overlap.
+#[derive(Clone, Debug)]
+pub(crate) struct PairState {
+    pub memory: PairMemory,
+    /// The result of the last frame that decided it.
+    pub verdict: Verdict,
+    pub found: u64,
+    /// The last frame that finished it; 0 if none did.
+    pub completed: u64,
+    /// The last frame that decided it; before that, the frame before its boxes overlapped.
+    pub decided: u64,
+    /// The last frame, low bits, in which its latest witnesses were tested and did not meet.
+    pub refuted: u32,
+    /// Share of the tests of its latest witnesses in which they still met; exponentially weighted
+    /// mean.
+    pub steadiness: f32,
+    /// How much more often than on average in the scene the neighbors of a lost witness met;
+    /// exponentially weighted mean.
+    pub nearby: f32,
+    /// Work of the last run that no remembered witness cut short; a lower bound while that run is
+    /// unfinished.
+    pub search: u32,
+    /// Work of the unfinished run.
+    pub pending: Spent,
+    pub said: Said,
+    /// The bodies are separated until the sum of their displacements reaches this; 0 if nothing is
+    /// proven.
+    pub apart: f64,
+    /// The frame, low bits, before which no proof of a distance is tried; 0 if one may be tried at
+    /// any time.
+    pub proves_from: u16,
+    /// The last plane that separated them; the number of failures in a row; and the number of next
+    /// turns without planes.
+    pub parting: Parting,
+    pub in_vain: u8,
+    pub without_planes: u8,
+    /// Their contact points, if these were ever requested.
+    pub touch: Option<Box<Touch>>,
+}
+
+impl PairState {
+    /// The state of a pair of which nothing is known. `before` is the frame before its boxes
+    /// overlapped.
+    pub fn new(before: u64) -> Self {
+        Self {
+            memory: PairMemory::without_clearance(),
+            verdict: Verdict::Undecided,
+            found: 0,
+            completed: 0,
+            decided: before,
+            refuted: 0,
+            steadiness: USUAL_STEADINESS,
+            nearby: 0.0,
+            search: 0,
+            pending: Spent::default(),
+            said: Said::Estimates(ArrayVec::new()),
+            apart: 0.0,
+            proves_from: 0,
+            parting: Parting::default(),
+            in_vain: 0,
+            without_planes: 0,
+            touch: None,
+        }
+    }
+
+    /// True if, in `frame`, its latest witnesses did not meet when last tested, and no others are
+    /// known.
+    #[inline]
+    pub fn is_lost(&self, frame: u64) -> bool {
+        u64::from((frame as u32).wrapping_sub(self.refuted)) < frame - self.decided
+    }
+
+    /// True if it met when it was last decided.
+    #[inline]
+    pub fn met(&self) -> bool {
+        self.verdict.meets()
+    }
+
+    /// The summary for the list of pairs in `frame`.
+    pub fn marks(&self, frame: u64) -> Marks {
+        let completed = self.completed as u32 & FRAME;
+        if self.met() {
+            Marks::Met {
+                witness: self.memory.witness(0).unwrap_or(NO_TRIANGLES),
+                lost: self.is_lost(frame),
+                completed,
+            }
+        } else {
+            Marks::Apart {
+                until: self.apart,
+                is_completed: self.completed > 0,
+                completed,
+            }
+        }
+    }
+
+    /// Records that the bodies are separated until the sum of their displacements reaches `until`;
+    /// a negative value proves nothing.
+    pub fn note_apart(&mut self, until: f64) {
+        (self.apart, self.proves_from) = (until.max(0.0), 0);
+    }
+
+    /// Records that the bodies stayed separated until `frame`, because they had not moved far.
+    pub fn stayed_apart(&mut self, frame: u64) {
+        (self.completed, self.decided) = (self.completed.max(frame), self.decided.max(frame));
+    }
+
+    /// Records that the triangles still met until `frame`, as tests found in the frames since the
+    /// pair was decided.
+    #[cold]
+    pub fn went_on_meeting(&mut self, witness: Option<[u32; 2]>, frame: u64) {
+        for _ in self.decided.max(frame.saturating_sub(MOST_TESTS)) + 1..frame {
+            self.learn_steadiness(1.0);
+        }
+        if witness.is_some() {
+            self.note_test(witness, frame);
+        }
+    }
+
+    /// The result of the pair in `frame`.
+    pub fn standing(&self, frame: u64) -> Standing {
+        let verdict = if self.decided == frame {
+            self.verdict
+        } else {
+            Verdict::Undecided
+        };
+        let complete = self.completed == frame;
+        let recall = match complete {
+            true => 1.0,
+            false if verdict.meets() => self.share_done(),
+            false => 0.0,
+        };
+        Standing {
+            verdict,
+            found: self.found,
+            complete,
+            recall,
+        }
+    }
+
+    /// The share of the expected work of its run that is done: above 0, at most 1/2.
+    #[cold]
+    fn share_done(&self) -> f64 {
+        // The expected work is at least twice that of the unfinished run so far.
+        self.pending.work.max(1) as f64
+            / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
+    }
+
+    /// True if the contacts of bodies that last changed in `changed` are known.
+    pub fn knows_contacts(&self, changed: u64) -> bool {
+        self.touch
+            .as_ref()
+            .is_some_and(|touch| touch.completed >= changed)
+    }
+
+    /// Stores a reported probability, if there is room.
+    pub fn tell(&mut self, probability: f64) {
+        match &mut self.said {
+            Said::Estimates(told) => {
+                let _ = told.try_push(probability);
+            }
+            said @ Said::Bounds(..) => *said = Said::Estimates([probability].into_iter().collect()),
+        }
+    }
+
+    /// True if there are reported probabilities of a pair that is not decided yet.
+    fn has_told(&self) -> bool {
+        matches!(&self.said, Said::Estimates(told) if !told.is_empty())
+    }
+
+    /// Drops the reported probabilities, because the bodies have moved, and the record of an
+    /// unfinished search for contacts.
+    #[inline]
+    pub fn forget_told(&mut self) {
+        if let Said::Estimates(told) = &mut self.said {
+            told.clear();
+        }
+        if let Some(touch) = &mut self.touch {
+            touch.pending = Spent::default();
+        }
+    }
+
+    /// Updates the calibration from the reported probabilities of the pair, which is now decided.
+    pub fn teach(&mut self, calibration: &mut Calibration) {
+        if let Said::Estimates(told) = &mut self.said {
+            let met = self.verdict != Verdict::Separated;
+            told.drain(..).for_each(|told| calibration.learn(told, met));
+        }
+    }
+
+    /// Records a test of its latest witnesses in `frame`. `witness` is the one that still meets, if
+    /// any.
+    pub fn note_test(&mut self, witness: Option<[u32; 2]>, frame: u64) {
+        self.learn_steadiness(if witness.is_some() { 1.0 } else { 0.0 });
+        let Some(witness) = witness else {
+            self.refuted = frame as u32;
+            return;
+        };
+        (self.completed, self.pending) = (frame, Spent::default());
+        self.decide(Verdict::Intersecting { witness }, 1, frame);
+    }
+
+    fn learn_steadiness(&mut self, held: f32) {
+        self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
+    }
+
+    /// Records bounds proven in `frame`.
+    #[cold]
+    pub fn note_bounds(&mut self, key: PairKey, bodies: &Bodies, bounds: Bounds, frame: u64) {
+        let bounds = Bounds {
+            gone: bodies.gone_at_least(key),
+            ..bounds
+        };
+        let bounds = match self.said {
+            Said::Bounds(before, _) if before.are_times != bounds.are_times => bounds,
+            Said::Bounds(before, since) if since >= bodies.last_change(key) => before.and(bounds),
+            Said::Bounds(before, since) if !bounds.are_times => {
+                // A truncated run may prove less than the old bound minus the displacement since;
+                // keep the larger.
+                let carried = bodies.carried(key, before, since, frame);
+                Bounds {
+                    low: bounds.low.max(carried.low).min(bounds.high),
+                    ..bounds
+                }
+            }
+            _ => bounds,
+        };
+        self.said = Said::Bounds(bounds, frame);
+    }
+
+    /// The last proven bounds, times or lengths, and the frame of the proof.
+    pub fn bounds(&self, are_times: bool) -> Option<(Bounds, u64)> {
+        match self.said {
+            Said::Bounds(bounds, frame) if bounds.are_times == are_times => Some((bounds, frame)),
+            _ => None,
+        }
+    }
+
+    /// How early a contact was proven in the last motion: 1 at once, 0 at its end.
+    pub fn urgency(&self) -> Option<f32> {
+        self.bounds(true)
+            .filter(|(bounds, _)| bounds.high <= 1.0)
+            .map(|(bounds, _)| 1.0 - bounds.low as f32)
+    }
+
+    /// Records the verdict of `frame`.
+    pub fn decide(&mut self, verdict: Verdict, found: u64, frame: u64) {
+        (self.decided, self.verdict, self.found) = (frame, verdict, found);
+    }
+
+    /// Records the answer of a call in `frame` and the work of the run. Returns true if the run is
+    /// over.
+    pub fn note(&mut self, answer: &Answer, spent: Spent, frame: u64) -> bool {
+        let is_final = answer.stop.is_final();
+        if is_final {
+            (self.completed, self.pending) = (frame, Spent::default());
+            if spent.bv_tests > 0 {
+                self.search = capped(spent.work);
+            }
+        } else {
+            self.search = self.search.max(capped(2 * spent.work));
+            self.pending = spent;
+        }
+        if answer.verdict != Verdict::Undecided {
+            self.decide(answer.verdict, answer.found, frame);
+        } else if is_final {
+            // The distance equals the margins up to rounding.
+            self.verdict = Verdict::Undecided;
+        }
+        is_final
+    }
+}

@@ -1,0 +1,198 @@
+//! Deals jobs to batches, and takes them back.
+
+use super::job::Job;
+use super::pairs::Pairs;
+use crate::ask::TurnKind;
+use crate::pair::batch::Batch;
+use crate::pair::frame::Frame;
+use crate::report::Report;
+use alloc::vec::Vec;
+
+/// Number of batches under a budget of work, on any number of threads. The first is that of the
+/// round robin.
+pub(crate) const BATCHES: usize = 16;
+
+/// Number of turns that a batch has room for, with this many pairs. The first may get all.
+pub(crate) fn room(batch: usize, pairs: usize) -> usize {
+    let part = match batch {
+        0 => 1,
+        1 | 2 => 8,
+        _ => BATCHES,
+    };
+    pairs.div_ceil(part) + 1
+}
+
+/// Under a budget of work, a batch has at least this much: about 20 us.
+const BATCH_WORK: u64 = 1 << 16;
+
+/// Otherwise, on several threads, one batch for each `PART_WORK` units of work, because handing it
+/// to a thread takes a tenth of that; and at least `LEAST_PARTS` batches.
+const PART_WORK: u64 = 1 << 12;
+const LEAST_PARTS: u64 = 8;
+
+/// The usual share of the round robin is the remaining budget divided by this.
+const ROUND_ROBIN: u64 = 4;
+
+/// The jobs of a round, and the batches that receive them.
+pub(crate) struct Deal<'s> {
+    pub jobs: &'s mut [Job],
+    pub batches: &'s mut [Batch],
+    pub pairs: &'s mut Pairs,
+    pub frame: &'s Frame<'s>,
+    /// Buffer: sort keys and indices of jobs.
+    pub order: &'s mut Vec<(u64, u32)>,
+    /// The job whose turn it is.
+    pub first_turn: usize,
+    /// Overhead of a job, as work that a query could do in that time; 0 without a budget of time.
+    pub overhead: u64,
+}
+
+impl Deal<'_> {
+    /// Median and 90 % quantile of the cost of all open jobs. The median is the sum of the medians.
+    /// The deviations of the quantiles from the medians are added as those of independent
+    /// variables.
+    pub fn expected(&self) -> [u64; 2] {
+        let (mut sum, mut squares) = (0, 0.0);
+        for job in self.jobs.iter().filter(|job| job.open) {
+            let deviation = f64::from(job.forecast.high - job.forecast.median);
+            sum += job.median() + self.overhead;
+            squares += deviation * deviation;
+        }
+        [sum, sum + libm::sqrt(squares) as u64]
+    }
+
+    /// Deals all jobs in the order of their turns, in blocks of equal expected cost.
+    pub fn all(&mut self, [left, reserve, expected]: [u64; 3], timed: bool, threads: usize) {
+        let free = timed || left == u64::MAX;
+        let blocks = match threads {
+            _ if !free => (left / BATCH_WORK).clamp(1, BATCHES as u64),
+            1 => BATCHES as u64,
+            _ => (expected / PART_WORK).clamp(LEAST_PARTS, BATCHES as u64),
+        };
+        let block = expected / blocks + 1;
+        self.turns(u64::MAX, |before| (before / block) as usize);
+        for (batch, index) in self.batches.iter_mut().zip(0..) {
+            let own: u64 = batch.turns.iter().map(|turn| u64::from(turn.median)).sum();
+            let share = u128::from(left - reserve) * u128::from(own) / u128::from(expected.max(1));
+            let share = share as u64 + if index == 0 { reserve } else { 0 };
+            batch.budget = if free { u64::MAX } else { share };
+            batch.looks_ahead = index > 0 || left == u64::MAX;
+        }
+    }
+
+    /// Fills the batch of the round robin, then deals the rest by importance and hit probability
+    /// per cost. `timed` is the number of threads under a budget of time.
+    pub fn shares(&mut self, [left, reserve]: [u64; 2], timed: Option<usize>) {
+        let turns = reserve.max(left / ROUND_ROBIN);
+        // Some jobs take far more than their medians. Jobs that are not reached would have to wait,
+        // however important.
+        self.turns(turns / 2, |_| 0);
+        (self.batches[0].budget, self.batches[0].looks_ahead) = (turns, false);
+
+        let others = match timed {
+            Some(threads) => threads.clamp(1, BATCHES - 1),
+            None => (left / BATCH_WORK).clamp(1, BATCHES as u64 - 1) as usize,
+        };
+        // Expected costs may be too high, so twice as many jobs as fit are dealt.
+        let ready = 2 * (left - turns);
+        self.order_by_rank(ready);
+        let mut before = 0;
+        for dealt in 0..self.order.len() {
+            before += self.deal(self.order[dealt].1 as usize, 1 + dealt % others);
+            if before >= ready {
+                break;
+            }
+        }
+        let others = &mut self.batches[1..];
+        let busy = others
+            .iter()
+            .filter(|batch| !batch.turns.is_empty())
+            .count()
+            .max(1) as u64;
+        for batch in others {
+            batch.budget = if timed.is_some() {
+                u64::MAX
+            } else {
+                (left - turns) / busy
+            };
+            batch.looks_ahead = true;
+        }
+    }
+
+    /// Orders the open jobs by rank, as far as `work` may go.
+    fn order_by_rank(&mut self, work: u64) {
+        self.order.clear();
+        let (mut expected, mut counted) = (0, 0);
+        for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
+            // Contact jobs cost many times as much as others, and are rarely the first.
+            if job.kind != TurnKind::Contacts {
+                expected += job.median() + self.overhead;
+                counted += 1;
+            }
+            self.order.push((job.rank, index));
+        }
+        let mean = expected / counted.max(1);
+        let enough = usize::try_from(2 * work / mean.max(1)).unwrap_or(usize::MAX);
+        if enough < self.order.len() {
+            self.order.select_nth_unstable(enough);
+            self.order.truncate(enough);
+        }
+        self.order.sort_unstable();
+    }
+
+    /// Deals open jobs in the order of their turns until `work` is expected to be spent. `batch`
+    /// returns the batch for a job from the expected work before it.
+    fn turns(&mut self, work: u64, batch: impl Fn(u64) -> usize) {
+        let mut before = 0;
+        for at in self.in_turn() {
+            if before >= work {
+                break;
+            }
+            if self.jobs[at].open {
+                before += self.deal(at, batch(before));
+            }
+        }
+    }
+
+    /// The jobs in the order of their turns: by key, from the cursor on and around.
+    fn in_turn(&self) -> impl Iterator<Item = usize> + use<> {
+        (self.first_turn..self.jobs.len()).chain(0..self.first_turn)
+    }
+
+    /// Puts a job into the batch that holds its stopped run, or else into `batch`. If that is full,
+    /// the job waits for the next round. Returns the expected work, including overhead.
+    fn deal(&mut self, index: usize, batch: usize) -> u64 {
+        let job = &mut self.jobs[index];
+        let batch = &mut self.batches[job.home.take().map_or(batch, usize::from)];
+        if batch.is_full() {
+            return 0;
+        }
+        batch
+            .turns
+            .push(job.deal(index as u32, self.pairs, self.frame));
+        job.median() + self.overhead
+    }
+}
+
+/// Takes jobs back from a batch and reports their results. Returns the number of finished jobs.
+pub(crate) fn take_back(
+    batch: &mut Batch,
+    jobs: &mut [Job],
+    frame: &Frame,
+    pairs: &mut Pairs,
+    report: &mut Report,
+) -> usize {
+    let mut ended = 0;
+    for turn in batch.turns.drain(..) {
+        let job = &mut jobs[turn.index as usize];
+        job.teaches |= turn.teaches;
+        job.open = turn.next.is_some();
+        ended += usize::from(!job.open);
+        if let Some(next) = turn.next.filter(|&next| next != job.kind) {
+            job.ask(next, frame, &turn.state);
+        }
+        report.note(job.listed as usize, turn.standing, turn.spent);
+        pairs.put_back(job.place as usize, turn.state, turn.marks);
+    }
+    ended
+}

@@ -1,0 +1,209 @@
+//! Expected cost of a pair, and its probability of intersecting.
+
+use crate::cost::{WORK_PER_QUERY, WORK_PER_WITNESS};
+use crate::pair::frame::Frame;
+use crate::pair::spent::capped;
+use crate::pair::state::PairState;
+use punctual::Verdict;
+use punctual::prediction::MAX_STEP_WORK;
+
+/// The forecast of a pair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Forecast {
+    /// Work of a complete run, median.
+    pub median: u32,
+    /// Work of a complete run, 90 % quantile.
+    pub high: u32,
+    /// Probability that the pair intersects.
+    pub probability: f32,
+    /// Expected number of frames, this one and those after it, with a known intersection, per unit
+    /// of work; at most 1.
+    pub gain: f32,
+}
+
+impl Forecast {
+    /// The forecast when nothing depends on it: all pairs have equal costs.
+    pub const EQUAL: Self = Self {
+        median: 1,
+        high: 1,
+        probability: 0.0,
+        gain: 0.0,
+    };
+
+    /// The forecast of a pair from its state, or else from the fourth roots of the triangle counts,
+    /// and from the [overlap](crate::body::Bodies::common_part) of the boxes.
+    #[inline]
+    pub fn new(state: &PairState, sizes: [f32; 2], part: f32, frame: &Frame) -> Self {
+        let age = (frame.number - frame.decided(state)) as f32;
+        let probability = match state.verdict {
+            Verdict::Intersecting { .. } | Verdict::Within { .. }
+                if state.is_lost(frame.number) =>
+            {
+                LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, HALF_PART)
+            }
+            Verdict::Intersecting { .. } | Verdict::Within { .. } | Verdict::Contained { .. } => {
+                (1.0 - PARTED * age).max(LEAST_OF_MET)
+            }
+            Verdict::Undecided => saturating(part * part, NEVER_DECIDED),
+            Verdict::Separated => {
+                let search = state.search as f32 + MORE_WORK;
+                (NEW_CONTACT * age * search * part * saturating(part, HALF_PART)).min(MOST_OF_APART)
+            }
+        };
+        let (median, high) = expected_cost(state, sizes);
+        let [median, high] = [median, high].map(|work| capped(work + WORK_PER_QUERY));
+        // After an intersection is found once, its witness finds it as long as the witness lasts.
+        let later = state.steadiness / (1.0 + SHORTEST_LOSS - state.steadiness);
+        let gain = probability * (1.0 + later) / (median as f32 + later * WORK_PER_WITNESS as f32);
+        Self {
+            median,
+            high,
+            probability,
+            gain,
+        }
+    }
+
+    /// The forecast of the contacts of a pair that is known to meet: from the last run, or else
+    /// from the cost of a search.
+    pub fn of_contacts(state: &PairState, sizes: [f32; 2]) -> Self {
+        let (cost, pending) = state
+            .touch
+            .as_ref()
+            .map_or((0, 0), |touch| (touch.cost, touch.pending.work));
+        let (guess, spread) = match cost {
+            0 => (CONTACTS * (sizes[0] * sizes[1]) as u64, 4),
+            cost => (cost, 2),
+        };
+        let median = guess.saturating_sub(pending).max(MAX_STEP_WORK) + WORK_PER_QUERY;
+        let (median, high) = (capped(median), capped(spread * median));
+        Self {
+            median,
+            high,
+            probability: 1.0,
+            gain: 1.0 / median as f32,
+        }
+    }
+}
+
+/// However steady a pair was, its witness is expected to be lost in one frame of 50.
+const SHORTEST_LOSS: f32 = 0.02;
+
+/// Per-frame probability that an intersecting pair has separated (.007 and .015 measured on two
+/// scenes).
+const PARTED: f32 = 0.01;
+
+// These probabilities were fitted on three scenes: `docs/scene.md`.
+
+/// Lower limit of P(contact) for a pair that met before. P(contact) after its witnesses were lost,
+/// at zero and at full overlap of the boxes.
+const LEAST_OF_MET: f32 = 0.93;
+const LEAST_OF_LOST: f32 = 0.55;
+const MOST_OF_LOST: f32 = 0.98;
+
+/// The overlap of the boxes at which P(contact) of a lost or separated pair is half of its maximum.
+const HALF_PART: f32 = 0.1;
+
+/// P(contact) of a pair that was never decided is one half if the square of the overlap is this.
+const NEVER_DECIDED: f32 = 0.1;
+
+/// P(contact) of a pair that was separated: the factor per frame since, per unit of work that the
+/// separation took plus `MORE_WORK`, and per overlap; and the upper limit.
+const NEW_CONTACT: f32 = 2.5e-5;
+const MORE_WORK: f32 = 1000.0;
+const MOST_OF_APART: f32 = 0.5;
+
+/// Work to find the contacts of a pair for the first time, times the fourth roots of the triangle
+/// counts.
+const CONTACTS: u64 = 2000;
+
+/// Work of a query without a remembered witness: median and 90 % quantile.
+#[inline]
+fn expected_cost(state: &PairState, sizes: [f32; 2]) -> (u64, u64) {
+    let (search, spread) = if state.search > 0 {
+        (u64::from(state.search), u64::from(state.search / 2))
+    } else {
+        // Near contact, work grows about like the fourth root of the product of the triangle
+        // counts.
+        let guess = (40.0 * sizes[0] * sizes[1]) as u64;
+        (guess, 4 * guess)
+    };
+    let left = search.saturating_sub(state.pending.work).max(MAX_STEP_WORK);
+    (left, left + spread)
+}
+
+/// A function from 0 to 1 that is 1/2 at `x = half`.
+#[inline]
+fn saturating(x: f32, half: f32) -> f32 {
+    x / (x + half)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Bodies;
+    use crate::schedule::crew::Alone;
+    use alloc::sync::Arc;
+    use punctual::clock::ManualClock;
+    use punctual::{Budget, Mode};
+
+    #[test]
+    fn chances_are_chances_whatever_is_remembered() {
+        let (clock, bodies) = (ManualClock::new(), Arc::new(Bodies::default()));
+        let (mode, budget, crew) = (Mode::Any, Budget::unlimited(), Alone(&clock));
+        let within = Verdict::Within {
+            witness: [0; 2],
+            distance: 1.0,
+        };
+        let verdicts = [
+            Verdict::Undecided,
+            Verdict::Separated,
+            Verdict::Intersecting { witness: [0; 2] },
+            within,
+        ];
+        let mut cases = 0;
+        for verdict in verdicts {
+            for (number, search, refuted) in [(1, 0, 0), (9, 85, 9), (1 << 40, u32::MAX, 0)] {
+                let frame = Frame {
+                    number,
+                    mode,
+                    asked_since: 0,
+                    rest: [0; 2],
+                    cut: false,
+                    moved: true,
+                    budget,
+                    times: Default::default(),
+                    clock: &clock,
+                    bodies: &bodies,
+                    crew: &crew,
+                };
+                let state = PairState {
+                    verdict,
+                    search,
+                    refuted,
+                    ..PairState::new(0)
+                };
+                let mut before = 0.0;
+                for part in [0.0, f32::MIN_POSITIVE, 1e-3, 0.1, 0.5, 1.0] {
+                    let forecast = Forecast::new(&state, [1.0, 200.0], part, &frame);
+                    let Forecast {
+                        probability,
+                        gain,
+                        median,
+                        high,
+                    } = forecast;
+                    assert!(
+                        (before..=1.0).contains(&probability),
+                        "{verdict:?}, {part}: {forecast:?}"
+                    );
+                    assert!(
+                        (0.0..=1.0).contains(&gain) && median <= high,
+                        "{forecast:?}"
+                    );
+                    before = probability;
+                    cases += 1;
+                }
+            }
+        }
+        assert_eq!(cases, 72);
+    }
+}

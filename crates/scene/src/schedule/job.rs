@@ -1,0 +1,141 @@
+//! A pair in a frame: its forecast and its result.
+
+use super::forecast::Forecast;
+use super::pairs::Pairs;
+use crate::ask::TurnKind;
+use crate::id::{PairKey, bodies_of};
+use crate::pair::frame::Frame;
+use crate::pair::state::{PairState, Turn};
+use core::mem;
+
+/// A pair that was not finished when the frame began.
+#[derive(Debug)]
+pub(crate) struct Job {
+    pub key: PairKey,
+    /// Its index in the report, and its index in the list of known pairs.
+    pub listed: u32,
+    pub place: u32,
+    pub forecast: Forecast,
+    /// Sort key: by importance, then by expected gain per work, both descending.
+    pub rank: u64,
+    /// The batch that holds its stopped run.
+    pub home: Option<u8>,
+    pub kind: TurnKind,
+    /// True if it may be the closest of a group.
+    pub measures: bool,
+    /// True if a body has moved, and the state of the pair was not updated when it was listed.
+    pub is_new: bool,
+    /// True if its reported probabilities can now be compared with the verdict.
+    pub teaches: bool,
+    /// True if it is neither in a batch nor finished.
+    pub open: bool,
+}
+
+impl Job {
+    /// A job for an open question. `places`: its indices in the report and in the list of known
+    /// pairs.
+    pub fn new(
+        key: PairKey,
+        [listed, place]: [usize; 2],
+        kind: TurnKind,
+        (forecast, rank): (Forecast, u64),
+    ) -> Self {
+        let (listed, place, home) = (listed as u32, place as u32, None);
+        let (measures, is_new, teaches) = (false, false, false);
+        Self {
+            key,
+            listed,
+            place,
+            forecast,
+            rank,
+            home,
+            kind,
+            measures,
+            is_new,
+            teaches,
+            open: true,
+        }
+    }
+
+    pub fn median(&self) -> u64 {
+        self.forecast.median.into()
+    }
+
+    /// Its turn in a batch, as the job `index` of the frame.
+    pub fn deal(&mut self, index: u32, pairs: &mut Pairs, frame: &Frame) -> Turn {
+        self.open = false;
+        let mut turn = pairs.take(self.place as usize, frame.number);
+        if self.kind == TurnKind::Contacts && turn.state.touch.is_none() {
+            turn.state.touch = Some(pairs.lend_touch());
+        }
+        let is_new = mem::take(&mut self.is_new);
+        Turn {
+            index,
+            median: self.forecast.median,
+            kind: self.kind,
+            is_new,
+            next: Some(self.kind),
+            ..turn
+        }
+    }
+
+    /// Changes its question.
+    #[cold]
+    pub fn ask(&mut self, kind: TurnKind, frame: &Frame, state: &PairState) {
+        self.kind = kind;
+        (self.forecast, self.rank) = outlook(frame, self.key, state, kind, None, true);
+    }
+}
+
+/// The forecast and rank of a question; trivial if `expects` is false. `nearness`, for a pair that
+/// may be the closest of two groups: 1 if it meets, 0 if it is at the upper bound of their
+/// distance.
+#[inline(always)]
+pub(crate) fn outlook(
+    frame: &Frame,
+    key: PairKey,
+    state: &PairState,
+    kind: TurnKind,
+    nearness: Option<f32>,
+    expects: bool,
+) -> (Forecast, u64) {
+    if !expects {
+        return (Forecast::EQUAL, 0);
+    }
+    let [x, y] = frame.bodies.facts_of(key);
+    let special = x.is_special | y.is_special;
+    // A distance takes about four times as long.
+    let scale = if special { 2.0 } else { 1.0 };
+    let sizes = [scale * x.size, scale * y.size];
+    let forecast = match kind {
+        TurnKind::Contacts => Forecast::of_contacts(state, sizes),
+        TurnKind::Meet => {
+            let part = frame.bodies.common_part(bodies_of(key)).unwrap_or(0.0);
+            Forecast::new(state, sizes, part as f32, frame)
+        }
+    };
+    let urgency = if special && kind != TurnKind::Contacts {
+        nearness.or_else(|| state.urgency())
+    } else {
+        None
+    };
+    let importance = x.importance.max(y.importance) + frame.bodies.weight(key, kind);
+    (
+        forecast,
+        rank(
+            importance,
+            urgency.map_or(forecast.gain, |urgency| 1.0 + urgency),
+        ),
+    )
+}
+
+/// Sort key: by importance, then by gain, which is not negative, both descending.
+pub(crate) fn rank(importance: f32, gain: f32) -> u64 {
+    let bits = importance.to_bits();
+    let ascending = if bits >> 31 == 1 {
+        !bits
+    } else {
+        bits | 1 << 31
+    };
+    u64::from(!ascending) << 32 | u64::from(!gain.to_bits())
+}

@@ -1,0 +1,468 @@
+//! The list of a frame: the known pairs whose boxes overlap, as far as the budget allows.
+//!
+//! A partial list begins with the pair whose turn it is, so that the guarantee of the round robin
+//! holds however few pairs a frame can read.
+
+use super::forecast::Forecast;
+use super::job::{Job, outlook};
+use super::pairs::Pairs;
+use super::revisit::Meeting;
+use super::tally::Tallies;
+use super::turns::RoundRobin;
+use crate::ask::TurnKind;
+use crate::body::Bodies;
+use crate::broad::Broad;
+use crate::cost::{WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR, WORK_PER_PAIR_APART};
+use crate::id::{BodyId, PairKey, bodies_of};
+use crate::pair::frame::Frame;
+use crate::pair::spent::Spent;
+use crate::report::Report;
+use alloc::vec::Vec;
+use arrayvec::ArrayVec;
+use core::mem;
+use core::ops::Range;
+use punctual::Verdict;
+use punctual::engine::Deadline;
+
+pub(crate) struct Listing<'l> {
+    pub frame: &'l Frame<'l>,
+    pub broad: &'l Broad,
+    pub pairs: &'l mut Pairs,
+    pub jobs: &'l mut Vec<Job>,
+    pub report: &'l mut Report,
+    pub turns: &'l mut RoundRobin,
+    pub tallies: &'l mut Tallies,
+    /// Pairs that were found to meet before the list, ascending.
+    pub found: &'l [Meeting],
+    /// Index of the next of them to be listed.
+    pub next_found: usize,
+    /// True if something depends on the forecasts of the jobs.
+    pub expects: bool,
+    pub counts: Counts,
+}
+
+/// Counts of a list, besides the pairs in it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Counts {
+    /// Pairs whose contacts are requested and that met when last decided.
+    pub touching: usize,
+    /// Those of them for which a frame with a larger budget would find more contacts.
+    pub partial: usize,
+    /// Pairs of groups that are not listed but whose state is kept.
+    pub kept: usize,
+}
+
+/// Number of pairs whose bodies are read together, so that their cache misses overlap.
+const TOGETHER: usize = 16;
+
+/// A known pair, and data of its bodies.
+#[derive(Clone, Copy)]
+struct Candidate {
+    key: PairKey,
+    place: u32,
+    ids: [BodyId; 2],
+    is_special: bool,
+}
+
+impl Candidate {
+    fn place(&self) -> usize {
+        self.place as usize
+    }
+}
+
+/// The consequences of the distance requests for a pair.
+#[derive(Clone, Copy, Debug, Default)]
+struct Look {
+    /// True if its bodies may not meet.
+    is_out: bool,
+    /// True if it is listed wherever its boxes are.
+    listed: bool,
+    /// True if its state is kept for later frames.
+    keep: bool,
+    /// True if it is proven separated.
+    is_apart: bool,
+    /// If it may be the closest pair of groups, its nearness: [`outlook`].
+    nearness: Option<f32>,
+}
+
+impl<'l> Listing<'l> {
+    /// Begins the report. Pairs with a known result go into the report, the others become jobs;
+    /// both ascending. After each of `parts` parts of the list, calls `hand_out` with the number of
+    /// the part and the list so far.
+    pub fn run(
+        mut self,
+        deadline: &mut Deadline,
+        parts: usize,
+        mut hand_out: impl FnMut(usize, &mut Listing),
+    ) -> Counts {
+        self.jobs.clear();
+        self.report.begin();
+        let known = self.pairs.len();
+        let start = if self.turns.cut {
+            self.pairs.place(self.turns.cursor)
+        } else {
+            0
+        };
+        // The pairs found are paid for here, wherever they are listed.
+        deadline.spend(self.found.len() as u64 * WORK_PER_FOUND_PAIR);
+        let split = if start > 0 {
+            self.found
+                .partition_point(|met| met.key < self.turns.cursor)
+        } else {
+            0
+        };
+        self.next_found = split;
+        let mut end = start;
+        for part in 1..=parts {
+            let until = start + (known - start) * part / parts;
+            end = self.walk(end..until, deadline);
+            if end < until {
+                break;
+            }
+            hand_out(part - 1, &mut self);
+        }
+        let mut is_whole = end == known;
+        let mut seen = end - start + self.list_found_until(self.found.len(), end);
+        if start > 0 {
+            let (jobs, pairs) = (self.jobs.len(), self.report.pairs.len());
+            self.next_found = 0;
+            let begin = if is_whole {
+                self.walk(0..start, deadline)
+            } else {
+                0
+            };
+            seen += begin + self.list_found_until(split, begin);
+            end = if is_whole { begin } else { end };
+            is_whole &= begin == start;
+            self.turn(jobs, pairs);
+        }
+        let next = if end < known { self.pairs.key(end) } else { 0 };
+        self.turns.end_list(next, !is_whole);
+        self.report.unlisted = known.saturating_sub(seen);
+        self.counts
+    }
+
+    /// Moves the first `jobs` jobs and `pairs` pairs, which were listed first, behind the rest.
+    fn turn(&mut self, jobs: usize, pairs: usize) {
+        let all = self.report.pairs.len();
+        self.jobs.rotate_left(jobs);
+        self.report.pairs.rotate_left(pairs);
+        for job in &mut *self.jobs {
+            let place = job.listed as usize;
+            job.listed = if place < pairs {
+                place + all - pairs
+            } else {
+                place - pairs
+            } as u32;
+        }
+    }
+
+    /// Lists the pairs in a range of places. Returns the place before which it ended.
+    fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
+        let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
+        for first in places.clone().step_by(TOGETHER) {
+            let mut together = ArrayVec::<_, TOGETHER>::new();
+            together.extend(
+                (first..places.end)
+                    .take(TOGETHER)
+                    .map(|place| self.candidate(place)),
+            );
+            for &pair in &together {
+                if !deadline.has_room(WORK_PER_LISTED_PAIR) {
+                    return pair.place();
+                }
+                if self
+                    .found
+                    .get(self.next_found)
+                    .is_some_and(|met| met.key < pair.key)
+                {
+                    self.list_found_before(pair);
+                }
+                if let Some(&met) = self
+                    .found
+                    .get(self.next_found)
+                    .filter(|met| met.key == pair.key)
+                {
+                    self.next_found += 1;
+                    self.list_found(met, pair.ids, pair.place());
+                    continue;
+                }
+                let listed = match pair.is_special {
+                    true => self.list::<true>(pair, settled),
+                    false => self.list::<false>(pair, settled),
+                };
+                deadline.spend(if listed {
+                    WORK_PER_LISTED_PAIR
+                } else {
+                    WORK_PER_PAIR_APART
+                });
+            }
+        }
+        places.end
+    }
+
+    /// A pair with the data of its bodies that is read in advance: only their ids, so that all
+    /// cache lines are loaded at the same time.
+    #[inline(always)]
+    fn candidate(&self, place: usize) -> Candidate {
+        let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
+        let is_special = bodies.has_special && bodies.is_special(key);
+        let ids = bodies_of(key).map(|body| bodies.id(body));
+        Candidate {
+            key,
+            place: place as u32,
+            ids,
+            is_special,
+        }
+    }
+
+    /// Lists the pairs found, from the next one up to `end`. None of them is known at a place
+    /// before `from`. Returns their number.
+    fn list_found_until(&mut self, end: usize, from: usize) -> usize {
+        let next = mem::replace(&mut self.next_found, end);
+        for &met in &self.found[next..end] {
+            self.list_found(
+                met,
+                bodies_of(met.key).map(|body| self.frame.bodies.id(body)),
+                from,
+            );
+        }
+        end - next
+    }
+
+    /// Lists pairs that were found but are no longer known, because their fat AABBs in the tree do
+    /// not overlap.
+    #[cold]
+    fn list_found_before(&mut self, pair: Candidate) {
+        let found = &self.found[self.next_found..];
+        let count = found.iter().take_while(|met| met.key < pair.key).count();
+        self.list_found_until(self.next_found + count, pair.place());
+    }
+
+    /// Lists a pair that was found to meet. Its result is complete, unless its contacts are
+    /// requested.
+    #[inline(always)]
+    fn list_found(&mut self, met: Meeting, ids: [BodyId; 2], from: usize) {
+        let Frame { bodies, number, .. } = *self.frame;
+        if bodies.contact_requests.any() {
+            return self.list_touching(met, from);
+        }
+        self.turns
+            .list(met.key, || bodies.last_change(met.key) == number);
+        self.report.push_complete(
+            ids,
+            Verdict::Intersecting {
+                witness: met.witness,
+            },
+            1,
+            0,
+        );
+    }
+
+    #[cold]
+    fn list_touching(&mut self, met: Meeting, from: usize) {
+        let place = self.pairs.place_from(from, met.key);
+        if place < self.pairs.len() && self.pairs.key(place) == met.key {
+            self.list::<false>(self.candidate(place), false);
+        }
+    }
+
+    /// Lists a pair if its boxes overlap; true if they do. `SPECIAL`: the pair may have other
+    /// questions than whether it meets.
+    #[inline(always)]
+    fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool) -> bool {
+        let Frame { number, bodies, .. } = *self.frame;
+        let (place, key) = (pair.place(), pair.key);
+        let look = if SPECIAL {
+            self.look(pair, settled)
+        } else {
+            Look::default()
+        };
+        if look.is_out {
+            return false;
+        }
+        let overlap = look.listed || bodies.overlap(bodies_of(key));
+        let Some(overlap) = (if settled {
+            Some(overlap)
+        } else {
+            self.may_overlap(pair, overlap)
+        }) else {
+            return false;
+        };
+        let Some(known) = self.pairs.overlapping(place, overlap | look.keep, number) else {
+            return false;
+        };
+        if look.keep && !overlap {
+            self.counts.kept += 1;
+            return false;
+        }
+        self.turns.list(key, || self.frame.changed(key) == number);
+        if known.stays_apart(bodies, number) && look.nearness.is_none() {
+            self.report
+                .push_complete(pair.ids, Verdict::Separated, 0, 0);
+            return true;
+        }
+        let known = *known;
+        if !SPECIAL
+            && !self.expects
+            && bodies.last_change(key) == number
+            && !bodies.contact_requests.any()
+        {
+            // The state only needs to know that a body has moved. The thread that runs the job
+            // reads it.
+            let job = Job::new(
+                key,
+                [self.report.pairs.len(), place],
+                TurnKind::Meet,
+                (Forecast::EQUAL, 0),
+            );
+            self.jobs.push(Job {
+                is_new: true,
+                ..job
+            });
+            self.report
+                .push_open(pair.ids, 0.0, number - known.since(number));
+            return true;
+        }
+        let changed = self.frame.changed(key);
+        let state = self.pairs.state_of(known, self.frame);
+        if changed == number {
+            state.forget_told();
+        }
+        let complete = state.completed >= changed;
+        // A verdict of bodies that rest since still holds, even if more may be left to find.
+        let holds = state.verdict != Verdict::Undecided && (complete || state.decided >= changed);
+        if holds {
+            state.decided = number;
+        }
+        let touches = state.met() && bodies.contact_requests.has(key);
+        self.counts.touching += usize::from(touches);
+        self.counts.partial +=
+            usize::from(touches && state.touch.as_ref().is_none_or(|touch| touch.left_out > 0));
+        let located = !touches || self.frame.knows_contacts(state, changed);
+        let mut probability = 0.0;
+        if look.nearness.is_some() || !((complete || look.is_apart) && located) {
+            let is_known = complete && look.nearness.is_none();
+            let asks_contacts =
+                !located && (is_known || asks_contacts_first(bodies, self.turns, key));
+            let kind = if asks_contacts {
+                TurnKind::Contacts
+            } else {
+                TurnKind::Meet
+            };
+            if is_known {
+                state.completed = number;
+            }
+            let outlook = outlook(self.frame, key, state, kind, look.nearness, self.expects);
+            probability = outlook.0.probability;
+            let measures = look.nearness.is_some();
+            self.jobs.push(Job {
+                measures,
+                ..Job::new(key, [self.report.pairs.len(), place], kind, outlook)
+            });
+        }
+        let (verdict, found, age) = (
+            state.verdict,
+            state.found,
+            number - self.frame.decided(state),
+        );
+        let standing = (holds && !complete).then(|| state.standing(number));
+        if complete {
+            let (verdict, found) = if age == 0 {
+                (verdict, found)
+            } else {
+                (Verdict::Undecided, 0)
+            };
+            self.report.push_complete(pair.ids, verdict, found, age);
+        } else if look.is_apart {
+            self.report
+                .push_complete(pair.ids, Verdict::Separated, 0, 0);
+        } else {
+            let listed = self.report.pairs.len();
+            self.report.push_open(pair.ids, probability, age);
+            if let Some(standing) = standing {
+                self.report.note(listed, standing, Spent::default());
+            }
+        }
+        true
+    }
+
+    /// Determines the consequences of the distance requests for a pair, and records its known
+    /// bounds.
+    #[cold]
+    fn look(&mut self, pair: Candidate, settled: bool) -> Look {
+        let Frame { number, bodies, .. } = *self.frame;
+        let (place, key) = (pair.place(), pair.key);
+        let Some(wanted) = bodies.distance_requests.wanted(key) else {
+            return Look::default();
+        };
+        if !bodies.may_meet(bodies_of(key)) {
+            self.tallies.add(&bodies.distance_requests, key, None, true);
+            return Look {
+                is_out: true,
+                ..Look::default()
+            };
+        }
+        if !wanted.of_groups {
+            return Look {
+                listed: true,
+                ..Look::default()
+            };
+        }
+        let of_boxes = bodies.near_by_boxes(key);
+        let is_far = wanted.is_settled(&of_boxes);
+        let is_known = settled || self.may_overlap(pair, true).is_some();
+        let near = match is_known && !is_far && self.pairs.overlapped(place) {
+            true => bodies.near(
+                key,
+                self.pairs.state(place, self.frame),
+                self.frame.changed(key),
+                number,
+            ),
+            false => of_boxes,
+        };
+        let is_settled = wanted.is_settled(&near);
+        if is_settled || !is_known {
+            self.tallies
+                .add(&bodies.distance_requests, key, Some(&near), is_settled);
+        }
+        let nearness = || 1.0 - (near.bounds.low / wanted.ceiling.max(f64::MIN_POSITIVE)) as f32;
+        Look {
+            is_out: false,
+            listed: wanted.by_itself || !is_settled,
+            keep: !is_far,
+            is_apart: near.bounds.low > 0.0,
+            nearness: (!is_settled).then(nearness),
+        }
+    }
+
+    /// Returns true if the boxes of a pair may overlap. `overlap` is the result for the boxes as
+    /// computed. `None` if no answer is possible: a body was replaced, may no longer meet the
+    /// other, or has moved away from its box. Also `None` for two fixed bodies whose distance is no
+    /// longer measured.
+    fn may_overlap(&self, pair: Candidate, overlap: bool) -> Option<bool> {
+        let (bodies, both) = (self.frame.bodies, bodies_of(pair.key));
+        if self.broad.is_of_another(bodies, both) || !bodies.may_meet(both) {
+            return None;
+        }
+        if !self.broad.compares(both) && !bodies.distance_requests.has(pair.key) {
+            return None;
+        }
+        if both
+            .into_iter()
+            .all(|body| !bodies.facts(body).is_changed())
+        {
+            return Some(overlap);
+        }
+        (overlap || self.pairs.overlapped(pair.place())).then_some(true)
+    }
+}
+
+/// True if contacts come before any other question of a pair that met: in their turn, or if they
+/// are more important.
+fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
+    let weight = |kind| bodies.weight(key, kind);
+    turns
+        .is_at_contacts(key)
+        .unwrap_or_else(|| weight(TurnKind::Contacts) > weight(TurnKind::Meet))
+}

@@ -1,0 +1,617 @@
+//! Shares the budget of a frame among its pairs.
+//!
+//! A pair that was decided and whose bodies have not moved since needs nothing. For the others the
+//! cost is predicted ([`forecast`]), and the frame proceeds in rounds:
+//!
+//! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
+//!   Under a budget of time, if the last frame was cut short, known pairs are then searched
+//!   ([`revisit`]). The pairs found are reported however little of the frame is left. Without a
+//!   budget, other threads test while this one pairs bodies.
+//! - A job has one question. If its pair is found to meet and its contacts are requested, the job
+//!   continues with the contacts, with a new rank, in the next round.
+//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends. Without a
+//!   budget and on several threads, this begins in the first round, part by part while the list is
+//!   made.
+//! - Otherwise a quarter goes to all pairs in turn (the *round robin*). The rest is dealt by
+//!   importance, then by the expected number of intersections found per expected cost, in this
+//!   frame and by the witness as long as it lasts. (Information, the entropy of the probability,
+//!   was measured to be worse: pairs that almost certainly intersect would wait.)
+//! - The rest goes into the next round.
+//!
+//! The guarantee of [`crate::Scene::detect`] holds for these reasons, with `B`, `R`, `C` and `K`
+//! from there:
+//!
+//! - No budget of work is exceeded: each query ends one step of work before that of its batch is
+//!   spent.
+//! - In each frame the round robin has at least `R`, and only tests of witnesses come before it,
+//!   which leave it that much. Its first pair finishes if it takes at most `R`. Otherwise it
+//!   continues in the next frame if neither body has moved, or else has had its turn.
+//! - A turn cut short is the first of the next frame. So is the turn of the contacts of a pair that
+//!   was found to meet: it comes before the question whether the pair still meets. So in any two
+//!   frames the round robin spends more than `R` on turns that end, and it completes a round in `K`
+//!   frames.
+
+pub(crate) mod crew;
+mod deal;
+mod forecast;
+mod job;
+mod known;
+mod listing;
+mod merge;
+mod pace;
+pub(crate) mod pairs;
+mod revisit;
+pub(crate) mod share;
+mod tally;
+mod turns;
+#[cfg(feature = "parallel")]
+pub(crate) mod workers;
+
+use super::body::Bodies;
+use super::broad::Broad;
+use super::certificate::PairCertificate;
+use super::events::Events;
+use super::id::PairKey;
+use super::pair::batch::{Batch, Round};
+use super::pair::frame::{Frame, GUARANTEED};
+use super::pair::question::Question;
+use super::report::Report;
+use super::room::reserve;
+use crate::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use core::time::Duration;
+pub(super) use deal::BATCHES;
+use deal::{Deal, take_back};
+use job::Job;
+use listing::{Counts, Listing};
+use pace::{Overhead, Reserved, Speed};
+use pairs::Pairs;
+use punctual::Tree;
+use punctual::engine::Deadline;
+use punctual::prediction::Calibration;
+use punctual::{Mode, Query, Verdict, Workspace};
+use punctual_geom::{Pose, nanoseconds};
+use revisit::{Hands, Revisit};
+use share::Share;
+use tally::Tallies;
+use turns::RoundRobin;
+
+/// Ends of the steps before the broad phase ([`revisit`]), in sixteenths of the time of a frame:
+/// `TEST` if only witnesses are tested, `SEARCH` if searches follow.
+const TEST: u32 = 8;
+const SEARCH: u32 = 13;
+const PARTS: u32 = 16;
+
+/// Minimum number of known pairs per part of the list if their jobs are short; and the number per
+/// part if the calling thread runs the jobs itself before it lists the next part.
+const PART: usize = 64;
+const PART_ALONE: usize = 512;
+
+/// The time reserved for listing the pairs that were found to meet before the list is at most a
+/// frame divided by this.
+const LIST_OF_FOUND: u32 = 4;
+
+/// Maximum number of rounds of a frame. The rest is small after two or three.
+const ROUNDS: u64 = 8;
+
+/// The results of the broad phase, and the contact tracking.
+pub(crate) struct Found<'f> {
+    pub broad: &'f mut Broad,
+    pub pairs: &'f mut Pairs,
+    pub events: &'f mut Events,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Schedule {
+    batches: Vec<Batch>,
+    /// The jobs of the frame, ascending by pair.
+    jobs: Vec<Job>,
+    /// Number of unfinished jobs.
+    open: usize,
+    /// True if the frame had no jobs, and a frame with a larger budget would have none either.
+    pub is_idle: bool,
+    /// Buffer for dealing jobs.
+    order: Vec<(u64, u32)>,
+    turns: RoundRobin,
+    tallies: Tallies,
+    revisit: Revisit,
+    speed: Speed,
+    overhead: Overhead,
+    /// Time from the collection of the last job to the end of the frame, without estimates.
+    rest: Reserved,
+    /// The correction of the estimated probabilities.
+    pub calibration: Calibration,
+}
+
+impl Schedule {
+    pub fn new() -> Self {
+        Self {
+            batches: (0..BATCHES).map(|_| Batch::new()).collect(),
+            ..Self::default()
+        }
+    }
+
+    pub fn reserve(&mut self, pairs: usize, bodies: &Bodies, report: &mut Report) {
+        reserve(&mut self.jobs, pairs);
+        reserve(&mut report.pairs, pairs);
+        reserve(
+            &mut report.passages,
+            if bodies.has_motions { pairs } else { 0 },
+        );
+        reserve(&mut report.distances, bodies.distance_requests.of_pairs);
+        reserve(&mut self.order, pairs);
+        self.revisit.reserve(pairs);
+        for (number, batch) in self.batches.iter_mut().enumerate() {
+            reserve(&mut batch.turns, deal::room(number, pairs));
+            reserve(&mut batch.tests, revisit::room(number, pairs));
+        }
+    }
+
+    pub fn reserve_groups(&mut self, groups: usize, report: &mut Report) {
+        self.tallies.reserve(groups);
+        reserve(&mut report.group_distances, groups);
+    }
+
+    pub fn make_patches(&mut self) {
+        self.batches.iter_mut().for_each(Batch::make_patches);
+    }
+
+    /// The certificate of the stopped run of a pair, if the run is kept.
+    pub fn certificate(
+        &self,
+        key: PairKey,
+        [a, b]: [&Tree; 2],
+        b_in_a: Pose,
+        mode: Mode,
+    ) -> Option<PairCertificate> {
+        // A stopped run of another question does not belong to this query.
+        let query = Query::intersection(a, b, b_in_a).surfaces().mode(mode);
+        let mut held = self
+            .batches
+            .iter()
+            .filter_map(Batch::stopped)
+            .filter(|&(held, _)| held == key);
+        let open = held.find_map(|(_, workspace)| query.certificate(workspace).ok())?;
+        Some(PairCertificate {
+            upper_bound: open.upper_bound(),
+            largest_extent: open.largest_extent(),
+        })
+    }
+
+    /// Tests the latest witnesses of pairs that met, and calls `meanwhile` while other threads
+    /// test. If only time is limited and the last frame was cut, then searches the pairs that these
+    /// tests leave open. Under a budget of time, returns when that ended, and the time left, minus
+    /// that for listing the pairs found.
+    pub fn revisit(
+        &mut self,
+        frame: &Frame,
+        broad: &mut Broad,
+        pairs: &mut Pairs,
+        scratch: &mut Box<Workspace>,
+        meanwhile: impl FnOnce(&mut Broad, &mut Pairs),
+    ) -> Option<[Duration; 2]> {
+        let whole = frame.is_timed().then_some(frame.times);
+        if frame.mode != Mode::Any {
+            self.revisit.skip();
+            return whole;
+        }
+        let work = frame.budget.work_limit().map_or(u64::MAX, |work| {
+            work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
+        });
+        let searches = frame.cut && frame.budget.work_limit().is_none();
+        let part = if searches { SEARCH } else { TEST };
+        let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * part));
+        let deadline = || Deadline::of_a_part(end, work, frame.clock);
+        let batches = &mut self.batches[..];
+        let mut hands = Hands {
+            batches,
+            scratch,
+            end,
+            dealt: 0,
+        };
+        self.revisit
+            .test(frame, broad, pairs, &mut hands, &mut deadline(), meanwhile);
+        let [began, limit] = whole?;
+        if searches {
+            self.revisit
+                .search(frame, broad, pairs, &mut hands, &mut deadline());
+        }
+        let (ended, of_list) = (
+            frame.clock.now(),
+            self.overhead.listing(self.revisit.found.len()),
+        );
+        let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));
+        Some([ended, end.saturating_sub(ended)])
+    }
+
+    /// Number of pairs that were found to meet before the broad phase.
+    pub fn found(&self) -> usize {
+        self.revisit.found.len()
+    }
+
+    /// Runs the overlapping pairs as far as the budget allows and fills the report. Under a budget
+    /// of time, returns when it ended.
+    pub fn run(
+        &mut self,
+        frame: &Frame,
+        found: &mut Found,
+        share: &mut Share,
+        report: &mut Report,
+        scratch: &mut Box<Workspace>,
+    ) -> Option<Duration> {
+        let mut overhead = self.overhead;
+        share.list(&mut overhead, |deadline| {
+            self.list(frame, found, report, scratch, deadline)
+        });
+        self.overhead = overhead;
+        report.spend(self.revisit.spent());
+        let pairs = &mut *found.pairs;
+        let estimates = frame.for_estimates();
+        let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
+        let end = frame.end(rest);
+        let mut round = Round::to_the_end(frame.number, frame.mode, end);
+        let mut lap = None;
+        frame.lap(&mut lap);
+        let total = self.left(frame, end.zip(lap), 0);
+        let least = frame.bodies.least_work();
+        for number in 0..ROUNDS {
+            let left = self.left(frame, end.zip(lap), report.work);
+            let open = self.open;
+            // Under a budget of work, nothing comes before the guaranteed share, not even the cost
+            // of planning another round.
+            let rounds = if end.is_some() { number + 1 } else { number };
+            let planning = rounds * WORK_PER_PLANNED_PAIR * open as u64;
+            if open == 0 || left < LEAST_WORK + planning {
+                break;
+            }
+            let reserve = if left == u64::MAX {
+                0
+            } else {
+                left.min((total / GUARANTEED).max(least))
+            };
+            self.find_homes();
+            self.plan(frame, &mut round, left, reserve, pairs);
+            let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
+            round.end = frame.end(rest + self.overhead.collecting(dealt));
+            let dealing = frame.lap(&mut lap);
+            frame
+                .crew
+                .run(&mut self.batches, &round, frame.bodies, scratch);
+            let running = frame.lap(&mut lap);
+            let spent = self.collect(frame, [total, least], pairs, report);
+            if let (Some(dealing), Some(running), Some(collecting)) =
+                (dealing, running, frame.lap(&mut lap))
+            {
+                self.overhead.learn_round([dealing, collecting], dealt);
+                self.speed
+                    .learn(spent as f64, nanoseconds(running) * frame.threads() as f64);
+            }
+            if spent == 0 {
+                break;
+            }
+        }
+        self.tell(frame, found, report, estimates, lap)
+    }
+
+    /// Reports the results at the end of the rounds, which was at `lap`, and measures how long that
+    /// takes. Returns when it ended.
+    fn tell(
+        &mut self,
+        frame: &Frame,
+        found: &mut Found,
+        report: &mut Report,
+        estimates: Option<Duration>,
+        mut lap: Option<Duration>,
+    ) -> Option<Duration> {
+        self.learn(frame, found.pairs);
+        let estimating = estimates.map_or(Duration::ZERO, |_| {
+            self.estimate(frame, found.pairs, report)
+        });
+        self.turns.end_frame(&self.jobs);
+        found.pairs.tell_bounds(frame, found.broad, report);
+        self.tell_groups(frame, found, report);
+        report.finish();
+        found.events.tell(frame.bodies, found.broad, report);
+        if let Some(took) = frame.lap(&mut lap) {
+            let took = took.saturating_sub(estimating);
+            let told = report.pairs.len()
+                + report.distances.len()
+                + report.passages.len()
+                + found.events.len();
+            let most = (2_000 + 10 * told) as f64 + nanoseconds(estimates.unwrap_or_default());
+            self.rest.learn(nanoseconds(took), most);
+        }
+        lap
+    }
+
+    /// Updates the calibration from the decided pairs, in their order, which does not depend on the
+    /// threads.
+    fn learn(&mut self, frame: &Frame, pairs: &mut Pairs) {
+        for job in self.jobs.iter().filter(|job| job.teaches) {
+            pairs
+                .state(job.place as usize, frame)
+                .teach(&mut self.calibration);
+        }
+    }
+
+    fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) {
+        let Frame { bodies, number, .. } = *frame;
+        if bodies.distance_requests.groups.is_empty() {
+            return;
+        }
+        for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
+            let state = found.pairs.state(place as usize, frame);
+            let near = bodies.near(key, state, frame.changed(key), number);
+            let is_settled = bodies
+                .distance_requests
+                .wanted(key)
+                .is_none_or(|wanted| wanted.is_settled(&near));
+            self.tallies
+                .add(&bodies.distance_requests, key, Some(&near), is_settled);
+        }
+        self.tallies.tell(bodies, report);
+    }
+
+    /// Passes the findings about groups on to the next frames.
+    pub fn hand_on(&self, bodies: &mut Bodies, frame: u64) {
+        self.tallies.hand_on(&mut bodies.distance_requests, frame);
+    }
+
+    /// Chooses the plan of the round and deals the jobs.
+    fn plan(
+        &mut self,
+        frame: &Frame,
+        round: &mut Round,
+        left: u64,
+        reserve: u64,
+        pairs: &mut Pairs,
+    ) {
+        let timed = round.end.map(|_| frame.threads());
+        let of_a_job =
+            |threads| self.overhead.of_a_job() * threads as f64 * self.speed.work_per_nano();
+        let overhead = timed.map_or(0, |threads| of_a_job(threads) as u64);
+        let Self {
+            jobs,
+            batches,
+            order,
+            turns,
+            ..
+        } = self;
+        let first_turn = jobs.partition_point(|job| job.key < turns.cursor);
+        let mut deal = Deal {
+            jobs,
+            batches,
+            pairs,
+            frame,
+            order,
+            first_turn,
+            overhead,
+        };
+        let [expected, high] = deal.expected();
+        round.to_the_end = high <= left - reserve;
+        if round.to_the_end {
+            deal.all([left, reserve, expected], timed.is_some(), frame.threads());
+        } else {
+            deal.shares([left, reserve], timed);
+        }
+    }
+
+    /// Estimates the stopped queries, at most one per batch, as long as there is time. Returns the
+    /// time that it took within its limit.
+    fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
+        let end = frame.end(self.rest.times(1.0));
+        let began = end.map_or(Duration::ZERO, |_| frame.clock.now());
+        let last_look = Cell::new(began);
+        let goes_on = || {
+            end.is_none_or(|end| {
+                last_look.set(frame.clock.now());
+                last_look.get() < end
+            })
+        };
+        for batch in &self.batches {
+            let Some((key, workspace)) = batch.stopped() else {
+                continue;
+            };
+            let Ok(at) = self.jobs.binary_search_by_key(&key, |job| job.key) else {
+                continue;
+            };
+            let Some([a, b]) = frame.bodies.pair(key) else {
+                continue;
+            };
+            if !goes_on() {
+                break;
+            }
+            let Job { place, listed, .. } = self.jobs[at];
+            let Question::Meet(query) =
+                Question::new(frame.bodies, key, [a, b], a.relative(b), frame.mode)
+            else {
+                continue;
+            };
+            let state = pairs.state(place as usize, frame);
+            if let Ok(mut estimate) = query.estimate_while(workspace, Some(&state.memory), &goes_on)
+            {
+                // An estimate of a decided pair teaches nothing.
+                if report.pairs[listed as usize].verdict == Verdict::Undecided {
+                    state.tell(estimate.probability);
+                }
+                estimate.probability = self.calibration.apply(estimate.probability);
+                report.estimate(listed as usize, &estimate);
+            }
+        }
+        let interrupted = end.map_or(began, |end| end.min(last_look.get()));
+        interrupted.saturating_sub(began)
+    }
+
+    /// Work left after `spent`; `u64::MAX` without a budget.
+    fn left(&self, frame: &Frame, until_from: Option<(Duration, Duration)>, spent: u64) -> u64 {
+        let time = until_from.map(|(end, now)| end.saturating_sub(now));
+        let work = |time: Duration| {
+            (nanoseconds(time) * frame.threads() as f64 * self.speed.work_per_nano()) as u64
+        };
+        let in_time = time.map_or(u64::MAX, work);
+        in_time.min(
+            frame
+                .budget
+                .work_limit()
+                .map_or(u64::MAX, |limit| limit.saturating_sub(spent)),
+        )
+    }
+
+    /// Lists the pairs of the frame, and makes room for more of them. If nothing depends on the
+    /// order of the jobs, they are run while the list is made, by other threads if there are any.
+    fn list(
+        &mut self,
+        frame: &Frame,
+        found: &mut Found,
+        report: &mut Report,
+        scratch: &mut Box<Workspace>,
+        deadline: &mut Deadline,
+    ) {
+        for batch in &mut self.batches {
+            // After a body changed, a stopped run belongs to an older pose or tree.
+            batch.held = batch.held.filter(|&key| frame.changed(key) < frame.number);
+        }
+        let Found {
+            broad,
+            pairs,
+            events,
+        } = found;
+        let Self {
+            jobs,
+            turns,
+            tallies,
+            revisit,
+            batches,
+            ..
+        } = self;
+        tallies.begin(&frame.bodies.distance_requests);
+        let found = &revisit.found;
+        let is_free = frame.budget.is_unlimited();
+        let begins = is_free && !turns.cut && batches.iter().all(|batch| batch.held.is_none());
+        let (known, alone) = (pairs.len(), frame.threads() == 1);
+        let (expects, counts) = (!(is_free && alone || begins), Counts::default());
+        let listing = Listing {
+            frame,
+            broad,
+            pairs,
+            jobs,
+            report,
+            turns,
+            tallies,
+            found,
+            next_found: 0,
+            expects,
+            counts,
+        };
+        let parts = match begins {
+            false => 1,
+            true if alone => known.div_ceil(PART_ALONE),
+            true if frame.mode == Mode::Any => (known / PART).clamp(1, BATCHES),
+            true => known.clamp(1, BATCHES),
+        };
+        let round = Round::to_the_end(frame.number, frame.mode, None);
+        let (mut dealt, mut ended) = (0, 0);
+        let Counts {
+            kept,
+            touching,
+            partial,
+        } = listing.run(deadline, parts, |part, list| {
+            if !begins {
+                return;
+            }
+            let at = if alone { 0 } else { part };
+            let batch = &mut batches[at];
+            (batch.budget, batch.looks_ahead) = (u64::MAX, true);
+            for job in &mut list.jobs[dealt..] {
+                if !batch.is_full() {
+                    batch.turns.push(job.deal(dealt as u32, list.pairs, frame));
+                }
+                dealt += 1;
+            }
+            frame
+                .crew
+                .begin(at, &mut batches[at..=at], &round, frame.bodies);
+            if alone {
+                frame.crew.finish(
+                    &mut batches[..1],
+                    &round,
+                    frame.bodies,
+                    scratch,
+                    &mut |batch| {
+                        ended += take_back(batch, list.jobs, frame, list.pairs, list.report);
+                    },
+                );
+            }
+        });
+        if begins && !alone {
+            frame
+                .crew
+                .finish(batches, &round, frame.bodies, scratch, &mut |batch| {
+                    ended += take_back(batch, jobs, frame, pairs, report);
+                });
+        }
+        self.open = self.jobs.len() - ended;
+        self.is_idle = self.jobs.is_empty() && partial == 0;
+        let listed = report.pairs.len() + kept;
+        let used = if revisit.is_full {
+            listed.max(pairs.room() + 1)
+        } else {
+            listed
+        };
+        pairs.grow(
+            broad,
+            [used, touching],
+            frame.bodies.is_young(frame.number),
+            deadline,
+        );
+        self.reserve(pairs.room(), frame.bodies, report);
+        events.reserve(pairs.room(), report);
+    }
+
+    /// Finds the jobs with a stopped run. The run of the job whose turn it is moves to the batch of
+    /// the round robin.
+    fn find_homes(&mut self) {
+        let first = self.jobs.partition_point(|job| job.key < self.turns.cursor);
+        if let Some(first) = self.jobs.get(first).or(self.jobs.first())
+            && let [round_robin, others @ ..] = &mut self.batches[..]
+            && let Some(home) = others
+                .iter_mut()
+                .find(|batch| batch.held == Some(first.key))
+        {
+            round_robin.swap_held(home);
+        }
+        for (batch, home) in self.batches.iter().zip(0..) {
+            let at = batch
+                .held
+                .map(|key| self.jobs.binary_search_by_key(&key, |job| job.key));
+            if let Some(Ok(at)) = at {
+                self.jobs[at].home = Some(home);
+            }
+        }
+    }
+
+    /// Takes the jobs back from the batches. `total` is the work of this frame, `least` that of a
+    /// turn. Returns the work done.
+    fn collect(
+        &mut self,
+        frame: &Frame,
+        [total, least]: [u64; 2],
+        pairs: &mut Pairs,
+        report: &mut Report,
+    ) -> u64 {
+        // Without a budget all have had their turn, however they were dealt.
+        if total < u64::MAX {
+            self.turns.advance(
+                &self.batches[0],
+                (total / GUARANTEED).saturating_sub(2 * least),
+            );
+        }
+        let before = report.work;
+        for batch in &mut self.batches {
+            self.open -= take_back(batch, &mut self.jobs, frame, pairs, report);
+        }
+        report.work - before
+    }
+}

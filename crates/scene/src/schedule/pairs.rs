@@ -1,0 +1,471 @@
+//! The pairs of bodies whose fat AABBs overlap, and the states of those that need one.
+
+use super::known::{Known, Slot};
+use crate::ask::distance_requests::Asker;
+use crate::broad::Broad;
+use crate::cost::WORK_PER_STATE;
+use crate::id::{PairKey, bodies_of, pair_key};
+use crate::pair::bounds::Bounds;
+use crate::pair::frame::Frame;
+use crate::pair::state::{Marks, PairState, Turn};
+use crate::pair::touch::{Touch, Touches};
+use crate::report::{PairDistance, PairPassage, PairReport, Report};
+use crate::room::{Room, reserve};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::ops::Range;
+use punctual::clock::ManualClock;
+use punctual::engine::Deadline;
+
+/// With more pairs than this there is room for the maximum number, so that no frame moves many of
+/// them.
+const MANY: usize = 8192;
+
+/// Default maximum number of pairs, and its upper limit: places and slots are 32-bit numbers.
+const MOST_PAIRS: usize = 1 << 20;
+pub(crate) const LIMIT: usize = u32::MAX as usize - 1;
+
+/// Progress of the merge of a portion: the next indices in the known pairs and in those found.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Merge {
+    pub known: usize,
+    pub found: usize,
+    /// True if some pairs did not fit.
+    pub left_out: bool,
+}
+
+#[derive(Debug)]
+pub(crate) struct Pairs {
+    /// Ascending.
+    pub(super) known: Vec<Known>,
+    /// The merged part of the next list.
+    pub(super) merged: Vec<Known>,
+    pub(super) merge: Merge,
+    /// `None` while the pair of the state is run.
+    states: Vec<Option<Box<PairState>>>,
+    /// Number of states made in advance, which was paid for. Other states were made on demand;
+    /// their number depends on the threads.
+    made: usize,
+    free: Vec<Slot>,
+    touches: Touches,
+    /// Stands in for the state of a pair without a turn.
+    new: PairState,
+    /// Room for pairs: for known ones, and for states.
+    room: [Room; 2],
+    /// Maximum number of pairs.
+    pub most: usize,
+}
+
+impl Default for Pairs {
+    fn default() -> Self {
+        Self {
+            known: Vec::new(),
+            merged: Vec::new(),
+            merge: Merge::default(),
+            states: Vec::new(),
+            made: 0,
+            free: Vec::new(),
+            touches: Touches::default(),
+            new: PairState::new(0),
+            room: [Room::default(); 2],
+            most: MOST_PAIRS,
+        }
+    }
+}
+
+impl Pairs {
+    /// Number of known pairs of overlapping fat AABBs.
+    pub fn len(&self) -> usize {
+        self.merged.len() + self.known.len() - self.merge.known
+    }
+
+    /// The known pair at a place, ascending. During a merge, these are the merged pairs, then those
+    /// not merged yet.
+    fn at(&self, place: usize) -> &Known {
+        let merged = self.merged.len();
+        if place < merged {
+            &self.merged[place]
+        } else {
+            &self.known[place - merged + self.merge.known]
+        }
+    }
+
+    fn at_mut(&mut self, place: usize) -> &mut Known {
+        let merged = self.merged.len();
+        if place < merged {
+            &mut self.merged[place]
+        } else {
+            &mut self.known[place - merged + self.merge.known]
+        }
+    }
+
+    pub fn key(&self, place: usize) -> PairKey {
+        self.at(place).key
+    }
+
+    /// The place of the first pair whose key is not below `key`.
+    pub fn place(&self, key: PairKey) -> usize {
+        let merged = self.merged.partition_point(|known| known.key < key);
+        if merged < self.merged.len() {
+            return merged;
+        }
+        merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
+    }
+
+    /// [`Pairs::place`] for a key that is not below those before `from`, and near it: `O(log d)`
+    /// for a distance of `d` places.
+    pub fn place_from(&self, from: usize, key: PairKey) -> usize {
+        let (mut low, mut step) = (from, 1);
+        while low + step <= self.len() && self.key(low + step - 1) < key {
+            low += step;
+            step *= 2;
+        }
+        let mut high = self.len().min(low + step - 1);
+        while low < high {
+            let middle = (low + high) / 2;
+            if self.key(middle) < key {
+                low = middle + 1
+            } else {
+                high = middle
+            }
+        }
+        low
+    }
+
+    /// The present place of a pair that was at `place`, if it is still known. `before` is probably
+    /// the place of an earlier pair.
+    #[inline]
+    pub fn place_now(&self, place: usize, key: PairKey, before: usize) -> Option<usize> {
+        let is_at = |place: usize| place < self.len() && self.key(place) == key;
+        if is_at(place) {
+            return Some(place);
+        }
+        let from = if before < self.len() && self.key(before) < key {
+            before
+        } else {
+            0
+        };
+        Some(self.place_from(from, key)).filter(|&place| is_at(place))
+    }
+
+    /// Records whether the boxes of a pair overlap in `frame`. Returns its record if they do.
+    #[inline(always)]
+    pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {
+        if overlap {
+            let known = self.at_mut(place);
+            if !known.overlaps() {
+                known.begin(frame);
+            }
+            return Some(known);
+        }
+        let slot = self.at_mut(place).end();
+        self.release(slot);
+        None
+    }
+
+    /// True if the boxes of a pair overlapped when last compared.
+    pub fn overlapped(&self, place: usize) -> bool {
+        self.at(place).overlaps()
+    }
+
+    /// The first of these places whose pair met when last decided.
+    #[inline]
+    pub fn next_met(&self, places: Range<usize>) -> Option<usize> {
+        let split = self.merged.len();
+        if split <= places.start {
+            let known = &self.known[self.merge.known..][places.start - split..places.end - split];
+            return known
+                .iter()
+                .position(Known::met)
+                .map(|at| places.start + at);
+        }
+        let merged = &self.merged[places.start.min(split)..places.end.min(split)];
+        let known = &self.known[self.merge.known..]
+            [places.start.max(split) - split..places.end.max(split) - split];
+        merged
+            .iter()
+            .chain(known)
+            .position(Known::met)
+            .map(|at| places.start + at)
+    }
+
+    /// True if the witnesses of a pair were lost since it was last decided.
+    pub fn is_lost(&self, place: usize) -> bool {
+        self.at(place).is_lost()
+    }
+
+    /// True if a pair did not meet when last decided, or was never decided.
+    pub fn is_unmet(&self, place: usize) -> bool {
+        !self.at(place).met()
+    }
+
+    /// The state of a pair whose boxes overlap.
+    #[inline]
+    pub fn state(&mut self, place: usize, frame: &Frame) -> &mut PairState {
+        self.state_of(*self.at(place), frame)
+    }
+
+    #[inline]
+    pub fn state_of(&mut self, known: Known, frame: &Frame) -> &mut PairState {
+        let state = known
+            .slot
+            .and_then(|slot| self.states[slot.place()].as_mut());
+        if let Some(state) = state {
+            known
+                .marks()
+                .tell(known.key, state, frame.bodies, frame.number);
+            return state;
+        }
+        self.new = PairState::new(known.since(frame.number));
+        &mut self.new
+    }
+
+    /// The triangles of a pair that met last (tree order).
+    #[inline]
+    pub fn witness(&self, place: usize) -> [u32; 2] {
+        self.at(place).witness()
+    }
+
+    /// Records that the two triangles of a pair that intersected last also intersect in `frame`.
+    #[inline]
+    pub fn hold(&mut self, place: usize, frame: u64) {
+        self.at_mut(place).hold(frame);
+    }
+
+    /// Takes the state of a pair out, if it has one, with the summary that the state must be
+    /// updated with first.
+    #[inline]
+    pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Marks)> {
+        let known = *self.at(place);
+        self.states[known.slot?.place()]
+            .take()
+            .map(|state| (state, known.marks()))
+    }
+
+    /// Takes the state of a pair out for a turn. A pair without a state gets one.
+    #[inline]
+    pub fn take(&mut self, place: usize, frame: u64) -> Turn {
+        let known = *self.at(place);
+        let (state, marks) = self
+            .take_state(place)
+            .unwrap_or_else(|| (self.new_state(place, frame), known.marks()));
+        Turn::new(known.key, state, marks)
+    }
+
+    #[cold]
+    fn new_state(&mut self, place: usize, frame: u64) -> Box<PairState> {
+        let slot = self.free.pop().unwrap_or_else(|| {
+            self.states.push(None);
+            Slot::new(self.states.len() - 1)
+        });
+        let known = self.at_mut(place);
+        known.slot = Some(slot);
+        let new = PairState::new(known.since(frame));
+        match self.states[slot.place()].take() {
+            Some(mut state) => {
+                *state = new;
+                state
+            }
+            None => Box::new(new),
+        }
+    }
+
+    /// Frees the state in a slot, if there is one.
+    #[inline]
+    pub(super) fn release(&mut self, slot: Option<Slot>) {
+        let Some(slot) = slot else { return };
+        self.free.push(slot);
+        let state = if self.touches.any() {
+            self.states[slot.place()].as_mut()
+        } else {
+            None
+        };
+        if let Some(touch) = state.and_then(|state| state.touch.take()) {
+            self.touches.take_back(touch);
+        }
+    }
+
+    /// A contact state for a pair.
+    pub fn lend_touch(&mut self) -> Box<Touch> {
+        self.touches.lend()
+    }
+
+    /// True if pairs may have contact states.
+    pub fn tell_touches(&self) -> bool {
+        self.touches.any()
+    }
+
+    /// The contact state of a pair.
+    pub fn touch(&self, key: PairKey) -> Option<&Touch> {
+        let place = self.place(key);
+        let known = (place < self.len())
+            .then(|| self.at(place))
+            .filter(|known| known.key == key)?;
+        self.states[known.slot?.place()].as_ref()?.touch.as_deref()
+    }
+
+    /// Makes room for the contacts of all pairs that there is room for.
+    pub fn reserve_touches(&mut self) {
+        self.touches.ask(self.room[1].asked);
+    }
+
+    /// Puts a state back, and stores its summary.
+    #[inline]
+    pub fn put_back(&mut self, place: usize, state: Box<PairState>, marks: Marks) {
+        let known = self.at_mut(place);
+        known.mark(marks);
+        if let Some(slot) = known.slot {
+            self.states[slot.place()] = Some(state);
+        }
+    }
+
+    /// Number of pairs with overlapping boxes that there is room for.
+    pub fn room(&self) -> usize {
+        self.room[1].pairs
+    }
+
+    /// Makes room for this many pairs whose fat AABBs overlap, and for their states.
+    pub fn reserve(&mut self, broad: &mut Broad, most: usize) {
+        self.room.iter_mut().for_each(|room| room.ask(most));
+        if self.touches.any() {
+            self.touches.ask(most);
+        }
+        self.reserve_known(broad);
+        self.reserve_states(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
+    }
+
+    /// Inserts pairs whose distances are measured, wherever their bodies are, in addition to those
+    /// that there is room for. They must ascend.
+    pub fn insert(&mut self, keys: &[PairKey]) {
+        let is_merged = |&key: &PairKey| self.merged.last().is_some_and(|last| key <= last.key);
+        let (to_merged, to_known) = keys.split_at(keys.partition_point(is_merged));
+        insert(&mut self.merged, 0, to_merged);
+        insert(&mut self.known, self.merge.known, to_known);
+    }
+
+    /// Reports the requested distances and motions.
+    pub fn tell_bounds(&mut self, frame: &Frame, broad: &Broad, report: &mut Report) {
+        for key in frame.bodies.distance_requests.keys(Asker::Pair) {
+            let (
+                Bounds {
+                    low,
+                    high,
+                    triangles,
+                    ..
+                },
+                age,
+            ) = self.bounds(key, false, frame, broad);
+            let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
+            report.distances.push(PairDistance {
+                a,
+                b,
+                low,
+                high,
+                triangles,
+                age,
+            });
+        }
+        let pairs = if frame.bodies.has_special {
+            &report.pairs[..]
+        } else {
+            &[]
+        };
+        for &PairReport { a, b, .. } in pairs {
+            let key = pair_key(a.index, b.index);
+            if frame.bodies.is_moving(key) {
+                let known = self.bounds(key, true, frame, broad);
+                let Bounds {
+                    low,
+                    high,
+                    triangles,
+                    ..
+                } = if known.1 == 0 {
+                    known.0
+                } else {
+                    Bounds::NOTHING
+                };
+                let touching_at = (high < f64::INFINITY).then_some(high);
+                report.passages.push(PairPassage {
+                    a,
+                    b,
+                    free_until: low,
+                    touching_at,
+                    triangles,
+                });
+            }
+        }
+    }
+
+    /// The proven bounds of a pair, times or lengths, and their age in frames.
+    fn bounds(
+        &mut self,
+        key: PairKey,
+        are_times: bool,
+        frame: &Frame,
+        broad: &Broad,
+    ) -> (Bounds, u64) {
+        let place = self.place(key);
+        let is_known = place < self.len()
+            && self.key(place) == key
+            && self.overlapped(place)
+            && !broad.is_of_another(frame.bodies, bodies_of(key));
+        let proven = if is_known {
+            self.state(place, frame).bounds(are_times)
+        } else {
+            None
+        };
+        match proven {
+            Some((bounds, since)) if since >= frame.changed(key) => (bounds, 0),
+            Some((bounds, since)) => (bounds, frame.number - since),
+            None => (Bounds::NOTHING, frame.number),
+        }
+    }
+
+    /// Makes room for the known pairs, for the states of `overlapping` pairs, and for the contacts
+    /// of `touching` pairs; for more if the scene is `young`.
+    pub fn grow(
+        &mut self,
+        broad: &mut Broad,
+        [overlapping, touching]: [usize; 2],
+        young: bool,
+        deadline: &mut Deadline,
+    ) {
+        self.room[0].grow(self.len(), young);
+        if self.room[0].pairs > MANY {
+            // Growing later would copy them; untouched memory costs almost nothing.
+            self.room[0].ask(self.most.min(self.room[0].pairs.max(MOST_PAIRS)));
+        }
+        self.room[1].grow(overlapping, young);
+        self.reserve_known(broad);
+        self.reserve_states(deadline);
+        self.touches.grow(touching, young, deadline);
+    }
+
+    fn reserve_known(&mut self, broad: &mut Broad) {
+        let most = self.room[0].pairs;
+        broad.reserve_found(most);
+        reserve(&mut self.known, most);
+        reserve(&mut self.merged, most);
+    }
+
+    fn reserve_states(&mut self, deadline: &mut Deadline) {
+        let most = self.room[1].pairs;
+        reserve(&mut self.states, most);
+        reserve(&mut self.free, most);
+        while self.made < most && deadline.has_room(WORK_PER_STATE) {
+            deadline.spend(WORK_PER_STATE);
+            self.made += 1;
+            if self.states.len() < self.made {
+                self.free.push(Slot::new(self.states.len()));
+                self.states.push(Some(Box::new(PairState::new(0))));
+            }
+        }
+    }
+}
+
+/// Inserts pairs into the part of a list from a place on. Pairs that are already in it stay.
+fn insert(list: &mut Vec<Known>, from: usize, keys: &[PairKey]) {
+    list.extend(keys.iter().map(|&key| Known::new(key)));
+    list[from..].sort_by_key(|known| known.key);
+    list.dedup_by_key(|known| known.key);
+}

@@ -1,0 +1,167 @@
+//! The share of a frame that the broad phase may spend.
+
+use super::pace::Overhead;
+use crate::cost::{BROAD_PHASE_WORK, WORK_PER_FOUND_PAIR};
+use core::hint::black_box;
+use core::time::Duration;
+use punctual::engine::Deadline;
+use punctual::{Budget, Clock};
+
+/// The steps of the broad phase.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Step {
+    Place,
+    Pair,
+    List,
+}
+
+impl Step {
+    /// The part of the work that is spent at the end of the step, in sixths.
+    fn part(self) -> u64 {
+        [3, 5, PARTS][self as usize]
+    }
+
+    /// The part of the time that has passed at the end of the step, in eighths.
+    fn part_of_time(self) -> u32 {
+        [2, 6, 7][self as usize]
+    }
+}
+
+const PARTS: u64 = 6;
+const PARTS_OF_TIME: u32 = 8;
+
+/// The share of a frame.
+pub(crate) struct Share<'c> {
+    is_timed: bool,
+    started: Duration,
+    limit: Duration,
+    work: Option<u64>,
+    /// Work reserved for listing the pairs found before.
+    of_found: u64,
+    clock: &'c dyn Clock,
+    /// Work done so far.
+    pub spent: u64,
+}
+
+impl<'c> Share<'c> {
+    /// The share of a frame without a budget, or before [`Share::begin`].
+    pub fn new(clock: &'c dyn Clock) -> Self {
+        let zero = Duration::ZERO;
+        Self {
+            is_timed: false,
+            started: zero,
+            limit: zero,
+            work: None,
+            of_found: 0,
+            clock,
+            spent: 0,
+        }
+    }
+
+    /// Sets the share from the rest of a frame. `left`: when the rest begins, and how long it is,
+    /// if time is limited. `found`: number of pairs known to meet.
+    pub fn begin(&mut self, budget: Budget, left: Option<[Duration; 2]>, found: usize) {
+        self.of_found = found as u64 * WORK_PER_FOUND_PAIR;
+        self.work = budget.work_limit().map(|work| {
+            work.saturating_add(BROAD_PHASE_WORK)
+                .saturating_sub(self.of_found)
+        });
+        // Without this, the compiler computes with missing values before they are needed, which
+        // valgrind reports.
+        [self.started, self.limit] = black_box(left.unwrap_or_default());
+        self.is_timed = left.is_some();
+    }
+
+    /// Runs a step with its deadline.
+    pub fn run<R>(&mut self, step: Step, run: impl FnOnce(&mut Deadline) -> R) -> R {
+        let (end, work) = self.limits(step);
+        self.run_until(end, work, run)
+    }
+
+    /// Runs the list, and measures its speed. It gets half of the time left, including what it
+    /// takes after its deadline, and leaves at least a quarter to the queries. The pairs found
+    /// before are listed in addition.
+    pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
+        let (end, work) = self.limits(Step::List);
+        let of_found = self.of_found;
+        let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else {
+            return self.run_until(end, work.saturating_add(of_found), run);
+        };
+        let (began, before) = (self.clock.now(), self.spent);
+        let left = frame.saturating_sub(began);
+        let end = last.min(began.saturating_add(left / 2)).max(began);
+        let end = end - overhead.closing().min((end - began) / 2);
+        let result = self.run_until(
+            Some(end),
+            work.min(overhead.list_work(left - left / 4))
+                .saturating_add(of_found),
+            run,
+        );
+        let ended = self.clock.now();
+        overhead.learn_list(ended.saturating_sub(began), self.spent - before);
+        overhead.learn_closing(ended.saturating_sub(end));
+        result
+    }
+
+    /// The end of a step, as a time and as work.
+    fn limits(&self, step: Step) -> (Option<Duration>, u64) {
+        let work = self.work.map_or(u64::MAX, |work| {
+            (work / PARTS * step.part()).saturating_sub(self.spent)
+        });
+        (self.end_of(step.part_of_time()), work)
+    }
+
+    /// The time at which `parts` parts of the frame's time are over.
+    fn end_of(&self, parts: u32) -> Option<Duration> {
+        self.is_timed.then(|| {
+            self.started
+                .saturating_add(self.limit / PARTS_OF_TIME * parts)
+        })
+    }
+
+    fn run_until<R>(
+        &mut self,
+        end: Option<Duration>,
+        work: u64,
+        run: impl FnOnce(&mut Deadline) -> R,
+    ) -> R {
+        let mut deadline = Deadline::of_a_part(end, work, self.clock);
+        let result = run(&mut deadline);
+        self.spent += work - deadline.work_left();
+        result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use punctual::clock::ManualClock;
+
+    #[test]
+    fn a_list_that_was_over_late_ends_earlier_from_then_on() {
+        const LIMIT: Duration = Duration::from_micros(100);
+        let (clock, mut overhead) = (ManualClock::new(), Overhead::default());
+        let mut over = || {
+            let began = clock.now();
+            let mut share = Share::new(&clock);
+            share.begin(Budget::time(LIMIT), Some([began, LIMIT]), 0);
+            share.list(&mut overhead, |deadline| {
+                while deadline.has_room(100) {
+                    clock.advance(Duration::from_nanos(300));
+                    deadline.spend(100);
+                }
+                clock.advance(Duration::from_micros(8));
+            });
+            clock.now() - began
+        };
+        let half = LIMIT / 2;
+        assert!(over() > half + Duration::from_micros(7));
+        for _ in 0..10 {
+            let over = over();
+            assert!(
+                over <= half && over > half - Duration::from_micros(2),
+                "{over:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Collects the distance bounds of groups in a frame.
+//!
+//! The least lower bound of all pairs of two groups is a lower bound of their distance; any upper
+//! bound of a pair is an upper bound. Pairs that are farther apart than the least upper bound need
+//! no query. At the begin of a frame this is its *ceiling*, the upper bound of the last frame
+//! corrected for displacements. All of this holds wherever the frame is cut.
+
+use crate::ask::distance_requests::Group;
+use crate::ask::distance_requests::{Asker, DistanceRequests};
+use crate::body::Bodies;
+use crate::id::{PairKey, bodies_of};
+use crate::pair::bounds::{Bounds, Near};
+use crate::report::{GroupDistance, Report};
+use crate::room::reserve;
+use alloc::vec::Vec;
+
+/// The bounds of two groups.
+#[derive(Clone, Copy, Debug)]
+struct Tally {
+    /// The least lower bound of the pairs examined.
+    low: f64,
+    /// The closest pair that was queried.
+    closest: Option<(PairKey, Bounds)>,
+    looked_at: usize,
+    /// Number of them that may be closer.
+    open: usize,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Tallies(Vec<Tally>);
+
+impl Tallies {
+    pub fn reserve(&mut self, groups: usize) {
+        reserve(&mut self.0, groups);
+    }
+
+    pub fn begin(&mut self, requests: &DistanceRequests) {
+        self.0.clear();
+        let nothing = Tally {
+            low: f64::INFINITY,
+            closest: None,
+            looked_at: 0,
+            open: 0,
+        };
+        self.0.extend(requests.groups.iter().map(|_| nothing));
+    }
+
+    /// Adds a pair. `None`: its bodies may not meet, so it does not count.
+    pub fn add(
+        &mut self,
+        requests: &DistanceRequests,
+        key: PairKey,
+        near: Option<&Near>,
+        is_settled: bool,
+    ) {
+        for (asker, _) in requests.askers(key) {
+            let Asker::Groups(number) = asker else {
+                continue;
+            };
+            let tally = &mut self.0[number as usize];
+            tally.looked_at += 1;
+            let Some(near) = near else { continue };
+            tally.open += usize::from(!is_settled);
+            tally.low = tally.low.min(near.bounds.low);
+            let high = tally
+                .closest
+                .map_or(requests.groups[number as usize].ceiling, |(_, bounds)| {
+                    bounds.high
+                });
+            if near.is_of_query && near.bounds.high <= high {
+                tally.closest = Some((key, near.bounds));
+            }
+        }
+    }
+
+    /// Reports the bounds at the end of a frame.
+    pub fn tell(&self, bodies: &Bodies, report: &mut Report) {
+        for (
+            Tally {
+                low,
+                closest,
+                looked_at,
+                open,
+            },
+            group,
+        ) in self.0.iter().zip(&bodies.distance_requests.groups)
+        {
+            let Group {
+                id: Some(id),
+                pairs,
+                closest: before,
+                ceiling,
+            } = *group
+            else {
+                continue;
+            };
+            let low = if *looked_at == pairs { *low } else { 0.0 };
+            let carried = before.map(|(key, bounds, _)| {
+                (
+                    key,
+                    Bounds {
+                        high: ceiling,
+                        ..bounds
+                    },
+                )
+            });
+            let closest = closest.or(carried.filter(|_| ceiling < f64::INFINITY));
+            let high = closest.map_or(ceiling, |(_, bounds)| bounds.high);
+            let bodies = closest.map(|(key, _)| bodies_of(key).map(|body| bodies.id(body)));
+            let triangles = closest.and_then(|(_, bounds)| bounds.triangles);
+            let open = open + pairs - looked_at;
+            report.group_distances.push(GroupDistance {
+                id,
+                low: low.min(high),
+                high,
+                bodies,
+                triangles,
+                open,
+            });
+        }
+    }
+
+    /// Passes the closest pairs of this frame on to the next frames.
+    pub fn hand_on(&self, requests: &mut DistanceRequests, frame: u64) {
+        for (tally, group) in self.0.iter().zip(&mut requests.groups) {
+            if let Some((key, bounds)) = tally.closest {
+                group.closest = Some((key, bounds, frame));
+            }
+        }
+    }
+}
