@@ -158,9 +158,7 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
     let orders = [
         Order::Penetration,
         Order::LowAlpha,
-        Order::OverlapVolume,
-        Order::BreadthFirst,
-        Order::Random(1),
+        Order::DepthFirst,
     ];
     let query = Query::intersection(a, b, pose)
         .mode(mode)

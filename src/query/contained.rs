@@ -11,7 +11,7 @@ use super::flushing;
 use super::outcome::StopReason;
 use super::point::{Locate, Source, begin_samples};
 use super::question::Query;
-use super::traversal::Traversal;
+use super::traversal::traverse;
 use super::views::Relation;
 use super::workspace::Workspace;
 use crate::tree::Tree;
@@ -101,15 +101,16 @@ impl<Q> Query<'_, Q> {
                 &mut workspace.testing,
                 !workspace.points.doubtful.is_empty(),
             );
-            let stop = Traversal::new(
-                Locate { source },
-                [outer; 2],
+            let question = Locate { source };
+            let trees = [outer; 2];
+            let stop = traverse(
+                question,
+                trees,
                 b_in_a,
                 &Relation::BLIND,
                 workspace,
                 deadline,
-            )
-            .advance();
+            );
             workspace.testing = tests;
             if !stop.is_final() {
                 return stop;

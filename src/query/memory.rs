@@ -162,14 +162,9 @@ impl PairMemory {
 
     /// The history that the confidence model uses; `None` if the pair was never decided.
     pub fn history(&self) -> Option<History> {
-        let Self {
-            last_verdict,
-            frames_undecided,
-            ..
-        } = *self;
-        last_verdict.map(|met| History {
+        self.last_verdict.map(|met| History {
             met,
-            frames_undecided,
+            frames_undecided: self.frames_undecided,
             change_rate: self.change_rate(),
         })
     }

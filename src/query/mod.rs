@@ -12,7 +12,7 @@
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
 //! | points and solids; one solid in another | [`point`]; [`contained`] |
-//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
+//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`overlap`], [`edge_axes`], [`views`] |
 //! | tests without a query | [`root_test`], [`parting`] |
 //! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
@@ -56,6 +56,7 @@ pub(crate) mod opened;
 mod options;
 mod order;
 mod outcome;
+mod overlap;
 mod overlaps;
 mod parting;
 mod point;

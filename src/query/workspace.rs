@@ -6,7 +6,6 @@ use super::known;
 use super::march::March;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
-use super::order::Order;
 use super::outcome::{Stats, StopReason, Verdict};
 use super::overlaps::{Overlaps, Reduction};
 use super::point::PointBounds;
@@ -27,7 +26,6 @@ use core::fmt;
 use core::time::Duration;
 use punctual_geom::Pose;
 use punctual_geom::lanes::Instructions;
-use punctual_geom::random::Random;
 
 /// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a
 /// ray, allocates more.
@@ -86,18 +84,12 @@ pub(super) struct Run {
     /// The first pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
     pub containment: Containment,
-    pub random: Random,
 }
 
 impl Run {
     /// Starts a new run. Assigns field by field: storing zeros is faster than copying a constant.
     #[inline(always)]
     pub fn begin(&mut self, key: Key, strategy: Strategy) {
-        if let Asked::Intersection(options) = key.asked
-            && let Order::Random(seed) = options.order
-        {
-            self.random = Random::new(seed);
-        }
         self.key = Some(key);
         self.strategy = strategy;
         self.stopped = false;
@@ -124,7 +116,6 @@ impl Run {
     }
 
     /// The verdict of a run that ended for this reason.
-    #[inline]
     pub fn verdict(&self, stop: StopReason) -> Verdict {
         match (self.witness, stop) {
             (Some(witness), _) => Verdict::Intersecting { witness },
@@ -142,7 +133,6 @@ const NO_RUN: Run = Run {
     stats: Stats::NONE,
     witness: None,
     containment: Containment::Open,
-    random: Random::new(0),
 };
 
 /// A sample of the pairs found, in tree order: every `2^skips`-th. Once it has been full, it is at
@@ -360,19 +350,16 @@ impl Workspace {
 
     /// Work of the last query, including resumed calls.
     #[doc(hidden)]
-    #[inline]
     pub fn work(&self) -> u64 {
         self.run.stats.work
     }
 
     #[doc(hidden)]
-    #[inline]
     pub fn bv_tests(&self) -> u64 {
         self.run.stats.bv_tests_of_levels()
     }
 
     #[doc(hidden)]
-    #[inline]
     pub fn found(&self) -> u64 {
         self.run.stats.found
     }
@@ -411,6 +398,11 @@ impl Workspace {
         }
     }
 
+    /// [`Search::bound`] of the distance query.
+    pub(super) fn bound(&mut self, at_hand: f32, unit: f64) {
+        self.search.bound(&self.front, at_hand, unit);
+    }
+
     /// True if nothing is left open.
     pub(super) fn is_done(&self) -> bool {
         self.front.is_empty()
@@ -421,6 +413,15 @@ impl Workspace {
             && self.rays.suspects.is_empty()
             && self.rays.after == 0
             && self.points.phase == Phase::Idle
+    }
+
+    /// The triangle pairs (tree order) of an intersection query that wait for a test.
+    pub(super) fn triangle_pairs(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.waiting
+            .as_slice()
+            .iter()
+            .chain(&self.doubtful)
+            .copied()
     }
 
     /// The node pairs that the last query left open.

@@ -39,9 +39,6 @@ pub struct Args {
     /// Which node pair of the front is visited next.
     #[arg(long, value_enum, default_value = "penetration")]
     order: OrderName,
-    /// Seed of the order `random`.
-    #[arg(long, value_name = "S", default_value_t = 0)]
-    seed: u64,
     /// Take both meshes for solids: contained says that a part of one is inside the other, which is closed, although the
     /// surfaces do not meet. Parts that are inside out are taken as they are.
     #[arg(long)]
@@ -83,14 +80,8 @@ enum OrderName {
     Penetration,
     /// Smallest product of the diminishing factors first
     LowAlpha,
-    /// Largest relative overlap volume first
-    OverlapVolume,
     /// Newest first
     DepthFirst,
-    /// Oldest first
-    BreadthFirst,
-    /// In an order drawn by --seed
-    Random,
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
@@ -168,10 +159,7 @@ impl Args {
         match self.order {
             OrderName::Penetration => Order::Penetration,
             OrderName::LowAlpha => Order::LowAlpha,
-            OrderName::OverlapVolume => Order::OverlapVolume,
             OrderName::DepthFirst => Order::DepthFirst,
-            OrderName::BreadthFirst => Order::BreadthFirst,
-            OrderName::Random => Order::Random(self.seed),
         }
     }
 }

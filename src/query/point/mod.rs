@@ -17,7 +17,7 @@ use crate::query::memory::PairMemory;
 use crate::query::outcome::StopReason;
 use crate::query::question::{Ask, Query, Question};
 use crate::query::strategy::Strategy;
-use crate::query::traversal::Traversal;
+use crate::query::traversal::traverse;
 use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
@@ -354,7 +354,7 @@ fn advance(
         return StopReason::FlushedToZero;
     }
     let source = Source::Points(points);
-    Traversal::new(
+    traverse(
         Locate { source },
         [tree; 2],
         &Pose::IDENTITY,
@@ -362,5 +362,4 @@ fn advance(
         workspace,
         deadline,
     )
-    .advance()
 }

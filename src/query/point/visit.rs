@@ -13,6 +13,7 @@ use crate::model::cost::{
     WORK_PER_LOOKUP, WORK_PER_OPEN_EDGE, WORK_PER_POINT, WORK_PER_POINT_TRIANGLE,
     WORK_PER_RAY_NODE, WORK_PER_RAY_TRIANGLE,
 };
+use crate::query::expand::Keys;
 use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
 use crate::query::traversal::{Traversal, Visitor};
@@ -80,7 +81,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair) {
+    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, _: &mut Keys) {
         for _ in 0..NODES_PER_STEP {
             let next = match self.workspace.points.phase {
                 Phase::Ray => self.follow(lanes, pair),
