@@ -52,7 +52,7 @@ impl Traversal<'_, '_, Nearness> {
             lanes,
             rows(self.a, pairs, 0),
             rows(self.b, pairs, 1),
-            &self.relation.triangles,
+            &self.relative.triangles,
         );
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
@@ -96,7 +96,7 @@ impl Traversal<'_, '_, Nearness> {
             if reduction.is_on && meet >> i & 1 == 0 {
                 let a = of_a.of(self.a, pairs[i][0], |v| v);
                 let b = of_b.of(self.b, pairs[i][1], |v| self.b_in_a.transform_point(v));
-                let low = f64::from(low[i]) * self.relation.unit;
+                let low = f64::from(low[i]) * self.relative.unit;
                 if reduction.skin.covers([a, b], low) {
                     continue;
                 }
@@ -149,7 +149,7 @@ impl Traversal<'_, '_, Nearness> {
                 search.proposed.push(*bounded);
                 continue;
             };
-            if found.low.max(f64::from(bounded.low) * self.relation.unit) <= margin {
+            if found.low.max(f64::from(bounded.low) * self.relative.unit) <= margin {
                 if reduction.is_on {
                     let found_of = Corners::of_pair(corners, trees, self.b_in_a, bounded.pair);
                     if !reduction.skin.take(shape, bounded.pair, found_of, &found) {
@@ -173,10 +173,10 @@ impl Traversal<'_, '_, Nearness> {
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], found: &Distances) {
         let search = &mut self.workspace.search;
         let closer =
-            (search.interval.high() / self.relation.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
+            (search.interval.high() / self.relative.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
         let mut order = ArrayVec::<usize, WIDTH>::new();
         for (i, &low) in low.iter().enumerate().take(pairs.len()) {
-            let bound = f64::from(low) * self.relation.unit;
+            let bound = f64::from(low) * self.relative.unit;
             if search.interval.matters(bound) {
                 order.push(i);
             } else {
@@ -223,7 +223,7 @@ impl Traversal<'_, '_, Nearness> {
             .nearest()
             .is_some_and(|(nearest, _)| nearest == pair);
         let stats = &mut workspace.run.stats;
-        let proven = f64::from(low) * self.relation.unit;
+        let proven = f64::from(low) * self.relative.unit;
         if is_settled || !interval.matters(proven) {
             stats.work += WORK_PER_LOOKUP;
             if !is_settled {
@@ -288,7 +288,7 @@ impl Traversal<'_, '_, Nearness> {
         found.low = found.low.max(proven);
         workspace.search.interval.settle(pair, &found);
         self.question
-            .update(self.relation, &workspace.search.interval);
+            .update(self.relative, &workspace.search.interval);
     }
 }
 

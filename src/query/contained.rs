@@ -11,8 +11,8 @@ use super::flushing;
 use super::outcome::StopReason;
 use super::point::{Locate, Source, begin_samples};
 use super::question::Query;
+use super::relative_pose::RelativePose;
 use super::traversal::traverse;
-use super::views::Relation;
 use super::workspace::Workspace;
 use crate::tree::Tree;
 use core::mem;
@@ -71,7 +71,7 @@ impl<Q> Query<'_, Q> {
     }
 
     /// Continues to find out whether one body has a vertex inside the other.
-    /// What the run has in the front stays there.
+    /// What the run has in the frontier stays there.
     #[cold]
     pub(super) fn ask_containment(
         &self,
@@ -99,7 +99,7 @@ impl<Q> Query<'_, Q> {
             let source = Source::Samples { inner, is_b };
             let tests = mem::replace(
                 &mut workspace.testing,
-                !workspace.points.doubtful.is_empty(),
+                !workspace.points.uncertain.is_empty(),
             );
             let question = Locate { source };
             let trees = [outer; 2];
@@ -107,7 +107,7 @@ impl<Q> Query<'_, Q> {
                 question,
                 trees,
                 b_in_a,
-                &Relation::BLIND,
+                &RelativePose::BLIND,
                 workspace,
                 deadline,
             );

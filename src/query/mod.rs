@@ -5,16 +5,16 @@
 //! | what | where |
 //! |---|---|
 //! | every question: [`Query`] | [`question`] |
-//! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
+//! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`trace`], [`follow`] |
 //! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | contacts, asked as one of these two | [`contacts`] |
 //! | contact manifolds: contacts, reduced; then the overlaps | [`manifolds`]; [`overlaps`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
 //! | points and solids; one solid in another | [`point`]; [`contained`] |
-//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`overlap`], [`edge_axes`], [`views`] |
-//! | tests without a query | [`root_test`], [`parting`] |
-//! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
+//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`overlap`], [`edge_axes`], [`relative_pose`] |
+//! | tests without a query | [`root_test`], [`separating_plane`] |
+//! | the frontier | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
 //! | bounds on what a stopped query may have missed | [`certificate`] |
@@ -45,7 +45,6 @@ mod interval;
 mod known;
 mod leaf;
 mod manifolds;
-mod march;
 mod measure;
 mod meeting;
 mod memory;
@@ -58,22 +57,23 @@ mod order;
 mod outcome;
 mod overlap;
 mod overlaps;
-mod parting;
 mod point;
 mod probe;
 mod question;
 mod queue;
 mod ray;
 mod refinement;
+mod relative_pose;
 pub mod root_test;
 mod search;
+mod separating_plane;
 mod strategy;
 mod system;
+mod trace;
 mod traversal;
 #[cfg(all(test, feature = "std"))]
 mod triangle_bounds_tests;
 mod triangle_pairs;
-mod views;
 mod workspace;
 
 pub use budget::{Budget, Clock, ManualClock};
@@ -93,10 +93,10 @@ pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
 pub use overlaps::REGION_LIMIT;
-pub use parting::Parting;
 pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
+pub use separating_plane::SeparatingPlane;
 pub use system::ClockedBudget;
 pub use system::SYSTEM;
 #[cfg(all(

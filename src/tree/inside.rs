@@ -4,7 +4,7 @@
 //! counts 1, one from the front -1. Triangles that `f32` leaves in doubt are decided exactly, and
 //! there are no ties ([`punctual_geom::triangle::crossing`]). So the count is exact for closed surfaces.
 
-use super::beam::Beam;
+use super::local_ray::LocalRay;
 use super::{MAX_HEIGHT, Node, Tree, WIDTH};
 use arrayvec::ArrayVec;
 use glam::DVec3;
@@ -20,7 +20,7 @@ pub(crate) struct Probe {
     pub heading: Heading,
     /// True if the point is outside of the mesh's box. Then the ray meets nothing.
     pub is_outside: bool,
-    beam: Beam,
+    local_ray: LocalRay,
 }
 
 /// What the ray crosses, and whether a triangle holds its origin.
@@ -51,7 +51,7 @@ impl Probe {
             is_negative: false,
         },
         is_outside: true,
-        beam: Beam::BLIND,
+        local_ray: LocalRay::BLIND,
     };
 
     /// A ray from `point`, along the axis on which it leaves the mesh's box soonest.
@@ -69,33 +69,33 @@ impl Probe {
             }
         }
         let is_outside = !(least >= 0.0 && least < f64::INFINITY);
-        let beam = match Ray::new(point, heading.vector()) {
-            Ok(ray) if !is_outside => Beam::new(&tree.unit, &ray),
-            _ => Beam::BLIND,
+        let local_ray = match Ray::new(point, heading.vector()) {
+            Ok(ray) if !is_outside => LocalRay::new(&tree.unit, &ray),
+            _ => LocalRay::BLIND,
         };
         Self {
             point,
             heading,
             is_outside,
-            beam,
+            local_ray,
         }
     }
 
     /// The mask of the children of a node that the ray may enter.
     #[inline(always)]
     pub fn enter<L: Lanes>(&self, lanes: L, node: &Node) -> u32 {
-        self.beam.enter(lanes, node, 0.0).1
+        self.local_ray.enter(lanes, node, 0.0).1
     }
 
-    /// Masks of the triangles of a cluster that the ray certainly leaves through, that it certainly
+    /// Masks of the triangles of a leaf that the ray certainly leaves through, that it certainly
     /// enters through, and of those in doubt, among those whose boxes it may enter.
     #[inline(always)]
-    pub fn sort<L: Lanes>(&self, lanes: L, tree: &Tree, cluster: &Node, entered: u32) -> [u32; 3] {
-        let triangles = &tree.triangles[cluster.triangle_range()];
+    pub fn sort<L: Lanes>(&self, lanes: L, tree: &Tree, leaf: &Node, entered: u32) -> [u32; 3] {
+        let triangles = &tree.triangles[leaf.triangle_range()];
         let last = triangles.len() - 1;
         let rows = per_lane!(i => &triangles[last.min(i)].0);
-        let limits = [self.beam.from, self.beam.to];
-        let found = candidates(lanes, rows, &self.beam.shaft, limits);
+        let limits = [self.local_ray.from, self.local_ray.to];
+        let found = candidates(lanes, rows, &self.local_ray.shaft, limits);
         let chosen = found.may_meet & entered;
         let [leaves, enters] = [found.back, found.front].map(|faces| faces & found.after & chosen);
         [leaves, enters, chosen & !(leaves | enters)]
@@ -110,7 +110,7 @@ impl Probe {
         let (unit, bounds) = (&tree.unit, tree.mesh.aabb());
         let sizes = [point, b_in_a.translation(), bounds.min, bounds.max];
         let size: f64 = sizes.map(|v| largest(v.abs())).iter().sum();
-        let slop = POSED_ROUNDING * size;
+        let position_error = POSED_ROUNDING * size;
         let (back, ahead) = (seen - bounds.min, bounds.max - seen);
         let near = Self::new(tree, seen.clamp(bounds.min, bounds.max));
         // The axis of A that is nearest to the one on which the ray leaves B's box soonest.
@@ -126,16 +126,18 @@ impl Probe {
             axis,
             is_negative: along[axis] < 0.0,
         };
-        let is_outside = !(back.min(ahead).cmpge(DVec3::splat(-slop)).all());
-        let beam = match Ray::new(seen, inverse * heading.vector()) {
-            Ok(ray) if !is_outside => Beam::new(unit, &ray).widened(slop * unit.scale()),
-            _ => Beam::BLIND,
+        let is_outside = !(back.min(ahead).cmpge(DVec3::splat(-position_error)).all());
+        let local_ray = match Ray::new(seen, inverse * heading.vector()) {
+            Ok(ray) if !is_outside => {
+                LocalRay::new(unit, &ray).widened(position_error * unit.scale())
+            }
+            _ => LocalRay::BLIND,
         };
         Self {
             point,
             heading,
             is_outside,
-            beam,
+            local_ray,
         }
     }
 
@@ -197,7 +199,7 @@ impl<F: Fn(u32) -> bool> Kernel for Walk<'_, F> {
             let node = &tree.nodes[index as usize];
             let entered = probe.enter(lanes, node);
             let child = |i: usize| node.first_child + i as u32;
-            if !node.is_cluster {
+            if !node.is_leaf {
                 waiting.extend(bits(entered).map(child));
                 continue;
             }

@@ -16,9 +16,9 @@ use crate::query::flushing;
 use crate::query::memory::PairMemory;
 use crate::query::outcome::StopReason;
 use crate::query::question::{Ask, Query, Question};
+use crate::query::relative_pose::RelativePose;
 use crate::query::strategy::Strategy;
 use crate::query::traversal::traverse;
-use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use core::{fmt, slice};
@@ -358,7 +358,7 @@ fn advance(
         Locate { source },
         [tree; 2],
         &Pose::IDENTITY,
-        &Relation::BLIND,
+        &RelativePose::BLIND,
         workspace,
         deadline,
     )

@@ -39,10 +39,10 @@ pub(crate) struct PointState {
     pub point: DVec3,
     /// Number of points from the current one on.
     pub left: usize,
-    /// Nodes that wait, in a run about a pair, whose front holds other nodes.
+    /// Nodes that wait, in a run about a pair, whose frontier holds other nodes.
     pub(super) stack: ArrayVec<u32, ROOM>,
     /// Triangles (tree order) that wait for a test, each with the bits of its key.
-    pub doubtful: ArrayVec<[u32; 2], WIDTH>,
+    pub uncertain: ArrayVec<[u32; 2], WIDTH>,
     pub(super) probe: Probe,
     pub(super) count: Count,
     pub(super) seen: Vec<Seen>,
@@ -63,7 +63,7 @@ impl Default for PointState {
             point: DVec3::ZERO,
             left: 0,
             stack: ArrayVec::new_const(),
-            doubtful: ArrayVec::new_const(),
+            uncertain: ArrayVec::new_const(),
             probe: Probe::NONE,
             count: Count::default(),
             seen: Vec::new(),
@@ -81,7 +81,7 @@ impl PointState {
         self.phase = Phase::Idle;
         self.left = 0;
         self.stack.clear();
-        self.doubtful.clear();
+        self.uncertain.clear();
         self.found.clear();
     }
 

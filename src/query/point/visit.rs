@@ -66,7 +66,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
         let next = match self.question.source {
-            Source::Points(_) => self.workspace.front.pop_stack(),
+            Source::Points(_) => self.workspace.frontier.pop_stack(),
             Source::Samples { .. } => {
                 let node = self.workspace.points.stack.pop();
                 node.map(|node| Pair::new(node, 0))
@@ -97,7 +97,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
 
     #[inline(always)]
     fn waits(&self, any: bool) -> bool {
-        !self.workspace.points.doubtful.is_empty()
+        !self.workspace.points.uncertain.is_empty()
             || any
                 && matches!(self.workspace.points.phase, Phase::Rim { done } if done < self.rim_len())
     }
@@ -209,7 +209,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     fn wait(&mut self, pair: Pair) {
         match self.question.source {
             Source::Points(_) => {
-                self.workspace.front.push(pair);
+                self.workspace.frontier.push(pair);
             }
             Source::Samples { .. } => self.workspace.points.stack.push(pair.nodes[0]),
         }
@@ -227,17 +227,17 @@ impl Traversal<'_, '_, Locate<'_>> {
         let node = &self.a.nodes()[pair.nodes[0] as usize];
         let entered = probe.enter(lanes, node);
         let sorted =
-            (node.is_cluster && entered != 0).then(|| probe.sort(lanes, self.a, node, entered));
+            (node.is_leaf && entered != 0).then(|| probe.sort(lanes, self.a, node, entered));
         self.workspace.count_node(node);
         let child = |i: usize| node.first_child + i as u32;
         if let Some([leaves, enters, in_doubt]) = sorted {
             self.workspace.points.count.winding +=
                 leaves.count_ones() as i32 - enters.count_ones() as i32;
-            let doubtful = &mut self.workspace.points.doubtful;
-            bits(in_doubt).for_each(|i| doubtful.push([child(i), 0]));
+            let uncertain = &mut self.workspace.points.uncertain;
+            bits(in_doubt).for_each(|i| uncertain.push([child(i), 0]));
             return None;
         }
-        let mut entered = bits(if node.is_cluster { 0 } else { entered });
+        let mut entered = bits(if node.is_leaf { 0 } else { entered });
         let first = entered.next();
         entered.for_each(|i| self.wait(Pair::new(child(i), 0)));
         first.map(|i| Pair::new(child(i), 0))
@@ -246,7 +246,7 @@ impl Traversal<'_, '_, Locate<'_>> {
     /// Counts a triangle that `f32` left in doubt.
     #[inline(always)]
     fn examine(&mut self) {
-        let Some([triangle, _]) = self.workspace.points.doubtful.pop() else {
+        let Some([triangle, _]) = self.workspace.points.uncertain.pop() else {
             return;
         };
         let state = &mut self.workspace.points;
@@ -314,27 +314,27 @@ impl Traversal<'_, '_, Locate<'_>> {
         if chosen == 0 {
             return None;
         }
-        if !node.is_cluster {
-            return Some(self.workspace.front.push_nearest(
+        if !node.is_leaf {
+            return Some(self.workspace.frontier.push_nearest(
                 self.a.nodes(),
                 node.first_child,
                 chosen,
                 &keys,
             ));
         }
-        let doubtful = &mut self.workspace.points.doubtful;
+        let uncertain = &mut self.workspace.points.uncertain;
         bits(chosen).for_each(|i| {
-            doubtful.push([node.first_child + i as u32, keys[i % WIDTH].to_bits()]);
+            uncertain.push([node.first_child + i as u32, keys[i % WIDTH].to_bits()]);
         });
         // The nearest last. Keys are positive, so their bits are ordered as they are.
-        doubtful.sort_unstable_by_key(|&[triangle, key]| core::cmp::Reverse([key, triangle]));
+        uncertain.sort_unstable_by_key(|&[triangle, key]| core::cmp::Reverse([key, triangle]));
         None
     }
 
     /// Tests the nearest of the triangles that wait.
     #[inline(always)]
     fn settle(&mut self) {
-        let Some([triangle, key]) = self.workspace.points.doubtful.pop() else {
+        let Some([triangle, key]) = self.workspace.points.uncertain.pop() else {
             return;
         };
         let state = &mut self.workspace.points;
@@ -359,7 +359,7 @@ impl Workspace {
         stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] +=
             u64::from(node.children);
         stats.work += WORK_PER_RAY_NODE;
-        if node.is_cluster {
+        if node.is_leaf {
             stats.primitive_tests += u64::from(node.children);
             stats.work += WORK_PER_RAY_TRIANGLE * u64::from(node.children);
         }
@@ -395,9 +395,9 @@ impl Workspace {
             let (near, low) = match state.phase {
                 Phase::Near if is_finished => (state.near, state.near.finished()),
                 Phase::Near => {
-                    let open = self.front.iter().map(|pair| pair.nodes[1]);
+                    let open = self.frontier.iter().map(|pair| pair.nodes[1]);
                     let least = open
-                        .chain(self.points.doubtful.iter().map(|left| left[1]))
+                        .chain(self.points.uncertain.iter().map(|left| left[1]))
                         .min();
                     let least = least.map_or(f32::INFINITY, f32::from_bits);
                     (state.near, state.near.low(tree, least))
