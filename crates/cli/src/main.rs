@@ -18,6 +18,7 @@ mod paper;
 mod poses;
 mod push;
 mod rays;
+mod robot;
 mod scene;
 mod sweep;
 mod triangles;
@@ -45,6 +46,7 @@ enum Command {
     Contacts(contacts::Args),
     Rays(rays::Args),
     Triangles(triangles::Args),
+    Robot(robot::Args),
     Info(info::Args),
     Poses(poses::Args),
     Paper(paper::Args),
@@ -75,6 +77,7 @@ fn main() -> ExitCode {
         Command::Contacts(args) => contacts::run(args, &mut out),
         Command::Rays(args) => rays::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
+        Command::Robot(args) => robot::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Poses(args) => poses::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),

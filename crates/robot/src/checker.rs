@@ -105,10 +105,13 @@ pub struct Checker {
 /// Another checker with the same obstacles and the same learned order.
 impl Clone for Checker {
     fn clone(&self) -> Self {
+        let world = self.world.clone();
+        let mut search = Search::default();
+        search.sync(&world);
         Self {
-            world: self.world.clone(),
+            world,
             order: self.order.clone(),
-            search: Search::default(),
+            search,
             workers: Vec::new(),
             run: Run::default(),
             next: self.next,
