@@ -122,6 +122,7 @@ struct Kept {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
     Place,
+    Filter,
     Contacts(usize),
     Distances(usize),
 }
@@ -288,6 +289,10 @@ impl Run {
         let middle = 0.5 * (low + high);
         if phase == Phase::Place {
             self.put(world, middle, search, deadline)?;
+            phase = Phase::Filter;
+            self.now = Some((interval, phase));
+        }
+        if phase == Phase::Filter {
             self.filter(world, 0.5 * (high - low), list, search, deadline)?;
             phase = Phase::Contacts(0);
             self.now = Some((interval, phase));
