@@ -28,6 +28,7 @@ mod query;
 mod query_batch;
 mod rays;
 mod record;
+mod robot;
 mod scene;
 mod scene_cast;
 mod scene_contacts;
@@ -68,6 +69,8 @@ mod _punctual3d {
     use super::rays::{RayHits, rays};
     #[pymodule_export]
     use super::record::{_restore, _state};
+    #[pymodule_export]
+    use super::robot::{Robot, RobotClearances, RobotCollisions, RobotEdges};
     #[pymodule_export]
     use super::scene::{Report, Scene};
     #[pymodule_export]

@@ -12,6 +12,7 @@ use crate::push_out::PushOut;
 use crate::query::Collision;
 use crate::query_batch::CollisionBatch;
 use crate::rays::RayHits;
+use crate::robot::{RobotClearances, RobotCollisions, RobotEdges};
 use crate::scene::Report;
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
@@ -80,6 +81,9 @@ records!(
         Prediction,
         Quantiles,
         Report,
+        RobotClearances,
+        RobotCollisions,
+        RobotEdges,
         View
     ]
 );

@@ -1,4 +1,4 @@
-//! Measures a robot in its cell: `measure DIR`, with the files of one robot: `robot.urdf`,
+//! Measures a robot in its cell: `measure DIR [labels [REPETITIONS]]`, with the files of one robot: `robot.urdf`,
 //! `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
 
 use std::error::Error;
@@ -58,9 +58,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         wrong += u32::from(met != meets);
     }
     println!("labels wrong {wrong} of {}", labels.len());
+    let repetitions = std::env::args()
+        .nth(3)
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(7);
     for (name, range) in [("random", 0..2000), ("near contact", 2000..2500)] {
         let mut least = f64::INFINITY;
-        for _ in 0..7 {
+        for _ in 0..repetitions {
             let start = ThreadTime::now();
             for q in &configs[range.clone()] {
                 let _ = checker.collide(q, unlimited)?;
@@ -68,6 +72,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             least = least.min(start.elapsed().as_secs_f64() * 1e6 / range.len() as f64);
         }
         println!("a label, {name}: {least:.2} us");
+    }
+    if std::env::args().nth(2).is_some_and(|what| what == "labels") {
+        return Ok(());
     }
     let rows = table(&dir.join("clearance.csv"))?;
     for tolerance in [1e-9, 1e-4] {

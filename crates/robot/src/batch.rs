@@ -11,7 +11,7 @@ use punctual::Budget;
 
 use crate::checker::Outcome;
 use crate::edge::Run;
-use crate::order::Fact;
+use crate::order::{Asked, Fact};
 use crate::search::Search;
 use crate::world::World;
 use crate::{Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, RobotError};
@@ -111,7 +111,7 @@ impl Checker {
         &mut self,
         rows: usize,
         threads: usize,
-        ask: impl Fn(&World, &[u32], &mut Worker, usize) -> T + Sync,
+        ask: impl Fn(&World, &[Asked], &mut Worker, usize) -> T + Sync,
     ) -> Vec<T> {
         let Self {
             world,

@@ -10,7 +10,7 @@ use punctual::{Pose, StopReason};
 use crate::batch::Worker;
 use crate::edge::Run;
 use crate::model::{LARGEST, PlacedShape, prefixed};
-use crate::order::{Fact, Order};
+use crate::order::{Asked, Fact, Order};
 use crate::search::Search;
 use crate::transform::Transform;
 use crate::world::World;
@@ -127,7 +127,7 @@ impl Checker {
         let mut search = Search::default();
         search.sync(&world);
         Self {
-            order: Order::new(world.pairs.len()),
+            order: Order::new(&world),
             world,
             search,
             workers: Vec::new(),
@@ -166,6 +166,17 @@ impl Checker {
             .iter()
             .position(|shape| &*shape.name == name);
         Some(self.world.ids[at?])
+    }
+
+    /// The shape of this number, if there is one.
+    pub fn id(&self, number: u32) -> Option<ShapeId> {
+        let id = ShapeId(number);
+        self.world.ids.binary_search(&id).ok().map(|_| id)
+    }
+
+    /// Gives the next obstacle this number, unless it was given already: to restore a checker.
+    pub fn number_next(&mut self, number: u32) {
+        self.next = self.next.max(number);
     }
 
     /// Adds an obstacle that stands still in the world, at a pose in the world.
@@ -349,7 +360,7 @@ impl Search {
     pub fn collide(
         &mut self,
         world: &World,
-        order: &[u32],
+        order: &[Asked],
         facts: &mut [Fact],
         configuration: &[f64],
         budget: ClockedBudget<'_>,

@@ -16,7 +16,7 @@ use punctual::clock::ClockedBudget;
 use punctual::engine::Deadline;
 
 use crate::checker::Outcome;
-use crate::order::{BOX_WORK, Fact};
+use crate::order::{Asked, BOX_WORK, Fact};
 use crate::search::Search;
 use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
@@ -195,7 +195,7 @@ impl Run {
     pub fn advance(
         &mut self,
         world: &World,
-        order: &[u32],
+        order: &[Asked],
         facts: &mut [Fact],
         search: &mut Search,
         deadline: &mut Deadline,
@@ -235,7 +235,7 @@ impl Run {
     fn probe(
         &mut self,
         world: &World,
-        order: &[u32],
+        order: &[Asked],
         facts: &mut [Fact],
         search: &mut Search,
         deadline: &mut Deadline,
@@ -263,7 +263,9 @@ impl Run {
             self.probes += 1;
             if self.probes == probes {
                 let list = self.new_list();
-                self.lists[list].1.extend_from_slice(order);
+                self.lists[list]
+                    .1
+                    .extend(order.iter().map(|asked| asked.pair));
                 self.push([0.0, 1.0], list);
             }
         }
@@ -513,7 +515,7 @@ impl Search {
     pub fn along(
         &mut self,
         world: &World,
-        order: &[u32],
+        order: &[Asked],
         facts: &mut [Fact],
         run: &mut Run,
         budget: ClockedBudget<'_>,

@@ -9,6 +9,7 @@ mod clearance;
 mod edge;
 mod error;
 mod model;
+mod near;
 mod order;
 mod placement;
 mod search;

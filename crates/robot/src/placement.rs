@@ -8,6 +8,7 @@
 use punctual::glam::{DMat3, DVec3};
 
 use crate::model::Motion;
+use crate::near::Near;
 use crate::shape::Inner;
 use crate::transform::Transform;
 use crate::world::{Pair, World};
@@ -23,7 +24,7 @@ pub(crate) struct Placement {
     spheres: Vec<[f64; 4]>,
     /// Boxes of the shapes that stand still: rotation back, centre, half extents.
     still: Vec<Option<(DMat3, DVec3, DVec3)>>,
-    moving: Vec<u32>,
+    near: Near,
     still_size: f64,
     /// Absolute slack of the filters, in metres.
     pub slack: f64,
@@ -49,7 +50,6 @@ impl Placement {
             .extend(world.shapes.iter().map(|shape| shape.in_body));
         self.spheres.resize(count, [0.0; 4]);
         self.still.clear();
-        self.moving.clear();
         self.rows.clear();
         self.still_size = 0.0;
         let mut sums = 0;
@@ -65,11 +65,10 @@ impl Placement {
             if shape.body == 0 {
                 let size = self.place_sphere(i, inner);
                 self.still_size = self.still_size.max(size);
-            } else {
-                self.moving.push(i as u32);
             }
         }
         self.sums.resize(sums as usize, 0.0);
+        self.near.sync(world, &self.still);
     }
 
     /// Places all shapes.
@@ -77,13 +76,15 @@ impl Placement {
         world.model.place_bodies(configuration, &mut self.bodies);
         let far = |body: &Transform| body.t.abs().max_element();
         let mut size = self.bodies.iter().map(far).fold(self.still_size, f64::max);
-        for k in 0..self.moving.len() {
-            let i = self.moving[k] as usize;
+        for (column, &i) in world.moving.iter().enumerate() {
+            let i = i as usize;
             let shape = &world.shapes[i];
             self.shapes[i] = self.bodies[shape.body as usize].then(&shape.in_body);
             size = size.max(self.place_sphere(i, shape.shape.inner()));
+            self.near.put(column, self.spheres[i]);
         }
         self.slack = SLACK * size;
+        self.near.test(size);
         self.placed += 1;
     }
 
@@ -92,6 +93,13 @@ impl Placement {
         let c = self.shapes[i].point(inner.centre);
         self.spheres[i] = [c.x, c.y, c.z, inner.radius];
         c.abs().max_element() + inner.radius
+    }
+
+    /// False proves that the shapes are apart: by a sphere around each, or the box of a shape that
+    /// stands still.
+    #[inline]
+    pub fn is_near(&self, slot: u32) -> bool {
+        self.near.is(slot)
     }
 
     /// A lower bound of the squared distance, and the sum of the radii that it must exceed.
@@ -106,16 +114,6 @@ impl Placement {
         }
         let [x, y, z] = [ax - bx, ay - by, az - bz];
         (x * x + y * y + z * z, ar + br)
-    }
-
-    /// False proves that the shapes are apart: by a sphere around each, or the box of a shape that
-    /// stands still.
-    #[inline]
-    pub fn is_near(&self, pair: &Pair) -> bool {
-        let (squared, radii) = self.spheres(pair);
-        let radii = radii + self.slack;
-        // Not a number counts as near.
-        !(squared > radii * radii)
     }
 
     /// A lower bound of the distance, by spheres: may be negative.

@@ -6,7 +6,7 @@ use punctual::intersection::Intersection;
 use punctual::{Answer, Budget, PairMemory, Query, StopReason, Verdict, Workspace};
 
 use crate::clearance::Bounds;
-use crate::order::{BOX_WORK, Fact};
+use crate::order::{Asked, BOX_WORK, Fact};
 use crate::placement::Placement;
 use crate::shape::holds_part;
 use crate::world::World;
@@ -85,13 +85,13 @@ impl Search {
     pub fn find(
         &mut self,
         world: &World,
-        order: &[u32],
+        order: &[Asked],
         facts: &mut [Fact],
         cursor: &mut usize,
         deadline: &mut Deadline,
     ) -> Result<Option<u32>, StopReason> {
-        while let Some(&pair) = order.get(*cursor) {
-            if self.placement.is_near(&world.pairs[pair as usize]) {
+        while let Some(&Asked { pair, slot }) = order.get(*cursor) {
+            if self.placement.is_near(slot) {
                 let before = self.work;
                 let met = self.meets(world, pair, false, deadline)?;
                 facts[pair as usize].learn(met, self.work - before);

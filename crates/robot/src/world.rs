@@ -24,9 +24,14 @@ pub(crate) struct Pair {
     pub a: u32,
     pub b: u32,
     pub a_is_still: bool,
+    /// Where the filter by spheres tells whether the pair is near.
+    pub slot: u32,
     /// Number of joints above both bodies: they move neither relative to the other.
     pub common: u32,
 }
+
+/// Shapes that a filter takes at a time.
+pub(crate) const LANES: usize = 8;
 
 /// What all threads share.
 #[derive(Clone, Debug)]
@@ -37,6 +42,8 @@ pub(crate) struct World {
     /// Ids of the shapes, ascending.
     pub ids: Vec<ShapeId>,
     pub pairs: Vec<Pair>,
+    /// The shapes that move, by index.
+    pub moving: Vec<u32>,
     /// Changes with every change of a shape.
     pub version: u64,
 }
@@ -49,6 +56,7 @@ impl World {
             model,
             shapes,
             pairs: Vec::new(),
+            moving: Vec::new(),
             version: 1,
         };
         world.pair();
@@ -64,6 +72,9 @@ impl World {
     /// Lists the pairs anew.
     pub fn pair(&mut self) {
         self.pairs.clear();
+        let moves = |&i: &u32| self.shapes[i as usize].body != 0;
+        self.moving = (0..self.shapes.len() as u32).filter(moves).collect();
+        let stride = self.stride() as u32;
         for b in 0..self.shapes.len() {
             for a in 0..b {
                 if !self.asks([a, b]) {
@@ -77,10 +88,21 @@ impl World {
                     a: a as u32,
                     b: b as u32,
                     a_is_still: x == 0 || y == 0,
+                    slot: a as u32 * stride + self.column(b as u32) as u32,
                     common: common.count() as u32,
                 });
             }
         }
+    }
+
+    /// Number of the shapes that move, filled up to whole lanes.
+    pub fn stride(&self) -> usize {
+        self.moving.len().next_multiple_of(LANES)
+    }
+
+    /// Number of a shape among those that move.
+    pub fn column(&self, shape: u32) -> usize {
+        self.moving.partition_point(|&i| i < shape)
     }
 
     fn asks(&self, pair: [usize; 2]) -> bool {

@@ -30,6 +30,9 @@ _NAMES = [
     "Quantiles",
     "RayHits",
     "Report",
+    "RobotClearances",
+    "RobotCollisions",
+    "RobotEdges",
     "View",
 ]
 
