@@ -582,7 +582,7 @@ impl Robot {
 impl RobotCollisions {
     /// Number of configurations.
     fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
-        self.verdict.bind(py).len()
+        Ok(self.verdict.bind(py).len())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -599,7 +599,7 @@ impl RobotCollisions {
 impl RobotClearances {
     /// Number of configurations.
     fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
-        self.low.bind(py).len()
+        Ok(self.low.bind(py).len())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -614,7 +614,7 @@ impl RobotClearances {
 impl RobotEdges {
     /// Number of edges.
     fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
-        self.verdict.bind(py).len()
+        Ok(self.verdict.bind(py).len())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

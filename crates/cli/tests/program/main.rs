@@ -12,6 +12,7 @@ mod motion;
 mod paper;
 mod poses;
 mod rays;
+mod robot;
 mod run;
 mod scene;
 mod sweep;
