@@ -66,7 +66,8 @@ struct Source {
 /// cores, give `threads`, or pickle a robot for each process.
 #[pyclass(module = "punctual3d", frozen)]
 pub struct Robot {
-    checker: Mutex<Checker>,
+    /// In a box: Python's objects have less alignment than it needs.
+    checker: Box<Mutex<Checker>>,
     added: Mutex<Vec<(ShapeId, Added)>>,
     source: Source,
 }
@@ -173,7 +174,7 @@ impl Robot {
         options.packages.clone_from(&source.packages);
         let model = Model::from_urdf(&source.urdf, &options)?;
         Ok(Self {
-            checker: Mutex::new(Checker::new(Arc::new(model))),
+            checker: Box::new(Mutex::new(Checker::new(Arc::new(model)))),
             added: Mutex::default(),
             source,
         })

@@ -405,7 +405,7 @@ impl Model {
             let found = values.len().checked_div(rows).unwrap_or(values.len());
             return Err(RobotError::Length { expected, found });
         }
-        match values.iter().position(|v| !(v.abs() <= LARGEST)) {
+        match values.iter().position(|v| v.is_nan() || v.abs() > LARGEST) {
             None => Ok(()),
             Some(at) => Err(RobotError::JointValue {
                 row: at / expected,

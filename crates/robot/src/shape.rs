@@ -114,7 +114,7 @@ impl Shape {
         let outer = radius / (PI / f64::from(n)).cos() * (1.0 + SLACK);
         let corner = |i: u32| {
             let (s, c) = (2.0 * PI * f64::from(i / 2) / f64::from(n)).sin_cos();
-            let side = if i % 2 > 0 { 0.5 } else { -0.5 };
+            let side = if i & 1 > 0 { 0.5 } else { -0.5 };
             [outer * c, outer * s, side * length]
         };
         let mut vertices: Vec<_> = (0..2 * n).map(corner).collect();
