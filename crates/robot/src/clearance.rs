@@ -206,7 +206,7 @@ impl Search {
             let number = bound.pair;
             let pair = &world.pairs[number as usize];
             let shapes = [pair.a, pair.b].map(|i| world.shapes[i as usize].shape.inner());
-            let b_in_a = self.placement.b_in_a(pair);
+            let b_in_a = self.placement.b_in_a(world, pair);
             if !bound.by_boxes {
                 self.pay(BOX_WORK, deadline)?;
                 let gap = bound.gap.max(self.placement.box_gap(shapes, &b_in_a));
@@ -238,7 +238,7 @@ impl Search {
                 least = measured.high;
                 found.pair = Some(world.ids_of(number));
                 if let Some(nearest) = measured.nearest {
-                    let place = self.placement.shapes[pair.a as usize];
+                    let place = self.placement.shape(world, pair.a);
                     found.points = nearest.points.map(|p| place.point(p));
                     if pair.a > pair.b {
                         found.points.swap(0, 1);

@@ -390,7 +390,8 @@ impl Run {
                 continue;
             }
             let shapes = [pair.a, pair.b].map(|i| world.shapes[i as usize].shape.inner());
-            let gap = placement.box_gap(shapes, &placement.b_in_a(pair));
+            let b_in_a = placement.b_in_a(world, pair);
+            let gap = placement.box_gap(shapes, &b_in_a);
             if gap > limit {
                 continue;
             }

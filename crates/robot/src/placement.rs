@@ -7,7 +7,7 @@
 
 use punctual::glam::{DMat3, DVec3};
 
-use crate::model::Motion;
+use crate::model::{Motion, PlacedShape};
 use crate::near::Near;
 use crate::shape::Inner;
 use crate::transform::Transform;
@@ -19,9 +19,13 @@ const SLACK: f64 = 1e-11;
 pub(crate) struct Placement {
     version: u64,
     bodies: Vec<Transform>,
-    /// Shapes, and their bounding spheres: centre and radius.
-    pub shapes: Vec<Transform>,
+    /// Shapes, each with the placement that it is of: those that move are placed when they are asked
+    /// for. Those that stand still are placed for ever.
+    shapes: Vec<(Transform, u64)>,
+    /// Bounding spheres in the world: centre and radius.
     spheres: Vec<[f64; 4]>,
+    /// Bounding spheres of the shapes that move, in their bodies: body, centre and radius.
+    balls: Vec<(u32, DVec3, f64)>,
     /// Boxes of the shapes that stand still: rotation back, centre, half extents.
     still: Vec<Option<(DMat3, DVec3, DVec3)>>,
     near: Near,
@@ -46,9 +50,13 @@ impl Placement {
         self.bodies
             .resize(world.model.bodies.len(), Transform::IDENTITY);
         self.shapes.clear();
-        self.shapes
-            .extend(world.shapes.iter().map(|shape| shape.in_body));
+        let place = |shape: &PlacedShape| match shape.body {
+            0 => (shape.in_body, u64::MAX),
+            _ => (shape.in_body, 0),
+        };
+        self.shapes.extend(world.shapes.iter().map(place));
         self.spheres.resize(count, [0.0; 4]);
+        self.balls.clear();
         self.still.clear();
         self.rows.clear();
         self.still_size = 0.0;
@@ -59,12 +67,15 @@ impl Placement {
             self.rows.push((sums, 0));
             sums += chain as u32 + 1;
             self.still.push((shape.body == 0).then(|| {
-                let Transform { r, t } = self.shapes[i].then(&inner.frame);
+                let Transform { r, t } = shape.in_body.then(&inner.frame);
                 (r.transpose(), t, inner.half)
             }));
+            let centre = shape.in_body.point(inner.centre);
             if shape.body == 0 {
-                let size = self.place_sphere(i, inner);
+                let size = self.place_sphere(i, centre, inner.radius);
                 self.still_size = self.still_size.max(size);
+            } else {
+                self.balls.push((shape.body, centre, inner.radius));
             }
         }
         self.sums.resize(sums as usize, 0.0);
@@ -77,11 +88,10 @@ impl Placement {
         let far = |body: &Transform| body.t.abs().max_element();
         let mut size = self.bodies.iter().map(far).fold(self.still_size, f64::max);
         for (column, &i) in world.moving.iter().enumerate() {
-            let i = i as usize;
-            let shape = &world.shapes[i];
-            self.shapes[i] = self.bodies[shape.body as usize].then(&shape.in_body);
-            size = size.max(self.place_sphere(i, shape.shape.inner()));
-            self.near.put(column, self.spheres[i]);
+            let (body, centre, radius) = self.balls[column];
+            let centre = self.bodies[body as usize].point(centre);
+            size = size.max(self.place_sphere(i as usize, centre, radius));
+            self.near.put(column, self.spheres[i as usize]);
         }
         self.slack = SLACK * size;
         self.near.test(size);
@@ -89,10 +99,21 @@ impl Placement {
     }
 
     #[inline]
-    fn place_sphere(&mut self, i: usize, inner: &Inner) -> f64 {
-        let c = self.shapes[i].point(inner.centre);
-        self.spheres[i] = [c.x, c.y, c.z, inner.radius];
-        c.abs().max_element() + inner.radius
+    fn place_sphere(&mut self, i: usize, c: DVec3, radius: f64) -> f64 {
+        self.spheres[i] = [c.x, c.y, c.z, radius];
+        c.abs().max_element() + radius
+    }
+
+    /// A shape in the world.
+    #[inline]
+    pub fn shape(&mut self, world: &World, i: u32) -> Transform {
+        let (place, placed) = &mut self.shapes[i as usize];
+        if *placed < self.placed {
+            let shape = &world.shapes[i as usize];
+            *place = self.bodies[shape.body as usize].then(&shape.in_body);
+            *placed = self.placed;
+        }
+        *place
     }
 
     /// False proves that the shapes are apart: by a sphere around each, or the box of a shape that
@@ -129,8 +150,9 @@ impl Placement {
     }
 
     #[inline]
-    pub fn b_in_a(&self, pair: &Pair) -> Transform {
-        self.shapes[pair.a as usize].to(&self.shapes[pair.b as usize])
+    pub fn b_in_a(&mut self, world: &World, pair: &Pair) -> Transform {
+        let a = self.shape(world, pair.a);
+        a.to(&self.shape(world, pair.b))
     }
 
     /// By so much at most the distance of a pair changes from this configuration on, per unit of
@@ -153,14 +175,15 @@ impl Placement {
         let (row, placed_now) = (row as usize, self.placed);
         if placed != placed_now {
             self.rows[shape as usize].1 = placed_now;
-            let placed_shape = &world.shapes[shape as usize];
-            let chain = &world.model.bodies[placed_shape.body as usize].chain;
+            let place = self.shape(world, shape);
+            let body = world.shapes[shape as usize].body;
+            let chain = &world.model.bodies[body as usize].chain;
             self.sums[row + chain.len()] = 0.0;
             for k in (0..chain.len()).rev() {
                 let body = chain[k] as usize;
                 let radius = match speeds[body] {
                     0.0 => 0.0,
-                    speed => speed * self.radius(world, body, shape as usize),
+                    speed => speed * self.radius(world, body, shape, &place),
                 };
                 self.sums[row + k] = self.sums[row + k + 1] + radius;
             }
@@ -170,15 +193,14 @@ impl Placement {
 
     /// Upper bound of the distance of a shape's points from the axis of a joint; 1 for a sliding
     /// joint, which moves every point as far as itself.
-    fn radius(&self, world: &World, body: usize, shape: usize) -> f64 {
+    fn radius(&self, world: &World, body: usize, shape: u32, place: &Transform) -> f64 {
         let Motion::Turn(axis) = world.model.bodies[body].motion else {
             return 1.0;
         };
         let Transform { r, t } = self.bodies[body];
         let axis = r * axis;
         let across = |v: DVec3| v - axis * v.dot(axis);
-        let inner = world.shapes[shape].shape.inner();
-        let place = &self.shapes[shape];
+        let inner = world.shapes[shape as usize].shape.inner();
         let c = across(place.point(inner.centre) - t);
         let r = place.r * inner.frame.r;
         let half = inner.half;

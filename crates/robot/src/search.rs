@@ -114,7 +114,7 @@ impl Search {
     ) -> Result<bool, StopReason> {
         let asked = &world.pairs[pair as usize];
         let [a, b] = [asked.a, asked.b].map(|i| world.shapes[i as usize].shape.inner());
-        let b_in_a = self.placement.b_in_a(asked);
+        let b_in_a = self.placement.b_in_a(world, asked);
         if !self.is_stopped {
             self.pay(BOX_WORK, deadline)?;
             if self.placement.box_gap([a, b], &b_in_a) > 0.0 {
@@ -148,7 +148,7 @@ impl Search {
     ) -> (distance::Bounds, Option<StopReason>) {
         let asked = &world.pairs[pair as usize];
         let [a, b] = [asked.a, asked.b].map(|i| world.shapes[i as usize].shape.inner());
-        let pose = self.placement.b_in_a(asked).pose();
+        let pose = self.placement.b_in_a(world, asked).pose();
         let query = Query::distance(&a.tree, &b.tree, pose).margins([a.margin, b.margin]);
         let query = ask(query);
         let answer = self.run(&query, Some(pair), deadline);
