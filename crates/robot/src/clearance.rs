@@ -1,6 +1,6 @@
 //! How far the robot is from contact.
 
-use std::cmp::{Ordering, Reverse};
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use punctual::StopReason;
@@ -81,32 +81,20 @@ pub struct Clearance {
     pub normal: DVec3,
 }
 
-/// A lower bound of the distance of a pair, the least first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Bound {
-    gap: f64,
-    pair: u32,
-    by_boxes: bool,
+/// The pairs that are still to be measured, the nearest first: the bits of a lower bound of the
+/// distance (not negative, so they are in order), the pair, and whether boxes gave the bound.
+pub(crate) type Bounds = BinaryHeap<Reverse<(u64, u32, bool)>>;
+
+fn bound(gap: f64, pair: u32, by_boxes: bool) -> Reverse<(u64, u32, bool)> {
+    Reverse((gap.max(0.0).to_bits(), pair, by_boxes))
 }
 
-impl Eq for Bound {}
-
-impl Ord for Bound {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let by_gap = self.gap.total_cmp(&other.gap);
-        by_gap.then(self.pair.cmp(&other.pair))
-    }
+/// The least bound; infinite without pairs.
+fn least_of(bounds: &Bounds) -> f64 {
+    bounds
+        .peek()
+        .map_or(f64::INFINITY, |bound| f64::from_bits(bound.0.0))
 }
-
-impl PartialOrd for Bound {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-/// The pairs that are still to be measured.
-#[derive(Debug, Default)]
-pub(crate) struct Bounds(BinaryHeap<Reverse<Bound>>);
 
 impl Checker {
     /// The least distance of all pairs of shapes at a configuration.
@@ -161,28 +149,21 @@ impl Search {
     ) -> Result<(), StopReason> {
         let mut bounds = std::mem::take(&mut self.bounds);
         let result = self.put(world, configuration, deadline).and_then(|()| {
-            bounds.0.clear();
-            for number in 0..world.pairs.len() as u32 {
-                let pair = &world.pairs[number as usize];
-                if counts(world, number, options.scope) {
-                    let gap = self.placement.sphere_gap(pair);
-                    bounds.0.push(Reverse(Bound {
-                        gap,
-                        pair: number,
-                        by_boxes: false,
-                    }));
-                }
+            bounds.clear();
+            for number in (0..world.pairs.len() as u32).filter(|&i| counts(world, i, options.scope))
+            {
+                let gap = self.placement.sphere_gap(&world.pairs[number as usize]);
+                bounds.push(bound(gap, number, false));
             }
             self.nearest(world, &mut bounds, options.tolerance, found, deadline)
         });
-        if result.is_err() {
-            // What is left may be as near as its least bound.
-            let left = bounds
-                .0
-                .peek()
-                .map_or(f64::NEG_INFINITY, |bound| bound.0.gap);
-            found.low = found.low.min(left).max(0.0);
-        }
+        // What is left may be as near as its least bound; before the robot was placed, at 0.
+        let left = if self.work > 0 {
+            least_of(&bounds)
+        } else {
+            0.0
+        };
+        found.low = found.low.min(left);
         self.bounds = bounds;
         result
     }
@@ -199,23 +180,19 @@ impl Search {
     ) -> Result<(), StopReason> {
         // The least upper bound, before bands are added.
         let mut least = f64::INFINITY;
-        while let Some(&Reverse(bound)) = bounds.0.peek() {
-            if bound.gap >= least {
+        while let Some(&Reverse((gap, number, by_boxes))) = bounds.peek() {
+            let gap = f64::from_bits(gap);
+            if gap >= least {
                 break;
             }
-            let number = bound.pair;
             let pair = &world.pairs[number as usize];
             let shapes = [pair.a, pair.b].map(|i| world.shapes[i as usize].shape.inner());
             let b_in_a = self.placement.b_in_a(world, pair);
-            if !bound.by_boxes {
+            if !by_boxes {
                 self.pay(BOX_WORK, deadline)?;
-                let gap = bound.gap.max(self.placement.box_gap(shapes, &b_in_a));
-                bounds.0.pop();
-                bounds.0.push(Reverse(Bound {
-                    gap,
-                    by_boxes: true,
-                    ..bound
-                }));
+                let gap = gap.max(self.placement.box_gap(shapes, &b_in_a));
+                bounds.pop();
+                bounds.push(bound(gap, number, true));
                 continue;
             }
             let band = shapes[0].band + shapes[1].band;
@@ -252,10 +229,8 @@ impl Search {
                 return Err(stop);
             }
             found.low = found.low.min(measured.low);
-            bounds.0.pop();
+            bounds.pop();
         }
-        let rest = bounds.0.peek().map_or(f64::INFINITY, |bound| bound.0.gap);
-        found.low = found.low.min(rest).max(0.0);
         Ok(())
     }
 }

@@ -78,42 +78,8 @@ pub struct Description {
     pub joints: Vec<Joint>,
     /// Pairs of links never asked. Links of one rigid body are never asked either.
     pub allowed: Vec<[String; 2]>,
-}
-
-impl Description {
-    /// Allows links to touch that are joined by one moving joint, with all that fixed joints hold
-    /// to them.
-    pub fn allow_neighbours(&mut self) {
-        // The first link of each rigid body stands for it.
-        let mut body: HashMap<&str, &str> = HashMap::new();
-        let fixed = |joint: &&Joint| joint.kind == JointKind::Fixed;
-        let holders: HashMap<&str, &str> = (self.joints.iter().filter(fixed))
-            .map(|joint| (joint.child.as_str(), joint.parent.as_str()))
-            .collect();
-        for link in &self.links {
-            let mut first = link.name.as_str();
-            for _ in 0..self.joints.len() {
-                first = holders.get(first).copied().unwrap_or(first);
-            }
-            body.insert(&link.name, first);
-        }
-        let body = &body;
-        let moving = self.joints.iter().filter(|joint| !fixed(joint));
-        let mut allowed = Vec::new();
-        for joint in moving {
-            let sides = [&joint.parent, &joint.child].map(|name| body.get(name.as_str()));
-            let of = |side: Option<&&str>| {
-                let links = self.links.iter().map(|link| link.name.as_str());
-                let is_part = move |name: &&str| side.is_some() && body.get(name) == side;
-                links.filter(is_part).map(str::to_owned).collect::<Vec<_>>()
-            };
-            let [above, below] = sides.map(of);
-            for a in &above {
-                allowed.extend(below.iter().map(|b| [a.clone(), b.clone()]));
-            }
-        }
-        self.allowed.extend(allowed);
-    }
+    /// Nor are links that are joined by one moving joint, with all that fixed joints hold to them.
+    pub allows_neighbours: bool,
 }
 
 /// A robot: immutable, to be shared between threads in an [`Arc`].
@@ -327,6 +293,15 @@ impl Model {
         for [a, b] in &description.allowed {
             let pair = [link(a, "allowed pair")?, link(b, "allowed pair")?];
             allowed.insert(sorted(pair.map(|i| i as u32)));
+        }
+        for (a, x) in (0..).zip(&links) {
+            let parent = bodies[x.body as usize].parent;
+            let near = (0..)
+                .zip(&links)
+                .filter(|(_, y)| x.body != 0 && y.body == parent);
+            if description.allows_neighbours {
+                allowed.extend(near.map(|(b, _)| sorted([a, b])));
+            }
         }
         Ok(Self {
             name: description.name.clone(),

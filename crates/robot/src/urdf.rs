@@ -53,11 +53,11 @@ impl Model {
         let document = parse(&text, file)?;
         let reader = Reader::new(file, &document);
         let mut description = reader.robot(options)?;
-        let mut notices = Vec::new();
-        match &options.srdf {
-            Some(srdf) => notices = allow(srdf, &mut description)?,
-            None => description.allow_neighbours(),
-        }
+        description.allows_neighbours = options.srdf.is_none();
+        let notices = match &options.srdf {
+            Some(srdf) => allow(srdf, &mut description)?,
+            None => Vec::new(),
+        };
         let mut model = Self::new(&description).map_err(|error| error.within(file, None))?;
         model.notices = notices;
         Ok(model)

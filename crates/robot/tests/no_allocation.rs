@@ -32,12 +32,12 @@ fn checker() -> Checker {
         limits: None,
         mimic: None,
     };
-    let mut robot = Description {
+    let robot = Description {
         links: (0..4).map(link).collect(),
         joints: (0..3).map(joint).collect(),
+        allows_neighbours: true,
         ..Description::default()
     };
-    robot.allow_neighbours();
     let mut checker = Checker::new(Model::new(&robot).unwrap().into());
     for (i, x) in [-1.4, 0.9, 1.7].into_iter().enumerate() {
         let ring = Shape::mesh(shapes::torus(0.4, 0.1, 24));
