@@ -121,10 +121,6 @@ fn queue(c: &mut Criterion) {
         ("none", query.order(Order::DepthFirst)),
         ("default threshold", query),
         ("every pair", query.queue_threshold(0.0)),
-        (
-            "every pair, overlap volume",
-            query.queue_threshold(0.0).order(Order::OverlapVolume),
-        ),
     ];
     for (name, query) in variants {
         let budget = Budget::work(u64::MAX);

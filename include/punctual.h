@@ -1174,21 +1174,9 @@ enum punctual_order
    */
   PUNCTUAL_ORDER_LOW_ALPHA = 1,
   /**
-   * Largest relative volume of the boxes' overlap first.
-   */
-  PUNCTUAL_ORDER_OVERLAP_VOLUME = 2,
-  /**
    * Depth-first: no queue at all, the least overhead.
    */
-  PUNCTUAL_ORDER_DEPTH_FIRST = 3,
-  /**
-   * Level by level.
-   */
-  PUNCTUAL_ORDER_BREADTH_FIRST = 4,
-  /**
-   * At random, by `seed`.
-   */
-  PUNCTUAL_ORDER_RANDOM = 5,
+  PUNCTUAL_ORDER_DEPTH_FIRST = 2,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1228,19 +1216,9 @@ typedef struct punctual_query {
    */
   uint32_t order;
   /**
-   * For ORDER_RANDOM.
-   */
-  uint64_t seed;
-  /**
    * Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
    */
   size_t pair_limit;
-  /**
-   * For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-   * queued: 0 queues every pair, infinity none. -1 by default: 48 with ORDER_PENETRATION, 128 with others, and infinity for
-   * MODE_ANY with ORDER_PENETRATION.
-   */
-  float queue_threshold;
   /**
    * The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
    * `punctual_query_estimate`; by default that of the poses for which the model was fitted.

@@ -7,7 +7,6 @@ pub use crate::model::confidence::{
     Lead, history_features, hit_features, marching_features, probability, recall, recall_features,
 };
 pub use crate::model::front::{FrontSummary, pair_cost};
-pub use crate::model::least_squares::least_squares;
 pub use crate::model::passing::{Passing, passing_features, work_left as motion_work_left};
 pub use crate::model::prediction::{all_left, any_left, features_of_all, features_of_any};
 pub use crate::query::opened::{OpenedPair, opened_pairs};

@@ -5,9 +5,7 @@ mod common;
 
 use std::thread;
 
-use common::check::{
-    ENOUGH, assert_complete, assert_sound, run, run_to_end, run_with_memory, sorted,
-};
+use common::check::{ENOUGH, assert_complete, assert_sound, run, run_to_end, run_with_memory};
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::reference::all_pairs;
 use common::{MODES, ORDERS};
@@ -93,7 +91,7 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
                     let mut used = Workspace::new();
                     for round in 0..50 {
                         assert_eq!(ask(&query, &mut used, budget), first, "{round}");
-                        let other = Query::intersection(&b, &a, pose).order(Order::BreadthFirst);
+                        let other = Query::intersection(&b, &a, pose).order(Order::LowAlpha);
                         let _ = run(&other, &mut used, Budget::work(40 * round));
                     }
                 };
@@ -107,22 +105,6 @@ fn a_hundred_runs_in_several_workspaces_and_threads_say_the_same() {
             }
         }
     }
-}
-
-#[test]
-fn a_seed_changes_the_order_and_nothing_else() {
-    let (a, b, pose) = knot_and_gear();
-    let mut workspace = Workspace::new();
-    let mut in_order = |seed| {
-        let query = Query::all_pairs(&a, &b, pose).queue_threshold(0.0);
-        run_to_end(&query.order(Order::Random(seed)), &mut workspace, ENOUGH).1
-    };
-    let first = in_order(1);
-    assert!(first.len() > 10);
-    assert_eq!(in_order(1), first);
-    let others: Vec<_> = (2..10).map(in_order).collect();
-    assert!(others.iter().all(|pairs| sorted(pairs) == sorted(&first)));
-    assert!(others.iter().any(|pairs| *pairs != first), "seed unused");
 }
 
 #[test]

@@ -467,7 +467,7 @@ fn only_a_stopped_run_of_the_same_query_resumes() {
         Query::intersection(&sphere, &other, shifted(0.5, 0.0, 0.0)).mode(Mode::All),
         Query::intersection(&other, &sphere, shifted(0.5, 0.0, 0.0)).mode(Mode::All),
         query.mode(Mode::Any),
-        query.order(Order::BreadthFirst),
+        query.order(Order::LowAlpha),
     ];
     for stranger in &strangers {
         let stopped = run(&query, &mut workspace, Budget::work(100));

@@ -20,9 +20,7 @@ use punctual::clock::ManualClock;
 use punctual::contacts::Contact;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::intersection::Order;
-use punctual::{
-    Budget, Certificate, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace,
-};
+use punctual::{Budget, Certificate, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace};
 
 /// How coordinates are read from bytes.
 #[derive(Clone, Copy)]
@@ -160,9 +158,7 @@ pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) ->
     let orders = [
         Order::Penetration,
         Order::LowAlpha,
-        Order::OverlapVolume,
-        Order::BreadthFirst,
-        Order::Random(1),
+        Order::DepthFirst,
     ];
     let query = Query::intersection(a, b, pose)
         .mode(mode)

@@ -5,8 +5,8 @@ use super::Contact;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 
-/// Contacts that are inserted together. A larger block moves the other contacts less often; a
-/// smaller one keeps the step short.
+/// Number of contacts that are inserted together. A larger block moves the other contacts less
+/// often; a smaller one keeps the step short.
 const BLOCK: usize = 16;
 
 /// Contacts, nearest first once they are [sorted](Self::sort).
@@ -34,8 +34,7 @@ pub(crate) struct ContactList {
 /// Sort key of a contact: by distance, then by triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
-    /// The bits of the distance, which is not negative, and both triangles: the comparison does not
-    /// read the contact.
+    /// The bits of the distance. Since it is not negative, they are ordered as the distance is.
     distance: u64,
     triangles: u64,
     contact: u32,
@@ -83,7 +82,7 @@ impl ContactList {
         (self.margin, self.limit) = (Some(margin), limit);
     }
 
-    /// Call before each call of a query. `is_timed`: the call has a budget of time.
+    /// Prepares for a call of a query. `is_timed`: the call has a budget of time.
     pub fn hurry(&mut self, is_timed: bool) {
         self.is_timed = is_timed;
     }
@@ -122,8 +121,9 @@ impl ContactList {
         }
     }
 
-    /// Sorts the latest contacts in. Up to [`BLOCK`] contacts are inserted, the farthest first: one
-    /// binary search for each, and every other key moves once.
+    /// Sorts in the contacts added since the last sort. Up to [`BLOCK`] contacts are inserted, the
+    /// farthest first: each needs one binary search, and every other key moves once. More contacts
+    /// are sorted together with all others.
     pub fn sort(&mut self) {
         let mut end = core::mem::replace(&mut self.sorted, self.order.len());
         let latest = &mut self.order[end..];

@@ -35,9 +35,10 @@ pub struct Contact {
     /// Proven upper bound of the distance. The true distance is smaller by at most 4e-14 times the
     /// diagonal of the box around both triangles, whatever their shape. 0 only if they intersect.
     pub distance: f64,
-    /// The segment in which the triangles intersect: [`triangle_segment`](crate::geom::triangle_segment),
-    /// directed along the cross product of the normals of A's triangle and of B's. So the segments
-    /// of closed surfaces follow one another. `None` if the triangles are separated.
+    /// The segment in which the triangles intersect:
+    /// [`triangle_segment`](crate::geom::triangle_segment), directed along the cross product of the
+    /// normals of A's triangle and of B's. So if both surfaces are closed, each segment begins
+    /// where another ends. `None` if the triangles are separated.
     pub segment: Option<[DVec3; 2]>,
 }
 
@@ -63,7 +64,7 @@ impl Contact {
         })
     }
 
-    /// The contact of triangles that a known direction separates.
+    /// The contact of separated triangles, with the separating direction of `found` as its normal.
     #[inline]
     pub(crate) fn parted(
         triangles: [u32; 2],
@@ -83,7 +84,8 @@ impl Contact {
         }
     }
 
-    /// The contact of triangles with these corners that do not intersect.
+    /// The contact of separated triangles with these corners. If `found` has no direction, the
+    /// points or the triangles' normals give the contact normal.
     pub(crate) fn apart(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest) -> Self {
         let Closest {
             points, direction, ..

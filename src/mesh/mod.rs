@@ -20,7 +20,8 @@ use punctual_geom::Aabb;
 pub(crate) use vertices::Vertices;
 use vertices::{all_in_use, check_vertex, is_f32_exact};
 
-/// Leaves two spare bits in a 32-bit id, and keeps the number of nodes of a binary tree below 2^31.
+/// Maximum number of triangles. It leaves two spare bits in a 32-bit id, and keeps the number of
+/// nodes of a binary tree below 2^31.
 const TRIANGLE_LIMIT: usize = 1 << 30;
 
 /// An indexed triangle surface with finite vertices. Only [`crate::Tree::refit`] changes it.
@@ -111,7 +112,7 @@ impl fmt::Display for MeshError {
 impl core::error::Error for MeshError {}
 
 impl Mesh {
-    /// A mesh from f32 vertices and corner indices, kept to the bit. No triangles are fine.
+    /// A mesh from f32 vertices and corner indices, kept to the bit. There may be no triangles.
     ///
     /// Takes time linear in vertices and triangles.
     ///
@@ -133,7 +134,7 @@ impl Mesh {
         Self::checked(Vertices::F32(vertices), triangles.into_iter().collect())
     }
 
-    /// A mesh from f64 vertices and corner indices. No triangles are fine.
+    /// A mesh from f64 vertices and corner indices. There may be no triangles.
     ///
     /// The mesh is stored as f32 if that keeps every bit of the vertices in use; unused ones are
     /// rounded. Otherwise it is stored as f64, which takes more memory and is somewhat slower.
@@ -181,7 +182,7 @@ impl Mesh {
         Ok(Self::trusted(vertices, triangles))
     }
 
-    /// For triangles that are valid by construction.
+    /// A mesh from triangles and vertices that are valid by construction; does not check them.
     fn trusted(vertices: Vertices, triangles: Box<[[u32; 3]]>) -> Self {
         let all_in_use = all_in_use(vertices.len(), &triangles);
         let mut mesh = Self {
@@ -256,13 +257,15 @@ impl Mesh {
         self.aabb
     }
 
-    /// log2 of the least magnitude of a coordinate other than zero, rounded down; far lower if it is denormal as stored.
+    /// log2 of the least magnitude of a stored coordinate, zeros excluded, rounded down. Far lower
+    /// if that coordinate is denormal, and far higher if all are zero
+    /// ([`punctual_geom::denormals::Number::exponent`]).
     #[inline]
     pub(crate) fn least_exponent(&self) -> i32 {
         self.least_exponent
     }
 
-    /// Whether the vertices are stored as f32, which is then exact.
+    /// True if the vertices are stored as f32. They are exact in either case.
     #[inline]
     pub fn is_f32(&self) -> bool {
         matches!(self.vertices, Vertices::F32(_))

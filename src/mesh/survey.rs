@@ -1,4 +1,5 @@
-//! One look at all vertices: whether they may be used, the box around them, the least magnitude of a coordinate.
+//! A single pass over all vertices: checks them, and finds the box around them and the least
+//! magnitude of a coordinate.
 
 use punctual_geom::denormals::Number;
 use punctual_geom::lanes::{Instructions, Kernel, Lanes};
@@ -9,11 +10,11 @@ pub(super) struct Survey {
     pub is_good: bool,
     /// Box around all points; valid only if `is_good`.
     pub aabb: Aabb,
-    /// As [`super::Mesh::least_exponent`].
+    /// See [`super::Mesh::least_exponent`].
     pub least_exponent: i32,
 }
 
-/// Checks the points that `of` makes of `vertices`.
+/// Surveys the points to which `of` maps `vertices`.
 pub(super) fn survey<V: Copy, N: Number>(vertices: &[V], of: impl Fn(V) -> [N; 3]) -> Survey {
     Instructions::detect().run(Look { vertices, of })
 }
@@ -45,7 +46,8 @@ impl<V: Copy, N: Number, F: Fn(V) -> [N; 3]> Kernel for Look<'_, V, F> {
     }
 }
 
-/// Extremes over groups of four vertices, one coordinate per lane.
+/// Extremes of coordinates and of their magnitudes. Takes four vertices at a time, one coordinate
+/// per lane.
 struct Seen<N: Number> {
     min: [N; 12],
     max: [N; 12],
@@ -86,7 +88,7 @@ mod tests {
     use super::*;
     use alloc::vec::Vec;
 
-    /// Compares with a scalar loop, for all vertex counts around whole chunks.
+    /// Compares with a scalar loop, for whole groups of four vertices and for incomplete ones.
     #[test]
     fn a_survey_sees_every_coordinate() {
         for count in 0..=9 {

@@ -32,7 +32,7 @@ impl Vertices {
 
 /// A coordinate type in which vertices can be stored.
 trait Kept: Number {
-    /// Writes all vertices; allocates only if the old ones have the other precision.
+    /// Stores all vertices. Allocates only if those stored before have the other precision.
     fn keep(vertices: &mut Vertices, new: impl Iterator<Item = [Self; 3]>);
 }
 
@@ -107,7 +107,7 @@ impl Mesh {
         Ok(())
     }
 
-    /// Takes note of the smallest box around all vertices in use, and of the least coordinate of any.
+    /// Finds the smallest box around all vertices in use, and the least magnitude of a coordinate.
     pub(super) fn measure(&mut self) {
         self.note(&match &self.vertices {
             Vertices::F32(v) => survey(v, |vertex| vertex),

@@ -1,5 +1,4 @@
-//! Probabilities that learn: a correction of the model's predictions for one pair of parts, from
-//! their outcomes.
+//! A correction of the model's probabilities for one pair of parts, learned from outcomes.
 //!
 //! The constants of [`super::confidence`] are right on a mixture of meshes and off on any single
 //! pair. The correction is `logit P' = offset + slope logit P` (Platt), learned by Bayesian
@@ -10,31 +9,33 @@
 
 use libm::{exp, log};
 
-/// Evidence of the prior on each of the two numbers. A moment with the prediction .5 adds .25.
+/// Evidence of the prior on the offset, and on the slope. A moment with the prediction .5 adds .25
+/// to the evidence on the offset.
 ///
 /// This and [`FULL`] were chosen on nine pairs of meshes and reported on others (`docs/model.md`).
 /// Half or twice as much changes little.
 const PRIOR: f64 = 2.0;
 
-/// Maximum evidence on the offset: that of 160 moments with the prediction .5, or of more with more
-/// certain predictions.
+/// Maximum evidence on the offset. It is reached after 160 moments with the prediction .5, or after
+/// more moments with predictions that are more certain.
 const FULL: f64 = 40.0;
 
-/// A logit beyond this teaches as much as this one, so that one surprise does not outweigh a
-/// hundred moments.
+/// Predicted logits are clamped to this magnitude before learning, so that one surprise does not
+/// outweigh a hundred moments.
 const LARGEST_LOGIT: f64 = 4.0;
 
-/// Bounds of the two numbers, and of a corrected logit, so that what is not certain stays so.
+/// Bounds of the offset, the slope and the corrected logit. They keep an uncertain prediction
+/// uncertain.
 const LARGEST_OFFSET: f64 = 8.0;
 const SLOPES: [f64; 2] = [0.125, 8.0];
 const LARGEST_CORRECTED: f64 = 30.0;
 
-/// A correction of probabilities, learned on the caller's own work: one for each pair of parts
-/// whose queries are stopped.
+/// A correction of predicted probabilities, learned from the caller's own queries. Use one for each
+/// pair of parts whose queries are stopped.
 ///
 /// It learns from predictions of [`crate::Query::estimate`] for stopped queries, and from their
-/// later outcomes. It is plain data: copy it, store it (feature `serde`), continue with it the next
-/// day. `punctual_scene::Scene` keeps one and trains it by itself.
+/// later outcomes. It is plain data: copy it, store it (feature `serde`), continue with it in
+/// another process. `punctual_scene::Scene` keeps one and trains it by itself.
 ///
 /// ```
 /// use punctual::prediction::{Calibration, DEFAULT_PRIOR};
@@ -51,8 +52,8 @@ const LARGEST_CORRECTED: f64 = 30.0;
 pub struct Calibration {
     offset: f64,
     slope: f64,
-    /// Sums of `h`, `h z` and `h z^2` over the moments learned, faded. `z` is the predicted logit,
-    /// and `h = p (1 - p)` at the corrected one.
+    /// Sums of `h`, `h z` and `h z^2` over the moments learned, faded. `z` is the predicted logit.
+    /// `h` is `p (1 - p)`, where `p` is the probability corrected by that moment.
     evidence: [f64; 3],
 }
 
@@ -78,8 +79,9 @@ impl Calibration {
         self.slope
     }
 
-    /// The corrected probability. It rises with the one given, and only 0 and 1 become 0 and 1.
-    /// Values beyond these count as 0 or 1. NaN carries no information and counts as .5.
+    /// The corrected probability. It rises with `probability`. It is 0 or 1 only if `probability`
+    /// is. Values below 0 count as 0, values above 1 as 1. NaN carries no information and counts as
+    /// .5.
     #[must_use]
     pub fn apply(&self, probability: f64) -> f64 {
         let told = if probability.is_nan() {
@@ -96,9 +98,9 @@ impl Calibration {
         )
     }
 
-    /// Learns from a moment: the probability that the model predicted, before
-    /// [`Calibration::apply`], and whether the surfaces met at that pose. A certain prediction (0
-    /// or 1, or beyond, or NaN) teaches nothing.
+    /// Learns from one moment. `told` is the probability that the model predicted, before
+    /// [`Calibration::apply`]. `met` is true if the surfaces met at that pose. A prediction teaches
+    /// nothing if it is certain (0 or less, 1 or more) or NaN.
     ///
     /// Takes about a microsecond, allocates nothing, and gives the same bits on every machine.
     pub fn learn(&mut self, told: f64, met: bool) {
@@ -141,15 +143,15 @@ impl Calibration {
         [self.offset, self.slope, one, both, square]
     }
 
-    /// The inverse of [`Calibration::to_array`]; `None` if no calibration that can be learned has
-    /// these numbers.
+    /// The inverse of [`Calibration::to_array`]; `None` if learning cannot produce these numbers.
     pub fn from_array([offset, slope, one, both, square]: [f64; 5]) -> Option<Self> {
         Self::checked(offset, slope, [one, both, square]).ok()
     }
 
-    /// A calibration that can be learned, or the name and value of the number that is out of range.
+    /// A calibration with these numbers. If learning cannot produce them, the name and value of a
+    /// number that is out of range.
     fn checked(offset: f64, slope: f64, evidence: [f64; 3]) -> Result<Self, (&'static str, f64)> {
-        // Sums at their maximum may have been rounded up.
+        // Rounding may leave a sum at its maximum slightly above it.
         let most = FULL * (1.0 + 1e-9);
         let [one, both, square] = evidence;
         let ranges = [
@@ -196,7 +198,7 @@ fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + exp(-x))
 }
 
-/// A deserialized calibration. It is refused unless it can be learned.
+/// A deserialized calibration, to be refused if learning cannot produce its numbers.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 #[serde(rename = "Calibration", deny_unknown_fields)]

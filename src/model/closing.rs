@@ -1,4 +1,5 @@
-//! Quantiles of the work left in a distance query, and of the distance between its bounds.
+//! Quantiles of the work left in a distance query, and quantiles of the distance itself, which lies
+//! between two proven bounds.
 //!
 //! Neither can be predicted well. Features of the open pairs add next to nothing to the numbers
 //! used here (`docs/model.md`).
@@ -8,12 +9,14 @@ use super::cost::WORK_PER_EXPANSION;
 use super::prediction::{Quantiles, dot, with_history};
 use libm::{exp2, log2};
 
-/// A distance query in numbers, before it or after a part of it.
+/// The inputs of both predictions, for a distance query that has not begun or was stopped. The
+/// bounds are in the unit of the meshes.
 #[derive(Clone, Copy, Debug)]
 pub struct Closing {
     /// Number of triangles of A times that of B.
     pub pairs: f64,
-    /// Distance between the centers of their boxes, divided by the sum of their units.
+    /// Distance between the centers of the meshes' boxes, divided by the sum of the lengths of
+    /// their units.
     pub apart: f64,
     /// Units of work done.
     pub work: f64,
@@ -21,16 +24,15 @@ pub struct Closing {
     pub low: f64,
     /// Proven upper bound of the distance; infinite until a pair of points is found.
     pub high: f64,
-    /// The limit divided by the distance between the centers; `None` if the query asks for the
-    /// distance itself.
+    /// The limit divided by the distance between the centers; `None` if the query has no limit.
     pub limit: Option<f64>,
 }
 
 /// Least work of a query: it opens at least one pair.
 const LEAST: f64 = WORK_PER_EXPANSION as f64;
 
-/// Upper limit of `apart`, and of a relative limit. Larger values count as this, because the
-/// weights were not fitted on them.
+/// Maximum of `apart` and of `limit` as features. Larger values are clamped, because the weights
+/// were not fitted on them.
 const FARTHEST: f64 = 3.0;
 
 /// Features of [`work_left`].

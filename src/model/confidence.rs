@@ -13,8 +13,9 @@ use libm::{exp, log, log2};
 /// intersection.
 pub const DEFAULT_PRIOR: f64 = BASE_RATE;
 
-/// Features of the probability of a hit: waiting triangle pairs (their boxes overlap down to the
-/// triangles), triangle tests without a hit, and the size, depth and crossing of the open pairs.
+/// Features of the probability of a hit: waiting triangle pairs (their boxes overlap, but they are
+/// not tested yet), triangle tests without a hit, and the size, depth and crossing of the open node
+/// pairs.
 pub fn hit_features(front: &FrontSummary) -> [f64; 13] {
     let waiting = log2(front.triangle_pairs + 1.0);
     let tested = log2(front.triangle_tests + 1.0);
@@ -43,7 +44,7 @@ pub fn hit_features(front: &FrontSummary) -> [f64; 13] {
 pub struct History {
     /// True if the surfaces met in the last decided frame.
     pub met: bool,
-    /// Number of undecided frames since.
+    /// Number of undecided frames since that frame.
     pub frames_undecided: u32,
     /// Rate at which the verdict changes from one decided frame to the next, 0 to 1.
     pub change_rate: f64,
@@ -51,10 +52,11 @@ pub struct History {
 
 /// Features of the logit of a hit with a history:
 /// - the logit from the front;
-/// - the last verdict as +1 or -1, divided by one plus the undecided frames since;
-/// - that verdict times the logit of its persistence, from the rate of changes;
-/// - the depth of the front, alone and times the verdict. It tells more about a pair in motion than
-///   about one at some pose.
+/// - the last verdict as +1 or -1, divided by one plus the number of undecided frames since;
+/// - the previous feature times the logit of the probability that the verdict persists, which
+///   follows from the rate of changes;
+/// - the deepest penetration in the front, alone and times the second feature. It is more
+///   informative for a pair in motion than for a pair at an arbitrary pose.
 pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; 6] {
     let sign = if history.met { 1.0 } else { -1.0 };
     let verdict = sign / (1.0 + f64::from(history.frames_undecided));
@@ -101,7 +103,7 @@ fn odds(probability: f64) -> f64 {
     probability / (1.0 - probability)
 }
 
-/// Features of the recall: hits found, the work done to find them, and the work left.
+/// Features of the recall: hits found, work done to find them, and work left.
 pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
     [
         1.0,
@@ -116,10 +118,13 @@ pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
     ]
 }
 
-/// Features of the recall of a query that traces curves. The pairs it has found are of three kinds:
-/// found along curves, ahead of the front; found along curves, and reached by boxes later; found by
-/// a test, because they were not known. The more there are of the second kind relative to the
-/// third, the more is known of what lies ahead.
+/// Features of the recall of a query that traces curves. The pairs found are of three kinds:
+/// 1. found by tracing, and not reached by the boxes yet;
+/// 2. found by tracing, and reached by the boxes since;
+/// 3. found by a triangle test, because tracing had not found them.
+///
+/// The larger the second kind is relative to the third, the larger is the fraction of the pairs not
+/// yet reached that tracing has found.
 pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
     let [
         one,
@@ -156,7 +161,7 @@ pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
     ]
 }
 
-/// A source of pairs beyond a query's boxes.
+/// A second source of intersecting pairs, apart from a query's boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lead {
     /// None: the query only follows its boxes.

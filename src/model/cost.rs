@@ -1,7 +1,7 @@
 //! Costs of operations: in units of work, which are the same everywhere, and in time, which depends
 //! on the machine.
 //!
-//! This module contains all that the library assumes about costs. The weights of work were fitted
+//! All assumptions of the library about costs are in this module. The weights of work were fitted
 //! so that work is proportional to time within about 20 % (`docs/performance.md`). A default
 //! [`CostModel`] is those weights at 0.36 ns per unit.
 
@@ -11,13 +11,8 @@
 /// weights define the meaning of a budget of work.
 pub const WORK_PER_EXPANSION: u64 = 84;
 
-/// Work of opening one node pair with this many BV tests.
-pub(crate) const fn opening_work(bv_tests: u32) -> u64 {
-    WORK_PER_EXPANSION + bv_tests as u64
-}
-
-/// Work of also comparing the boxes of a slim node pair on their nine edge axes, once they overlap
-/// on the face axes.
+/// Additional work of comparing the boxes of a slim node pair on their nine edge axes. They are
+/// compared on these axes only if they overlap on the face axes.
 pub const WORK_PER_EDGE_TEST: u64 = 20;
 
 /// Work of comparing the boxes of a node pair in `f64`, if they overlap only within the margins of
@@ -31,12 +26,13 @@ pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
 pub const WORK_PER_EXACT_TEST: u64 = 200;
 
 /// Work of a lower bound of the distance of two triangles in `f32`, and of their closest points in
-/// `f64`. Two rare cases take several times as much: pairs tested by all of their features, and the
-/// segment of surfaces that meet, which ends a query.
+/// `f64`. Two rare cases take several times as much: a pair that is tested by all of its features,
+/// and the segment of two surfaces that meet. That segment ends a query.
 pub(crate) const WORK_PER_DISTANCE_TEST: u64 = 130;
 pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 
-/// Work of closest points whose features are known: for one of four pairs, and for one alone.
+/// Work of the closest points of a pair whose closest features are known: if four such pairs are
+/// computed at once, and if one is computed alone.
 pub(crate) const WORK_PER_FEATURES: u64 = 100;
 pub(crate) const WORK_PER_FEATURES_ALONE: u64 = 300;
 
@@ -49,20 +45,21 @@ pub(crate) const WORK_PER_WINDOW_TEST: u64 = 48;
 /// Work of skipping a piece of a motion in which the meshes are too far apart.
 pub(crate) const WORK_PER_PIECE: u64 = 300;
 
-/// Work of one step in tracing a pair of moving triangles in `f64`.
+/// Work of computing, in `f64`, the time in which two moving triangles may meet during one step.
 pub(crate) const WORK_PER_WINDOW: u64 = 600;
 
-/// Work of the segment in which two triangles meet, on average; the maximum is several times that.
+/// Average work of the segment in which two triangles meet. The maximum is several times as much.
 pub(crate) const WORK_PER_SEGMENT: u64 = 700;
 
 /// Work of adding a contact to the list.
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
-/// Work of looking up what is known of a pair of clusters.
+/// Work of discarding a pair that needs neither opening nor a test, and of looking up a pair of
+/// clusters in a table.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 
-/// Work of preparing to trace a curve, of preparing its other end too, and of finding the next pair
-/// along it.
+/// Work of preparing to trace a curve, of also preparing to trace it in the other direction, and of
+/// finding the next pair along it.
 pub(crate) const WORK_PER_MARCH: u64 = 100;
 pub(crate) const WORK_PER_MARCH_BESIDE: u64 = 30;
 pub(crate) const WORK_PER_MARCH_STEP: u64 = 70;
@@ -103,28 +100,28 @@ const _: () = assert!(
 /// Nanoseconds per unit of work, the median over 8,373 queries (`docs/performance.md`).
 pub const TYPICAL_UNIT: f64 = 0.36;
 
-/// Upper bound of the nanoseconds per unit of work, as far as a machine allows one: eight times the
-/// usual value. With 1 ns, queries of large trees out of cache were 5 us late in one call of a
-/// hundred.
+/// Assumed upper bound of the nanoseconds per unit of work: eight times the typical value. No
+/// machine guarantees such a bound. With 1 ns, one call in a hundred ended 5 us late if the trees
+/// were large and not in the cache.
 pub(crate) const SLOWEST_UNIT: f64 = 3.0;
 
-/// Upper bound of the time per unit of work, relative to the mean of a call.
+/// Assumed upper bound of the time per unit of work, relative to the mean of the call so far.
 pub(crate) const SLOWEST_TO_MEAN: f64 = 8.0;
 
-/// Factor by which the first units of a call may be slower: code and memory that were not in use
-/// are far from the processor.
+/// Factor by which the first units of a call may be slower than the upper bound: their code and
+/// data may not be in the cache.
 pub(crate) const FIRST_TO_SLOWEST: u64 = 8;
 
-/// Work allowed for the one step whose time varies a hundredfold, an exact triangle test. Of the
+/// Work reserved for an exact triangle test, the one step whose time varies a hundredfold. Of the
 /// 48,100 hard pairs of the tests, the slowest took 3.1 us.
 pub(crate) const LONGEST_STEP: u64 = 3_000;
 
-/// [`SLOWEST_UNIT`] and [`SLOWEST_TO_MEAN`] for a part of a call, which may end a little late as
-/// long as the call does not.
+/// [`SLOWEST_UNIT`] and [`SLOWEST_TO_MEAN`] for a part of a call. A part may end a little late,
+/// because the call as a whole still ends in time.
 pub(crate) const SLOW_UNIT_OF_A_PART: f64 = 1.0;
 pub(crate) const SLOW_TO_MEAN_OF_A_PART: f64 = 2.0;
 
-/// Nanoseconds to set up a query, as measured by [`CostModel::measure`].
+/// Nanoseconds to set up a query, as measured on one machine.
 const TYPICAL_SETUP: f64 = 61.0;
 
 /// Operation counts of a query; expected values may be fractions.
@@ -160,7 +157,7 @@ impl Counts {
 }
 
 /// `T = N_v C_v + N_p C_p + N_u C_u + C_i`, the paper's cost function. All costs are in one unit of
-/// time, the caller's.
+/// time, chosen by the caller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -223,9 +220,9 @@ impl CostModel {
         )
     }
 
-    /// The costs after a query with these counts that took this time. All are multiplied by the
-    /// eighth root of the ratio between measured and expected time. The ratio is limited to 1/4 to
-    /// 4, because a machine is also busy with other things.
+    /// The costs after a query with these counts that took this time. All costs are multiplied by
+    /// the eighth root of the ratio between measured and expected time. The ratio is limited to 1/4
+    /// to 4, because a machine is also busy with other things.
     #[must_use]
     pub fn learned(&self, counts: &Counts, time: f64) -> Self {
         let ratio = (time / self.time(counts)).clamp(0.25, 4.0);

@@ -1,4 +1,4 @@
-//! A front in numbers: all that the model knows of a query that is running or about to begin.
+//! A front in numbers: all that the model knows of a query that has begun or is about to begin.
 
 /// Work done and work left of a query, after a probe has opened the costliest pairs of its front.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -11,29 +11,29 @@ pub struct FrontSummary {
     pub triangle_tests: f64,
     /// Intersecting pairs found.
     pub found: f64,
-    /// Number of those found along curves.
+    /// Intersecting pairs found along curves.
     pub followed: f64,
-    /// Number of these that the boxes have reached since.
+    /// Intersecting pairs found along curves that the boxes have reached since.
     pub passed: f64,
     /// True if the query is still following a curve.
     pub follows: bool,
-    /// BV tests made by the probe. The query has yet to make them.
+    /// BV tests made by the probe. The query has yet to make these tests.
     pub probed: f64,
-    /// Waiting triangle pairs, including those that the probe reached.
+    /// Triangle pairs that wait for their test, including those that the probe reached.
     pub triangle_pairs: f64,
     /// Open node pairs.
     pub node_pairs: f64,
     /// Sum of [`pair_cost`] over the open node pairs.
     pub cost: f64,
-    /// The largest of these costs.
+    /// Largest [`pair_cost`] of an open node pair.
     pub largest: f64,
-    /// Sum of [`pair_cost`] times relative penetration.
+    /// Sum over the open node pairs: [`pair_cost`] times relative penetration.
     pub depth: f64,
     /// Deepest relative penetration of an open node pair, 0 to 1.
     pub deepest: f64,
-    /// Largest amount by which one box extends beyond both sides of the other on an axis, relative
-    /// to the sum of their extents; -1 to 1, negative if no box extends beyond both sides. Surfaces
-    /// that cross leave such pairs.
+    /// Largest amount by which one box of an open node pair extends beyond both sides of the other
+    /// on an axis, relative to the sum of their extents; -1 to 1, negative if no box extends beyond
+    /// both sides. Surfaces that cross leave such pairs.
     pub crossing: f64,
 }
 
@@ -54,12 +54,12 @@ impl FrontSummary {
     }
 }
 
-/// Expected BV tests below a pair of nodes: `27 (v_A v_B p^3)^(1/4)`. `v` is the cost of each node
-/// against a copy of itself, averaged over placements. `p` is the relative penetration of the
-/// boxes, 0 to 1.
+/// Expected BV tests below a pair of nodes: `27 (v_A v_B p^3)^(1/4)`. `v` is the expected number of
+/// BV tests of a node against a copy of itself, averaged over placements. `p` is the relative
+/// penetration of the boxes, 0 to 1.
 ///
 /// The exponents are rounded from a fit of the sums over 47,000 fronts (`docs/model.md`). The tests
-/// that fronts still need are fitted on top of it.
+/// that a front still needs are predicted from its sum, with weights fitted separately.
 #[inline(always)]
 pub fn pair_cost(self_costs: [f32; 2], penetration: f32) -> f32 {
     let p = penetration;

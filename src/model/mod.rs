@@ -3,19 +3,20 @@
 //!
 //! The model is based on R. Weller, J. Klein, G. Zachmann, "A Model for the Expected Running Time
 //! of Collision Detection using AABB Trees" (EGVE 2006). The crate `punctual-lab` contains their
-//! equations and the experiments between them and this model. This module contains what the engine
-//! uses:
+//! equations and the experiments that led from these to this model. This module contains what the
+//! engine uses:
 //!
 //! | known of the query | predicted |
 //! |---|---|
-//! | its front after a probe ([`front`]) | BV tests left ([`prediction`]), probability of a hit and recall ([`confidence`]) |
-//! | the cost of the last frame | the same, blended with that cost |
-//! | the progress of a distance query | work left, and where the distance lies ([`closing`]) |
+//! | its front after a probe ([`front`]) | BV tests left ([`prediction`]) |
+//! | its front after a probe | probability of a hit, and recall ([`confidence`]) |
+//! | the cost of the last frame | BV tests left, blended with that cost |
+//! | the progress of a distance query | work left, and quantiles of the distance ([`closing`]) |
 //! | the progress of a motion query | work left ([`passing`]) |
 //! | counts | time ([`cost`]) |
 //! | earlier predictions and their outcomes | a corrected probability ([`calibration`]) |
 //!
-//! `punctual fit` computes the constants. [`least_squares`] serves [`cost::CostModel::measure`].
+//! `punctual fit` computes the constants.
 
 pub mod calibration;
 pub mod closing;
@@ -24,6 +25,5 @@ pub mod confidence;
 mod constants;
 pub mod cost;
 pub mod front;
-pub mod least_squares;
 pub mod passing;
 pub mod prediction;

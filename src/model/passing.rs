@@ -12,26 +12,27 @@ use libm::{exp2, log2};
 pub struct Passing {
     /// Number of triangles of A times that of B.
     pub pairs: f64,
-    /// Number of pieces of the motion that are left.
+    /// Number of pieces of the motion that are left; may be a fraction.
     pub pieces: f64,
-    /// Upper bound of the distance that a point of B travels in them.
+    /// Upper bound of the distance that a point of B travels during the rest of the motion.
     pub way: f64,
-    /// Distance between the centers when they begin.
+    /// Distance between the centers of the meshes where the rest of the motion begins.
     pub apart: f64,
-    /// Least distance between the centers, if B moves straight from there to their end.
+    /// Least distance between the centers during the rest of the motion, if B's center moves
+    /// straight.
     pub nearest: f64,
     /// Units of work done.
     pub work: f64,
-    /// Time between the proven free time and the contact found, divided by the tolerance; `None`
-    /// until a contact is found.
+    /// Time from the end of the part proven free to the contact found, divided by the tolerance;
+    /// `None` until a contact is found.
     pub open: Option<f64>,
 }
 
 /// Least work of a query: it opens at least one pair.
 const LEAST: f64 = WORK_PER_SWEPT_EXPANSION as f64;
 
-/// Upper limits of the distance between the meshes and of the distance they travel. Larger values
-/// count as these, because the weights were not fitted on them.
+/// Maxima, as features, of the distances between the centers and of the distance travelled. Larger
+/// values are clamped, because the weights were not fitted on them.
 const FARTHEST: f64 = 3.0;
 const LONGEST: f64 = 64.0;
 

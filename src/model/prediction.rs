@@ -1,8 +1,8 @@
-//! Predicts the BV tests left from a front in numbers: a median and a range.
+//! Predicts the BV tests left in a query from the summary of its front: a median and a range.
 //!
-//! A quantile of the rest is `log2 Q = w . x` in a few features of the front. Each quantile has its
-//! own `w`, fitted by quantile regression. Before a query the front is its root, and the rest is
-//! the whole query.
+//! A quantile `Q` of the tests left is `log2 Q = w . x`, where `x` are a few features of the front.
+//! Each quantile has its own weights `w`, fitted by quantile regression. Before a query the front
+//! is the pair of roots, and all tests are left.
 
 use super::constants::{
     ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST,
@@ -16,13 +16,13 @@ use libm::{exp2, log2};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Quantiles {
-    /// Below this with probability 10 %.
+    /// The number is below this with probability 10 %.
     #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub p10: f64,
     /// The median.
     #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub p50: f64,
-    /// Below this with probability 90 %.
+    /// The number is below this with probability 90 %.
     #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub p90: f64,
 }
@@ -37,7 +37,8 @@ impl Quantiles {
         }
     }
 
-    /// Puts the quantiles in order and raises them to at least `least`.
+    /// Raises the median to at least `least`. Then limits the others so that all are in order and
+    /// at least `least`.
     pub(super) fn ordered([p10, p50, p90]: [f64; 3], least: f64) -> Self {
         let p50 = p50.max(least);
         Self {
@@ -63,7 +64,7 @@ pub fn expected(front: &FrontSummary) -> f64 {
     (front.probed + front.cost).max(1.0)
 }
 
-/// The fraction of [`expected`] that is not from the probe.
+/// The fraction of [`expected`] that comes from pair costs and not from the probe.
 fn unseen(front: &FrontSummary) -> f64 {
     front.cost / expected(front)
 }
@@ -74,8 +75,8 @@ pub fn features_of_all(front: &FrontSummary) -> [f64; 3] {
     [1.0, log2(expected(front)), unseen(front)]
 }
 
-/// Features of [`any_left`]: those of [`all_left`], with the probability of a hit, which ends the
-/// query.
+/// Features of [`any_left`]: those of [`all_left`], the probability of a hit, and the products of
+/// both. A hit ends the query.
 pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
     let [one, size, unseen] = features_of_all(front);
     [
@@ -120,16 +121,16 @@ pub fn any_left(front: &FrontSummary, probability: f64, previous: Option<f64>) -
     })
 }
 
-/// log2 of the 90 % quantile of the BV tests of a whole query that finds all intersections. It is
-/// computed from the [`super::front::pair_cost`] of the roots at the deepest, so their positions do
-/// not matter. This and the next two functions are rough, because they are called before every
-/// query with a budget of time.
+/// log2 of the 90 % quantile of the BV tests of a whole query that finds all intersections.
+/// `root_cost` is the [`super::front::pair_cost`] of the roots at their deepest penetration, so
+/// their positions do not matter. This function, [`most_of_all_after`] and [`most_of_any_after`]
+/// are rough, because they are called before every query with a budget of time.
 pub fn most(root_cost: f64) -> f64 {
     let [intercept, slope] = ROOT_MOST;
     intercept + slope * rough_log2(root_cost.max(1.0))
 }
 
-/// [`most`], but from the previous query of the pair alone.
+/// [`most`], computed from the BV tests of the pair's previous query alone.
 pub fn most_of_all_after(previous: f64) -> f64 {
     rough_log2(previous.max(1.0)) + ALL_AFTER[2]
 }
@@ -139,12 +140,13 @@ pub fn most_of_any_after(previous: f64) -> f64 {
     rough_log2(previous.max(1.0)) + ANY_AFTER[2]
 }
 
-/// Blends quantiles of the model with those of `log2(now / previous)`. On coherent motion the cost
-/// of the pair's previous query is by far the best predictor of this one's. The further this query
-/// has come (`used`), the less the previous one says about the rest.
+/// Blends quantiles of the model with a prediction from the pair's previous query, whose total was
+/// `previous`. `changes` are quantiles of `log2(now / previous)`. On coherent motion the cost of
+/// the previous query is by far the best predictor. The further this query has come (`used`), the
+/// less the previous one says about the rest.
 ///
-/// `log2 E = (1 - w) (log2 max(previous - used, 1) + change) + w log2 model`,
-/// `w = clamp(used / previous, 0, 1)`. The model counts as at least 1, and so does `previous`.
+/// `log2 E = (1 - w) (log2 max(previous - used, 1) + change) + w log2 model`, `w = clamp(used /
+/// previous, 0, 1)`. The model counts as at least 1, and so does `previous`.
 pub(super) fn with_history(
     model: Quantiles,
     previous: f64,
@@ -168,7 +170,7 @@ pub(super) fn with_history(
 }
 
 /// The counts of a query from the log2 of its BV tests. Power laws give the triangle tests and the
-/// opened node pairs, of which there is at most one per BV test.
+/// opened node pairs. There is at most one opened node pair per BV test.
 pub fn counts(log2_bv_tests: f64) -> Counts {
     counts_by(exp2, log2_bv_tests)
 }
@@ -201,7 +203,7 @@ fn rough_log2(x: f64) -> f64 {
 /// 2^x within .4 % for x between -1,000 and 1,000: the integer part in the exponent, and a parabola
 /// for the rest.
 fn rough_exp2(x: f64) -> f64 {
-    // At this size the last bit of a number is worth 1.
+    // A number of this size has a last bit that is worth 1, so the sum is rounded to an integer.
     const WHOLE: f64 = (3u64 << 51) as f64;
     let whole = x + WHOLE;
     let rest = x - (whole - WHOLE);

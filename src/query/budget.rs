@@ -21,6 +21,7 @@ pub struct Budget {
 impl Budget {
     /// No limit. Since nothing can cut the query short, the default order runs plainly depth-first,
     /// which costs least. Every order finds the same in the end.
+    #[inline]
     pub const fn unlimited() -> Self {
         Self {
             time: None,
@@ -35,6 +36,7 @@ impl Budget {
     /// without `std` and on `wasm32-unknown-unknown`, the call ends at once with
     /// [`StopReason::Deadline`](crate::StopReason::Deadline) and does nothing. Give the budget a
     /// [`Clock`], or use a budget of work.
+    #[inline]
     pub const fn time(limit: Duration) -> Self {
         Self {
             time: Some(limit),
@@ -53,6 +55,7 @@ impl Budget {
     /// The current step is finished, so the query may exceed the limit by up to
     /// [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK) units (queries of distance, contacts or motion by up
     /// to [`MAX_DISTANCE_STEP_WORK`](crate::prediction::MAX_DISTANCE_STEP_WORK)). A budget of 0 does nothing.
+    #[inline]
     pub const fn work(limit: u64) -> Self {
         Self {
             work: Some(limit),
@@ -84,6 +87,7 @@ impl Budget {
 
     /// True if nothing can end the call early.
     #[doc(hidden)]
+    #[inline]
     pub fn is_unlimited(self) -> bool {
         self.time.is_none() && self.work.is_none()
     }

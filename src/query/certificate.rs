@@ -3,6 +3,7 @@
 use super::motion::ahead::Ahead;
 use super::options::MotionOptions;
 use super::queue::Pair;
+use super::triangle_pairs::ids;
 use super::views::rounding;
 use super::workspace::Workspace;
 use crate::tree::{Tree, xyz};
@@ -70,26 +71,17 @@ impl<'w> Certificate<'w> {
             Open::Piece(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
-        let Workspace {
-            run,
-            march,
-            waiting,
-            doubtful,
-            ..
-        } = self.workspace;
+        let workspace = self.workspace;
+        let march = &workspace.march;
         // Pairs found along curves that the boxes have not reached are also counted in the product
         // of an open pair.
-        let waits = waiting
-            .as_slice()
-            .iter()
-            .chain(doubtful)
-            .filter(|pair| march.knows([self.a, self.b], **pair));
-        let ahead = march
-            .followed
-            .saturating_sub(march.passed)
-            .saturating_sub(waits.count() as u64);
-        open.fold(run.stats.found.saturating_sub(ahead), u64::saturating_add)
-            .min(all)
+        let waits = workspace
+            .triangle_pairs()
+            .filter(|pair| march.knows([self.a, self.b], *pair));
+        let ahead = march.followed.saturating_sub(march.passed);
+        let ahead = ahead.saturating_sub(waits.count() as u64);
+        let found = workspace.run.stats.found.saturating_sub(ahead);
+        open.fold(found, u64::saturating_add).min(all)
     }
 
     /// Boxes in A's frame, at most one for each open pair: every missed intersection has all its
@@ -170,22 +162,13 @@ impl<'w> Certificate<'w> {
         let workspace = self.workspace;
         // A waiting triangle pair that was found along a curve is no longer open.
         let trees = [self.a, self.b];
-        let is_open = move |pair: &[u32; 2]| !workspace.march.knows(trees, *pair);
-        let triangles = workspace
-            .waiting
-            .as_slice()
-            .iter()
-            .chain(&workspace.doubtful)
-            .copied()
-            .filter(is_open);
-        let followed = workspace
-            .motion
-            .followed
-            .iter()
-            .map(|followed| followed.pair);
-        let in_meshes = |[i, j]: [u32; 2]| [self.a.ids()[i as usize], self.b.ids()[j as usize]];
-        let triangles = triangles.chain(workspace.search.pairs()).chain(followed);
-        let triangles = triangles.map(move |pair| Open::Triangles(in_meshes(pair)));
+        let waiting = workspace.triangle_pairs();
+        let waiting = waiting.filter(move |pair| !workspace.march.knows(trees, *pair));
+        let followed = workspace.motion.followed.iter();
+        let triangles = waiting
+            .chain(workspace.search.pairs())
+            .chain(followed.map(|followed| followed.pair))
+            .map(move |pair| Open::Triangles(ids(trees, pair)));
         let later = match self.place {
             Place::Still(..) => None,
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),

@@ -49,6 +49,7 @@ impl Clearance {
 /// Upper bound of the displacement of a mesh's points from one pose to another. `D` is the
 /// difference of the rotations and `d` that of the translations. A point `c + h` moves by `D c + d
 /// + D h`, where `c` is the middle of the mesh's box and `h` is within its half extents.
+#[inline]
 pub fn displacement(mesh: &Tree, from: &Pose, to: &Pose) -> f64 {
     let bounds = mesh.mesh().aabb();
     let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);

@@ -6,11 +6,12 @@
 //! are put off to the end. Within a margin there is no closest: each pair counts, and separated
 //! pairs are tested in `f64` four at a time.
 
+use super::corners::Corners;
 use super::nearest::Nearness;
 use super::outcome::Stats;
 use super::search::{Bounded, TOGETHER};
 use super::traversal::Traversal;
-use super::triangle_pairs::rows;
+use super::triangle_pairs::{ids, rows};
 use super::workspace::Workspace;
 use crate::contact::Contact;
 use crate::model::cost::{
@@ -30,10 +31,9 @@ impl Traversal<'_, '_, Nearness> {
     #[cold]
     #[inline(never)]
     pub(super) fn is_full(&self) -> bool {
-        let Workspace {
-            contacts, search, ..
-        } = &*self.workspace;
-        contacts.is_full() && !(search.proposed.is_empty() && search.linked.is_empty())
+        let search = &self.workspace.search;
+        self.workspace.contacts.is_full()
+            && !(search.proposed.is_empty() && search.linked.is_empty())
     }
 
     /// Computes lower bounds of up to eight waiting pairs.
@@ -106,17 +106,19 @@ impl Traversal<'_, '_, Nearness> {
         let Workspace {
             search,
             contacts,
-            corners: [of_a, of_b],
+            corners,
             run,
             ..
         } = &mut *self.workspace;
         let count = search.linked.len().min(TOGETHER).min(contacts.room());
         let linked = &search.linked[search.linked.len() - count..];
-        let mut four = Four::NONE;
+        let (trees, mut four) = ([self.a, self.b], Four::NONE);
         for (i, Bounded { pair, closest, .. }) in linked.iter().enumerate() {
-            let a = of_a.of(self.a, pair[0], |v| v);
-            let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
-            four.set(i, *closest, [a, b]);
+            four.set(
+                i,
+                *closest,
+                Corners::of_pair(corners, trees, self.b_in_a, *pair),
+            );
         }
         let found = lanes.run(&four);
         run.stats.work += count as u64 * WORK_PER_FEATURES;
@@ -127,11 +129,7 @@ impl Traversal<'_, '_, Nearness> {
                 continue;
             };
             if found.low.max(f64::from(bounded.low) * self.relation.unit) <= margin {
-                let ids = [
-                    self.a.ids()[bounded.pair[0] as usize],
-                    self.b.ids()[bounded.pair[1] as usize],
-                ];
-                contacts.push(Contact::parted(ids, &found));
+                contacts.push(Contact::parted(ids(trees, bounded.pair), &found));
                 run.stats.work += WORK_PER_CONTACT;
                 run.stats.found += 1;
             }
@@ -204,16 +202,11 @@ impl Traversal<'_, '_, Nearness> {
             }
             return;
         }
-        let [of_a, of_b] = &mut workspace.corners;
-        let a = of_a.of(self.a, pair[0], |v| v);
-        let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        let trees = [self.a, self.b];
+        let [a, b] = Corners::of_pair(&mut workspace.corners, trees, self.b_in_a, pair);
         self.deadline.allow_for_long_step();
         if let Some(margin) = workspace.contacts.margin() {
-            let ids = [
-                self.a.ids()[pair[0] as usize],
-                self.b.ids()[pair[1] as usize],
-            ];
-            if let Some(contact) = contact(ids, [a, b], proven, margin, stats) {
+            if let Some(contact) = contact(ids(trees, pair), [a, b], proven, margin, stats) {
                 workspace.contacts.push(contact);
                 workspace.run.stats.found += 1;
             }

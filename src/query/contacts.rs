@@ -17,7 +17,7 @@ use super::outcome::StopReason;
 use super::question::{Ask, Certify, Query, Question};
 use super::queue::Pair;
 use super::strategy::Strategy;
-use super::traversal::Traversal;
+use super::traversal::traverse;
 use super::triangle_pairs::PATIENCE;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
@@ -145,22 +145,17 @@ impl<'t> Query<'t, Contacts> {
 
 impl Ask<Contacts> for Query<'_, Contacts> {
     fn key(&self) -> Key {
-        Key::new(
-            [self.a, self.b],
-            self.asked.b_in_a,
-            Asked::Contacts(self.asked.options),
-        )
+        let asked = Asked::Contacts(self.asked.options);
+        Key::new([self.a, self.b], self.asked.b_in_a, asked)
     }
 
     fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
         workspace.clear();
-        workspace.run.begin(
-            self.key(),
-            Strategy {
-                batch: PATIENCE,
-                ..Strategy::NONE
-            },
-        );
+        let strategy = Strategy {
+            batch: PATIENCE,
+            ..Strategy::NONE
+        };
+        workspace.run.begin(self.key(), strategy);
         if workspace.contacts.capacity() == 0 {
             workspace.contacts.reserve(DEFAULT_ROOM);
         }
@@ -170,13 +165,8 @@ impl Ask<Contacts> for Query<'_, Contacts> {
             return;
         }
         if margin > 0.0 {
-            let none = Tolerance {
-                absolute: 0.0,
-                relative: 0.0,
-            };
-            workspace
-                .search
-                .begin(Interval::new(none, 0.0, margin), None);
+            let interval = Interval::new(Tolerance::NONE, 0.0, margin);
+            workspace.search.begin(interval, None);
         }
         workspace.front.push(Pair::new(0, 0));
     }
@@ -187,40 +177,21 @@ impl Ask<Contacts> for Query<'_, Contacts> {
         _: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
-        let trees = [self.a, self.b];
+        let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
+        let relation = Relation::new(self.a, self.b, b_in_a);
         workspace.contacts.hurry(deadline.is_timed());
         let stop = if self.asked.options.margin > 0.0 {
             let question = Nearness::new(&relation, &workspace.search.interval);
-            let stop = Traversal::new(
-                question,
-                trees,
-                &self.asked.b_in_a,
-                &relation,
-                workspace,
-                deadline,
-            )
-            .advance();
-            workspace
-                .search
-                .bound(&workspace.front, f32::INFINITY, relation.unit);
+            let stop = traverse(question, trees, b_in_a, &relation, workspace, deadline);
+            workspace.bound(f32::INFINITY, relation.unit);
             stop
         } else {
-            let question = Meeting {
-                options: &Options {
-                    mode: Mode::All,
-                    ..Options::DEFAULT
-                },
+            let options = &Options {
+                mode: Mode::All,
+                ..Options::DEFAULT
             };
-            Traversal::new(
-                question,
-                trees,
-                &self.asked.b_in_a,
-                &relation,
-                workspace,
-                deadline,
-            )
-            .advance()
+            let question = Meeting { options };
+            traverse(question, trees, b_in_a, &relation, workspace, deadline)
         };
         workspace.contacts.sort();
         stop

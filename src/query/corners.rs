@@ -3,6 +3,7 @@
 
 use crate::tree::{Tree, WIDTH};
 use glam::DVec3;
+use punctual_geom::Pose;
 use punctual_geom::triangle::again::Columns;
 
 /// The corners of the last triangles, one for each position in a cluster.
@@ -46,16 +47,17 @@ impl Corners {
         &self.corners[slot]
     }
 
-    /// Copies a triangle into a lane of the columns.
+    /// The corners of a triangle pair (tree order), in A's frame.
     #[inline]
-    pub fn fill(
-        &mut self,
-        lane: usize,
-        tree: &Tree,
-        triangle: u32,
-        place: impl Fn(DVec3) -> DVec3,
-    ) {
-        let corners = *self.of(tree, triangle, place);
-        self.columns.set(lane, &corners);
+    pub fn of_pair<'c>(
+        [of_a, of_b]: &'c mut [Self; 2],
+        [a, b]: [&Tree; 2],
+        b_in_a: &Pose,
+        pair: [u32; 2],
+    ) -> [&'c [DVec3; 3]; 2] {
+        [
+            of_a.of(a, pair[0], |v| v),
+            of_b.of(b, pair[1], |v| b_in_a.transform_point(v)),
+        ]
     }
 }

@@ -86,6 +86,7 @@ impl<'c> Deadline<'c> {
 
     /// The end at a time of the clock, if any, and after `work`, including the last step of a
     /// query.
+    #[inline]
     pub fn at(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         Self {
             clock,
@@ -109,6 +110,7 @@ impl<'c> Deadline<'c> {
     /// The end of a part of a call, which may be exceeded a little: a reading of the clock may cost
     /// as much as the work it limits. Units of a part are of many kinds, some several times slower
     /// than the mean, so half of the safe work is done between readings.
+    #[inline]
     pub fn of_a_part(end: Option<Duration>, work: u64, clock: &'c dyn Clock) -> Self {
         Self {
             slowest: [SLOW_UNIT_OF_A_PART, SLOW_TO_MEAN_OF_A_PART],
@@ -118,11 +120,13 @@ impl<'c> Deadline<'c> {
     }
 
     /// From here on queries leave room for a last step of `work`.
+    #[inline]
     pub fn leave(&mut self, work: u64) {
         self.leave_after(work, 0);
     }
 
     /// From here on queries leave room for a last step of `work`, and for `after` units after them.
+    #[inline]
     pub fn leave_after(&mut self, work: u64, after: u64) {
         (self.reserve, self.after) = (work - 1 + after, after);
     }
@@ -171,6 +175,7 @@ impl<'c> Deadline<'c> {
     }
 
     /// Adds work that was done outside of a query.
+    #[inline]
     pub fn spend(&mut self, work: u64) {
         self.left = self.left.saturating_sub(work);
         self.safe = self.safe.saturating_sub(work);
@@ -178,6 +183,7 @@ impl<'c> Deadline<'c> {
     }
 
     /// True if there is room for `work` more, at the slowest assumed pace.
+    #[inline]
     pub fn has_room(&mut self, work: u64) -> bool {
         if self.safe < work {
             let safe = self.safe_work().unwrap_or(0);
@@ -187,6 +193,7 @@ impl<'c> Deadline<'c> {
     }
 
     /// The reason why there is no room for `work`.
+    #[inline]
     pub fn why(&self, work: u64) -> StopReason {
         if self.left < work {
             StopReason::WorkLimit
@@ -212,6 +219,7 @@ impl<'c> Deadline<'c> {
 
     /// Prepares for a step that may take some dozen times as long as its work suggests: near the
     /// end, the clock is read after it.
+    #[inline]
     pub fn allow_for_long_step(&mut self) {
         if self.is_timed() {
             self.safe = self.safe.saturating_sub(LONGEST_STEP);
@@ -220,11 +228,13 @@ impl<'c> Deadline<'c> {
     }
 
     /// Work left until the limit of work.
+    #[inline]
     pub fn work_left(&self) -> u64 {
         self.left
     }
 
     /// True if time is limited.
+    #[inline]
     pub fn is_timed(&self) -> bool {
         self.end.is_some()
     }

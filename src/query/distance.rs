@@ -12,7 +12,8 @@ use super::outcome::StopReason;
 use super::question::{Ask, Certify, Query, Question, Remembers};
 use super::queue::Pair;
 use super::strategy::Strategy;
-use super::traversal::Traversal;
+use super::traversal::traverse;
+use super::triangle_pairs::ids;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
@@ -74,25 +75,21 @@ impl<'t> Query<'t, Distance> {
     /// more work (`docs/performance.md`).
     #[must_use]
     pub fn distance(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        let (absolute, relative, margins, limit) = (None, None, [0.0; 2], f64::INFINITY);
-        let (leaves_contact_open, depth_first) = (false, false);
         let options = DistanceOptions {
-            absolute,
-            relative,
-            margins,
-            limit,
-            leaves_contact_open,
-            depth_first,
+            absolute: None,
+            relative: None,
+            margins: [0.0; 2],
+            limit: f64::INFINITY,
+            leaves_contact_open: false,
+            depth_first: false,
         };
         let ceiling = f64::INFINITY;
-        Self::of(
-            [a, b],
-            Distance {
-                b_in_a,
-                options,
-                ceiling,
-            },
-        )
+        let asked = Distance {
+            b_in_a,
+            options,
+            ceiling,
+        };
+        Self::of([a, b], asked)
     }
 
     /// The query is finished as soon as `high - low` is at most this, in the length unit of the
@@ -174,13 +171,12 @@ impl<'t> Query<'t, Distance> {
     fn tolerance(&self) -> Tolerance {
         let size = self.a.size().max(self.b.size());
         let apart = self.middle().abs().max_element();
-        let DistanceOptions {
-            absolute, relative, ..
-        } = self.asked.options;
-        let is_far = absolute.is_none() && apart > FAR * size;
+        let options = &self.asked.options;
+        let is_far = options.absolute.is_none() && apart > FAR * size;
+        let far = if is_far { FAR_TOLERANCE } else { 0.0 };
         Tolerance {
-            absolute: absolute.unwrap_or(DEFAULT_TOLERANCE * size),
-            relative: relative.unwrap_or(if is_far { FAR_TOLERANCE } else { 0.0 }),
+            absolute: options.absolute.unwrap_or(DEFAULT_TOLERANCE * size),
+            relative: options.relative.unwrap_or(far),
         }
     }
 
@@ -227,22 +223,17 @@ impl<'t> Query<'t, Distance> {
 
 impl Ask<Distance> for Query<'_, Distance> {
     fn key(&self) -> Key {
-        Key::new(
-            [self.a, self.b],
-            self.asked.b_in_a,
-            Asked::Distance(self.asked.options),
-        )
+        let asked = Asked::Distance(self.asked.options);
+        Key::new([self.a, self.b], self.asked.b_in_a, asked)
     }
 
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, _: Budget) {
         workspace.clear();
-        workspace.run.begin(
-            self.key(),
-            Strategy {
-                deepest_first: self.asked.options.depth_first,
-                ..Strategy::NONE
-            },
-        );
+        let strategy = Strategy {
+            deepest_first: self.asked.options.depth_first,
+            ..Strategy::NONE
+        };
+        workspace.run.begin(self.key(), strategy);
         if self.a.nodes().is_empty() || self.b.nodes().is_empty() {
             return;
         }
@@ -270,30 +261,16 @@ impl Ask<Distance> for Query<'_, Distance> {
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
+        let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
+        let relation = Relation::new(self.a, self.b, b_in_a);
         let question = Nearness::new(&relation, &workspace.search.interval);
-        let stop = Traversal::new(
-            question,
-            [self.a, self.b],
-            &self.asked.b_in_a,
-            &relation,
-            workspace,
-            deadline,
-        )
-        .advance();
-        workspace
-            .search
-            .bound(&workspace.front, f32::INFINITY, relation.unit);
+        let stop = traverse(question, trees, b_in_a, &relation, workspace, deadline);
+        workspace.bound(f32::INFINITY, relation.unit);
         if let Some(memory) = memory {
             // With a limit the work is less, so predictions must not use it.
             let is_whole = stop.is_final() && !workspace.search.interval.has_limit();
             let work = is_whole.then(|| workspace.work());
-            memory.remember_distance(
-                [self.a, self.b],
-                &self.asked.b_in_a,
-                &workspace.search.interval,
-                work,
-            );
+            memory.remember_distance(trees, b_in_a, &workspace.search.interval, work);
         }
         stop
     }
@@ -302,10 +279,7 @@ impl Ask<Distance> for Query<'_, Distance> {
         let interval = &workspace.search.interval;
         let [low, high] = self.bounds(interval);
         let nearest = interval.nearest().map(|(pair, found)| Nearest {
-            triangles: [
-                self.a.ids()[pair[0] as usize],
-                self.b.ids()[pair[1] as usize],
-            ],
+            triangles: ids([self.a, self.b], pair),
             points: [
                 found.points[0] - found.direction * self.asked.options.margins[0],
                 found.points[1] + found.direction * self.asked.options.margins[1],

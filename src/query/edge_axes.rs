@@ -5,9 +5,9 @@
 //! has no rounding of its own and need not be a unit vector. The proof of the margins is in
 //! `docs/numerics.md`, "Edge axes".
 
-use super::views::{Relation, View, yzx, zxy};
+use super::views::{Entries, Relation, View};
 use crate::tree::{Node, xyz};
-use punctual_geom::lanes::{Column, F8, Lanes, per_axis};
+use punctual_geom::lanes::{F8, Lanes, per_axis};
 use wide::f32x4;
 
 /// Pairs of boxes count as slim if the product of their slimnesses is less than this.
@@ -24,20 +24,9 @@ pub(super) fn are_slim(a: &Node, b: &Node) -> bool {
 #[inline(always)]
 pub(super) fn part(a: &Node, b: &Node, of_b: &View, relation: &Relation) -> bool {
     let scale = f32x4::splat(relation.scale);
-    apart(
-        (a.own_center, a.own_half),
-        (b.own_center * scale, b.own_half * scale),
-        of_b,
-        relation.skew,
-    )
-}
-
-/// True if an edge axis separates two boxes given by centre and half extents. `skew` bounds the
-/// deviation of the columns of the view from orthonormal ones.
-#[inline(always)]
-fn apart(a: (f32x4, f32x4), b: (f32x4, f32x4), of_b: &View, skew: f32) -> bool {
-    let distance = across(of_b, of_b.point(b.0) - a.0);
-    let reach = reach(a.1 + of_b.margin, b.1, of_b, skew);
+    let distance = across(of_b, of_b.point(b.own_center * scale) - a.own_center);
+    let half = a.own_half + of_b.margin;
+    let reach = reach(half, b.own_half * scale, of_b, f32x4::splat(relation.skew));
     let [x, y, z] = per_axis!(j => reach[j].simd_lt(distance[j].abs()));
     (x | y | z).any()
 }
@@ -54,28 +43,17 @@ pub(super) fn part_at_both<L: Lanes>(
     skew: f32,
     margin: f32,
 ) -> bool {
-    // As in [`across`] and [`reach`], for both poses at once.
-    let ([v1, v2], [h1, h2]) = (turned(apart), turned(F8::twice(lanes, a) + of_b.margin));
-    let half = F8::twice(lanes, b) + of_b.margin;
-    let half = per_axis!(j => half.spread(j));
-    let sizes = per_axis!(j => of_b.columns[j].abs() + F8::splat(lanes, skew));
+    let distance = across(of_b, apart);
+    let (a, b) = (F8::twice(lanes, a) + of_b.margin, F8::twice(lanes, b));
+    let reach = reach(a, b, of_b, F8::splat(lanes, skew));
     let [x, y, z] = per_axis!(j => {
-        let (p, q) = ((j + 1) % 3, (j + 2) % 3);
-        let [c1, c2] = turned(of_b.columns[j]);
-        let distance = v1 * c2 - v2 * c1;
-        let reach = h1 * c2.abs() + h2 * c1.abs() + (half[p] * sizes[q] + half[q] * sizes[p]);
-        let ([a, b], [c, d]) = ((distance - reach).halves(), (distance + reach).halves());
+        let (low, high) = (distance[j] - reach[j], distance[j] + reach[j]);
+        let ([a, b], [c, d]) = (low.halves(), high.halves());
         a.fast_min(b).fast_max(-c.fast_max(d))
     });
     f32x4::splat(margin)
         .simd_lt(x.fast_max(y).fast_max(z))
         .any()
-}
-
-/// Entries 1, 2, 0 and entries 2, 0, 1 of each half.
-#[inline(always)]
-fn turned<L: Lanes>(v: F8<L>) -> [F8<L>; 2] {
-    [v.turned(), v.turned().turned()]
 }
 
 /// Time interval in which the own box of a node of A and a box of B may overlap on the edge axes.
@@ -90,7 +68,7 @@ pub(super) fn window(
     (velocity, margin): (f32x4, f32x4),
 ) -> [f32; 2] {
     let distance = across(of_b, of_b.point(b.0) - a.own_center);
-    let reach = reach(a.own_half + margin, b.1, of_b, skew);
+    let reach = reach(a.own_half + margin, b.1, of_b, f32x4::splat(skew));
     let [x, y, z] = xyz(velocity.abs());
     // Lower limit of the speed along an axis.
     let least = f32x4::splat((x + y + z) * 2e-6 + 1e-20);
@@ -112,22 +90,21 @@ pub(super) fn window(
 /// A vector projected on the axes: lane `k` of entry `j` is for the cross product of axis `k` of A
 /// and axis `j` of B.
 #[inline(always)]
-fn across(of_b: &View, v: f32x4) -> [f32x4; 3] {
-    let (v1, v2) = (yzx(v), zxy(v));
-    per_axis!(j => v1 * zxy(of_b.columns[j]) - v2 * yzx(of_b.columns[j]))
+fn across<V: Entries>(of_b: &View<V>, v: V) -> [V; 3] {
+    let (v1, v2) = (v.yzx(), v.zxy());
+    per_axis!(j => v1 * of_b.columns[j].zxy() - v2 * of_b.columns[j].yzx())
 }
 
 /// Sum of the extents of the boxes along the axes, from their half extents; includes the margin of
-/// A's.
+/// A's. `skew` bounds the deviation of the columns of the view from orthonormal ones.
 #[inline(always)]
-fn reach(a: f32x4, b: f32x4, of_b: &View, skew: f32) -> [f32x4; 3] {
-    let (h1, h2) = (yzx(a), zxy(a));
-    let half = b + of_b.margin;
-    let half = per_axis!(j => f32x4::splat(half.as_array()[j]));
-    let sizes = per_axis!(j => of_b.columns[j].abs() + f32x4::splat(skew));
+fn reach<V: Entries>(a: V, b: V, of_b: &View<V>, skew: V) -> [V; 3] {
+    let (h1, h2, half) = (a.yzx(), a.zxy(), b + of_b.margin);
+    let half = per_axis!(j => half.spread(j));
+    let sizes = per_axis!(j => of_b.columns[j].abs() + skew);
     per_axis!(j => {
         let (p, q) = ((j + 1) % 3, (j + 2) % 3);
-        let (c1, c2) = (yzx(of_b.columns[j]), zxy(of_b.columns[j]));
+        let (c1, c2) = (of_b.columns[j].yzx(), of_b.columns[j].zxy());
         h1 * c2.abs() + h2 * c1.abs() + (half[p] * sizes[q] + half[q] * sizes[p])
     })
 }

@@ -6,83 +6,199 @@
 //! of a cluster paired with a smaller inner node stay together: up to eight of them descend the
 //! tree as one pair, with an active mask of those still of interest.
 
-use super::boxes::{BoxTest, Facing, Keys, Triangles};
+use super::boxes::{Extents, Facing, Slabs, StoredExtents, Triangles};
 use super::edge_axes;
+use super::outcome::{LEVELS, Stats};
 use super::queue::Pair;
 use super::views::{Relation, Views};
 use crate::model::cost::{WORK_PER_CLOSE_TEST, WORK_PER_EDGE_TEST};
 use crate::tree::{Node, Tree, WIDTH};
-use punctual_geom::lanes::{Lanes, per_lane};
+use punctual_geom::bits;
+use punctual_geom::lanes::{F8, Kernel, Lanes, all, per_lane, per_part};
 use punctual_geom::triangle::batch::Rows;
+
+/// The keys of pairs of children: entry `[i][j]` is for child `i` of the opened node and child `j`
+/// of the other, and so is bit `8 i + j` of a mask of pairs.
+pub(super) type Keys = [[f32; WIDTH]; WIDTH];
+
+/// The measure of a question: it compares pairs of boxes, selects those of interest, and assigns
+/// keys to them.
+pub(super) trait Measure {
+    /// True if the question is overlap alone. Then edge axes can separate boxes, and keys are
+    /// depths.
+    const IS_OVERLAP: bool = false;
+
+    /// True if the test of all pairs of children is compiled once, because it is large and called
+    /// from several places. It then also stops early, which needs an unpredictable branch.
+    const IS_LARGE: bool = false;
+
+    /// True if the kernels read the views that they are given.
+    const READS_VIEWS: bool = true;
+
+    /// Work of opening a pair, and of each BV test.
+    const WORK: [u64; 2];
+
+    /// The comparison of two boxes along the axes of one node.
+    type Along<L: Lanes>: Copy;
+
+    /// The map between the orientations of both nodes.
+    #[inline(always)]
+    fn views<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, relation: &Relation) -> Views {
+        Views::between(a, b, relation)
+    }
+
+    /// True if a pair is of interest by the own boxes of both nodes. A child first passes the test
+    /// along its parent's axes; this test is along its own axes.
+    fn own(&mut self, nodes: [&Node; 2], views: &Views, relation: &Relation) -> bool;
+
+    /// True if the pair is of interest only because of the margins of `f32`.
+    #[inline(always)]
+    fn is_in_doubt(&self) -> bool {
+        false
+    }
+
+    /// True if `f64` shows that a pair in doubt is of no interest.
+    #[inline(always)]
+    fn is_parted(&mut self, _nodes: [&Node; 2], _views: &Views, _relation: &Relation) -> bool {
+        false
+    }
+
+    /// The children of node `k` of two.
+    #[inline(always)]
+    fn children<L: Lanes>(&self, lanes: L, facing: &Facing, k: usize) -> Extents<L> {
+        let boxes = facing.children(lanes, k);
+        Extents {
+            own: boxes.slabs(),
+            seen: boxes.seen(lanes, facing.views[k]).slabs(),
+            ahead: F8::splat(lanes, 0.0),
+        }
+    }
+
+    /// The own box of node `k` of two, eight times.
+    #[inline(always)]
+    fn own_box<L: Lanes>(&self, lanes: L, facing: &Facing, k: usize) -> Extents<L> {
+        let ((center, half), view) = (facing.own(k), facing.views[k]);
+        Extents {
+            own: Slabs::of_box(lanes, center, half),
+            seen: Slabs::of_box(lanes, view.point(center), view.half(half)),
+            ahead: F8::splat(lanes, 0.0),
+        }
+    }
+
+    /// Compares boxes of the second node with boxes of the opened one, lane by lane.
+    fn compare<L: Lanes>(&self, lanes: L, other: &Slabs<L>, opened: &Slabs<L>) -> Self::Along<L>;
+
+    /// The keys of boxes from the comparisons along the axes of both nodes, and from the sum of
+    /// their ends along one more direction.
+    fn key<L: Lanes>(
+        &self,
+        lanes: L,
+        in_opened: Self::Along<L>,
+        in_other: Self::Along<L>,
+        ahead: F8<L>,
+    ) -> F8<L>;
+
+    /// Mask of the lanes with keys of interest.
+    fn hits<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32;
+
+    /// The key of all pairs of children, if they have the same.
+    #[inline(always)]
+    fn common_key(&self) -> Option<f32> {
+        None
+    }
+
+    /// Drops pairs of triangles of two clusters whose boxes are of interest.
+    #[inline(always)]
+    fn refine<'t, L: Lanes>(
+        &self,
+        _lanes: L,
+        hits: u64,
+        _rows: impl FnOnce() -> [[&'t Rows; WIDTH]; 2],
+        _keys: &Keys,
+    ) -> u64 {
+        hits
+    }
+
+    /// Tests the active triangles of a cluster, the opened node, against the children of the other
+    /// node. By default only their boxes.
+    #[inline(always)]
+    fn triangles<'t, L: Lanes>(
+        &self,
+        lanes: L,
+        facing: &Facing,
+        alive: u32,
+        _triangles: impl FnOnce() -> Triangles<'t>,
+        keys: &mut Keys,
+    ) -> u64
+    where
+        Self: Sized,
+    {
+        eight_by_eight(lanes, self, facing, [alive, facing.nodes[1].valid()], keys)
+    }
+}
 
 /// Receives the children of an opened pair.
 pub(super) trait Sink {
-    /// Counts BV tests on a level of the bounding volume test tree.
-    fn count(&mut self, level: usize, bv_tests: u32);
+    /// The counts of the run.
+    fn stats(&mut self) -> &mut Stats;
 
-    /// Adds the work of a test on edge axes, or in `f64`.
+    /// Receives node pairs, one for each bit of `hits`. `child` makes the pair of a bit, and `key`
+    /// returns its key.
     #[inline(always)]
-    fn spend(&mut self, _work: u64) {}
+    fn pairs(&mut self, hits: u64, key: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
+        for bit in bits(hits) {
+            self.place(child(bit as u32), || key(bit));
+        }
+    }
 
-    /// The table into which box tests write the keys of pairs of children.
-    fn keys(&mut self) -> &mut Keys;
-
-    /// Receives node pairs, one for each bit of `hits`. `child` makes the pair of a bit, and entry
-    /// `i` of the table is the key of bit `i`.
-    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair);
-
-    /// Receives the active triangles of a cluster, rows of the table, paired with a child of the
-    /// other side, a column.
-    fn cluster(&mut self, pair: Pair, column: usize);
+    /// Receives a node pair, such as the active triangles of a cluster and a child of the other
+    /// side.
+    fn place(&mut self, pair: Pair, key: impl FnOnce() -> f32);
 
     /// Receives the triangle pairs `first + [i, j]` for the bits `8 i + j` of `hits`, in tree
     /// order.
-    fn triangles(&mut self, hits: u64, first: [u32; 2]);
+    fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]);
 }
 
 /// Replaces a pair by the pairs of children that are of interest.
 #[inline(always)]
-pub(super) fn expand<L: Lanes, T: BoxTest>(
+pub(super) fn expand<L: Lanes, M: Measure>(
     lanes: L,
-    Pair {
-        nodes: [ia, ib],
-        alive,
-    }: Pair,
+    pair: Pair,
     [tree_a, tree_b]: [&Tree; 2],
     relation: &Relation,
-    boxes: &mut T,
+    measure: &mut M,
+    keys: &mut Keys,
     sink: &mut impl Sink,
 ) {
+    let ([ia, ib], alive, scale) = (pair.nodes, pair.alive, relation.scale);
     // The pair with a child in place of the node of A, or of B. All children of that child are
     // active.
     let with_child = move |is_a: bool, child: u32, alive: [u8; 2]| {
-        if is_a {
-            Pair {
-                nodes: [child, ib],
-                alive: [u8::MAX, alive[1]],
-            }
+        let (nodes, alive) = if is_a {
+            ([child, ib], [u8::MAX, alive[1]])
         } else {
-            Pair {
-                nodes: [ia, child],
-                alive: [alive[0], u8::MAX],
-            }
-        }
+            ([ia, child], [alive[0], u8::MAX])
+        };
+        Pair { nodes, alive }
     };
-    let scale = relation.scale;
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
-    let views = boxes.views(lanes, a, b, relation);
-    if !boxes.own(lanes, a, b, &views, scale)
-        || boxes.is_in_doubt() && {
-            sink.spend(WORK_PER_CLOSE_TEST);
-            boxes.is_parted(a, b, &views, relation)
+    let views = measure.views(lanes, a, b, relation);
+    if !measure.own([a, b], &views, relation)
+        || measure.is_in_doubt() && {
+            sink.stats().work += WORK_PER_CLOSE_TEST;
+            measure.is_parted([a, b], &views, relation)
         }
-        || T::IS_OVERLAP && are_parted(a, b, &views, relation, sink)
+        || M::IS_OVERLAP && edge_axes::are_slim(a, b) && {
+            sink.stats().work += WORK_PER_EDGE_TEST;
+            edge_axes::part(a, b, &views.of_b, relation)
+        }
     {
-        return sink.count(level, 1);
+        return count::<M>(sink.stats(), level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is slow from registers.
-    let views = if T::READS_VIEWS {
+    let views = if M::READS_VIEWS {
         core::hint::black_box(&views)
     } else {
         &views
@@ -104,78 +220,168 @@ pub(super) fn expand<L: Lanes, T: BoxTest>(
         scales: [scale, 1.0],
         is_a: false,
     };
+    let key_of = |measure: &M, keys: &Keys, bit: usize| {
+        measure
+            .common_key()
+            .unwrap_or_else(|| keys.as_flattened()[bit % (WIDTH * WIDTH)])
+    };
     match which(a, b, scale) {
         Open::Both => {
-            sink.count(level + 2, lanes.count(valid[0]) * lanes.count(valid[1]) + 1);
-            // One copy of the test where one serves both; two copies make the loop slower.
-            let hits = if a.is_cluster && !T::OPENS_CLUSTERS_ALIKE {
-                let rows = || [rows(tree_a, a), rows(tree_b, b)];
-                boxes.clusters(lanes, of_a, valid, rows, sink.keys())
-            } else {
-                boxes.both(lanes, of_a, valid, sink.keys())
-            };
+            let tests = lanes.count(valid[0]) * lanes.count(valid[1]) + 1;
+            count::<M>(sink.stats(), level + 2, tests);
+            let hits = eight_by_eight(lanes, measure, &of_a, valid, keys);
+            let key = |bit| key_of(measure, keys, bit);
             if a.is_cluster {
-                sink.triangles(hits, first);
+                let rows = || [rows(tree_a, a), rows(tree_b, b)];
+                let hits = measure.refine(lanes, hits, rows, keys);
+                sink.triangles(hits, key, first);
             } else {
-                sink.pairs(hits, |bit| {
+                sink.pairs(hits, key, |bit| {
                     Pair::new(first[0] + bit / 8, first[1] + bit % 8)
                 });
             }
         }
         Open::One { is_a } => {
-            let facing = if is_a { of_a } else { of_b };
-            let first = facing.nodes[0].first_child;
-            sink.count(level + 1, u32::from(facing.nodes[0].children) + 1);
-            let hits = boxes.children(lanes, facing, sink.keys());
-            sink.pairs(hits.into(), |i| with_child(is_a, first + i, alive));
+            let facing = if is_a { &of_a } else { &of_b };
+            let opened = facing.nodes[0];
+            count::<M>(sink.stats(), level + 1, u32::from(opened.children) + 1);
+            let (children, other) = (
+                measure.children(lanes, facing, 0),
+                measure.own_box(lanes, facing, 1),
+            );
+            let near = key(lanes, measure, &children, &other);
+            if measure.common_key().is_none() {
+                near.put(&mut keys[0]);
+            }
+            let hits = measure.hits(lanes, near) & opened.valid();
+            sink.pairs(
+                hits.into(),
+                |bit| key_of(measure, keys, bit),
+                |i| with_child(is_a, opened.first_child + i, alive),
+            );
         }
         Open::Triangles { is_a } => {
             let (facing, tree, of_one) = if is_a {
-                (of_a, tree_a, valid[0])
+                (&of_a, tree_a, valid[0])
             } else {
-                (of_b, tree_b, valid[1])
+                (&of_b, tree_b, valid[1])
             };
             let [one, other] = facing.nodes;
-            sink.count(
-                level + 2,
-                lanes.count(of_one) * u32::from(other.children) + 1,
-            );
-            let view = || {
-                let place = &relation.place;
-                if is_a {
-                    views.triangles_of_a(b, place)
-                } else {
-                    views.triangles_of_b(a, place, scale)
-                }
-            };
+            let tests = lanes.count(of_one) * u32::from(other.children) + 1;
+            count::<M>(sink.stats(), level + 2, tests);
             let triangles = || Triangles {
                 rows: rows(tree, one),
-                view: view(),
+                view: views.triangles(is_a, other, &relation.place, scale),
                 skew: relation.skew,
             };
-            let hits = boxes.triangles(lanes, facing, of_one, triangles, sink.keys());
-            let first = other.first_child;
-            clusters::<T>(hits, of_one, sink, |j, alive| {
-                with_child(!is_a, first + j, [alive; 2])
-            });
+            let hits = measure.triangles(lanes, facing, of_one, triangles, keys);
+            let child = |j, alive| with_child(!is_a, other.first_child + j, [alive; 2]);
+            clusters(hits, of_one, measure, keys, sink, child);
         }
     }
 }
 
-/// True if an edge axis separates the boxes of two nodes; tested only if they are slim.
+/// Counts BV tests on a level of the bounding volume test tree.
 #[inline(always)]
-fn are_parted(
-    a: &Node,
-    b: &Node,
-    views: &Views,
-    relation: &Relation,
-    sink: &mut impl Sink,
-) -> bool {
-    if !edge_axes::are_slim(a, b) {
-        return false;
+fn count<M: Measure>(stats: &mut Stats, level: usize, bv_tests: u32) {
+    let [opening, test] = M::WORK;
+    stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
+    stats.work += opening + test * u64::from(bv_tests);
+}
+
+/// The keys of pairs of boxes, lane by lane.
+#[inline(always)]
+pub(super) fn key<L: Lanes, M: Measure>(
+    lanes: L,
+    measure: &M,
+    opened: &Extents<L>,
+    other: &Extents<L>,
+) -> F8<L> {
+    measure.key(
+        lanes,
+        measure.compare(lanes, &other.seen, &opened.own),
+        measure.compare(lanes, &other.own, &opened.seen),
+        other.ahead + opened.ahead,
+    )
+}
+
+/// Tests the active children of two nodes against each other.
+#[inline(always)]
+fn eight_by_eight<L: Lanes, M: Measure>(
+    lanes: L,
+    measure: &M,
+    facing: &Facing,
+    alive: [u32; 2],
+    keys: &mut Keys,
+) -> u64 {
+    let test = EightByEight {
+        measure,
+        facing,
+        alive,
+        keys,
+    };
+    if M::IS_LARGE {
+        lanes.run(test)
+    } else {
+        test.run(lanes)
     }
-    sink.spend(WORK_PER_EDGE_TEST);
-    edge_axes::part(a, b, &views.of_b, relation)
+}
+
+struct EightByEight<'k, M> {
+    measure: &'k M,
+    facing: &'k Facing<'k>,
+    alive: [u32; 2],
+    keys: &'k mut Keys,
+}
+
+impl<M: Measure> Kernel for EightByEight<'_, M> {
+    type Output = u64;
+
+    /// First each side's children against the other's own box, along the axes of the latter; then
+    /// the pairs of those left.
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> u64 {
+        let Self {
+            measure,
+            facing,
+            keys,
+            ..
+        } = self;
+        let [mut alive_x, mut alive_y] = self.alive;
+        let (x, y) = (
+            measure.children(lanes, facing, 0),
+            measure.children(lanes, facing, 1),
+        );
+        let (own_x, own_y) = (
+            measure.own_box(lanes, facing, 0),
+            measure.own_box(lanes, facing, 1),
+        );
+        let in_x = measure.compare(lanes, &y.seen, &own_x.own);
+        alive_y &= measure.hits(lanes, measure.key(lanes, in_x, in_x, y.ahead + own_x.ahead));
+        // Without whole registers, an unpredictable branch costs more than it saves.
+        if (M::IS_LARGE || !L::IS_WHOLE) && alive_y == 0 {
+            return 0;
+        }
+        let in_y = measure.compare(lanes, &own_y.own, &x.seen);
+        alive_x &= measure.hits(lanes, measure.key(lanes, in_y, in_y, own_y.ahead + x.ahead));
+        let (x, y) = (StoredExtents::of(&x), StoredExtents::of(&y));
+        let mut pairs = 0;
+        per_part!(lanes: L, part => {
+            let alive_y = alive_y & all(part);
+            let mut alive_x = if L::IS_WHOLE || alive_y != 0 { alive_x } else { 0 };
+            let y = y.load(part);
+            while alive_x != 0 {
+                let i = alive_x.trailing_zeros() as usize % WIDTH;
+                alive_x &= alive_x - 1;
+                let near = key(part, measure, &x.at(part, i), &y);
+                if measure.common_key().is_none() {
+                    near.put(&mut keys[i]);
+                }
+                pairs |= u64::from(measure.hits(part, near) & alive_y) << (WIDTH * i);
+            }
+        });
+        pairs
+    }
 }
 
 /// The child, a column, that a single triangle penetrates most: a hit is most likely there.
@@ -198,30 +404,35 @@ fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
 /// Passes on the active triangles of a cluster, the `alive` rows of `hits`, with each child of the
 /// other side, a column. The pair passed last is visited next.
 #[inline(always)]
-fn clusters<T: BoxTest>(
+fn clusters<M: Measure>(
     hits: u64,
     alive: u32,
+    measure: &M,
+    keys: &Keys,
     sink: &mut impl Sink,
     pair: impl Fn(u32, u8) -> Pair,
 ) {
-    if T::IS_OVERLAP && alive.is_power_of_two() {
+    if M::IS_OVERLAP && alive.is_power_of_two() {
         if hits == 0 {
             return;
         }
         let row = alive.trailing_zeros() as usize % WIDTH;
-        let mut columns = (hits >> (WIDTH * row)) as u32;
-        let last = deepest(columns, &sink.keys()[row]);
-        columns &= !(1 << last);
-        while columns != 0 {
-            let column = columns.trailing_zeros();
-            columns &= columns - 1;
-            sink.cluster(pair(column, alive as u8), column as usize);
+        let columns = (hits >> (WIDTH * row)) as u32;
+        let last = deepest(columns, &keys[row]);
+        for column in bits(columns & !(1 << last)) {
+            sink.place(pair(column as u32, alive as u8), || keys[row][column]);
         }
-        return sink.cluster(pair(last as u32, alive as u8), last);
+        return sink.place(pair(last as u32, alive as u8), || keys[row][last]);
     }
     for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
         if alive != 0 {
-            sink.cluster(pair(column as u32, alive), column);
+            sink.place(pair(column as u32, alive), || {
+                measure.common_key().unwrap_or_else(|| {
+                    bits(alive)
+                        .map(|row| keys[row % WIDTH][column])
+                        .fold(f32::INFINITY, f32::min)
+                })
+            });
         }
     }
 }

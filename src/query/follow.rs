@@ -7,6 +7,7 @@ use super::known::Added;
 use super::march::{March, Place, first, place};
 use super::meeting::Meeting;
 use super::traversal::Traversal;
+use super::triangle_pairs::ids;
 use super::workspace::Workspace;
 use crate::mesh::Vertices;
 use crate::model::cost::{
@@ -157,10 +158,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         sample.note(pair, run.stats.found);
         run.stats.found += 1;
         march.followed += 1;
-        found.push([
-            trees[0].ids()[pair[0] as usize],
-            trees[1].ids()[pair[1] as usize],
-        ]);
+        found.push(ids(trees, pair));
         let corner = vertex(
             lanes,
             trees[side].mesh().vertices(),

@@ -14,7 +14,7 @@ use super::outcome::{StopReason, Verdict};
 use super::question::{Ask, Certify, Query, Question, Remembers};
 use super::queue::Pair;
 use super::strategy::{Plan, Strategy, WarmStart};
-use super::traversal::Traversal;
+use super::traversal::traverse;
 use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
 use crate::model::confidence::DEFAULT_PRIOR;
@@ -63,14 +63,12 @@ impl<'t> Query<'t, Intersection> {
     /// A's. It stops at the first pair of triangles that intersect.
     #[must_use]
     pub fn intersection(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        Self::of(
-            [a, b],
-            Intersection {
-                b_in_a,
-                options: Options::DEFAULT,
-                prior: DEFAULT_PRIOR,
-            },
-        )
+        let asked = Intersection {
+            b_in_a,
+            options: Options::DEFAULT,
+            prior: DEFAULT_PRIOR,
+        };
+        Self::of([a, b], asked)
     }
 
     /// Asks for all pairs of triangles that intersect. They stay in the workspace
@@ -113,11 +111,9 @@ impl<'t> Query<'t, Intersection> {
     }
 
     /// For experiments: node pairs with fewer expected BV tests than this are finished depth-first
-    /// instead of being queued. 0 (and NaN) queues every node pair, infinity none. The default is
-    /// 48 in the default order, 128 in other orders, and infinity for [`Mode::Any`] in the default
-    /// order: a stack with the deepest of siblings on top finds the first hit sooner than the queue
-    /// (`docs/benchmarks.md`). In the default order it has an effect only if a budget may cut the
-    /// run.
+    /// instead of being queued. 0 (and NaN) queues every node pair, infinity none. In the default
+    /// order it has an effect only if a budget may cut the run.
+    #[doc(hidden)]
     #[must_use]
     pub fn queue_threshold(mut self, bv_tests: f32) -> Self {
         // The larger of NaN and 0 is 0.
@@ -182,7 +178,7 @@ impl<'t> Query<'t, Intersection> {
         if workspace.front.follow(Pair::new(0, 0), paths as u16) {
             // The root is on a path.
         } else if strategy.queues() {
-            workspace.front.queue(Pair::new(0, 0), 0.0, 0, true);
+            workspace.front.queue(Pair::new(0, 0), 0.0, 0);
         } else {
             // Built in place: a copy as one piece would wait until its parts are in the cache.
             workspace.front.push(Pair::new(0, 0));
@@ -212,15 +208,8 @@ impl<'t> Query<'t, Intersection> {
         let question = Meeting {
             options: &self.asked.options,
         };
-        let stop = Traversal::new(
-            question,
-            [self.a, self.b],
-            &self.asked.b_in_a,
-            &relation,
-            workspace,
-            deadline,
-        )
-        .advance();
+        let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
+        let stop = traverse(question, trees, b_in_a, &relation, workspace, deadline);
         if stop == StopReason::FlushedToZero {
             return stop;
         }
@@ -234,11 +223,8 @@ impl<'t> Query<'t, Intersection> {
 
 impl Ask<Intersection> for Query<'_, Intersection> {
     fn key(&self) -> Key {
-        Key::new(
-            [self.a, self.b],
-            self.asked.b_in_a,
-            Asked::Intersection(self.asked.options),
-        )
+        let asked = Asked::Intersection(self.asked.options);
+        Key::new([self.a, self.b], self.asked.b_in_a, asked)
     }
 
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget) {

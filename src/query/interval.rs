@@ -9,6 +9,13 @@ pub(super) struct Tolerance {
     pub relative: f64,
 }
 
+impl Tolerance {
+    pub const NONE: Self = Self {
+        absolute: 0.0,
+        relative: 0.0,
+    };
+}
+
 /// Bounds of the distance of two surfaces, in the length unit of the meshes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
@@ -36,22 +43,19 @@ pub(super) struct Interval {
 impl Interval {
     /// Nothing is known yet. `limit` is infinite if the question is the distance itself.
     pub fn new(tolerance: Tolerance, margin: f64, limit: f64) -> Self {
-        let [cut, high, done] = [f64::INFINITY; 3];
-        let (ceiling, enough) = (f64::INFINITY, 0.0);
-        let mut interval = Self {
+        let interval = Self {
             tolerance,
             margin,
             limit,
-            ceiling,
-            enough,
+            ceiling: f64::INFINITY,
+            enough: 0.0,
             low: 0.0,
-            high,
-            cut,
-            done,
+            high: f64::INFINITY,
+            cut: f64::INFINITY,
+            done: f64::INFINITY,
             nearest: None,
         };
-        interval.cut = interval.cut_now();
-        interval
+        interval.below(f64::INFINITY)
     }
 
     /// Does not resolve distances of the thickened surfaces above `ceiling`. The query still
@@ -65,15 +69,15 @@ impl Interval {
     /// Leaves it open whether surfaces within the absolute tolerance intersect. No effect with a
     /// limit.
     pub fn leaving_contact_open(self) -> Self {
-        let Self {
-            tolerance: Tolerance { absolute, .. },
-            margin,
-            ..
-        } = self;
+        let absolute = self.tolerance.absolute;
         // Less than the tolerance, to cover the rounding when the margins are subtracted.
-        let enough = (absolute - 4.0 * f64::EPSILON * (absolute + 2.0 * margin)).max(0.0);
+        let enough = absolute - 4.0 * f64::EPSILON * (absolute + 2.0 * self.margin);
         Self {
-            enough: if self.has_limit() { 0.0 } else { enough },
+            enough: if self.has_limit() {
+                0.0
+            } else {
+                enough.max(0.0)
+            },
             ..self
         }
     }
@@ -84,14 +88,7 @@ impl Interval {
 
     /// The state before the first query, and for an empty mesh.
     pub fn nothing() -> Self {
-        Self::new(
-            Tolerance {
-                absolute: 0.0,
-                relative: 0.0,
-            },
-            0.0,
-            f64::INFINITY,
-        )
+        Self::new(Tolerance::NONE, 0.0, f64::INFINITY)
     }
 
     /// Takes a lower bound that holds for all pairs. Returns true if it decides the question.
@@ -124,21 +121,14 @@ impl Interval {
     }
 
     fn cut_now(&self) -> f64 {
-        let Self {
-            tolerance,
-            margin,
-            limit,
-            ceiling,
-            high,
-            ..
-        } = *self;
+        let (tolerance, margin, high) = (self.tolerance, self.margin, self.high);
         // More than the limit, so that what is proven at the cut is beyond the limit, also for 0.
         let beyond =
             |limit: f64| ((limit + margin) * (1.0 + 4.0 * f64::EPSILON)).max(f64::MIN_POSITIVE);
         if self.has_limit() {
-            return beyond(limit);
+            return beyond(self.limit);
         }
-        let apart = (high - margin).min(ceiling);
+        let apart = (high - margin).min(self.ceiling);
         let mut enough =
             margin + (apart - tolerance.absolute).min(apart / (1.0 + tolerance.relative));
         if margin > 0.0 {
@@ -146,7 +136,7 @@ impl Interval {
             enough = (enough + 4.0 * f64::EPSILON * (enough + margin)).min(high);
         }
         // The tolerance does not apply to the question whether the surfaces meet.
-        enough.max(if ceiling < f64::INFINITY || margin > 0.0 {
+        enough.max(if self.ceiling < f64::INFINITY || margin > 0.0 {
             beyond(0.0)
         } else {
             0.0

@@ -1,11 +1,11 @@
 //! Tests of triangle pairs: eight at a time in the fast filter, those in doubt in the `f64` filter
 //! if they are many, the rest one at a time in the exact test.
 
+use super::corners::Corners;
 use super::meeting::Meeting;
 use super::options::Mode;
 use super::traversal::Traversal;
-use super::triangle_pairs::rows;
-use super::workspace::Workspace;
+use super::triangle_pairs::{ids, rows};
 use crate::contact::Contact;
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
@@ -42,20 +42,14 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// True if the next step is to test triangle pairs, or trace curves, again.
     #[inline(always)]
     pub(super) fn goes_on_testing(&self) -> bool {
-        let Workspace {
-            waiting,
-            front,
-            doubtful,
-            march,
-            inconclusive,
-            ..
-        } = &*self.workspace;
+        let workspace = &*self.workspace;
+        let waiting = &workspace.waiting;
         // A last, partial batch is worthwhile only when nothing else is left.
-        let pays = waiting.len() >= WIDTH && !inconclusive
-            || waiting.len() > 0 && front.is_empty()
+        let pays = waiting.len() >= WIDTH && !workspace.inconclusive
+            || waiting.len() > 0 && workspace.front.is_empty()
             || waiting.is_full();
         // Once nothing is left, every pair that a curve could lead to is known.
-        pays || !doubtful.is_empty() || march.is_due() && !self.workspace.is_done()
+        pays || !workspace.doubtful.is_empty() || workspace.march.is_due() && !workspace.is_done()
     }
 
     /// True if hits are contacts. Then hits also go through the exact test, which gives the segment
@@ -68,11 +62,9 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// Number of further pairs that could be reported.
     #[inline(always)]
     pub(super) fn room(&self) -> usize {
-        let Workspace {
-            contacts, found, ..
-        } = &*self.workspace;
+        let found = &self.workspace.found;
         if self.looks_for_contacts() {
-            return if contacts.is_full() { 0 } else { WIDTH };
+            return usize::from(!self.workspace.contacts.is_full()) * WIDTH;
         }
         self.question.options.pair_limit.min(found.capacity()) - found.len()
     }
@@ -135,11 +127,14 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let workspace = &mut *self.workspace;
         let from = workspace.doubtful.len() - count;
         let pairs: ArrayVec<_, WIDTH> = workspace.doubtful.drain(from..).collect();
-        let [of_a, of_b] = &mut workspace.corners;
+        let trees = [self.a, self.b];
         for (lane, pair) in pairs.iter().enumerate() {
-            of_a.fill(lane, self.a, pair[0], |v| v);
-            of_b.fill(lane, self.b, pair[1], |v| self.b_in_a.transform_point(v));
+            let [a, b] =
+                Corners::of_pair(&mut workspace.corners, trees, self.b_in_a, *pair).map(|c| *c);
+            workspace.corners[0].columns.set(lane, &a);
+            workspace.corners[1].columns.set(lane, &b);
         }
+        let [of_a, of_b] = &workspace.corners;
         let mut crossings = Crossings::default();
         let wanted = self.strategy.march.goes_on().then_some(&mut crossings);
         let verdicts = lanes.run(Again {
@@ -165,20 +160,15 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
     #[cold]
     fn test_exactly(&mut self, pair: [u32; 2]) {
-        let [of_a, of_b] = &mut self.workspace.corners;
-        let a = of_a.of(self.a, pair[0], |v| v);
-        let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        let trees = [self.a, self.b];
+        let [a, b] = Corners::of_pair(&mut self.workspace.corners, trees, self.b_in_a, pair);
         let stats = &mut self.workspace.run.stats;
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST;
         // The only step whose time varies a hundredfold.
         self.deadline.allow_for_long_step();
         if self.workspace.contacts.margin().is_some() {
-            let ids = [
-                self.a.ids()[pair[0] as usize],
-                self.b.ids()[pair[1] as usize],
-            ];
-            if let Some(contact) = Contact::touching(ids, [a, b]) {
+            if let Some(contact) = Contact::touching(ids(trees, pair), [a, b]) {
                 stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
                 self.workspace.run.stats.found += 1;
                 self.workspace.contacts.push(contact);
@@ -207,10 +197,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         {
             return;
         }
-        let ids = [
-            self.a.ids()[pair[0] as usize],
-            self.b.ids()[pair[1] as usize],
-        ];
+        let ids = ids([self.a, self.b], pair);
         workspace.sample.note(pair, workspace.run.stats.found);
         workspace.run.stats.found += 1;
         workspace.run.witness.get_or_insert(ids);

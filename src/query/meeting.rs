@@ -4,16 +4,15 @@
 //! Overlapping boxes are of interest, deepest first. Triangle pairs found along a curve
 //! ([`march`](super::march)) before the front reaches them are not tested again.
 
-use super::boxes::{Keys, Overlap};
-use super::expand::{Sink, expand};
+use super::expand::{Keys, Sink, expand};
 use super::options::{Mode, Options};
-use super::order::overlap_volume;
-use super::outcome::{LEVELS, StopReason};
+use super::outcome::{Stats, StopReason};
+use super::overlap::Overlap;
 use super::queue::{Origin, Pair};
 use super::strategy::Marching;
 use super::traversal::{Traversal, Visitor};
 use super::workspace::Workspace;
-use crate::model::cost::{WORK_PER_LOOKUP, opening_work};
+use crate::model::cost::WORK_PER_LOOKUP;
 use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
@@ -30,14 +29,15 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let trees = [self.a, self.b];
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
+        let (trees, relation) = ([self.a, self.b], self.relation);
         expand(
             lanes,
             pair,
             trees,
-            self.relation,
-            &mut Overlap::new(self.relation),
+            relation,
+            &mut Overlap::default(),
+            keys,
             self,
         );
     }
@@ -74,7 +74,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
     }
 
     #[inline(never)]
-    fn queue_all(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+    fn queue_all(&mut self, hits: u64, depth: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
         let mut ahead = 0;
         if self.origin == Origin::Path {
             ahead = self.workspace.front.path_witnesses();
@@ -90,7 +90,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
                     continue;
                 }
             }
-            self.queue(pair, self.keys.as_flattened()[bit % 64]);
+            self.queue(pair, depth(bit));
         }
         if self.origin == Origin::Path {
             self.workspace.front.set_aside();
@@ -116,12 +116,17 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
     /// Pushes pairs so that the deepest is on top and the second below it.
     #[inline(never)]
-    fn push_ranked(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+    fn push_ranked(
+        &mut self,
+        hits: u64,
+        depth: impl Fn(usize) -> f32,
+        child: impl Fn(u32) -> Pair,
+    ) {
         // The depth, with the index of the pair in its last bits. A select, not a branch, because
         // the comparison is unpredictable.
         let (mut first, mut second) = (0, 0);
         for bit in bits(hits) {
-            let key = self.keys.as_flattened()[bit % 64].to_bits() & !63 | bit as u32;
+            let key = depth(bit).to_bits() & !63 | bit as u32;
             second = second.max(first.min(key));
             first = first.max(key);
         }
@@ -133,16 +138,6 @@ impl Traversal<'_, '_, Meeting<'_>> {
             front.push(child(second));
         }
         front.push(child(first));
-    }
-
-    /// Of the current pairs, those deeper than the mean.
-    #[inline(never)]
-    fn deeper(&self, hits: u64) -> u64 {
-        let depths = self.keys.as_flattened();
-        let mean = bits(hits).map(|bit| depths[bit % 64]).sum::<f32>() / hits.count_ones() as f32;
-        bits(hits).fold(0, |deeper, bit| {
-            deeper | u64::from(depths[bit % 64] > mean) << bit
-        })
     }
 
     /// The witnesses of the previous frame, out of `among`, that lie below a pair.
@@ -165,16 +160,10 @@ impl Traversal<'_, '_, Meeting<'_>> {
         );
         let threshold = self.strategy.queue_threshold;
         if a.self_cost * b.self_cost >= threshold * threshold {
-            let volume = || overlap_volume(a, b, self.relation);
             let alpha = || a.alpha().element_product() * b.alpha().element_product();
-            let random = &mut self.workspace.run.random;
             let depth = depth / (a.size + b.size * self.relation.scale);
-            let (bucket, first) = self
-                .question
-                .options
-                .order
-                .bucket(volume, depth, alpha, random);
-            self.workspace.front.queue(pair, 0.0, bucket, first);
+            let bucket = self.question.options.order.bucket(depth, alpha);
+            self.workspace.front.queue(pair, 0.0, bucket);
         } else {
             self.workspace.front.push(pair);
         }
@@ -183,28 +172,16 @@ impl Traversal<'_, '_, Meeting<'_>> {
 
 impl Sink for Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
-    fn count(&mut self, level: usize, bv_tests: u32) {
-        let stats = &mut self.workspace.run.stats;
-        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
-        stats.work += opening_work(bv_tests);
-    }
-
-    #[inline(always)]
-    fn spend(&mut self, work: u64) {
-        self.workspace.run.stats.work += work;
-    }
-
-    #[inline(always)]
-    fn keys(&mut self) -> &mut Keys {
-        &mut self.keys
+    fn stats(&mut self) -> &mut Stats {
+        &mut self.workspace.run.stats
     }
 
     /// Pairs go where their parent came from: on the stack, or into the queue. Children of a pair
     /// on a path go on the paths if they contain witnesses, else into the queue.
     #[inline(always)]
-    fn pairs(&mut self, mut hits: u64, child: impl Fn(u32) -> Pair) {
+    fn pairs(&mut self, mut hits: u64, depth: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
         if self.origin != Origin::Stack {
-            return self.queue_all(hits, child);
+            return self.queue_all(hits, depth, child);
         }
         if !self.strategy.deepest_first {
             return self.workspace.front.push_all(hits, child);
@@ -213,24 +190,23 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
             return;
         }
         if self.strategy.ranks() {
-            return self.push_ranked(hits, child);
+            return self.push_ranked(hits, depth, child);
         }
         let front = &mut self.workspace.front;
         let (mut bit, mut place) = (
             hits.trailing_zeros(),
             front.push(child(hits.trailing_zeros())),
         );
-        let (mut deepest, mut first, mut at) =
-            (self.keys.as_flattened()[bit as usize % 64], bit, place);
+        let (mut deepest, mut first, mut at) = (depth(bit as usize), bit, place);
         hits &= hits - 1;
         while hits != 0 {
             bit = hits.trailing_zeros();
             hits &= hits - 1;
             place = front.push(child(bit));
-            let depth = self.keys.as_flattened()[bit as usize % 64];
+            let next = depth(bit as usize);
             // A select, not a branch, because the comparison is unpredictable.
-            let is_deeper = depth > deepest;
-            deepest = if is_deeper { depth } else { deepest };
+            let is_deeper = next > deepest;
+            deepest = if is_deeper { next } else { deepest };
             (first, at) = if is_deeper { (bit, place) } else { (first, at) };
         }
         // Swaps the deepest with the last one. Both are made anew, because loading what has just
@@ -240,13 +216,12 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
     }
 
     #[inline(always)]
-    fn cluster(&mut self, pair: Pair, _column: usize) {
+    fn place(&mut self, pair: Pair, _depth: impl FnOnce() -> f32) {
         self.workspace.front.push(pair);
     }
 
     #[inline(always)]
-    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        let mut hits = hits;
+    fn triangles(&mut self, mut hits: u64, depth: impl Fn(usize) -> f32, first: [u32; 2]) {
         if self.strategy.march != Marching::Never
             && hits != 0
             && !self.workspace.march.known.is_empty()
@@ -255,10 +230,19 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
             hits = self.workspace.march.pass(hits, first);
         }
         if self.strategy.ranks() && hits.count_ones() as usize > WIDTH {
-            let deeper = self.deeper(hits);
+            let deeper = deeper(hits, depth);
             self.workspace.waiting.push_all(hits & !deeper, first);
             hits = deeper;
         }
         self.workspace.waiting.push_all(hits, first);
     }
+}
+
+/// Of these pairs, those deeper than the mean.
+#[inline(never)]
+fn deeper(hits: u64, depth: impl Fn(usize) -> f32) -> u64 {
+    let mean = bits(hits).map(&depth).sum::<f32>() / hits.count_ones() as f32;
+    bits(hits).fold(0, |deeper, bit| {
+        deeper | u64::from(depth(bit) > mean) << bit
+    })
 }

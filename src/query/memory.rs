@@ -117,6 +117,7 @@ impl PairMemory {
     }
 
     /// True if the surfaces intersected when the verdict was last decided; `None` if it never was.
+    #[inline]
     pub fn last_verdict(&self) -> Option<bool> {
         self.last_verdict
     }
@@ -155,14 +156,9 @@ impl PairMemory {
 
     /// The history that the confidence model uses; `None` if the pair was never decided.
     pub fn history(&self) -> Option<History> {
-        let Self {
-            last_verdict,
-            frames_undecided,
-            ..
-        } = *self;
-        last_verdict.map(|met| History {
+        self.last_verdict.map(|met| History {
             met,
-            frames_undecided,
+            frames_undecided: self.frames_undecided,
             change_rate: self.change_rate(),
         })
     }
@@ -181,6 +177,7 @@ impl PairMemory {
     /// Stores a triangle pair (tree order) that a separate test found to intersect, as the latest
     /// witness.
     #[doc(hidden)]
+    #[inline]
     pub fn found(&mut self, pair: [u32; 2]) {
         self.witnesses.retain(|witness| *witness != pair);
         self.witnesses.truncate(WITNESSES - 1);
@@ -226,6 +223,7 @@ impl PairMemory {
     /// moved that far.
     ///
     /// [`Query::with_memory`]: crate::Query::with_memory
+    #[inline]
     pub fn clearance(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> f64 {
         self.clearance
             .as_ref()

@@ -10,7 +10,7 @@
 //! | contacts, asked as one of these two | [`contacts`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
-//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`edge_axes`], [`views`] |
+//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`overlap`], [`edge_axes`], [`views`] |
 //! | tests without a query | [`root_test`], [`parting`] |
 //! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
@@ -52,6 +52,7 @@ pub(crate) mod opened;
 mod options;
 mod order;
 mod outcome;
+mod overlap;
 mod parting;
 mod probe;
 mod question;

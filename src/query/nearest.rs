@@ -11,16 +11,15 @@
 //! that narrows: each pair within the limit goes to a list. The tests of triangle pairs are in
 //! [`super::closest_pairs`].
 
-use super::boxes::Keys;
-use super::expand::{Sink, expand};
+use super::expand::{Keys, Sink, expand};
 use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
-use super::outcome::{LEVELS, StopReason};
+use super::outcome::{Stats, StopReason};
 use super::queue::{Origin, Pair};
-use super::search::{Bounded, DIVE, least_key, root};
+use super::search::{Bounded, DIVE, root};
 use super::traversal::{Traversal, Visitor};
 use super::views::Relation;
-use crate::model::cost::{WORK_PER_EXPANSION, WORK_PER_LOOKUP};
+use crate::model::cost::WORK_PER_LOOKUP;
 use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
@@ -89,14 +88,14 @@ impl Visitor for Traversal<'_, '_, Nearness> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let Nearness {
-            cut,
-            doubt,
-            direction,
-            ..
-        } = self.question;
-        let mut gaps = Gaps::new(cut, doubt, self.relation.shrink, direction);
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
+        let (question, relation) = (&self.question, self.relation);
+        let mut gaps = Gaps::new(
+            question.cut,
+            question.doubt,
+            relation.shrink,
+            question.direction,
+        );
         match self.origin {
             Origin::Path => {
                 self.question.guess = f32::INFINITY;
@@ -112,23 +111,14 @@ impl Visitor for Traversal<'_, '_, Nearness> {
                 }
                 // A pair that the full queue puts on the stack loses its bound.
                 if self.workspace.front.room() < WIDTH * WIDTH {
-                    let workspace = &mut *self.workspace;
-                    workspace
-                        .search
-                        .bound(&workspace.front, root(gaps.least), self.relation.unit);
+                    self.workspace.bound(root(gaps.least), relation.unit);
                 }
             }
             Origin::Stack => {}
         }
         self.question.pair = pair;
-        expand(
-            lanes,
-            pair,
-            [self.a, self.b],
-            self.relation,
-            &mut gaps,
-            self,
-        );
+        let trees = [self.a, self.b];
+        expand(lanes, pair, trees, relation, &mut gaps, keys, self);
         let search = &mut self.workspace.search;
         if self.origin != Origin::Path {
             // Every child that was dropped is at least as far apart as the cut.
@@ -168,36 +158,21 @@ impl Visitor for Traversal<'_, '_, Nearness> {
 
 impl Sink for Traversal<'_, '_, Nearness> {
     #[inline(always)]
-    fn count(&mut self, level: usize, bv_tests: u32) {
-        let stats = &mut self.workspace.run.stats;
-        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
-        stats.work += WORK_PER_EXPANSION + 2 * u64::from(bv_tests);
+    fn stats(&mut self) -> &mut Stats {
+        &mut self.workspace.run.stats
     }
 
     #[inline(always)]
-    fn spend(&mut self, work: u64) {
-        self.workspace.run.stats.work += work;
-    }
-
-    #[inline(always)]
-    fn keys(&mut self) -> &mut Keys {
-        &mut self.keys
-    }
-
-    #[inline(always)]
-    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
+    fn pairs(&mut self, hits: u64, key: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
         let mut deepest = (0.0, None);
         let last = if self.strategy.deepest_first {
-            self.closest(hits)
+            closest(hits, &key)
         } else {
             0
         };
-        for mut hits in [hits & !last, last] {
-            while hits != 0 {
-                let bit = hits.trailing_zeros();
-                hits &= hits - 1;
-                let key = self.keys.as_flattened()[bit as usize % 64];
-                self.place(child(bit), key, &mut deepest);
+        for hits in [hits & !last, last] {
+            for bit in bits(hits) {
+                self.keep(child(bit as u32), key(bit), &mut deepest);
             }
         }
         if let Some(at) = deepest.1 {
@@ -206,20 +181,19 @@ impl Sink for Traversal<'_, '_, Nearness> {
     }
 
     #[inline(always)]
-    fn cluster(&mut self, pair: Pair, column: usize) {
-        let key = least_key(&self.keys, &pair, column);
-        self.place(pair, key, &mut (0.0, None));
+    fn place(&mut self, pair: Pair, key: impl FnOnce() -> f32) {
+        self.keep(pair, key(), &mut (0.0, None));
     }
 
     #[inline(always)]
-    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
+    fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]) {
         let hits = if hits.count_ones() > MANY && self.puts_back() {
-            self.put_back(hits)
+            self.put_back(hits, &key)
         } else {
             hits
         };
         let search = &mut self.workspace.search;
-        search.wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
+        search.wait(hits, first, key);
         if search.is_diving {
             // One pair is enough for a guess, which proves nothing; all pairs are visited again.
             let likely = search.waiting.iter().min_by(|x, y| x.key.total_cmp(&y.key));
@@ -244,13 +218,9 @@ impl Traversal<'_, '_, Nearness> {
     /// longer matter when their turn comes. Rows with overlapping boxes are taken, because nothing
     /// is proven of them.
     #[inline(never)]
-    fn put_back(&mut self, hits: u64) -> u64 {
+    fn put_back(&mut self, hits: u64, key: impl Fn(usize) -> f32) -> u64 {
         let row_of = |row: usize| hits & 0xff << (WIDTH * row);
-        let least = |row| {
-            bits(row_of(row))
-                .map(|bit| self.keys.as_flattened()[bit])
-                .fold(f32::INFINITY, f32::min)
-        };
+        let least = |row| bits(row_of(row)).map(&key).fold(f32::INFINITY, f32::min);
         let mut rows: [_; WIDTH] = core::array::from_fn(|row| (least(row), row));
         rows.sort_unstable_by(|(x, i), (y, j)| x.total_cmp(y).then(i.cmp(j)));
         let (mut taken, mut left) = (0_u64, None);
@@ -267,21 +237,15 @@ impl Traversal<'_, '_, Nearness> {
             }
         }
         if let Some(key) = left {
-            self.place(pair, key, &mut (0.0, None));
+            self.keep(pair, key, &mut (0.0, None));
         }
         taken
     }
 
-    /// The bit of the least key, as a mask.
-    #[inline(never)]
-    fn closest(&self, hits: u64) -> u64 {
-        let key = |bit: &usize| self.keys.as_flattened()[*bit];
-        let closest = bits(hits).min_by(|i, j| key(i).total_cmp(&key(j)));
-        closest.map_or(0, |bit| 1 << bit)
-    }
-
+    /// Keeps a child for later. `deepest` is the key and place on the stack of the deepest of its
+    /// siblings.
     #[inline(always)]
-    fn place(&mut self, pair: Pair, key: f32, deepest: &mut (f32, Option<usize>)) {
+    fn keep(&mut self, pair: Pair, key: f32, deepest: &mut (f32, Option<usize>)) {
         let workspace = &mut *self.workspace;
         if self.origin == Origin::Path {
             if key < self.question.guess {
@@ -295,7 +259,7 @@ impl Traversal<'_, '_, Nearness> {
             } else {
                 search.bucket(key, self.question.cut)
             };
-            workspace.front.queue(pair, key, bucket, true);
+            workspace.front.queue(pair, key, bucket);
         } else {
             let at = workspace.front.push(pair);
             if key < deepest.0 {
@@ -322,4 +286,11 @@ impl Traversal<'_, '_, Nearness> {
             self.workspace.search.drop_all();
         }
     }
+}
+
+/// The bit of the least key, as a mask.
+#[inline(never)]
+fn closest(hits: u64, key: impl Fn(usize) -> f32) -> u64 {
+    let closest = bits(hits).min_by(|&i, &j| key(i).total_cmp(&key(j)));
+    closest.map_or(0, |bit| 1 << bit)
 }

@@ -1,15 +1,13 @@
 //! The node pairs that a complete run opens, for studies of the order of visits. They are the same
 //! in every order.
 
-use super::boxes::{Keys, Overlap};
-use super::expand::{Sink, expand};
+use super::probe::Children;
 use super::queue::Pair;
 use super::views::Relation;
-use crate::model::cost::opening_work;
-use crate::tree::{Tree, WIDTH};
+use crate::tree::Tree;
 use alloc::vec::Vec;
-use punctual_geom::Pose;
 use punctual_geom::lanes::{Instructions, Kernel, Lanes};
+use punctual_geom::{Pose, bits};
 
 /// An opened node pair.
 #[derive(Clone, Debug, Default)]
@@ -27,91 +25,38 @@ pub struct OpenedPair {
 /// All node pairs opened by a run that finds all intersections, parents before their children; none
 /// if a mesh is empty.
 pub fn opened_pairs(a: &Tree, b: &Tree, b_in_a: &Pose) -> Vec<OpenedPair> {
-    let (relation, opened) = (Relation::new(a, b, b_in_a), Vec::new());
-    let mut recorder = Recorder {
-        trees: [a, b],
-        relation: &relation,
-        keys: [[0.0; WIDTH]; WIDTH],
-        front: Vec::new(),
-        opened,
-    };
-    if !a.nodes().is_empty() && !b.nodes().is_empty() {
-        recorder.front.push((Pair::new(0, 0), 0));
+    if a.nodes().is_empty() || b.nodes().is_empty() {
+        return Vec::new();
     }
-    Instructions::detect().run(&mut recorder);
-    recorder.opened
+    Instructions::detect().run(Recorder([a, b], &Relation::new(a, b, b_in_a)))
 }
 
-struct Recorder<'r> {
-    trees: [&'r Tree; 2],
-    relation: &'r Relation,
-    keys: Keys,
-    /// Pairs to open, each with the index of its parent.
-    front: Vec<(Pair, usize)>,
-    /// The last entry is being opened.
-    opened: Vec<OpenedPair>,
-}
+struct Recorder<'r>([&'r Tree; 2], &'r Relation);
 
-impl Kernel for &mut Recorder<'_> {
-    type Output = ();
+impl Kernel for Recorder<'_> {
+    type Output = Vec<OpenedPair>;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
-        while let Some((pair, parent)) = self.front.pop() {
-            self.opened.push(OpenedPair {
+    fn run<L: Lanes>(self, lanes: L) -> Vec<OpenedPair> {
+        let Self(trees, relation) = self;
+        // Pairs to open, each with the index of its parent.
+        let mut front = alloc::vec![(Pair::new(0, 0), 0)];
+        let mut opened = Vec::new();
+        while let Some((pair, parent)) = front.pop() {
+            let mut children = Children::default();
+            children.open(lanes, pair, trees, relation);
+            let (hits, first) = children.triangles;
+            let id = |side: usize, i: usize| trees[side].ids()[first[side] as usize + i];
+            front.extend(children.pairs.into_iter().map(|pair| (pair, opened.len())));
+            opened.push(OpenedPair {
                 parent,
-                ..OpenedPair::default()
+                bv_tests: children.stats.bv_tests_of_levels() as u32,
+                work: children.stats.work,
+                triangle_pairs: bits(hits)
+                    .map(|bit| [id(0, bit / 8), id(1, bit % 8)])
+                    .collect(),
             });
-            expand(
-                lanes,
-                pair,
-                self.trees,
-                self.relation,
-                &mut Overlap::new(self.relation),
-                self,
-            );
         }
-    }
-}
-
-impl Sink for Recorder<'_> {
-    fn count(&mut self, _level: usize, bv_tests: u32) {
-        if let Some(pair) = self.opened.last_mut() {
-            pair.bv_tests += bv_tests;
-            pair.work += opening_work(bv_tests);
-        }
-    }
-
-    fn spend(&mut self, work: u64) {
-        if let Some(pair) = self.opened.last_mut() {
-            pair.work += work;
-        }
-    }
-
-    fn keys(&mut self) -> &mut Keys {
-        &mut self.keys
-    }
-
-    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        (0..64)
-            .filter(|bit| hits >> bit & 1 == 1)
-            .for_each(|bit| self.cluster(child(bit), 0));
-    }
-
-    fn cluster(&mut self, pair: Pair, _column: usize) {
-        self.front.push((pair, self.opened.len() - 1));
-    }
-
-    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        let [a, b] = self.trees;
-        let pairs = (0..64).filter(|bit| hits >> bit & 1 == 1).map(|bit| {
-            [
-                a.ids()[(first[0] + bit / 8) as usize],
-                b.ids()[(first[1] + bit % 8) as usize],
-            ]
-        });
-        if let Some(pair) = self.opened.last_mut() {
-            pair.triangle_pairs.extend(pairs);
-        }
+        opened
     }
 }

@@ -43,6 +43,7 @@ pub enum Verdict {
 impl Verdict {
     /// The verdict for triangles within the margins: they intersect if their distance is 0.
     #[doc(hidden)]
+    #[inline]
     pub fn of_witness(witness: [u32; 2], distance: f64) -> Self {
         if distance == 0.0 {
             Self::Intersecting { witness }
@@ -185,6 +186,7 @@ named!(StopReason {
 impl StopReason {
     /// True if the run is over, so that there is nothing to resume.
     #[doc(hidden)]
+    #[inline]
     pub fn is_final(self) -> bool {
         matches!(self, Self::Finished | Self::FirstHit)
     }

@@ -78,14 +78,14 @@ impl Kernel for Search<'_> {
         let Self {
             trees: [a, b],
             relation,
-            most,
             direction,
+            ..
         } = self;
         let (linear, middle) = (relation.linear(), relation.middle());
         let [in_a, in_b] = relation.place.margin.map(|margin| margin.as_array()[0]);
         let margin = in_a.min(in_b) + LEFT_OUT * (1.0 + relation.scale);
         let mut simplex = Simplex::default();
-        for tried in 1..=most {
+        for tried in 1..=self.most {
             let [x, y, z] = *direction;
             let (of_b, place) = relation.of_b(f32x4::new([x, y, z, 0.0]));
             let (end_a, p) = a.extremes().farthest(lanes, *direction);
@@ -102,7 +102,7 @@ impl Kernel for Search<'_> {
             };
             *direction = next.to_array();
         }
-        (0.0, most)
+        (0.0, self.most)
     }
 }
 

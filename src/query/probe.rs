@@ -4,15 +4,15 @@
 //! costliest pairs are replaced by the pairs of their children that may meet, a few times, and the
 //! rest is summed up. The probe does not change the query.
 
-use super::boxes::{Keys, Overlap};
 use super::expand::{Sink, expand};
+use super::outcome::Stats;
+use super::overlap::Overlap;
 use super::queue::Pair;
 use super::views::{Relation, Views};
 use crate::model::front::{FrontSummary, pair_cost};
 use crate::tree::{Node, Tree, WIDTH, xyz};
 use arrayvec::ArrayVec;
 use core::mem;
-use punctual_geom::bits;
 use punctual_geom::lanes::{Instructions, Kernel, Lanes};
 use wide::f32x4;
 
@@ -26,7 +26,6 @@ const PER_OPENING: usize = 2;
 pub(super) struct Probe<'q> {
     trees: [&'q Tree; 2],
     relation: &'q Relation,
-    keys: Keys,
     /// Pairs that can be opened, and the cost of each.
     pairs: ArrayVec<Open, ROOM>,
     costs: ArrayVec<f32, ROOM>,
@@ -55,7 +54,6 @@ impl<'q> Probe<'q> {
         Self {
             trees,
             relation,
-            keys: [[0.0; WIDTH]; WIDTH],
             pairs: ArrayVec::new(),
             costs: ArrayVec::new(),
             effort: 0,
@@ -123,6 +121,7 @@ impl Kernel for &mut Probe<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
+        let mut children = Children::default();
         while !self.pairs.is_empty() && self.effort > 0 && (self.goes_on)() {
             self.effort = self.effort.saturating_sub(PER_OPENING);
             let mut costliest = 0;
@@ -133,42 +132,58 @@ impl Kernel for &mut Probe<'_> {
             }
             self.costs.swap_remove(costliest);
             let pair = self.pairs.swap_remove(costliest).pair;
-            expand(
-                lanes,
-                pair,
-                self.trees,
-                self.relation,
-                &mut Overlap::new(self.relation),
-                self,
-            );
+            children.open(lanes, pair, self.trees, self.relation);
+            let (hits, _) = children.triangles;
+            self.summary.triangle_pairs += f64::from(hits.count_ones());
+            children.pairs.drain(..).for_each(|pair| self.add(pair));
+        }
+        self.summary.probed += children.stats.bv_tests_of_levels() as f64;
+    }
+}
+
+/// What pairs are replaced by in a run that finds all intersections.
+pub(super) struct Children {
+    /// The work of opening all pairs.
+    pub stats: Stats,
+    pub pairs: ArrayVec<Pair, { WIDTH * WIDTH }>,
+    /// The triangle pairs of the last: bit `8 i + j` stands for `first + [i, j]`, in tree order.
+    pub triangles: (u64, [u32; 2]),
+}
+
+impl Default for Children {
+    fn default() -> Self {
+        Self {
+            stats: Stats::NONE,
+            pairs: ArrayVec::new(),
+            triangles: (0, [0; 2]),
         }
     }
 }
 
-impl Sink for Probe<'_> {
+impl Children {
+    /// Opens a pair. There must be no pairs of another left.
     #[inline(always)]
-    fn count(&mut self, _level: usize, bv_tests: u32) {
-        self.summary.probed += f64::from(bv_tests);
+    pub fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, trees: [&Tree; 2], relation: &Relation) {
+        self.triangles.0 = 0;
+        let (overlap, keys) = (&mut Overlap::default(), &mut [[0.0; WIDTH]; WIDTH]);
+        expand(lanes, pair, trees, relation, overlap, keys, self);
+    }
+}
+
+impl Sink for Children {
+    #[inline(always)]
+    fn stats(&mut self) -> &mut Stats {
+        &mut self.stats
     }
 
     #[inline(always)]
-    fn keys(&mut self) -> &mut Keys {
-        &mut self.keys
+    fn place(&mut self, pair: Pair, _depth: impl FnOnce() -> f32) {
+        self.pairs.push(pair);
     }
 
     #[inline(always)]
-    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        bits(hits).for_each(|bit| self.add(child(bit as u32)));
-    }
-
-    #[inline(always)]
-    fn cluster(&mut self, pair: Pair, _column: usize) {
-        self.add(pair);
-    }
-
-    #[inline(always)]
-    fn triangles(&mut self, hits: u64, _first: [u32; 2]) {
-        self.summary.triangle_pairs += f64::from(hits.count_ones());
+    fn triangles(&mut self, hits: u64, _depth: impl Fn(usize) -> f32, first: [u32; 2]) {
+        self.triangles = (hits, first);
     }
 }
 

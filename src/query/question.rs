@@ -225,6 +225,7 @@ where
 
     /// An error unless the last run in the workspace was of this query.
     #[doc(hidden)]
+    #[inline]
     pub fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
         workspace.run.holds(&self.key())?;
         if self.is_in(workspace) {
@@ -236,6 +237,7 @@ where
 
     /// True if the workspace holds a stopped run of this query.
     #[doc(hidden)]
+    #[inline]
     pub fn is_stopped_in(&self, workspace: &Workspace) -> bool {
         workspace.run.stopped && self.holds(workspace).is_ok()
     }

@@ -3,8 +3,8 @@
 //! of the previous frame.
 //!
 //! The queue is a set of linked lists in one arena of fixed capacity, with a mask of the lists that
-//! are not empty: constant time, and a total order (bucket, then last in first out, or first in
-//! first out) that depends only on the input.
+//! are not empty: constant time, and a total order (bucket, then last in first out) that depends
+//! only on the input.
 
 use crate::tree::MAX_HEIGHT;
 use alloc::boxed::Box;
@@ -68,8 +68,8 @@ pub(super) struct Front {
     /// the last path.
     base: usize,
     arena: Box<[Entry]>,
-    /// First and last entry of each bucket. The first of an empty bucket is [`NONE`].
-    lists: [(u32, u32); BUCKETS],
+    /// First entry of each bucket, or [`NONE`].
+    lists: [u32; BUCKETS],
     /// Mask of the buckets that are not empty, 64 per word.
     occupied: [u64; BUCKETS / 64],
     free: u32,
@@ -92,7 +92,7 @@ impl Front {
             base: 0,
             arena: alloc::vec![Entry { pair: Pair::new(0, 0), key: 0.0, next: NONE }; capacity]
                 .into(),
-            lists: [(NONE, NONE); BUCKETS],
+            lists: [NONE; BUCKETS],
             occupied: [0; BUCKETS / 64],
             free: NONE,
             touched: 0,
@@ -176,9 +176,8 @@ impl Front {
         self.popped_key
     }
 
-    /// Queues a pair in `bucket`, as its first or last. A pair that finds no room is pushed on the
-    /// stack.
-    pub fn queue(&mut self, pair: Pair, key: f32, bucket: usize, first: bool) {
+    /// Queues a pair as the first of `bucket`. A pair that finds no room is pushed on the stack.
+    pub fn queue(&mut self, pair: Pair, key: f32, bucket: usize) {
         let slot = if self.free != NONE {
             let next = self.arena[self.free as usize].next;
             core::mem::replace(&mut self.free, next)
@@ -189,16 +188,8 @@ impl Front {
             self.push(pair);
             return;
         };
-        let (head, tail) = &mut self.lists[bucket % BUCKETS];
-        let is_empty = *head == NONE;
-        let next = if first { *head } else { NONE };
+        let next = core::mem::replace(&mut self.lists[bucket % BUCKETS], slot);
         self.arena[slot as usize] = Entry { pair, key, next };
-        if first || is_empty {
-            *head = slot;
-        } else {
-            self.arena[*tail as usize].next = slot;
-        }
-        *tail = if first && !is_empty { *tail } else { slot };
         self.occupied[bucket / 64 % 2] |= 1 << (bucket % 64);
         self.queued += 1;
     }
@@ -259,10 +250,10 @@ impl Front {
     #[inline(always)]
     fn pop_queue(&mut self) -> Option<Pair> {
         let bucket = self.first_bucket()? % BUCKETS;
-        let slot = self.lists[bucket].0;
+        let slot = self.lists[bucket];
         let Entry { pair, key, next } = self.arena[slot as usize];
         self.popped_key = key;
-        self.lists[bucket].0 = next;
+        self.lists[bucket] = next;
         if next == NONE {
             self.occupied[bucket / 64] &= !(1 << (bucket % 64));
         }
@@ -336,7 +327,7 @@ impl Front {
     pub fn clear_queue(&mut self) {
         self.peak = self.peak();
         while let Some(bucket) = self.first_bucket() {
-            self.lists[bucket].0 = NONE;
+            self.lists[bucket] = NONE;
             self.occupied[bucket / 64] &= !(1 << (bucket % 64));
         }
         (self.free, self.touched, self.queued) = (NONE, 0, 0);
@@ -355,7 +346,7 @@ impl Front {
 /// The queued pairs, in the order in which they would be popped.
 fn in_queue<'f>(
     arena: &'f [Entry],
-    lists: &'f [(u32, u32); BUCKETS],
+    lists: &'f [u32; BUCKETS],
     occupied: &'f [u64; BUCKETS / 64],
 ) -> impl Iterator<Item = Pair> + 'f {
     let entry = |slot: u32| (slot != NONE).then(|| &arena[slot as usize]);
@@ -365,7 +356,7 @@ fn in_queue<'f>(
         .flat_map(|(i, &mask)| bits(mask).map(move |bit| 64 * i + bit));
     buckets
         .flat_map(move |bucket| {
-            core::iter::successors(entry(lists[bucket].0), move |last| entry(last.next))
+            core::iter::successors(entry(lists[bucket]), move |last| entry(last.next))
         })
         .map(|entry| entry.pair)
 }
@@ -399,7 +390,7 @@ mod tests {
     fn the_stack_goes_first_then_the_buckets_in_turn() {
         let mut front = Front::new(8);
         for (i, bucket) in [(0, 5), (1, 0), (2, 127), (3, 0)] {
-            front.queue(Pair::new(i, 0), 0.0, bucket, true);
+            front.queue(Pair::new(i, 0), 0.0, bucket);
         }
         front.push(Pair::new(9, 0));
         front.push(Pair::new(8, 0));
@@ -419,7 +410,7 @@ mod tests {
             (Some((pair(0), Origin::Path)), 0b11)
         );
         front.push(pair(1));
-        front.queue(pair(2), 0.0, 0, true);
+        front.queue(pair(2), 0.0, 0);
         assert!(front.follow(pair(3), 0b01) && front.follow(pair(4), 0b10));
         front.set_aside();
         assert_eq!(
@@ -453,7 +444,7 @@ mod tests {
     fn the_queue_goes_below_the_stack_in_its_order() {
         let fill = |front: &mut Front| {
             for (i, bucket) in [(0, 70), (1, 3), (2, 127), (3, 3), (4, 70)] {
-                front.queue(Pair::new(i, 0), 0.0, bucket, i != 4);
+                front.queue(Pair::new(i, 0), 0.0, bucket);
             }
             front.push(Pair::new(8, 0));
             front.push(Pair::new(9, 0));
@@ -462,41 +453,32 @@ mod tests {
         fill(&mut front);
         front.queue_to_stack();
         assert!(front.queued == 0 && front.peak() == 5 && front.iter().count() == 7);
-        assert_eq!(drain(&mut front), [9, 8, 3, 1, 0, 4, 2]);
+        assert_eq!(drain(&mut front), [9, 8, 3, 1, 4, 0, 2]);
         // Does nothing while paths are followed.
         fill(&mut front);
         assert!(front.follow(Pair::new(7, 0), 1));
         front.queue_to_stack();
-        assert_eq!(drain(&mut front), [9, 8, 7, 3, 1, 0, 4, 2]);
-    }
-
-    #[test]
-    fn last_means_first_in_first_out() {
-        let mut front = Front::new(8);
-        for i in 0..4 {
-            front.queue(Pair::new(i, 0), 0.0, 1, false);
-        }
-        assert_eq!(drain(&mut front), [0, 1, 2, 3]);
+        assert_eq!(drain(&mut front), [9, 8, 7, 3, 1, 4, 0, 2]);
     }
 
     #[test]
     fn a_full_queue_loses_nothing_and_uses_freed_room_again() {
         let mut front = Front::new(2);
         for i in 0..3 {
-            front.queue(Pair::new(i, 0), 0.0, 0, true);
+            front.queue(Pair::new(i, 0), 0.0, 0);
         }
         assert_eq!(front.peak(), 2);
         assert_eq!(front.pop(), Some((Pair::new(2, 0), Origin::Stack)));
         assert_eq!(front.pop(), Some((Pair::new(1, 0), Origin::Queue)));
-        front.queue(Pair::new(7, 0), 0.0, 3, true);
+        front.queue(Pair::new(7, 0), 0.0, 3);
         assert_eq!(drain(&mut front), [0, 7]);
     }
 
     #[test]
     fn without_room_it_is_a_stack() {
         let mut front = Front::new(0);
-        front.queue(Pair::new(1, 0), 0.0, 0, true);
-        front.queue(Pair::new(2, 0), 0.0, 9, true);
+        front.queue(Pair::new(1, 0), 0.0, 0);
+        front.queue(Pair::new(2, 0), 0.0, 9);
         assert_eq!(drain(&mut front), [2, 1]);
     }
 }

@@ -4,8 +4,10 @@
 //! takes less time than starting a query, which tests nothing else first. The bound is that of
 //! `gaps` along the best single axis. `O(1)`: 64 box tests.
 
-use super::boxes::Boxes;
+use super::boxes::{Facing, StoredExtents};
+use super::expand::{self, Measure};
 use super::flushing;
+use super::overlap::Overlap;
 use super::views::{Relation, Views};
 use super::workspace::Workspace;
 use crate::tree::{Node, Tree};
@@ -50,23 +52,19 @@ impl Kernel for RootTest<'_> {
     fn run<L: Lanes>(self, lanes: L) -> f32 {
         let Self { a, b, relation } = self;
         let views = Views::between(a, b, relation);
-        let (of_a, of_b) = (
-            Boxes::children(lanes, a, 1.0),
-            Boxes::children(lanes, b, relation.scale),
-        );
-        let (own_a, seen_a) = (
-            of_a.slabs().store(),
-            of_a.seen(lanes, &views.of_a).slabs().store(),
-        );
-        let (own_b, seen_b) = (of_b.slabs(), of_b.seen(lanes, &views.of_b).slabs());
+        let facing = Facing {
+            nodes: [a, b],
+            views: [&views.of_a, &views.of_b],
+            scales: [1.0, relation.scale],
+            is_a: true,
+        };
+        let measure = Overlap::default();
+        let x = StoredExtents::of(&measure.children(lanes, &facing, 0));
+        let y = measure.children(lanes, &facing, 1);
         // Lanes of B without a child hold the middle of its box, which can only lower the bound.
         let mut deepest = F8::splat(lanes, f32::NEG_INFINITY);
         for i in bits(a.valid()) {
-            deepest = deepest.max(
-                seen_b
-                    .depth_at(lanes, &own_a, i)
-                    .min(own_b.depth_at(lanes, &seen_a, i)),
-            );
+            deepest = deepest.max(expand::key(lanes, &measure, &x.at(lanes, i), &y));
         }
         deepest
             .store()

@@ -1,7 +1,6 @@
 //! The state of a distance query: triangle pairs that wait, and the bound proven for everything
 //! left.
 
-use super::boxes::Keys;
 use super::halves::Halves;
 use super::interval::Interval;
 use super::queue::{BUCKETS, Front, Pair};
@@ -246,16 +245,6 @@ impl Search {
 /// Lower bits of a key that do not affect its bucket.
 const BUCKET_BITS: u32 = 20;
 
-/// The least key of a column: the active triangles of a cluster, paired with one child.
-#[inline(always)]
-pub(super) fn least_key(keys: &Keys, pair: &Pair, column: usize) -> f32 {
-    let alive = pair.alive[0] & pair.alive[1];
-    let least = (0..WIDTH)
-        .filter(|row| alive >> row & 1 != 0)
-        .map(|row| keys[row][column]);
-    least.fold(f32::INFINITY, f32::min)
-}
-
 /// The distance of a key, rounded down.
 pub(super) fn root(key: f32) -> f32 {
     libm::sqrtf(key.max(0.0)) * (1.0 - f32::EPSILON)
@@ -264,7 +253,6 @@ pub(super) fn root(key: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::query::interval::Tolerance;
     use glam::DVec3;
     use punctual_geom::random::Random;
     use punctual_geom::triangle::distance::Closest;
@@ -280,14 +268,7 @@ mod tests {
                 f64::exp2(random.between(-9.0, 9.0).floor()),
             );
             let mut search = Search::new();
-            search.interval = Interval::new(
-                Tolerance {
-                    absolute: 0.0,
-                    relative: 0.0,
-                },
-                0.0,
-                f64::INFINITY,
-            );
+            search.interval = Interval::nothing();
             let points = [DVec3::ZERO, DVec3::X * high];
             search.interval.settle(
                 [0; 2],

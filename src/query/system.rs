@@ -102,11 +102,13 @@ pub struct ClockedBudget<'c> {
 
 impl<'c> ClockedBudget<'c> {
     /// True if the system clock measures the time.
+    #[inline]
     pub fn is_by_system(&self) -> bool {
         self.clock.is_none()
     }
 
     /// The limits, and the clock that measures them.
+    #[inline]
     pub fn parts(self) -> (Budget, &'c dyn Clock) {
         match self.clock {
             Some(clock) => (self.budget, clock),

@@ -1,6 +1,6 @@
 //! The one loop over node pairs, its stop rule and its guarantee.
 //!
-//! Every query runs through [`Traversal::advance`], whatever its question ([`Visitor`]):
+//! Every query runs through [`traverse`], whatever its question ([`Visitor`]):
 //! intersection ([`meeting`]), distance or contacts ([`nearest`]), time of impact ([`motion`]), or
 //! ray casts ([`ray`]); with and without a budget, in every order. Each turn does one step of
 //! bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before
@@ -17,9 +17,9 @@
 //! [`nearest`]: super::nearest
 //! [`ray`]: super::ray
 
-use super::boxes::Keys;
 use super::corners::Corners;
 use super::deadline::Deadline;
+use super::expand::Keys;
 use super::flushing;
 use super::outcome::StopReason;
 use super::queue::{Origin, Pair};
@@ -40,7 +40,6 @@ pub(super) struct Traversal<'q, 'c, Q> {
     pub relation: &'q Relation,
     pub workspace: &'q mut Workspace,
     pub deadline: &'q mut Deadline<'c>,
-    pub keys: Keys,
     /// Where the current pair comes from.
     pub origin: Origin,
 }
@@ -55,8 +54,8 @@ pub(super) trait Visitor {
     fn next_pair(&mut self) -> Option<(Pair, Origin)>;
 
     /// Replaces the pair by those pairs of its children that matter. Drops it if it no longer
-    /// matters.
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair);
+    /// matters. `keys` is room for the keys of the children.
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys);
 
     /// True if triangle pairs wait for a test: a full batch, or `any` at all.
     fn waits(&self, any: bool) -> bool;
@@ -65,49 +64,45 @@ pub(super) trait Visitor {
     fn test<L: Lanes>(&mut self, lanes: L) -> Option<StopReason>;
 }
 
-impl<'q, 'c, Q> Traversal<'q, 'c, Q>
+/// Continues the run in the workspace, which asks `question`, until it is over or the deadline
+/// stops it.
+pub(super) fn traverse<'q, 'c, Q>(
+    question: Q,
+    [a, b]: [&'q Tree; 2],
+    b_in_a: &'q Pose,
+    relation: &'q Relation,
+    workspace: &'q mut Workspace,
+    deadline: &'q mut Deadline<'c>,
+) -> StopReason
 where
     Traversal<'q, 'c, Q>: Visitor,
 {
-    /// A call that continues the run in the workspace.
-    #[inline(always)]
-    pub fn new(
-        question: Q,
-        [a, b]: [&'q Tree; 2],
-        b_in_a: &'q Pose,
-        relation: &'q Relation,
-        workspace: &'q mut Workspace,
-        deadline: &'q mut Deadline<'c>,
-    ) -> Self {
-        let (strategy, keys, origin) =
-            (workspace.run.strategy, [[0.0; WIDTH]; WIDTH], Origin::Stack);
-        Self {
-            question,
-            a,
-            b,
-            b_in_a,
-            strategy,
-            relation,
-            workspace,
-            deadline,
-            keys,
-            origin,
-        }
+    if Traversal::<Q>::ASKS_OF_FLUSHING && flushing::matters(a, b, b_in_a) {
+        workspace.run.stopped = true;
+        return StopReason::FlushedToZero;
     }
-
-    /// Continues until the run is over or the deadline stops it.
-    pub fn advance(mut self) -> StopReason {
-        if Self::ASKS_OF_FLUSHING && flushing::matters(self.a, self.b, self.b_in_a) {
-            self.workspace.run.stopped = true;
-            return StopReason::FlushedToZero;
-        }
-        self.workspace.corners.iter_mut().for_each(Corners::clear);
-        self.deadline.begin(self.workspace.run.stats.work);
-        let stop = self.workspace.instructions.run(&mut self);
-        self.deadline.end(self.workspace.run.stats.work);
-        self.workspace.run.stopped = !stop.is_final();
-        stop
-    }
+    workspace.corners.iter_mut().for_each(Corners::clear);
+    deadline.begin(workspace.run.stats.work);
+    let mut traversal = Traversal {
+        question,
+        a,
+        b,
+        b_in_a,
+        strategy: workspace.run.strategy,
+        relation,
+        workspace,
+        deadline,
+        origin: Origin::Stack,
+    };
+    let stop = traversal.workspace.instructions.run(&mut traversal);
+    let Traversal {
+        workspace,
+        deadline,
+        ..
+    } = traversal;
+    deadline.end(workspace.run.stats.work);
+    workspace.run.stopped = !stop.is_final();
+    stop
 }
 
 impl<'q, 'c, Q> Kernel for &mut Traversal<'q, 'c, Q>
@@ -118,6 +113,7 @@ where
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> StopReason {
+        let mut keys = [[0.0; WIDTH]; WIDTH];
         loop {
             if let Some(reason) = self.deadline.stop(self.workspace.run.stats.work) {
                 return if self.workspace.is_done() {
@@ -132,7 +128,7 @@ where
                 }
             } else if let Some((pair, origin)) = self.next_pair() {
                 self.origin = origin;
-                self.open(lanes, pair);
+                self.open(lanes, pair, &mut keys);
                 self.workspace.testing = self.waits(false);
             } else if self.waits(true) {
                 self.workspace.testing = true;

@@ -98,6 +98,12 @@ impl TrianglePairs {
     }
 }
 
+/// The ids in the input meshes of a triangle pair (tree order).
+#[inline(always)]
+pub(super) fn ids([a, b]: [&Tree; 2], pair: [u32; 2]) -> [u32; 2] {
+    [a.ids()[pair[0] as usize], b.ids()[pair[1] as usize]]
+}
+
 /// The triangles of one side of eight pairs. Written out, because a closure would not be compiled
 /// for the kernel's instruction set.
 #[inline(always)]

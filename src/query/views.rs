@@ -19,6 +19,9 @@ pub(super) trait Entries:
     /// integer registers.
     fn spread(&self, k: usize) -> Self;
     fn abs(self) -> Self;
+    /// Entries 1, 2, 0; and entries 2, 0, 1.
+    fn yzx(self) -> Self;
+    fn zxy(self) -> Self;
     fn transposed(columns: [Self; 3]) -> [Self; 3];
 }
 
@@ -31,6 +34,18 @@ impl Entries for f32x4 {
     #[inline(always)]
     fn abs(self) -> Self {
         Self::abs(self)
+    }
+
+    #[inline(always)]
+    fn yzx(self) -> Self {
+        let [x, y, z, w] = self.to_array();
+        Self::new([y, z, x, w])
+    }
+
+    #[inline(always)]
+    fn zxy(self) -> Self {
+        let [x, y, z, w] = self.to_array();
+        Self::new([z, x, y, w])
     }
 
     #[inline(always)]
@@ -49,6 +64,16 @@ impl<L: Lanes> Entries for F8<L> {
     #[inline(always)]
     fn abs(self) -> Self {
         Column::abs(self)
+    }
+
+    #[inline(always)]
+    fn yzx(self) -> Self {
+        self.turned()
+    }
+
+    #[inline(always)]
+    fn zxy(self) -> Self {
+        self.turned().turned()
     }
 
     #[inline(always)]
@@ -218,7 +243,7 @@ impl Relation {
     }
 
     /// The pose of B at another time of the same motion.
-    pub fn place_at(&self, a: &Tree, b: &Tree, b_in_a: &Pose) -> Place {
+    pub fn place_at(&self, [a, b]: [&Tree; 2], b_in_a: &Pose) -> Place {
         let scale = f64::from(self.scale);
         let (translation, slop) = offset([a.unit(), b.unit()], b_in_a, scale, 1.0 / self.unit);
         // Upper bound of its length, without a root.
@@ -431,20 +456,8 @@ fn transposed<V: Entries>(columns: Columns<V>) -> Columns<V> {
 }
 
 #[inline(always)]
-pub(super) fn yzx(v: f32x4) -> f32x4 {
-    let [x, y, z, w] = v.to_array();
-    f32x4::new([y, z, x, w])
-}
-
-#[inline(always)]
-pub(super) fn zxy(v: f32x4) -> f32x4 {
-    let [x, y, z, w] = v.to_array();
-    f32x4::new([z, x, y, w])
-}
-
-#[inline(always)]
 pub(super) fn cross(a: f32x4, b: f32x4) -> f32x4 {
-    yzx(a) * zxy(b) - zxy(a) * yzx(b)
+    a.yzx() * b.zxy() - a.zxy() * b.yzx()
 }
 
 /// The map between the orientations of a node of A and one of B, in both directions.
@@ -519,23 +532,19 @@ impl Views {
         (in_a, times(&self.of_a.columns, in_a))
     }
 
-    /// The view of triangles of A's mesh from the orientation of `b`.
+    /// The view of triangles of A's mesh, or of B's, in the units of that mesh, from the
+    /// orientation of a node of the other.
     #[inline(always)]
-    pub fn triangles_of_a(&self, b: &Node, place: &Place) -> View {
-        View {
-            columns: place.rows(&b.rows),
-            ..self.of_a
+    pub fn triangles(&self, of_a: bool, other: &Node, place: &Place, scale: f32) -> View {
+        if of_a {
+            return View {
+                columns: place.rows(&other.rows),
+                ..self.of_a
+            };
         }
-    }
-
-    /// The view of triangles of B's mesh, in B's units, from the orientation of `a`.
-    #[inline(always)]
-    pub fn triangles_of_b(&self, a: &Node, place: &Place, scale: f32) -> View {
         let scale = f32x4::splat(scale);
-        let columns =
-            per_axis!(j => combined(per_axis!(i => place.rotation[i][j]), &a.rows) * scale);
         View {
-            columns,
+            columns: per_axis!(j => combined(per_axis!(i => place.rotation[i][j]), &other.rows) * scale),
             ..self.of_b
         }
     }

@@ -5,7 +5,6 @@ use super::known;
 use super::march::March;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
-use super::order::Order;
 use super::outcome::{Stats, StopReason, Verdict};
 use super::queue::{Front, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
@@ -23,7 +22,6 @@ use core::fmt;
 use core::time::Duration;
 use punctual_geom::Pose;
 use punctual_geom::lanes::Instructions;
-use punctual_geom::random::Random;
 
 /// The buffers of a query, allocated once. Only the first query for contacts, or for all hits of a
 /// ray, allocates more.
@@ -77,18 +75,12 @@ pub(super) struct Run {
     pub stats: Stats,
     /// The first pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
-    pub random: Random,
 }
 
 impl Run {
     /// Starts a new run. Assigns field by field: storing zeros is faster than copying a constant.
     #[inline(always)]
     pub fn begin(&mut self, key: Key, strategy: Strategy) {
-        if let Asked::Intersection(options) = key.asked
-            && let Order::Random(seed) = options.order
-        {
-            self.random = Random::new(seed);
-        }
         self.key = Some(key);
         self.strategy = strategy;
         self.stopped = false;
@@ -130,7 +122,6 @@ const NO_RUN: Run = Run {
     stopped: false,
     stats: Stats::NONE,
     witness: None,
-    random: Random::new(0),
 };
 
 /// A sample of the pairs found, in tree order: every `2^skips`-th. Once it has been full, it is at
@@ -370,6 +361,11 @@ impl Workspace {
         }
     }
 
+    /// [`Search::bound`] of the distance query.
+    pub(super) fn bound(&mut self, at_hand: f32, unit: f64) {
+        self.search.bound(&self.front, at_hand, unit);
+    }
+
     /// True if nothing is left open.
     pub(super) fn is_done(&self) -> bool {
         self.front.is_empty()
@@ -379,6 +375,15 @@ impl Workspace {
             && self.motion.followed.is_none()
             && self.rays.suspects.is_empty()
             && self.rays.after == 0
+    }
+
+    /// The triangle pairs (tree order) of an intersection query that wait for a test.
+    pub(super) fn triangle_pairs(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.waiting
+            .as_slice()
+            .iter()
+            .chain(&self.doubtful)
+            .copied()
     }
 
     /// The node pairs that the last query left open.

@@ -18,10 +18,10 @@ use core::hint::select_unpredictable;
 use core::mem;
 
 /// For each of the edges 01, 12 and 20, the triangle behind it (tree order) times 8. The low three
-/// bits of the first entry count the triangles of the cluster before this one.
+/// bits of the first entry are the position of this triangle in its cluster.
 pub(super) type Neighbors = [u32; 3];
 
-/// No triangle. Trees with this many triangles or more have no neighbors.
+/// Stands for no triangle. Trees with this many triangles or more have no neighbors.
 const NONE: u32 = u32::MAX >> 3;
 
 const _: () = assert!(WIDTH == 8);
@@ -36,8 +36,8 @@ impl Tree {
         (next != NONE).then_some(next)
     }
 
-    /// The vertex of the neighbor `next` that is not on the common edge. In the triangle (tree
-    /// order), that edge is opposite to the vertex `apex`.
+    /// The vertex of the triangle `next` that is not on the edge it shares with `triangle` (both in
+    /// tree order). `apex` is the vertex of `triangle` that is not on that edge.
     #[doc(hidden)]
     #[inline(always)]
     pub fn vertex_across(&self, triangle: u32, apex: u32, next: u32) -> u32 {
@@ -64,7 +64,7 @@ const FACTORS: [u64; 3] = [
 struct Open {
     /// The indices of its vertices, the lower one first.
     ends: u64,
-    /// Its index among the edges of all triangles.
+    /// Index of the edge: three times its triangle, plus 0, 1 or 2.
     edge: u32,
     triangle: u32,
 }
@@ -99,8 +99,8 @@ pub(super) fn neighbors(corners: &[[u32; 3]], nodes: &[Node]) -> Box<[Neighbors]
     rows
 }
 
-/// Links triangles that share an edge, where no neighbor is known. In the `FIRST` call none is
-/// known. Returns the number of edges that lost their slot.
+/// Links triangles that share an edge, for edges without a known neighbor. In the `FIRST` call
+/// these are all edges. Returns the number of edges that lost their slot.
 #[inline(always)]
 fn link<const FIRST: bool>(
     corners: &[[u32; 3]],

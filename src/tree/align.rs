@@ -38,7 +38,8 @@ impl Kernel for Align<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Orientation {
-        // A smaller gain over the mesh's own axes is chance.
+        // The mesh's own axes are kept unless others cost less than this fraction of theirs. A
+        // smaller gain is chance.
         const MARGIN: f32 = 0.95;
         let mut parts = self.samples.len().div_ceil(WIDTH);
         let mut merged = alloc::vec![Moments::default(); parts.div_ceil(WIDTH)];

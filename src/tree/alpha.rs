@@ -1,5 +1,5 @@
-//! The diminishing factor of a subtree: how much boxes shrink from level to level down to its
-//! triangles.
+//! The diminishing factor of a subtree: the factor by which boxes shrink from one binary level to
+//! the next.
 
 use core::f32::consts::LN_2;
 use glam::Vec3;

@@ -68,7 +68,8 @@ fn above(parts: &[Part], count: usize) -> Vec<Range<usize>> {
     ends.zip(starts).map(|(end, start)| end..start).collect()
 }
 
-/// Bottom-up pass: computes the family of each inner node, which is the moments of its children.
+/// Bottom-up pass: computes the family of each inner node. The family is the moments of its
+/// children.
 struct Gather<'p> {
     plan: &'p Plan,
     triangles: &'p [Triangle],
@@ -118,8 +119,9 @@ impl Kernel for Gather<'_> {
     }
 }
 
-/// Top-down pass: chooses the orientation of each child of the given inner nodes, which have
-/// theirs. Node 0 comes first.
+/// Top-down pass: chooses the orientations of the children of the given inner nodes. Their own
+/// orientations must be chosen before. If the nodes include node 0, the root, its orientation is
+/// chosen first.
 struct Choose<'p> {
     inner: &'p [Inner],
     families: &'p [Moments],
@@ -170,8 +172,9 @@ impl Choose<'_> {
         );
     }
 
-    /// Chooses the orientations of the nodes in `range`, whose moments are `family`. `next` is the
-    /// number of the first inner node among them.
+    /// Chooses the orientations of the nodes in `range`. `family` is their moments, and `parent`
+    /// the orientation that they have if they get no other. `next` is the number of the first inner
+    /// node among them.
     #[inline(always)]
     fn siblings<L: Lanes>(
         &mut self,

@@ -26,7 +26,8 @@ pub(super) struct Candidates(ArrayVec<[[[f32; WIDTH]; 3]; 3], MOST>);
 impl Candidates {
     /// The candidates: the principal axes of the normals; the dominant normal with the longest axis
     /// of the surface; and the normal of the largest triangle with its edge of middle length.
-    /// [`Effort::Best`] adds that normal with the longest edge, and the axes of the mesh.
+    /// [`Effort::Best`] adds the normal of the largest triangle with its longest edge, and the axes
+    /// of the mesh.
     #[inline(always)]
     pub fn of<L: Lanes>(
         lanes: L,
@@ -54,8 +55,8 @@ impl Candidates {
             .push(per_axis!(i => per_axis!(j => axes[i][j].store())));
     }
 
-    /// Costs, for a subtree, of the axes `own` and of the candidates of a lane, in this order.
-    /// Costs of missing candidates are infinite.
+    /// Costs of axes for `subtree`. The first is that of the axes `own`; the others are those of
+    /// the candidates of `lane`. Costs of missing candidates are infinite.
     #[inline(always)]
     pub fn costs<L: Lanes>(
         &self,
@@ -78,8 +79,8 @@ impl Candidates {
         costs
     }
 
-    /// The axes of a lane with the least of `costs`, the first of equal ones; `None` for the axes
-    /// that the node has.
+    /// The axes with the least of `costs`, the first of equal ones. `None` stands for the axes
+    /// `own` in [`costs`](Self::costs).
     #[inline(always)]
     pub fn best(&self, lane: usize, costs: &[f32; MOST + 1]) -> Option<Mat3A> {
         let mut best = 0;
@@ -95,14 +96,15 @@ impl Candidates {
     }
 }
 
-/// A subtree for which axes are chosen.
+/// A subtree for which axes are to be chosen.
 pub(super) trait Cost<L: Lanes> {
     /// Half the surface areas of boxes along `axes`. Their sum over the lanes is the cost of the
     /// axes.
     fn areas(&self, lanes: L, axes: &Axes<L>) -> F8<L>;
 }
 
-/// Estimates the boxes of the children: as large as the standard deviations of their surfaces.
+/// Estimates the boxes of the children: their half extents are the standard deviations of their
+/// surfaces.
 impl<L: Lanes> Cost<L> for Surfaces<L> {
     #[inline(always)]
     fn areas(&self, lanes: L, axes: &Axes<L>) -> F8<L> {
@@ -118,7 +120,7 @@ impl<L: Lanes> Cost<L> for Surfaces<L> {
     }
 }
 
-/// Up to eight triangles. Their boxes are computed.
+/// Up to eight triangles. Their boxes are computed, not estimated.
 pub(super) struct Cluster<L: Lanes> {
     triangles: Eight<L>,
     present: F8<L>,
@@ -278,7 +280,8 @@ fn eigenvectors<L: Lanes>(lanes: L, m: Symmetric<L>) -> (Axes<L>, V8<L>) {
         for (p, q, r) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
             let (difference, twice) = (diagonal[q] - diagonal[p], other[r] + other[r]);
             let root = (difference * difference + twice * twice).sqrt();
-            // Rotates by the smaller angle. The product also changes the sign of a zero.
+            // Rotates by the smaller of two possible angles. Multiplying by -1 also changes the
+            // sign of a zero, which subtracting from 0 would not.
             let twice = difference
                 .less(zero)
                 .select(twice * F8::splat(lanes, -1.0), twice);

@@ -1,9 +1,9 @@
 //! The binary tree of the paper: binned surface-area heuristic over the triangles' boxes. All boxes
 //! have the axes chosen for the whole mesh ([`super::align::align`]).
 //!
-//! Its levels carry the paper's alphas; the wide tree is collapsed from it. Splitting ends at
-//! clusters of at most [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory. The depth is at
-//! most `2 log2(n) + 10` for all meshes ([`most_depth`]).
+//! The paper's alphas are defined on its levels, and the wide tree is collapsed from it. Splitting
+//! ends at clusters of at most [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory. The depth
+//! is at most `2 log2(n) + 10` for all meshes ([`most_depth`]).
 
 use super::bins::{Bounds, Centers, Part};
 use super::fork::Pieces;
@@ -40,7 +40,7 @@ pub(super) fn most_depth(triangles: usize) -> u32 {
     2 * (usize::BITS - triangles.leading_zeros()) + 8
 }
 
-/// The tree. `nodes[0]` is the root; `order` is the triangle ids in tree order.
+/// The tree. `nodes[0]` is the root. `order` holds the triangle ids in tree order.
 pub(super) struct BinaryTree {
     pub nodes: Vec<BinaryNode>,
     pub order: Vec<u32>,
@@ -82,7 +82,7 @@ fn split(
     nodes: &mut Vec<BinaryNode>,
     pieces: Pieces,
 ) {
-    // The tree may be unbalanced as long as a balanced rest still fits the depth.
+    // A split may be unbalanced as long as a balanced tree of `items` would fit in the depth left.
     let balanced = usize::BITS - items.len().saturating_sub(1).leading_zeros();
     let may_part = items.len() > CLUSTER && depth_left > balanced;
     let (area, middle) = Instructions::detect().run(Part {
@@ -118,7 +118,8 @@ fn split(
     }
 }
 
-/// Halves `items` by number along the longest extent of their centers.
+/// Splits `items` into halves of equal number, along the axis on which their centers extend
+/// farthest.
 fn halve(items: &mut [Bounds]) -> usize {
     let Centers { min, max } = items.iter().fold(Centers::NONE, Centers::and);
     let axis = (max - min).truncate().max_position();

@@ -6,8 +6,9 @@ use glam::Vec4;
 use punctual_geom::lanes::{Column, F8, Kernel, Lanes, least, per_lane};
 use wide::f32x4;
 
-/// A box: the negated least coordinates, then the greatest. So the box around two boxes is one
-/// maximum. A triangle's box has its id between them, so that a move copies 32 bytes.
+/// A box as eight numbers: the negated least coordinates, the triangle's id, the greatest
+/// coordinates, and 0. So the box around two boxes is one maximum, and moving a box with its id
+/// copies 32 bytes.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
 pub(super) struct Bounds([f32; WIDTH]);
@@ -60,8 +61,8 @@ impl Centers {
 }
 
 /// Splits `items` at the cheapest border between bins, if `effort` is given: items left of the
-/// border come first. Returns half the surface area of the box around all, and the number of items
-/// left of the border; `None` if no border separates them.
+/// border come first. Returns half the surface area of the box around all items, and the number of
+/// items left of the border; `None` if there is no border.
 pub(super) struct Part<'i> {
     pub items: &'i mut [Bounds],
     pub effort: Option<Effort>,
@@ -72,7 +73,7 @@ impl Kernel for Part<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> (f32, Option<usize>) {
-        // With no more triangles than this, fewer bins are used: more would cost more than they
+        // Up to this number of triangles, fewer bins are used: more bins would cost more than they
         // gain.
         const FEW: usize = 64;
         let Self { items, effort } = self;
@@ -105,7 +106,8 @@ fn part<L: Lanes, const N: usize>(
 ) -> Option<usize> {
     let binning = Binning::<N>::of(centers);
     let mut bins = [[Bounds::EMPTY; N]; 3];
-    // Exact up to 2^24 triangles per bin; with more, the border is only chosen less well.
+    // Counts are exact up to 2^24 triangles per bin. Beyond, only the quality of the border
+    // suffers.
     let mut counts = [[0.0; N]; 3];
     for item in &*items {
         let (bounds, at) = (F8::load(lanes, &item.0), binning.bins(item));
@@ -159,8 +161,8 @@ const SHIFT: f32 = 12_582_912.0;
 impl<const N: usize> Binning<N> {
     #[inline(always)]
     fn of(Centers { min, max }: Centers) -> Self {
-        // Splits across a short axis are rarely the cheapest, and where they are, they do not pay
-        // off later.
+        // Axes shorter than this fraction of the longest one are skipped. Splits across them are
+        // rarely the cheapest, and even if they are, the rest of the tree does not gain.
         const SHORT: f32 = 0.3;
         let extent = (max - min).with_w(0.0);
         let axes = extent.cmpge(Vec4::splat((SHORT * extent.max_element()).max(1e-30)));

@@ -8,23 +8,25 @@ use punctual_geom::{Aabb, Pose};
 
 /// Rounding allowance of a box, relative to its distance and size.
 ///
-/// A query decides in the frame of one body. The way there and back is one inverse and two products
-/// of poses. Each entry is a sum of at most four products: less than 40 roundings of 2^-53, of
-/// magnitudes up to three times those used here.
+/// A query decides in the frame of one body. Mapping a point to that frame and back takes one
+/// inverse and two products of poses. Each entry is a sum of at most four products: less than 40
+/// roundings of 2^-53, of magnitudes up to three times those used here.
 const MARGIN: f64 = 128.0 * f64::EPSILON;
 
-/// Rounding of the boxes of a tree and of their map into the scene, in units of the tree. A
-/// coordinate is a sum of three products, of a column of length 1 and a vector of length at most
-/// sqrt 3. Its error is at most 4 sqrt 3 roundings, twice, and the sum of both adds 2 sqrt 3. The
-/// total is less than 18.
+/// Rounding of the boxes of a tree, and of their map into the scene, in units of the tree.
+///
+/// The second term bounds the map. A center and a half extent are mapped separately. A coordinate
+/// of each is a sum of three products, of a column of length 1 and a vector of length at most sqrt
+/// 3, so its error is at most 4 sqrt 3 roundings. Adding both results adds 2 sqrt 3 more. The total
+/// is less than 18 roundings; the term has 32.
 const UNIT_MARGIN: f64 = FRAME_ROUNDING as f64 + 32.0 * ROUNDING as f64;
 
 impl Tree {
     /// A box around the mesh at a pose, along the axes into which the pose maps; empty if the mesh
-    /// is. Constant time.
+    /// is. Takes constant time.
     ///
-    /// It surrounds the boxes below the root, which fit more closely than the root's own when
-    /// rotated.
+    /// It surrounds the rotated boxes of the root's children. They fit more closely than the
+    /// rotated box of the root.
     #[must_use]
     pub fn aabb_at(&self, pose: &Pose) -> Aabb {
         let Some(root) = self.nodes.first() else {
@@ -45,8 +47,8 @@ impl Tree {
     }
 }
 
-/// Least and largest coordinates of the boxes below a node along three directions, which are given
-/// in the node's axes. Lanes without a child hold the middle of the mesh's box.
+/// Least and largest coordinates of the boxes of a node's children along three directions. These
+/// are given in the node's axes. Lanes without a child hold the center of the mesh's box.
 #[inline(always)]
 fn reach(node: &Node, directions: [DVec3; 3]) -> (DVec3, DVec3) {
     let center = per_axis!(k => F8::read(Portable {}, &node.center[k]));

@@ -10,18 +10,18 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::ops::Range;
 
-/// The wide nodes, still without boxes. The root is node 0. Siblings are adjacent, and the nodes
-/// below each sibling follow in turn. So the nodes below a node are contiguous, and no node comes
-/// before its parent.
+/// The wide nodes, still without boxes. The root is node 0. Siblings are adjacent. After a group of
+/// siblings come the nodes below the first one, then those below the second one, and so on. So the
+/// nodes below a node are contiguous, and no node comes before its parent.
 #[derive(Default)]
 pub(super) struct Plan {
     pub nodes: Box<[Node]>,
-    /// The inner nodes, each before those below it, which are contiguous too.
+    /// The inner nodes. Each comes directly before the inner nodes below it.
     pub inner: Vec<Inner>,
 }
 
-/// The part of a node that is known when it gets its number. It is small, so that nodes are written
-/// once, in place.
+/// The part of a node that is known when the node gets its number. It is small; the nodes
+/// themselves are large and are written only once, in place.
 #[derive(Clone, Copy)]
 struct Seed {
     /// Index of the node in the binary tree.
@@ -40,7 +40,7 @@ pub(super) struct Inner {
     pub count: u32,
 }
 
-/// Ranges of a plan with the nodes below some inner node: one job for a thread.
+/// The nodes below some inner node, as ranges of a plan: one job for a thread.
 pub(super) struct Part {
     pub nodes: Range<usize>,
     pub inner: Range<usize>,
@@ -64,8 +64,8 @@ impl Plan {
         }
     }
 
-    /// The largest subtrees that are no larger than one of `pieces`, without their roots; none if
-    /// there is only one piece.
+    /// The largest subtrees with no more triangles than one of `pieces`, without their roots; none
+    /// if there is only one piece.
     pub fn parts(&self, pieces: Pieces) -> Vec<Part> {
         let mut parts = Vec::new();
         let triangles = self
@@ -160,8 +160,8 @@ fn open(binary: &BinaryTree, index: usize, seeds: &mut Vec<Seed>, inner: &mut Ve
     };
 }
 
-/// Up to eight descendants of `root`. Opens the one with the largest box until there are eight, or
-/// only clusters.
+/// Up to eight descendants of `root`. Replaces the one with the largest box by its children until
+/// there are eight, or only clusters.
 fn widest(binary: &BinaryTree, root: usize) -> ArrayVec<usize, WIDTH> {
     let nodes = &binary.nodes;
     let mut below = ArrayVec::new();

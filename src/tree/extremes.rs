@@ -1,10 +1,10 @@
 //! For every direction, the few corners of a mesh that may be the farthest along it.
 //!
 //! A grid of cells on a cube sorts the directions: each direction leaves the cube through one cell.
-//! If another corner reaches at least as far as a given corner along the four edges of a cell, it
-//! does so along all directions of the cell, because they lie between the edges. So the given
-//! corner is left out of that cell. `docs/numerics.md`, "A plane between two surfaces", derives the
-//! effect of rounding.
+//! A corner is left out of a cell if another corner reaches at least as far along the four
+//! directions to the corners of the cell. Then it reaches at least as far along all directions of
+//! the cell, because they lie between these four. `docs/numerics.md`, "A plane between two
+//! surfaces", derives the effect of rounding.
 
 use super::unit::Unit;
 use crate::mesh::Mesh;
@@ -19,10 +19,10 @@ use wide::f32x4;
 const SIDE: usize = 4;
 const CELLS: usize = 6 * SIDE * SIDE;
 
-/// The corners of each cell.
+/// The corners of the mesh that each cell keeps, in blocks of eight.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Extremes {
-    /// The first block of each cell, then the end.
+    /// Index of the first block of each cell, then the number of blocks.
     first: Box<[u32]>,
     blocks: Box<[Block]>,
 }
@@ -89,8 +89,8 @@ impl Extremes {
         size_of_val(&*self.first) + size_of_val(&*self.blocks)
     }
 
-    /// How far the mesh reaches along a direction, and a corner that reaches as far. The extremes
-    /// must not be empty.
+    /// The largest dot product of `direction` and a corner of the mesh, and a corner that has it.
+    /// The extremes must not be empty.
     #[inline(always)]
     pub fn farthest<L: Lanes>(&self, lanes: L, direction: [f32; 3]) -> (f32, Point) {
         let cell = cell(direction);
@@ -141,7 +141,7 @@ struct Part {
 }
 
 impl Part {
-    /// Sorts these points into the cells.
+    /// Selects the points for the cells of this square.
     fn fill(self, points: &[Point], cells: &mut [Vec<Point>; CELLS]) {
         let Self {
             face,
@@ -183,9 +183,9 @@ impl Part {
         })
     }
 
-    /// Keeps the points that are the farthest along one of these directions. Keeps every other
-    /// point too, unless one of these reaches at least as far along all four edges. For a single
-    /// cell, few more points than necessary remain.
+    /// Keeps the farthest points along these nine directions. Keeps every other point too, unless
+    /// one of the farthest reaches at least as far along the directions to all four corners of the
+    /// square. For a single cell, few more points than necessary remain.
     fn maximal(self, points: &[Point]) -> Vec<Point> {
         let [[a, ab, b], [ac, middle, bd], [c, cd, d]] = self.directions();
         let edges = columns([a, b, c, d]);
@@ -209,7 +209,7 @@ impl Part {
         }
         let mut kept: Vec<Point> = rivals.iter().map(|&rival| points[rival]).collect();
         let rivals: ArrayVec<f32x4, 12> = kept.iter().map(|rival| reach(&edges, rival)).collect();
-        // The rivals themselves are not among these: each reaches as far as itself.
+        // The rivals are kept already. This drops them, because each reaches as far as itself.
         kept.extend(points.iter().filter(|point| {
             let along = reach(&edges, point);
             !rivals.iter().any(|farther| farther.simd_ge(along).all())
@@ -222,7 +222,7 @@ impl Part {
 }
 
 /// A cell with more corners than `FEW` is thinned: each corner is compared with at most `MANY`
-/// others. If a cell keeps more than `MANY`, no extremes are kept.
+/// others. If a cell then keeps more than `MANY`, the tree keeps no extremes at all.
 const FEW: usize = 16;
 const MANY: usize = 1024;
 
@@ -252,7 +252,7 @@ fn columns(four: [[f32; 3]; 4]) -> [f32x4; 3] {
     per_axis!(k => f32x4::new(four.map(|direction| direction[k])))
 }
 
-/// How far a point is along each of four directions.
+/// Dot products of a point and four directions.
 #[inline(always)]
 fn reach(directions: &[f32x4; 3], point: &Point) -> f32x4 {
     dot(*directions, per_axis!(k => f32x4::splat(point[k])))
@@ -347,7 +347,7 @@ mod tests {
         }
     }
 
-    /// Small meshes have a block in each cell. In large round ones, few corners are in several
+    /// Small meshes have one block in each cell. In large round meshes, few corners are in several
     /// cells.
     #[test]
     fn few_corners_are_kept() {

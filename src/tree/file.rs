@@ -20,12 +20,13 @@
 //! | 12 or 24 a vertex | coordinates |
 //! | 12 a triangle | vertex indices |
 //! | 4 a triangle | its index in the mesh, in tree order |
-//! | 1 a node | number of children; + 16 if they are triangles; + 32 if its orientation differs from its parent's |
+//! | 1 a node | number of children; + 16 if they are triangles; + 32 if it has an orientation |
 //! | 36 an orientation | columns of the rotation, `f32`, in the order of the nodes |
-//! | 4 | CRC-32 (ISO-HDLC, as in zip and png) of all before |
+//! | 4 | CRC-32 (ISO-HDLC, as in zip and png) of all bytes before |
 //!
-//! Nodes are in the order of the tree: the root, its children, then the nodes below each child in
-//! turn. So the numbers of children determine all indices, and no index can lead in a circle.
+//! A node without an orientation has that of its parent. Nodes are in the order of the tree: the
+//! root, its children, then the nodes below each child in turn. So the numbers of children
+//! determine all indices, and no index can lead in a circle.
 
 use super::binary::most_depth;
 use super::fork::Pieces;
@@ -45,15 +46,16 @@ use glam::{Mat3, Mat3A};
 const MAGIC: [u8; 8] = *b"PUNCTREE";
 const VERSION: u32 = 1;
 
-/// Flags beside the size of a coordinate: one without meaning, and one that says that extremes are
-/// kept. Loading recomputes these.
+/// Flags added to the size of a coordinate. `IGNORED` has no meaning. `HAS_EXTREMES` is set if the
+/// tree keeps extremes, which loading recomputes.
 const IGNORED: u32 = 1 << 8;
 const HAS_EXTREMES: u32 = 1 << 9;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
 const ORIENTATION: usize = 36;
 
-/// Flags added to the number of children.
+/// Flags added to the number of children: the children are triangles; the orientation differs from
+/// the parent's.
 const IS_CLUSTER: u8 = 16;
 const OWN_ORIENTATION: u8 = 32;
 
@@ -92,7 +94,7 @@ pub enum TreeFileError {
     Orientations {
         /// Number of orientations in the header.
         stored: usize,
-        /// Number of nodes that have one.
+        /// Number of nodes that need one.
         needed: usize,
     },
     /// The mesh is invalid.
@@ -296,16 +298,16 @@ impl Tree {
         }
     }
 
-    /// Loads the tree on which [`to_bytes`](Self::to_bytes) was called. The queries of both do the
-    /// same, to the bit.
+    /// Loads the tree on which [`to_bytes`](Self::to_bytes) was called. Queries of the loaded tree
+    /// do exactly what those of the saved tree do, to the bit.
     ///
     /// Does not panic on any input. A tree that it returns gives true answers about the mesh that
     /// it contains.
     ///
-    /// It takes at most 44 bytes of memory for each of `bytes`, because it accepts no more nodes
-    /// than a build makes of as many triangles. Trees of ordinary meshes take 4 to 10. The time is
-    /// that of a refit and of a pass over the bytes, less than a build: `O(n)` on average,
-    /// `O(n depth)` at worst, and the depth is at most 71.
+    /// Takes at most 44 bytes of memory for each of `bytes`, because it accepts no more nodes than
+    /// a build makes of as many triangles. Trees of ordinary meshes take 4 to 10. The time is that
+    /// of a refit and of a pass over the bytes, less than a build: `O(n)` on average, `O(n depth)`
+    /// at worst, and the depth is at most 71.
     ///
     /// # Errors
     /// The error states the fault, and the triangle, vertex or node that has it.
@@ -450,7 +452,7 @@ fn nodes(
         waiting.extend(children.rev());
     }
     if next_node != nodes.len() {
-        // No parent has this node as a child.
+        // The first node that is not a child of any node.
         return Err(TreeFault::Children(next_node).into());
     }
     for index in (0..nodes.len()).rev() {
@@ -465,9 +467,9 @@ fn nodes(
     Ok(nodes)
 }
 
-/// Checks the number of children of every node. Checks that all of them together match the numbers
-/// of nodes and triangles, so that no missing node is opened. Checks that there are few enough
-/// nodes for this many triangles ([`dense`]), before memory is allocated for them.
+/// Checks the number of children of every node. Checks that their sums match the numbers of nodes
+/// and triangles, so that no missing node is opened. Checks that there are few enough nodes for
+/// this many triangles ([`dense`]), before memory is allocated for the nodes.
 fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
     let (mut nodes_below, mut triangles_below, mut inner) = (0, 0, 0);
     for (index, shape) in shapes.iter().enumerate() {
@@ -495,9 +497,12 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
     Ok(())
 }
 
-/// Upper bound of the number of levels in the profiles of all nodes. A cluster has one level. Each
-/// inner node is on one longest path down from some node, and on no other; it has as many levels as
-/// there are nodes to the end of that path.
+/// Upper bound of the number of levels in the profiles of all nodes.
+///
+/// A cluster has one level. An inner node has one more than its highest child. Divide the inner
+/// nodes into paths: each node is followed by its highest child, until that is a cluster. A path of
+/// `L` inner nodes has `(L + 1) + L + .. + 2 = L (L + 3) / 2` levels, and `L` is at most the depth
+/// of the tree.
 fn most_levels(clusters: usize, inner: usize, triangles: usize) -> usize {
     clusters + inner * (most_depth(triangles) as usize + 3) / 2
 }

@@ -21,11 +21,11 @@ pub(super) struct Extent {
     max: Vec3A,
 }
 
-/// Exceeds the distance by which rounding may move a corner along the axes of a node above or in
-/// its own box (unit coordinates).
+/// Margin of a subtree's box in the axes of a node above (unit coordinates). It exceeds the
+/// distance by which rounding may move a corner in these axes, or in the axes of the box.
 const MARGIN: f32 = 1e-5;
 
-/// Subtrees of no more triangles than this are not worth skipping.
+/// Subtrees with no more triangles than this are not worth skipping.
 const SMALL: u32 = 128;
 
 impl Extent {
@@ -52,7 +52,7 @@ impl Extent {
         }
     }
 
-    /// Stores the ends of the box of `node` in place of its center and half extent.
+    /// Stores the ends of this box in the fields of `node` for its center and half extent.
     #[inline(always)]
     pub fn keep_in(&self, node: &mut Node) {
         node.own_center = f32x4::new(self.min.extend(0.0).to_array());
@@ -82,7 +82,8 @@ impl Extent {
         if subtree.triangles <= SMALL {
             return Span::of_all(lanes, all, node).extent();
         }
-        // Begins with triangles from all over the subtree, so that most of the rest can be skipped.
+        // Begins with triangles from all parts of the subtree, so that most of the others can be
+        // skipped.
         let step = all.len() / WIDTH;
         let [a, b, c, d] = [&all[0], &all[step], &all[2 * step], &all[3 * step]];
         let [e, f, g, h] = [
@@ -118,8 +119,8 @@ impl Extent {
         extent
     }
 
-    /// Bit mask of the children of `inner` whose boxes extend beyond this one, which has the axes
-    /// of `node`.
+    /// Bit mask of the children of `inner` whose boxes may extend beyond this box. This box has the
+    /// axes of `node`.
     #[inline(always)]
     fn reached_out_of<L: Lanes>(&self, lanes: L, inner: &Node, node: &Node) -> u32 {
         let turn = node.axes().transpose() * inner.axes();

@@ -1,4 +1,4 @@
-//! Runs parts of a computation on threads, where that pays.
+//! Runs parts of a computation on threads, if that pays.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -7,7 +7,8 @@ use core::ops::Range;
 /// Least number of triangles that is worth a thread.
 const LEAST_TRIANGLES: usize = 4096;
 
-/// Maximum number of threads, and of pieces into which the rest of a computation may be cut.
+/// Limits of a parallel computation: the maximum number of threads, and the maximum number of
+/// pieces into which it may still be cut.
 #[derive(Clone, Copy)]
 pub(super) struct Pieces {
     threads: usize,
@@ -15,8 +16,8 @@ pub(super) struct Pieces {
 }
 
 impl Pieces {
-    /// For `triangles` and at most `threads` threads. There are more pieces than threads, because
-    /// pieces differ in cost.
+    /// Limits for a mesh of `triangles` and at most `threads` threads. There are more pieces than
+    /// threads, because pieces differ in cost.
     pub fn new(threads: usize, triangles: usize) -> Self {
         if threads < 2 || !cfg!(feature = "parallel") {
             return Self::ONE;
@@ -45,7 +46,8 @@ impl Pieces {
         self.count
     }
 
-    /// Runs both closures, which have the given sizes, and divides the pieces between them.
+    /// Runs both closures, in parallel if pieces are left. Each closure gets pieces in proportion
+    /// to its entry in `sizes`.
     pub fn join(self, sizes: [usize; 2], a: impl FnOnce(Self) + Send, b: impl FnOnce(Self) + Send) {
         if self.count < 2 {
             a(self);

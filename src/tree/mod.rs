@@ -72,7 +72,7 @@ pub struct Tree {
     profiles: Profiles,
     /// Neighbors of each triangle, in tree order.
     neighbors: Box<[Neighbors]>,
-    /// Empty if not requested, and after a refit.
+    /// Empty if they were not requested, and after a refit.
     extremes: Extremes,
     /// SAH cost after the build.
     built_cost: f32,
@@ -95,7 +95,7 @@ pub struct TreeStats {
     pub depth: usize,
     /// Number of nodes on each level.
     pub nodes_per_level: Vec<usize>,
-    /// Mean alpha of the subtrees of each level, per axis of their boxes.
+    /// Mean alpha of the subtrees on each level, per axis of their boxes.
     pub alpha_per_level: Vec<Vec3>,
     /// Bytes of the nodes.
     pub bytes_nodes: usize,
@@ -321,7 +321,8 @@ impl Tree {
         self.corners[triangle as usize]
     }
 
-    /// The index of the cluster that contains a triangle (in tree order), after that of its parent.
+    /// Indices of two nodes: the parent of the cluster that contains a triangle (in tree order),
+    /// then that cluster.
     pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
         let (mut parent, mut at) = (0, 0);
         while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_cluster) {
@@ -417,12 +418,14 @@ impl<'t> Subtree<'t> {
         self.node().self_cost
     }
 
-    /// Number of levels of boxes below: 1 for a cluster, where the next level is its triangles.
+    /// Number of levels of boxes below this node. It is 1 for a cluster: the level of its
+    /// triangles.
     pub fn height(&self) -> usize {
         usize::from(self.node().height)
     }
 
-    /// The profile of each level below, the children first. Its length is `height()`.
+    /// The profile of each level below this node, that of its children first. The length is
+    /// `height()`.
     pub fn profile(&self) -> &'t [LevelProfile] {
         let first = self.node().profile as usize;
         &self.tree.profiles.levels[first..first + self.height()]

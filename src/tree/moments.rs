@@ -1,7 +1,8 @@
 //! Summaries of the surfaces of up to eight subtrees at a time, one per lane.
 //!
 //! A summary consists of area, mean, covariance, second moment of the normals, and the largest
-//! triangle. That of a node follows from those of its children, so all nodes together cost `O(n)`.
+//! triangle. The summary of a node follows from those of its children, so all nodes together cost
+//! `O(n)`.
 
 use super::eight::{Eight, present};
 use super::unit::Triangle;
@@ -28,7 +29,7 @@ pub(super) struct Surfaces<L: Lanes> {
     mean: V8<L>,
     pub covariance: Symmetric<L>,
     pub normals: Symmetric<L>,
-    /// The area of the largest triangle, and its number.
+    /// The area of the largest triangle, and the number of that triangle.
     largest_area: F8<L>,
     pub largest: [u32; WIDTH],
 }

@@ -1,7 +1,7 @@
 //! Options of a build.
 
-/// Options of a build. They do not change that nodes have at most eight children: the kernels are
-/// made for that.
+/// Options of a build. Nodes have at most eight children in any case, because the kernels are made
+/// for eight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -9,16 +9,16 @@
 pub struct BuildOptions {
     /// Trades time of the build for speed of queries.
     pub effort: Effort,
-    /// True if nodes choose the orientation in which their boxes are smallest. Otherwise all boxes
-    /// have the mesh's axes.
+    /// True if each node chooses the orientation in which its boxes are smallest. Otherwise all
+    /// boxes have the mesh's axes.
     pub orientations: bool,
     /// True if the tree keeps the few corners that may be the farthest along any direction. They
     /// take 10 KB and some bytes per triangle. The build takes 33 % to 100 % longer; for round
-    /// meshes it takes up to four times as long.
+    /// meshes it takes up to four times as long. False by default.
     ///
-    /// In a `punctual_scene::Scene`, a plane then separates two bodies that are close or almost touch,
-    /// without a search, if they are convex there. A refit ends that. For round meshes of more than
-    /// about 100,000 triangles no corners are kept. False by default.
+    /// In a `punctual_scene::Scene`, these corners let a plane separate two bodies without a
+    /// search, if the bodies are close or almost touch and are convex there. A refit discards the
+    /// corners. A round mesh of more than about 100,000 triangles keeps none.
     pub extremes: bool,
     /// Maximum number of threads that build at once, the caller's included; 1 by default. More than
     /// one are used only with the feature `parallel`, and only for large meshes. The tree is the
@@ -26,8 +26,8 @@ pub struct BuildOptions {
     pub threads: usize,
 }
 
-/// Trade-off between the time of the build and the speed of queries; figures in
-/// `docs/performance.md`.
+/// Trade-off between the time of the build and the speed of queries. `docs/performance.md` has the
+/// figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Effort {
@@ -52,7 +52,7 @@ impl Default for BuildOptions {
 }
 
 impl BuildOptions {
-    /// The fastest build: for meshes that change, or for few queries.
+    /// Options of the fastest build: for meshes that change, or for few queries.
     #[must_use]
     pub fn fast_build() -> Self {
         Self {
@@ -61,7 +61,7 @@ impl BuildOptions {
         }
     }
 
-    /// The fastest queries: for trees that are built once and used often.
+    /// Options for the fastest queries: for trees that are built once and used often.
     #[must_use]
     pub fn best() -> Self {
         Self {
@@ -70,7 +70,7 @@ impl BuildOptions {
         }
     }
 
-    /// Sets whether the tree keeps extremes.
+    /// Sets the option `extremes`.
     #[must_use]
     pub fn extremes(self, extremes: bool) -> Self {
         Self { extremes, ..self }

@@ -4,7 +4,8 @@ use glam::{DMat3, DVec3, Mat3, Mat3A};
 use punctual_geom::tolerance::ROUNDING;
 use wide::f64x2;
 
-/// Id of an orientation chosen for the whole mesh. The ids of nodes follow it.
+/// Id of an orientation chosen for the whole mesh. Ids of orientations chosen for single nodes are
+/// larger.
 pub(super) const MESH_ORIENTATION: u32 = 1;
 
 /// The columns of `rotation` are the axes of a node's boxes, in unit coordinates. Equal ids mean

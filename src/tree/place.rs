@@ -13,8 +13,8 @@ use wide::f32x4;
 /// Triangles of a mesh in some order.
 #[derive(Default)]
 pub(super) struct Placed {
-    /// Their vertex indices. Those of the mesh are scattered in memory; a refit reads these
-    /// sequentially.
+    /// Vertex indices of the triangles, in this order. A refit reads them sequentially; in the mesh
+    /// they would be scattered in memory.
     pub corners: Box<[[u32; 3]]>,
     pub triangles: Box<[Triangle]>,
 }
@@ -41,7 +41,7 @@ impl Placed {
 }
 
 impl Unit {
-    /// Computes `triangles`. Their corners are the vertices of `mesh` with the indices `corners`.
+    /// Computes `triangles` from the vertices of `mesh` with the indices `corners`.
     pub(super) fn place(self, mesh: &Mesh, corners: &[[u32; 3]], triangles: &mut [Triangle]) {
         let (unit, instructions) = (self, Instructions::detect());
         match mesh.vertices() {

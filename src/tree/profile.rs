@@ -19,11 +19,11 @@ use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis, per_lane, sums}
 pub struct LevelProfile {
     /// Number of boxes.
     pub nodes: f32,
-    /// Mean of their half extents.
+    /// Mean half extent of the boxes.
     pub half_extent: Vec3,
-    /// Mean of their centers.
+    /// Mean center of the boxes.
     pub center: Vec3,
-    /// Variance of their centers.
+    /// Variance of the boxes' centers.
     pub variance: Vec3,
 }
 
@@ -35,8 +35,8 @@ impl LevelProfile {
         variance: Vec3::ZERO,
     };
 
-    /// Profile of the children of `node`, whose boxes are `center` and `half`, and the sum of their
-    /// surface areas.
+    /// Profile of the level of `node`'s children, whose boxes are `center` and `half`, and the sum
+    /// of their surface areas.
     #[inline(always)]
     fn of_children<L: Lanes>(
         lanes: L,
@@ -46,7 +46,7 @@ impl LevelProfile {
         about: [f32; 3],
     ) -> (Self, f32) {
         let present = present(lanes, node.children.into());
-        // Missing boxes have no extent.
+        // Missing boxes have half extents of zero, so only the centers are multiplied by the mask.
         let [x, y, z] = *half;
         let [u, v, w] = per_axis!(k => (center[k] - F8::splat(lanes, about[k])) * present);
         let [hx, hy, hz, area] = sums([x, y, z, x * y + y * z + z * x]);
@@ -64,8 +64,8 @@ impl LevelProfile {
         )
     }
 
-    /// From sums over `nodes` boxes: half extents, centers relative to `about`, and the squares of
-    /// these.
+    /// A level from sums over its `nodes` boxes: of half extents, of centers relative to `about`,
+    /// and of the squares of these centers plus the boxes' variances.
     #[inline(always)]
     fn of_sums(
         nodes: f32,
@@ -91,8 +91,8 @@ impl LevelProfile {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Profiles {
     pub levels: Box<[LevelProfile]>,
-    /// SAH cost: the sum of the surface areas of all boxes, those of the triangles too, divided by
-    /// that of the root; 0 if the root has no area.
+    /// SAH cost: the sum of the surface areas of all boxes, including those of triangles, divided
+    /// by the surface area of the root's box; 0 if the root has no area.
     pub cost: f32,
 }
 
@@ -121,7 +121,7 @@ impl Profiles {
         }
     }
 
-    /// Range of the levels of `nodes`, which are adjacent.
+    /// Range of the levels that belong to `nodes`, which are adjacent.
     pub fn range(nodes: &[Node]) -> Range<usize> {
         let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
             return 0..0;
@@ -155,8 +155,8 @@ impl Levels<'_> {
         area
     }
 
-    /// Measures an inner node with the given own box, after its `children`. Returns the sum of the
-    /// surface areas of their boxes.
+    /// Measures an inner node whose own box is given. Its `children` must be measured before.
+    /// Returns the sum of the surface areas of their boxes.
     #[inline(always)]
     pub fn measure<L: Lanes>(
         &mut self,
@@ -166,7 +166,7 @@ impl Levels<'_> {
         own_half: [f32; 3],
         children: &[Node],
     ) -> f32 {
-        // The levels of nodes below come first.
+        // The levels of the nodes below precede those of this node.
         let (below, levels) = self.levels.split_at_mut(node.profile as usize - self.first);
         let levels = &mut levels[..usize::from(node.height)];
         let center = per_axis!(k => F8::read(lanes, &node.center[k]));
@@ -216,7 +216,7 @@ impl<'n, L: Lanes> Siblings<'n, L> {
     }
 
     /// Merges level `depth` of the profiles of all children. `all` contains their levels, from
-    /// number `first` on. `about` is a point near them.
+    /// number `first` on. Sums are taken relative to `about`, a point close to the boxes.
     #[inline(always)]
     fn level(
         &self,
@@ -266,7 +266,8 @@ impl<'n, L: Lanes> Siblings<'n, L> {
 
 /// Expected BV tests of a subtree with half extents `own` against a copy of itself, averaged over
 /// all overlapping placements: `sum_l n_(l+1)^2 O_l / n_l^2`, `O_l = n_l^2 prod_k e_k(l) / e_k(0)`.
-/// The mean of the products is replaced by the product of the means.
+/// Level `l` has `n_l` boxes with half extents `e(l)`; level 0 is the root. The mean of the
+/// products is replaced by the product of the means.
 #[inline(always)]
 fn self_cost(own: [f32; 3], levels: &[LevelProfile]) -> f32 {
     let mut share = 1.0;

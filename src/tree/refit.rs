@@ -18,15 +18,16 @@ impl Tree {
     /// before cannot be resumed.
     ///
     /// # Errors
-    /// [`MeshError::VertexCount`] if the number of vertices differs from the mesh's, and as
-    /// [`crate::Mesh::new`] for the first vertex in use that is not finite. The tree is then
-    /// unchanged.
+    /// [`MeshError::VertexCount`] if the number of vertices differs from the mesh's. Otherwise the
+    /// errors of [`crate::Mesh::new`], for the first vertex in use that is not finite. The tree is
+    /// then unchanged.
     ///
     /// ```
     /// use punctual::{Tree, shapes};
     /// let mut tree = Tree::new(shapes::icosphere(3));
-    /// let moved: Vec<[f32; 3]> =
-    ///     (0..tree.mesh().vertex_count()).map(|i| (tree.mesh().vertex(i).as_vec3() * 2.0).into()).collect();
+    /// let moved: Vec<[f32; 3]> = (0..tree.mesh().vertex_count())
+    ///     .map(|i| (tree.mesh().vertex(i).as_vec3() * 2.0).into())
+    ///     .collect();
     /// tree.refit(&moved)?;
     /// assert_eq!(tree.degradation(), 1.0);
     /// # Ok::<(), punctual::MeshError>(())
@@ -48,12 +49,12 @@ impl Tree {
         Ok(())
     }
 
-    /// How much looser the boxes have become since the build: the SAH cost divided by that after
-    /// the build.
+    /// Factor by which the boxes have become looser since the build: the SAH cost divided by that
+    /// after the build.
     ///
     /// The SAH cost is the sum of the surface areas of all boxes divided by that of the root, which
-    /// is the expected number of boxes that a random query visits. The value is 1 after a build,
-    /// and after rigid motions along the axes and scalings. `O(1)`.
+    /// is the expected number of boxes that a random query visits. The factor is 1 after a build,
+    /// and stays 1 after scalings and after rigid motions along the axes. `O(1)`.
     pub fn degradation(&self) -> f32 {
         if self.built_cost > 0.0 {
             self.profiles.cost / self.built_cost
@@ -74,7 +75,7 @@ impl Tree {
             Pieces::ONE,
         );
         self.extremes = Extremes::default();
-        // A stopped query of the old boxes must not continue with the new ones.
+        // A query stopped with the old boxes must not continue with the new ones.
         self.identity = next_identity();
         debug_assert_eq!(self.validate(), Ok(()));
     }

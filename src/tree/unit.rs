@@ -59,8 +59,8 @@ impl Unit {
         }
     }
 
-    /// The exponents of two units. If one mesh is a point, it gets the exponent of the other, so
-    /// that products of lengths stay within `f32`.
+    /// The exponents of the units of two meshes. If one mesh is a point, it gets the exponent of
+    /// the other, so that products of lengths stay within `f32`.
     pub fn exponents([a, b]: [&Self; 2]) -> [i32; 2] {
         match (a.is_point, b.is_point) {
             (_, true) => [a.exponent; 2],
@@ -80,13 +80,13 @@ impl Unit {
         (x - self.origin) * self.scale()
     }
 
-    /// Factor by which distances from the origin are multiplied.
+    /// Factor from distances in the mesh to distances in unit coordinates.
     pub(crate) fn scale(&self) -> f64 {
         power_of_two(-self.exponent)
     }
 }
 
-/// Least `e` with `x < 2^e`, for a positive finite normal `x`; about that for a denormal one.
+/// Least `e` with `x < 2^e`, for a positive finite normal `x`; -1022 for a denormal one.
 fn exponent_above(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1022
 }

@@ -24,7 +24,7 @@ pub(super) fn update(
     pieces: Pieces,
 ) {
     let instructions = Instructions::detect();
-    // The levels are in the reverse order of the nodes.
+    // The levels are stored in the reverse order of the nodes.
     let ranges: Vec<_> = parts
         .iter()
         .rev()
@@ -115,7 +115,7 @@ impl Update<'_> {
             return;
         };
         let (first, mut own, mut area) = (number + 1, Extent::EMPTY, 0.0);
-        // Backwards, like the order of the nodes, so that memory is read in one direction.
+        // Backwards, like the whole pass, so that memory is read in one direction.
         for lane in (0..usize::from(node.children)).rev() {
             let number = node.first_child as usize + lane;
             let child = &mut later[number - first];
@@ -174,7 +174,8 @@ fn keep(node: &mut Node, own: &Extent, area: f32) {
     node.size = area;
 }
 
-/// Fits a cluster to its triangles. Returns its own box and the sum of their surface areas.
+/// Fits a cluster to its triangles. Returns the cluster's box, and the sum of the surface areas of
+/// the triangles' boxes.
 #[inline(always)]
 fn cluster<L: Lanes>(
     lanes: L,

@@ -13,8 +13,8 @@ use wide::f32x4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TreeFault {
-    /// The clusters do not contain every triangle of the mesh exactly once. This is the first
-    /// triangle (input id) at fault.
+    /// The clusters do not contain every triangle of the mesh exactly once. This is the input id of
+    /// the first triangle at fault.
     Triangle(u32),
     /// The children of this node are not contiguous or do not make up its triangles.
     Children(usize),
@@ -24,8 +24,8 @@ pub enum TreeFault {
     Orientation(usize),
     /// This node is deeper than any in a tree built of as many triangles.
     Depth(usize),
-    /// This node has fewer children, or fewer triangles for the clusters below it, than in a built
-    /// tree.
+    /// This node has fewer children, or the clusters below it have fewer triangles, than in a tree
+    /// that was built.
     Sparse(usize),
     /// The profile or an alpha of this node is out of its range.
     Profile(usize),

@@ -23,8 +23,8 @@ pub(crate) struct Node {
     /// The children's boxes by axis, in halves ([`punctual_geom::lanes::F8::read`]).
     pub center: [[f32x4; 2]; 3],
     pub half: [[f32x4; 2]; 3],
-    /// The orientation, row by row. Its columns are the axes of the boxes, in unit coordinates of
-    /// the mesh.
+    /// The orientation as a matrix, row by row. Its columns are the axes of the boxes, in unit
+    /// coordinates of the mesh.
     pub rows: [f32x4; 3],
     /// Index of the first child: a node, or a triangle of a cluster.
     pub first_child: u32,
@@ -36,12 +36,12 @@ pub(crate) struct Node {
     pub is_cluster: bool,
     /// Number of steps below the root.
     pub depth: u8,
-    /// Number of levels below this node.
+    /// Number of levels of boxes below this node.
     pub height: u8,
-    /// The node's own box.
+    /// Center and half extent of the box around the whole subtree.
     pub own_center: f32x4,
     pub own_half: f32x4,
-    /// Square root of the surface area of the own box.
+    /// Square root of the surface area of that box.
     pub size: f32,
     /// Id of the orientation: equal ids mean equal orientations, 0 means the axes of the mesh.
     pub orientation: u32,

@@ -8,14 +8,13 @@ use punctual::{Mesh, MeshError, Pose, PoseError};
 
 /// A folder beside the repository with more data; tests that want it pass without it.
 pub fn shared(name: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared")
-        .join(name);
-    if folder.is_dir() {
-        return Some(folder);
+    let path = Path::new("shared").join(name);
+    let mut above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().skip(1);
+    let folder = above.find_map(|above| Some(above.join(&path)).filter(|folder| folder.is_dir()));
+    if folder.is_none() {
+        println!("skipped: no ../{}", path.display());
     }
-    println!("skipped: no {}", folder.display());
-    None
+    folder
 }
 
 /// The folders in `parent` whose names begin with `kind`, sorted.

@@ -15,11 +15,4 @@ use punctual::intersection::Order;
 
 pub const MODES: [Mode; 2] = [Mode::Any, Mode::All];
 
-pub const ORDERS: [Order; 6] = [
-    Order::Penetration,
-    Order::LowAlpha,
-    Order::OverlapVolume,
-    Order::DepthFirst,
-    Order::BreadthFirst,
-    Order::Random(7),
-];
+pub const ORDERS: [Order; 3] = [Order::Penetration, Order::LowAlpha, Order::DepthFirst];

@@ -35,14 +35,8 @@ pub enum punctual_order {
     Penetration = 0,
     /// Lowest product of the two alphas first.
     LowAlpha = 1,
-    /// Largest relative volume of the boxes' overlap first.
-    OverlapVolume = 2,
     /// Depth-first: no queue at all, the least overhead.
-    DepthFirst = 3,
-    /// Level by level.
-    BreadthFirst = 4,
-    /// At random, by `seed`.
-    Random = 5,
+    DepthFirst = 2,
 }
 
 /// A question: two trees, a pose, and what can be chosen. Plain data, made by `punctual_query_new`, one for each pose; it
@@ -62,14 +56,8 @@ pub struct punctual_query<'t> {
     pub mode: u32,
     /// A `punctual_order`; ORDER_PENETRATION by default.
     pub order: u32,
-    /// For ORDER_RANDOM.
-    pub seed: u64,
     /// Stop with PAIRS_FULL when this many pairs are in the workspace; by default SIZE_MAX: when it is full.
     pub pair_limit: usize,
-    /// For experiments: node pairs of which fewer BV tests than this are expected are finished at once instead of being
-    /// queued: 0 queues every pair, infinity none. -1 by default: 48 with ORDER_PENETRATION, 128 with others, and infinity for
-    /// MODE_ANY with ORDER_PENETRATION.
-    pub queue_threshold: f32,
     /// The share of poses with an intersection among those that are asked about, 0 to 1, which shifts the probability of
     /// `punctual_query_estimate`; by default that of the poses for which the model was fitted.
     pub prior: f64,
@@ -106,9 +94,7 @@ impl Default for punctual_query<'_> {
             b_in_a: (&Pose::IDENTITY).into(),
             mode: punctual_mode::Any as u32,
             order: punctual_order::Penetration as u32,
-            seed: 0,
             pair_limit: usize::MAX,
-            queue_threshold: -1.0,
             prior: DEFAULT_PRIOR,
         }
     }
@@ -275,32 +261,16 @@ pub(crate) fn trees<'t>(
 impl<'t> punctual_query<'t> {
     pub(crate) fn check(self) -> Result<Query<'t, Intersection>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
-        use Order::{BreadthFirst, DepthFirst, LowAlpha, OverlapVolume, Penetration, Random};
-        let orders = [
-            Penetration,
-            LowAlpha,
-            OverlapVolume,
-            DepthFirst,
-            BreadthFirst,
-            Random(self.seed),
-        ];
+        let orders = [Order::Penetration, Order::LowAlpha, Order::DepthFirst];
         let order = value_of(self.order, "query->order", &orders)?;
-        if self.queue_threshold.is_nan() {
-            return Err(Fault::Number("query->queue_threshold", f64::NAN));
-        }
         if self.prior.is_nan() {
             return Err(Fault::Number("query->prior", self.prior));
         }
-        let query = Query::intersection(a, b, self.b_in_a.check()?)
+        Ok(Query::intersection(a, b, self.b_in_a.check()?)
             .mode(check_mode(self.mode, "query->mode")?)
-            .order(order);
-        let query = if self.queue_threshold < 0.0 {
-            query
-        } else {
-            query.queue_threshold(self.queue_threshold)
-        };
-        let query = query.pair_limit(self.pair_limit);
-        Ok(query.prior(self.prior))
+            .order(order)
+            .pair_limit(self.pair_limit)
+            .prior(self.prior))
     }
 }
 

@@ -18,7 +18,7 @@ use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
 
-/// Query<Intersection> two meshes at each pose of a list.
+/// Intersect two meshes at each pose of a list.
 ///
 /// Prints CSV, a line for each pose: hit is 1 only if an intersection is proven; pairs is the number of intersecting
 /// triangle pairs found (-1 with --mode any); ns is the least time of all sweeps, pose update included; verdict is
@@ -38,9 +38,6 @@ pub struct Args {
     /// Which node pair of the front is visited next.
     #[arg(long, value_enum, default_value = "penetration")]
     order: OrderName,
-    /// Seed of the order `random`.
-    #[arg(long, value_name = "S", default_value_t = 0)]
-    seed: u64,
     /// Take the poses as consecutive frames: carry what one tells the next.
     #[arg(long)]
     memory: bool,
@@ -78,14 +75,8 @@ enum OrderName {
     Penetration,
     /// Smallest product of the diminishing factors first
     LowAlpha,
-    /// Largest relative overlap volume first
-    OverlapVolume,
     /// Newest first
     DepthFirst,
-    /// Oldest first
-    BreadthFirst,
-    /// In an order drawn by --seed
-    Random,
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
@@ -158,10 +149,7 @@ impl Args {
         match self.order {
             OrderName::Penetration => Order::Penetration,
             OrderName::LowAlpha => Order::LowAlpha,
-            OrderName::OverlapVolume => Order::OverlapVolume,
             OrderName::DepthFirst => Order::DepthFirst,
-            OrderName::BreadthFirst => Order::BreadthFirst,
-            OrderName::Random => Order::Random(self.seed),
         }
     }
 }

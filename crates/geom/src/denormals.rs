@@ -1,19 +1,22 @@
-//! Denormal numbers, and processors that take them for zero, as games and audio programs ask theirs to.
+//! Denormal numbers, and the detection of processors that flush them to zero. Games and audio
+//! programs often enable this mode.
 
 use core::hint::black_box;
 
-/// Whether the processor flushes denormal results to zero in this thread, or takes denormal operands for zero.
+/// True if the processor, in this thread, flushes denormal results to zero or reads denormal
+/// operands as zero.
 #[inline]
 pub fn are_flushed() -> bool {
-    // Out of sight of the compiler, which would know half of the least normal number, and that it is not zero.
+    // `black_box` hides the operand from the compiler, which would otherwise evaluate the product
+    // itself, without flushing.
     black_box(f64::MIN_POSITIVE) * 0.5 <= 0.0
 }
 
-/// The [`exponent`](Number::exponent) of numbers among which there is a denormal one, and of those that are all zero.
+/// Result of [`exponent`](Number::exponent) if one of the numbers is denormal, and if all are zero.
 const DENORMAL: i32 = -2000;
 const ALL_ZERO: i32 = 2000;
 
-/// A number of either precision, by its bits, so that flushing does not matter.
+/// A floating-point type seen through its bits, which flushing does not change.
 pub trait Number: Copy + PartialOrd + Into<f64> {
     type Bits: Copy + Ord;
     const INFINITY: Self;
@@ -21,13 +24,14 @@ pub trait Number: Copy + PartialOrd + Into<f64> {
     const NO_BITS: Self::Bits;
     const ALL_BITS: Self::Bits;
 
-    /// Twice the bits of the magnitude: larger for larger ones, largest for what is no number.
+    /// Twice the bits of the magnitude. They are ordered as the magnitudes are; NaN comes last.
     fn magnitude(self) -> Self::Bits;
-    /// And back.
+    /// The inverse of [`magnitude`](Self::magnitude), for numbers that are not negative.
     fn of_magnitude(bits: Self::Bits) -> Self;
-    /// One less, so that zero becomes the largest.
+    /// [`magnitude`](Self::magnitude) minus 1, wrapping, so that zero comes last.
     fn rank(self) -> Self::Bits;
-    /// log2 of the least of some magnitudes other than zero, rounded down, from the least rank.
+    /// log2 of the least magnitude among some numbers, zeros excluded, rounded down. `least_rank`
+    /// is the least [`rank`](Self::rank) of the numbers.
     fn exponent(least_rank: Self::Bits) -> i32;
 }
 
@@ -64,8 +68,8 @@ macro_rules! number {
 number!(f32, u32, 127);
 number!(f64, u64, 1023);
 
-/// Whether log2 of the magnitude of each number, rounded down, is no less than `exponent`, from -1022 to 1023; zeros pass. In a
-/// few instructions each, without a branch.
+/// True if every number is zero or has a magnitude of at least `2^exponent`. `exponent` is -1022 to
+/// 1023. Takes a few instructions per number, without a branch.
 #[inline]
 pub fn none_below<const N: usize>(numbers: &[f64; N], exponent: i32) -> bool {
     let least = ((exponent + 1023) as u64) << 53;

@@ -23,8 +23,8 @@ pub use portable::Portable;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use wide::f32x4;
 
-/// `[e(i), e(j), ..]` for the numbers in brackets. A macro, because the compiler would not compile
-/// a closure for the instruction set of the kernel around it.
+/// Expands to `[e(i), e(j), ..]` for the listed numbers. This is a macro because the compiler would
+/// not compile a closure for the instruction set of the surrounding kernel.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! unrolled {
@@ -80,7 +80,7 @@ pub use per_part;
 pub trait Lanes: Copy {
     /// True if eight `f32` fit one register; false if they take two.
     const IS_WHOLE: bool;
-    /// Bit mask of the lanes that the set has, out of eight.
+    /// Bit mask of the lanes that this token covers, out of eight.
     const ALL: u32;
     /// Eight `f32`, or eight all-ones or all-zeros masks.
     type F: Copy;
@@ -100,9 +100,9 @@ pub trait Lanes: Copy {
     /// Tokens for the two registers; with one register, its token twice.
     fn parts(self) -> (Self::Low, Self::High);
 
-    /// Returns `x`. If eight lanes take more than the registers hold, it also makes the compiler
-    /// read `x` from memory where it is used; otherwise the compiler moves it to registers and
-    /// spills it again.
+    /// Returns `x`. If eight lanes need more registers than the machine has, it also forces the
+    /// compiler to read `x` from memory where it is used. Otherwise the compiler would move `x` to
+    /// registers and spill it again.
     fn settled<T>(x: &T) -> &T;
 
     /// Number of set bits among the low eight.
@@ -172,7 +172,7 @@ pub trait Lanes: Copy {
     fn select_q(self, mask: Self::Q, a: Self::Q, b: Self::Q) -> Self::Q;
 }
 
-/// Bit mask of the lanes that the instruction set has.
+/// Bit mask of the lanes that the token covers, out of eight.
 #[inline(always)]
 pub fn all<L: Lanes>(_lanes: L) -> u32 {
     L::ALL
@@ -204,7 +204,7 @@ impl<L: Lanes> F8<L> {
     pub fn load(lanes: L, x: &[f32; 8]) -> Self {
         Self(lanes.load(x), lanes)
     }
-    /// Loads from aligned halves: SSE takes only aligned memory operands.
+    /// Loads from two aligned halves, which SSE instructions accept as memory operands.
     #[inline(always)]
     pub fn read(lanes: L, x: &[f32x4; 2]) -> Self {
         Self(lanes.read(x), lanes)
@@ -413,7 +413,7 @@ pub enum Instructions {
 impl Instructions {
     pub const PORTABLE: Self = Self::Portable(Portable {});
 
-    /// The best set of this machine.
+    /// The best set that this machine supports.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = Avx2::try_new() {

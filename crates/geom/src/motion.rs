@@ -12,10 +12,6 @@ use glam::{DMat3, DQuat, DVec3};
 /// velocity. `w` is the turn: the axis by the right-hand rule, times the angle in radians. `p` is a
 /// point of the axis at time 0, and `R` the rotation of a turn. [`Motion::pose`] evaluates this in
 /// `f64`; whatever is proven of a motion holds for these poses.
-///
-/// At time `t` a point that `start` brings to `x` is at `p + t v + R(t w) (x - p)`, where `v` is the velocity, `w` the turn
-/// (the axis by the right-hand rule, times the angle in radians), `p` a point of the axis at time 0, and `R` the rotation of a
-/// turn. [`Motion::pose`] says so in `f64`; what is proven of a motion holds for these poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -73,7 +69,8 @@ impl Motion {
         )
     }
 
-    /// The motion of a body of a scene that is at rest.
+    /// A motion without velocity or turn. Does not check the translation of `start`: a scene has
+    /// checked it.
     #[doc(hidden)]
     #[inline]
     pub const fn still(start: Pose) -> Self {
@@ -144,8 +141,8 @@ impl Motion {
         Self::checked(start, along, turn, arm)
     }
 
-    /// The motion of a part fixed to the body, at a pose in the body's frame: same velocity, same
-    /// axis.
+    /// The motion of a part that is fixed to the body at the pose `part_in_body`. It has the
+    /// velocity and the axis of the body.
     ///
     /// # Errors
     /// [`MotionError`].
@@ -192,7 +189,8 @@ impl Motion {
         }
         let angle = self.turn.length();
         let axis = self.turn / angle;
-        // Not `1 - cos`, which cancels: the arm may be long where the angle is small.
+        // `k` is `1 - cos`, computed without cancellation: a long arm would magnify the error of a
+        // small angle.
         let (sine, half) = (libm::sin(angle * time), libm::sin(angle * time / 2.0));
         let (DVec3 { y, z, .. }, k) = (axis, 2.0 * half * half);
         // The matrix of the turn minus the identity (Rodrigues): `sine` times the axis's
@@ -243,8 +241,8 @@ impl Motion {
         self.arm
     }
 
-    /// How far the matrix at the start is from a rotation. Up to rounding, this holds for all
-    /// times.
+    /// The largest entry of `|RᵀR − I|` for the rotation matrix `R` at the start (no unit). Up to
+    /// rounding, it holds for the matrix at every time.
     #[doc(hidden)]
     #[inline]
     pub fn deviation(&self) -> f64 {

@@ -30,7 +30,7 @@ impl fmt::Display for UnknownName {
 
 impl core::error::Error for UnknownName {}
 
-/// `Display` and `FromStr` of an enum without fields.
+/// Implements `Display` and `FromStr` for an enum without fields.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! named {

@@ -14,8 +14,8 @@ use super::tolerance::{COORDINATE_LIMIT, ROTATION_TOLERANCE};
 /// A rotation followed by a translation, both f64: `b_in_a` maps coordinates of B to coordinates of
 /// A.
 ///
-/// The rotation matrix is checked (no entry of `|RᵀR − I|` above 1e-3, no mirror) and then used as it is,
-/// never made orthonormal.
+/// The rotation matrix is checked: it must not mirror, and no entry of `|RᵀR − I|` may exceed 1e-3.
+/// It is then used as given and never made orthonormal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "[f64; 12]", into = "[f64; 12]"))]
@@ -75,8 +75,9 @@ impl Pose {
         translation: DVec3::ZERO,
     };
 
-    /// A pose from a rotation matrix, column by column, and a translation, both kept to the bit: a `DMat3` and a `DVec3` of
-    /// any version of glam, or what else has the same entries.
+    /// A pose from a rotation matrix, column by column, and a translation, both kept to the bit.
+    /// They may be a `DMat3` and a `DVec3` of any version of glam, or other types that convert to
+    /// these arrays.
     ///
     /// ```
     /// use punctual::{Pose, glam::DMat3};
@@ -116,7 +117,7 @@ impl Pose {
         Ok(pose)
     }
 
-    /// A pose from entries that are known to be valid.
+    /// A pose from entries that are known to be valid; does not check them.
     #[doc(hidden)]
     #[inline]
     pub const fn unchecked(rotation: DMat3, translation: DVec3) -> Self {
@@ -313,8 +314,9 @@ impl From<Pose> for [f64; 12] {
     }
 }
 
-/// How far a finite matrix is from a rotation (no unit): the largest entry of `|RᵀR − I|`, and at least
-/// `1 − det R` where the determinant is not positive, since `RᵀR` does not see a mirror.
+/// Deviation of a finite matrix from a rotation (no unit): the largest entry of `|RᵀR − I|`. If the
+/// determinant is not positive, the result is at least `1 − det R`, because `RᵀR` does not detect a
+/// mirror.
 #[doc(hidden)]
 #[inline]
 pub fn rotation_deviation(rotation: &DMat3) -> f64 {

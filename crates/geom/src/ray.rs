@@ -7,13 +7,14 @@ use glam::DVec3;
 
 /// A half-line from an origin in a direction, or a segment between two points.
 ///
-/// Its points are `origin + t direction` with `t >= 0`, for a segment `origin + t (end - origin)` with `0 <= t <= 1`, in real
-/// numbers: which triangles have such a point is decided exactly for the numbers as they are given. The direction may have any
-/// length; `t` counts in that length.
+/// The points of a half-line are `origin + t direction` with `t >= 0`. The points of a segment are
+/// `origin + t (end - origin)` with `0 <= t <= 1`. Triangles that have such a point are found
+/// exactly: the decision is that of real arithmetic on the given numbers. The direction may have
+/// any length; `t` counts in that length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     origin: DVec3,
-    /// The direction; the end, of a segment.
+    /// The direction of a half-line, or the end of a segment.
     target: DVec3,
     is_segment: bool,
     t_min: f64,
@@ -126,7 +127,7 @@ impl Ray {
         self.origin
     }
 
-    /// The direction; of a segment, the difference of its ends, rounded.
+    /// The direction of a half-line. For a segment, the end minus the origin, rounded.
     #[inline]
     pub fn direction(&self) -> DVec3 {
         if self.is_segment {

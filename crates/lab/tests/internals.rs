@@ -1,10 +1,11 @@
 //! What the library lets `punctual-lab` and `punctual-cli` see of its inside.
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::internals::{FrontSummary, Random, all_left, least_squares, opened_pairs, pair_cost};
+use punctual::internals::{FrontSummary, Random, all_left, opened_pairs, pair_cost};
 use punctual::intersection::Order;
 use punctual::prediction::Quantiles;
 use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace, shapes};
+use punctual_lab::regression::least_squares;
 
 #[test]
 fn the_sequence_is_splitmix64() {
@@ -121,7 +122,7 @@ fn what_is_opened_is_what_every_order_opens() {
     for x in [0.0, 0.7, 1.3, 9.0] {
         let pose = Pose::new(DMat3::from_rotation_x(x), DVec3::new(x, 0.1, 0.0)).unwrap();
         let opened = opened_pairs(&a, &b, &pose);
-        for order in [Order::DepthFirst, Order::BreadthFirst] {
+        for order in [Order::DepthFirst, Order::LowAlpha] {
             let query = Query::all_pairs(&a, &b, pose).order(order);
             let stats = query.run(&mut workspace, Budget::unlimited()).stats;
             assert_eq!(

@@ -29,10 +29,8 @@ struct Question {
     versions: [u64; 2],
     b_in_a: punctual_pose,
     mode: u32,
-    /// And the seed, where it counts.
-    order: (u32, u64),
+    order: u32,
     pair_limit: usize,
-    queue_threshold: f32,
 }
 
 /// What is asked: the trees by their places.
@@ -262,18 +260,12 @@ fn question(world: &World, call: &mut Call, bytes: &mut Unstructured) -> Result<
     let (b_in_a, valid) = pose(bytes)?;
     call.fault(valid.is_none(), Status::BadPose);
     let mut query = new_query(b_in_a);
-    (query.mode, query.order) = (call.value(bytes, 2)?, call.value(bytes, 6)?);
+    (query.mode, query.order) = (call.value(bytes, 2)?, call.value(bytes, 3)?);
     if bytes.arbitrary()? {
-        query.seed = bytes.arbitrary()?;
         query.pair_limit = if bytes.arbitrary()? {
             bytes.int_in_range(0..=4)?
         } else {
             bytes.arbitrary()?
-        };
-        query.queue_threshold = if bytes.ratio(1, 4)? {
-            f32::from_bits(bytes.arbitrary()?)
-        } else {
-            bytes.arbitrary::<u8>()?.into()
         };
         query.prior = if bytes.ratio(1, 4)? {
             f64::from_bits(bytes.arbitrary()?)
@@ -281,10 +273,7 @@ fn question(world: &World, call: &mut Call, bytes: &mut Unstructured) -> Result<
             0.5
         };
     }
-    call.fault(
-        query.queue_threshold.is_nan() || query.prior.is_nan(),
-        Status::BadArgument,
-    );
+    call.fault(query.prior.is_nan(), Status::BadArgument);
     Ok(Some(Ask {
         trees: [a, b],
         query,
@@ -294,18 +283,12 @@ fn question(world: &World, call: &mut Call, bytes: &mut Unstructured) -> Result<
 impl Ask {
     fn of(&self, trees: &[Grown]) -> Question {
         let query = &self.query;
-        let seed = if query.order == punctual_order::Random as u32 {
-            query.seed
-        } else {
-            0
-        };
         Question {
             versions: self.trees.map(|at| trees[at].shape.version),
             b_in_a: query.b_in_a,
             mode: query.mode,
-            order: (query.order, seed),
+            order: query.order,
             pair_limit: query.pair_limit.max(1),
-            queue_threshold: query.queue_threshold,
         }
     }
 
@@ -357,8 +340,8 @@ fn held(
         return question(world, call, bytes);
     };
     let mut query = new_query(run.question.b_in_a);
-    (query.mode, query.queue_threshold) = (run.question.mode, run.question.queue_threshold);
-    ((query.order, query.seed), query.pair_limit) = (run.question.order, run.question.pair_limit);
+    (query.mode, query.order) = (run.question.mode, run.question.order);
+    query.pair_limit = run.question.pair_limit;
     Ok(Some(Ask {
         trees: [a, b],
         query,

@@ -1,9 +1,9 @@
 //! Ids of patches: a patch inherits the id of the patch of the previous frame with which it shares
 //! most triangles.
 //!
-//! A triangle links every previous patch that contains it with every current one. If many patches
-//! contain the triangle, such as a floor under many feet, only contacts with the same triangle of
-//! the other side link. So there are at most a few links per contact.
+//! A triangle links every previous patch that contains it with every current one. A triangle in
+//! many patches, such as a floor under many feet, links two patches only through contacts that also
+//! have the same triangle on the other side. So there are at most a few links per contact.
 
 use super::Patch;
 use crate::contact::Contact;
@@ -15,7 +15,8 @@ pub(super) struct Identities {
     pub before: PatchMemory,
     /// The triangles of the patches of the current frame.
     now: Vec<Part>,
-    /// The contacts that a previous and a current patch have in common.
+    /// Pairs of a previous and a current patch, with the number of contacts that they have in
+    /// common.
     links: Vec<Link>,
 }
 
@@ -58,7 +59,7 @@ impl PatchMemory {
 /// One side of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Part {
-    /// 0 for a triangle of A, 1 for one of B; then the id.
+    /// 0 for a triangle of A, 1 for one of B; then the id of the triangle.
     triangle: (u8, u32),
     patch: u32,
     /// The triangle of the other side.
@@ -83,8 +84,8 @@ impl Identities {
     pub fn reserve(&mut self, contacts: usize) {
         self.before.reserve(contacts);
         self.now.reserve(2 * contacts);
-        // Each frame has at most two pairs of a triangle and a patch for each contact, and each
-        // such pair makes at most [`LINKS_PER_PATCH`] links.
+        // For each contact, a frame has at most two pairs of a triangle and a patch that contains
+        // it. Over both frames, each such pair makes at most [`LINKS_PER_PATCH`] links.
         self.links.reserve(4 * LINKS_PER_PATCH * contacts);
     }
 
@@ -105,8 +106,8 @@ impl Identities {
             );
         }
         if patches.iter().any(|patch| patch.id == NO_ID) {
-            // The remaining patches share only triangles of many patches and no contacts: they take
-            // the free ids in order.
+            // The remaining patches share no contacts with a previous patch, only triangles that
+            // many patches contain. They take the free ids of those patches in order.
             for [before, now] in common(known, now) {
                 let mut left = before.iter().map(|part| part.patch as usize);
                 for part in now.iter() {
@@ -155,7 +156,8 @@ impl Identities {
         self.now.sort_unstable();
     }
 
-    /// Links the patches of both frames, those with most in common first.
+    /// Lists the links between the patches of both frames, sorted by the number of common contacts,
+    /// largest first.
     fn link(&mut self) {
         let Self { before, now, links } = self;
         links.clear();
@@ -207,7 +209,7 @@ fn by_patch(parts: &[Part]) -> impl Iterator<Item = &[Part]> {
     parts.chunk_by(|x, y| x.patch == y.patch)
 }
 
-/// For each triangle that occurs in both frames: its parts in the previous frame and in this one.
+/// For each triangle that occurs in both frames, its parts in the previous frame, then in this one.
 fn common<'p>(
     before: &'p mut [Part],
     now: &'p mut [Part],
@@ -225,7 +227,7 @@ fn common<'p>(
         })
 }
 
-/// Links patches by the contacts of one triangle that occur in both frames.
+/// Links patches by those contacts of a triangle that occur in both frames.
 fn link_contacts(before: &mut [Part], now: &mut [Part], links: &mut Vec<Link>) {
     before.sort_unstable_by_key(|part| part.other);
     now.sort_unstable_by_key(|part| part.other);

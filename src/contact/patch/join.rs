@@ -5,7 +5,7 @@ use crate::mesh::Mesh;
 use alloc::vec::Vec;
 use glam::DVec3;
 
-/// Groups of contacts, and the scratch buffers of the search.
+/// Groups of contacts, and the buffers of the search for them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Joined {
     /// Union-find parents: for each contact an earlier one of its group, or itself if it is the
@@ -59,7 +59,8 @@ impl Joined {
 
     /// Merges corners at the same position, also if the mesh has several vertices there.
     fn find_corners(&mut self, side: usize, mesh: &Mesh, contacts: &[Contact]) {
-        // NaN equals nothing, so contacts of another mesh have no neighbors.
+        // Contacts of another mesh may name triangles that do not exist. Their corners are NaN,
+        // which equals nothing, so these contacts have no neighbors.
         let triangle = |contact: &Contact| {
             let id = contact.triangles[side] as usize;
             if id < mesh.len() {

@@ -28,12 +28,12 @@ use smallvec::SmallVec;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Patch {
-    /// Constant from frame to frame while the patch shares a triangle with the patch that had the
-    /// id in the previous frame.
+    /// The patch keeps its id from one frame to the next while it shares a triangle with the patch
+    /// that had the id before.
     pub id: u64,
     /// The distance of its nearest triangles.
     pub distance: f64,
-    /// The box around the points of all its contacts and the ends of their segments.
+    /// The box around the points of all contacts and around the ends of their segments.
     pub bounds: Aabb,
     /// Mean of the midpoints of its contacts. If triangles intersect, each contact is weighted by
     /// the length of its segment, and separated triangles do not count. If the sum of these lengths
@@ -128,19 +128,19 @@ impl Patches {
         self.identities.reserve(contacts);
     }
 
-    /// Exchanges the memory of the previous frame.
+    /// Exchanges the memory of the previous frame with `memory`.
     pub fn swap_memory(&mut self, memory: &mut PatchMemory) {
         core::mem::swap(&mut self.identities.before, memory);
     }
 
-    /// Computes the patches of these contacts, which must be sorted nearest first, of the meshes of
-    /// `a` and `b`. The contacts may be those of a stopped query.
+    /// Computes the patches of these contacts, which must be sorted nearest first. `a` and `b` are
+    /// the trees of the contacts' meshes. The contacts may be those of a stopped query.
     ///
-    /// A patch inherits the id of the patch of the last update with which it shares most triangles,
-    /// if there is one and its id has not gone to a patch that shares more. Otherwise it gets a new
-    /// id. If many patches contain a triangle (a floor under many feet), only contacts with the
-    /// same triangle of the other side count for it. Patches that share nothing else get these ids
-    /// in arbitrary order.
+    /// A patch inherits the id of the patch of the last update with which it shares most triangles.
+    /// If there is none, or if that id goes to a patch that shares more, it gets a new id. A
+    /// triangle in many patches (a floor under many feet) counts as shared only through contacts
+    /// that also have the same triangle on the other side. Patches that share such a triangle and
+    /// nothing else get the remaining ids of its previous patches, in arbitrary order.
     pub fn update<'c>(
         &mut self,
         a: &Tree,
@@ -179,10 +179,10 @@ impl Patches {
         self.contacts.get(patch.range()).unwrap_or_default()
     }
 
-    /// The representative contacts of a patch. They are chosen in the projection along the normal:
-    /// the nearest, the one farthest from it, and then repeatedly the one that spans the largest
-    /// triangle with an edge of the convex polygon of those chosen before. There are fewer than the
-    /// limit if another would add nothing.
+    /// The representative contacts of a patch. They are chosen in the projection along the normal.
+    /// The first is the nearest, and the second is the one farthest from it. Each further one spans
+    /// the largest triangle with an edge of the convex polygon of those chosen before. There are
+    /// fewer than the limit if another would add nothing.
     pub fn points_of<'p>(
         &'p self,
         patch: &'p Patch,
@@ -196,7 +196,7 @@ impl Patches {
 }
 
 impl Patch {
-    /// The patch of these contacts, nearest first, at least one.
+    /// The patch of these contacts, of which there is at least one. They are sorted nearest first.
     fn new(
         contacts: &[Contact],
         range: Range<u32>,

@@ -7,15 +7,15 @@ use core::cmp::Ordering;
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
 
-/// The scratch buffers of the choice.
+/// The buffers of the choice.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reduction {
-    /// The midpoints of all contacts, projected along the normal, relative to the first, scaled so
-    /// that no square overflows or underflows.
+    /// The midpoints of all contacts, projected along the normal. They are relative to the first
+    /// one, and scaled so that no square overflows or underflows.
     places: Vec<DVec2>,
     /// The polygon of the chosen contacts, counterclockwise: predecessor and successor of each.
     ring: Vec<[u32; 2]>,
-    /// Edges of the polygon with a contact outside, and some edges that have left the polygon.
+    /// Edges of the polygon with a contact outside. Some of them may have left the polygon since.
     edges: BinaryHeap<Edge>,
     /// Number of edges that have searched for their farthest contact.
     looks: usize,
@@ -32,7 +32,8 @@ struct Edge {
     ends: [u32; 2],
 }
 
-/// By gain; of equal ones the earlier contact first.
+/// Orders by gain. Of equal gains, that of the earlier contact is greater, so a heap returns it
+/// first.
 impl Ord for Edge {
     fn cmp(&self, other: &Self) -> Ordering {
         let key = |edge: &Self| (edge.contact, edge.ends);
@@ -56,11 +57,12 @@ impl PartialEq for Edge {
 
 impl Eq for Edge {}
 
-/// A smaller gain counts as rounding, relative to the extent or its square.
+/// Lengths below this fraction of the extent count as rounding, and so do gains below this fraction
+/// of its square.
 const ROUNDING: f64 = 1e-12;
 
-/// The first edges search all contacts, later ones the convex hull: a few linear searches cost less
-/// than the hull.
+/// Number of edges that search all contacts. Later edges search the convex hull: a few linear
+/// searches cost less than the hull.
 const LOOKS: usize = 4;
 
 impl Reduction {
@@ -70,13 +72,13 @@ impl Reduction {
         self.edges.reserve(2 * LOOKS);
     }
 
-    /// Indices of the representative ones of these contacts, which must be sorted nearest first: at
+    /// Indices of the representatives of these contacts, which must be sorted nearest first: at
     /// least one, at most `limit`.
     ///
-    /// Chosen in the projection along the normal: the first, the one farthest from it, and then
-    /// repeatedly the one with the largest triangle on an edge of the convex polygon of those
-    /// chosen before. Of equal ones the first is taken, and none that gains less than [`ROUNDING`].
-    /// `O(n)` for up to four points, `O(n log n)` for any number.
+    /// They are chosen in the projection along the normal. The first is contact 0, and the second
+    /// is the one farthest from it. Each further one has the largest triangle with an edge of the
+    /// convex polygon of those chosen before. Of equal ones the first is taken, and none that gains
+    /// less than [`ROUNDING`]. `O(n)` for up to four points, `O(n log n)` for any number.
     pub fn points(
         &mut self,
         contacts: &[Contact],
@@ -110,7 +112,7 @@ impl Reduction {
         chosen
     }
 
-    /// Clears the buffers and projects the contacts. Returns true if not all are at the same point.
+    /// Clears the buffers and projects the contacts. Returns false if all are at one point.
     fn place(&mut self, contacts: &[Contact], normal: DVec3) -> bool {
         self.ring.clear();
         self.edges.clear();
@@ -158,8 +160,8 @@ impl Reduction {
         }
     }
 
-    /// Inserts a chosen contact into the polygon. It replaces an edge and the adjacent corners that
-    /// it covers. Returns its neighbors.
+    /// Inserts a chosen contact into the polygon. It replaces an edge, and the adjacent corners
+    /// that are no longer corners. Returns its neighbors.
     fn insert(&mut self, new: u32, [mut from, mut to]: [u32; 2], chosen: &[u32]) -> [u32; 2] {
         let place = |i: u32| self.places[chosen[i as usize] as usize];
         let is_outside =

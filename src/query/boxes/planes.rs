@@ -5,14 +5,7 @@ use crate::query::views::{self, View};
 use crate::tree::xyz;
 use punctual_geom::lanes::{Column, F8, Lanes, cross, dot, per_axis};
 use punctual_geom::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW, largest};
-use punctual_geom::{larger, smaller};
 use wide::f32x4;
-
-#[inline(always)]
-fn longest_one(v: f32x4) -> f32 {
-    let [x, y, z] = xyz(v.abs());
-    x.max(y).max(z)
-}
 
 /// Eight triangles, stored for access one at a time.
 pub struct Planes {
@@ -60,8 +53,8 @@ impl Planes {
         let size = per_axis!(k => normal[k].abs());
         let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0))
             + F8::splat(lanes, UNDERFLOW);
-        per_axis!(k => (p[k] + zero.min(e[k]).min(f[k]) - margin).put(&mut self.boxes.low[k]));
-        per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).put(&mut self.boxes.high[k]));
+        per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).put(&mut self.boxes.along[k]));
+        per_axis!(k => (margin - (p[k] + zero.min(e[k]).min(f[k]))).put(&mut self.boxes.against[k]));
         per_axis!(k => p[k].put(&mut self.corner[k]));
         per_axis!(k => normal[k].put(&mut self.normal[k]));
         per_axis!(k => (size[k] + blur).put(&mut self.reach[k]));
@@ -75,9 +68,9 @@ impl Planes {
     pub fn enclose<L: Lanes>(&mut self, lanes: L, other: &mut Self, bulge: f32) {
         let bulge = F8::splat(lanes, bulge);
         per_axis!(k => {
-            let (low, high) = (&mut self.boxes.low[k], &mut self.boxes.high[k]);
-            (F8::load(lanes, low).min(F8::load(lanes, &other.boxes.low[k])) - bulge).put(low);
-            (F8::load(lanes, high).max(F8::load(lanes, &other.boxes.high[k])) + bulge).put(high);
+            let (along, against) = (&mut self.boxes.along[k], &mut self.boxes.against[k]);
+            (F8::load(lanes, along).max(F8::load(lanes, &other.boxes.along[k])) + bulge).put(along);
+            (F8::load(lanes, against).max(F8::load(lanes, &other.boxes.against[k])) + bulge).put(against);
         });
         for planes in [self, other] {
             let [x, y, z] = per_axis!(k => F8::load(lanes, &planes.reach[k]));
@@ -89,8 +82,8 @@ impl Planes {
     #[inline(always)]
     pub fn at(&self, i: usize) -> Plane {
         Plane {
-            low: per_axis!(k => self.boxes.low[k][i]),
-            high: per_axis!(k => self.boxes.high[k][i]),
+            along: per_axis!(k => self.boxes.along[k][i]),
+            against: per_axis!(k => self.boxes.against[k][i]),
             corner: per_axis!(k => self.corner[k][i]),
             normal: per_axis!(k => self.normal[k][i]),
             reach: per_axis!(k => self.reach[k][i]),
@@ -103,8 +96,9 @@ impl Planes {
 /// A triangle seen from a node of the other side: its box and its plane.
 #[derive(Debug, PartialEq)]
 pub struct Plane {
-    pub low: [f32; 3],
-    pub high: [f32; 3],
+    /// The ends of its box, as in [`Slabs`].
+    pub along: [f32; 3],
+    pub against: [f32; 3],
     pub corner: [f32; 3],
     pub normal: [f32; 3],
     /// `|n_k|` plus the error bound of the normal.
@@ -122,12 +116,16 @@ impl Plane {
         let e = view.vector(f32x4::new([first[3], second[0], second[1], 0.0]));
         let f = view.vector(f32x4::new([second[2], second[3], third[0], 0.0]));
         let normal = views::cross(e, f);
-        let blur = (longest_one(e) + LEAST_EDGE_SLOP) * (longest_one(f) + LEAST_EDGE_SLOP) * skew;
+        let longest = |v: f32x4| {
+            let [x, y, z] = xyz(v.abs());
+            x.max(y).max(z)
+        };
+        let blur = (longest(e) + LEAST_EDGE_SLOP) * (longest(f) + LEAST_EDGE_SLOP) * skew;
         let size = normal.abs();
         let [x, y, z] = xyz(size);
         Self {
-            low: xyz(p + zero.fast_min(e).fast_min(f) - margin),
-            high: xyz(p + zero.fast_max(e).fast_max(f) + margin),
+            along: xyz(p + zero.fast_max(e).fast_max(f) + margin),
+            against: xyz(margin - (p + zero.fast_min(e).fast_min(f))),
             corner: xyz(p),
             normal: xyz(normal),
             reach: xyz(size + f32x4::splat(blur)),
@@ -143,7 +141,7 @@ impl Plane {
     pub fn depths<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, slabs: &Slabs<L>) -> [F8<L>; 2] {
         let [distance, reach] = self.across(lanes, boxes);
         [
-            slabs.depth(lanes, self.low, self.high),
+            slabs.depth(&Slabs::of(lanes, self.along, self.against)),
             reach - distance.abs(),
         ]
     }
@@ -162,15 +160,6 @@ impl Plane {
                 * F8::splat(lanes, self.blur)
             + F8::splat(lanes, self.slack);
         [distance, reach]
-    }
-
-    /// [`Planes::enclose`] for one triangle.
-    #[inline(always)]
-    pub fn enclose(&mut self, other: &mut Self, bulge: f32) {
-        self.low = per_axis!(k => smaller(self.low[k], other.low[k]) - bulge);
-        self.high = per_axis!(k => larger(self.high[k], other.high[k]) + bulge);
-        self.slack += bulge * self.length();
-        other.slack += bulge * other.length();
     }
 
     /// Upper bound of the length of `n`.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::mesh::shapes;
-use crate::query::views::Relation;
+use crate::query::views::{Relation, Views};
 use crate::tree::Tree;
 use glam::{DMat3, DVec3};
 use punctual_geom::Pose;
@@ -37,8 +37,12 @@ fn a_triangle_alone_has_the_same_bits_as_among_eight() {
         .chunks_exact(WIDTH)
         .zip(b.nodes().iter().cycle())
     {
-        let view =
-            Views::between(&a.nodes()[0], node, &relation).triangles_of_a(node, &relation.place);
+        let view = Views::between(&a.nodes()[0], node, &relation).triangles(
+            true,
+            node,
+            &relation.place,
+            1.0,
+        );
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
             let rows = core::array::from_fn(|i| &eight[i].0);
             instructions.run(EightAndOne(Triangles {

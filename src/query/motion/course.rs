@@ -4,6 +4,7 @@
 //! part of B to move along a straight line with the velocity that its own middle has then. The
 //! neglected motion is bounded: `docs/numerics.md`, "Motion".
 
+use crate::query::views::Relation;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::{Motion, Pose, smaller};
@@ -139,29 +140,18 @@ impl<'m> Course<'m> {
         let size = course.radii[0] + course.radii[1];
         course.rounding = 16.0 * f64::EPSILON * (course.rounding + largest(box_a.0) + box_a.1)
             + f64::MIN_POSITIVE;
-        let Self {
-            spin,
-            speed,
-            acceleration,
-            jerk,
-            ..
-        } = &mut course;
-        for bound in [spin, speed, acceleration, jerk] {
-            *bound *= STRETCH;
-        }
-        let Self {
-            spin,
-            wobble,
-            speed,
-            acceleration,
-            jerk,
-            drift,
-            ..
-        } = course;
-        if ![spin, wobble, speed, acceleration, jerk, drift, size]
-            .iter()
-            .all(|bound| bound.is_finite())
-        {
+        course.spin *= STRETCH;
+        course.speed *= STRETCH;
+        course.acceleration *= STRETCH;
+        course.jerk *= STRETCH;
+        let bounds = [
+            course.spin,
+            course.wobble,
+            course.speed,
+            course.acceleration,
+        ];
+        let others = [course.jerk, course.drift, size];
+        if !bounds.iter().chain(&others).all(|bound| bound.is_finite()) {
             course.rounding = f64::INFINITY;
         }
         course.pieces = course.count_pieces(size);
@@ -170,20 +160,14 @@ impl<'m> Course<'m> {
 
     /// Number of pieces of a motion of meshes with this total size.
     fn count_pieces(&self, size: f64) -> u32 {
-        let Self {
-            spin,
-            wobble,
-            speed,
-            jerk,
-            ..
-        } = *self;
+        let (spin, speed) = (self.spin, self.speed);
         // `max` and `min` of `f64` ignore NaN, which occurs if sizes overflow.
         let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);
         let turn = spin / TURN;
         let pieces = (far * spin / TURN_OF_FAR).max(speed / (WAY * size + f64::MIN_POSITIVE));
         // In each piece A turns by at most a radian.
-        let pieces = pieces.max(wobble / spin);
-        let bends = jerk / (BEND * size + f64::MIN_POSITIVE);
+        let pieces = pieces.max(self.wobble / spin);
+        let bends = self.jerk / (BEND * size + f64::MIN_POSITIVE);
         if turn <= 1.0 && pieces <= 1.0 && bends <= 1.0 {
             return 1;
         }
@@ -252,9 +236,7 @@ impl<'m> Course<'m> {
     pub fn piece(&self, i: u32) -> Piece {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
         let (middle, length) = (begin + (end - begin) / 2.0, end - begin);
-        let Self {
-            speed, spin, radii, ..
-        } = *self;
+        let (speed, spin, radii) = (self.speed, self.spin, self.radii);
         let near = SPOT * (radii[0] + radii[1]);
         let is_on_the_spot = self.of_a.is_none()
             && speed * length < near
@@ -352,6 +334,18 @@ impl Piece {
         let time = self.middle + f64::from(local) * self.length() - 4.0 * f64::EPSILON;
         time.clamp(self.begin, self.end)
     }
+}
+
+/// The setting of a run: a piece of the motion of two trees.
+#[derive(Clone, Copy)]
+pub(super) struct Setting<'q> {
+    pub trees: [&'q Tree; 2],
+    pub course: &'q Course<'q>,
+    pub piece: &'q Piece,
+    /// The pose of B at the reference time of the piece.
+    pub relation: &'q Relation,
+    /// Sum of the margins of both surfaces.
+    pub margin: f64,
 }
 
 #[cfg(test)]

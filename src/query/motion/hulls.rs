@@ -8,12 +8,14 @@
 //! have closed. This is tighter than [`Windows`](super::windows::Windows) if B turns, but gives no
 //! times within the span. The proof is in `docs/numerics.md`, "Motion".
 
-use super::course::{Course, Piece};
+use super::course::Setting;
 use super::windows::{BEGIN, SLOP, sum};
-use crate::query::boxes::{BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Triangles, ends};
+use crate::model::cost::{WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST};
+use crate::query::boxes::{Boxes, Extents, Facing, Planes, Slabs, Triangles};
 use crate::query::edge_axes;
+use crate::query::expand::{Keys, Measure};
 use crate::query::views::{Place, Places, Relation, View, Views};
-use crate::tree::{Node, Tree, WIDTH, xyz};
+use crate::tree::{Node, WIDTH, xyz};
 use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis};
 use punctual_geom::{bits, larger};
 use wide::f32x4;
@@ -40,18 +42,18 @@ const LARGEST_TURN: f64 = 0.25;
 impl Span {
     /// The span from the begin of a piece to `until`. `None` if both bodies turn, or beyond the
     /// range of `f32`.
-    pub fn new(
-        course: &Course,
-        [a, b]: [&Tree; 2],
-        piece: &Piece,
-        relation: &Relation,
-        until: f64,
-        margin: f64,
-    ) -> Option<Self> {
+    pub fn new(setting: &Setting, until: f64) -> Option<Self> {
+        let Setting {
+            trees,
+            course,
+            piece,
+            relation,
+            margin,
+        } = *setting;
         course.of_axis()?;
         let time = until - piece.begin;
         let turn = course.spin * time;
-        let end = relation.place_at(a, b, &course.pose(until));
+        let end = relation.place_at(trees, &course.pose(until));
         let slip = course.slip() * time * turn * (0.375 + 0.125 * turn);
         let bulge = (slip + 2.0 * course.rounding + margin) / relation.unit;
         (turn < LARGEST_TURN && bulge < 1e6).then(|| Self {
@@ -101,23 +103,17 @@ impl<'s> Hulls<'s> {
         }
     }
 
-    /// The motion of the children of the opened node, and of those of the other.
+    /// The motion of boxes of a node of A, or of B.
     #[inline(always)]
-    fn passing(&self, is_a: bool) -> [Passing<'_>; 2] {
+    fn passing(&self, of_a: bool) -> Passing<'_> {
         // In memory, as in [`crate::query::expand`].
-        let (Views { of_a, of_b }, [in_a, in_b]) =
-            (core::hint::black_box(&*self.views), self.margins);
-        let (of_a, of_b) = (
-            Passing {
-                view: of_a,
-                margin: in_b,
-            },
-            Passing {
-                view: of_b,
-                margin: in_a,
-            },
-        );
-        if is_a { [of_a, of_b] } else { [of_b, of_a] }
+        let views = core::hint::black_box(&*self.views);
+        let (view, margin) = if of_a {
+            (&views.of_a, self.margins[1])
+        } else {
+            (&views.of_b, self.margins[0])
+        };
+        Passing { view, margin }
     }
 }
 
@@ -133,56 +129,50 @@ impl Passing<'_> {
     fn hulls<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>) -> Slabs<L> {
         let [x, y, z] = per_axis!(k => {
             let (begin, end) = (self.along(lanes, boxes, k), self.along(lanes, boxes, 4 + k));
-            [begin[0].min(end[0]), begin[1].max(end[1])]
+            [begin[0].max(end[0]), begin[1].max(end[1])]
         });
         Slabs {
-            low: [x[0], y[0], z[0]],
-            high: [x[1], y[1], z[1]],
+            along: [x[0], y[0], z[0]],
+            against: [x[1], y[1], z[1]],
         }
     }
 
-    /// Ends of boxes along axis `k` at the begin, or with entry `4 + k` at the end.
+    /// Ends of boxes, as in [`Slabs`], along axis `k` at the begin, or with entry `4 + k` at the end.
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, k: usize) -> [F8<L>; 2] {
         let row = per_axis!(j => F8::splat(lanes, self.view.columns[j][k]));
         let center = dot(row, boxes.center) + F8::splat(lanes, self.view.origin[k]);
         let half = dot(sizes(&row), boxes.half) + F8::splat(lanes, self.margin);
-        [center - half, center + half]
+        [center + half, half - center]
     }
 
     /// The hull of the positions of one box, by its ends.
     #[inline(always)]
-    fn hull<L: Lanes>(&self, lanes: L, (center, half): (f32x4, f32x4)) -> ([f32; 3], [f32; 3]) {
+    fn hull<L: Lanes>(&self, lanes: L, (center, half): (f32x4, f32x4)) -> Slabs<L> {
         let view = self.view.load(lanes);
         let center = view.point(F8::twice(lanes, center));
         let half = view.size(F8::twice(lanes, half)) + F8::splat(lanes, self.margin);
-        let ([a, b], [c, d]) = ((center - half).halves(), (center + half).halves());
-        (xyz(a.fast_min(b)), xyz(c.fast_max(d)))
+        let ([a, b], [c, d]) = ((center + half).halves(), (half - center).halves());
+        Slabs::of(lanes, xyz(a.fast_max(b)), xyz(c.fast_max(d)))
     }
 }
 
-impl BoxTest for Hulls<'_> {
-    const IS_OVERLAP: bool = false;
+impl Measure for Hulls<'_> {
     const READS_VIEWS: bool = false;
-    const OPENS_CLUSTERS_ALIKE: bool = true;
+    const WORK: [u64; 2] = [WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST];
+
+    type Along<L: Lanes> = F8<L>;
 
     /// Includes the test of own boxes: separated boxes need no views.
     #[inline(always)]
     fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, _relation: &Relation) -> Views {
-        let Span {
-            places,
-            scale,
-            skew,
-            length,
-            turn,
-            bulge,
-            ..
-        } = self.span;
-        let [in_a, in_b] = places.margin;
-        let of_b = View::at_both(lanes, a, b, places);
+        let span = self.span;
+        let (turn, bulge) = (span.turn, span.bulge);
+        let [in_a, in_b] = span.places.margin;
+        let of_b = View::at_both(lanes, a, b, &span.places);
         let of_a = of_b.inverse(lanes, in_b);
-        let [way_of_b, way_of_a] = Way::of_both(lanes, [a, b], [&of_b, &of_a], *scale);
-        let halves = [a.own_half, b.own_half * f32x4::splat(*scale)];
+        let [way_of_b, way_of_a] = Way::of_both(lanes, [a, b], [&of_b, &of_a], span.scale);
+        let halves = [a.own_half, b.own_half * f32x4::splat(span.scale)];
         let (sizes, way) = (
             [sum(halves[0]), sum(halves[1])],
             longer(way_of_a.way(), way_of_b.way()),
@@ -196,18 +186,12 @@ impl BoxTest for Hulls<'_> {
             || edge_axes::are_slim(a, b) && {
                 let bends =
                     (0.376 + 0.127 * turn) * way + 0.127 * turn * (sum(apart.halves()[0]) + size);
-                edge_axes::part_at_both(
-                    lanes,
-                    halves,
-                    apart,
-                    &views.of_b,
-                    *skew,
-                    turn * bends + bulge,
-                )
+                let margin = turn * bends + bulge;
+                edge_axes::part_at_both(lanes, halves, apart, &views.of_b, span.skew, margin)
             };
         if !self.are_apart {
             self.margins = [in_a + self.bulge, in_b + self.bulge];
-            let time_of_gap = 0.999 * length / (way + turn * size + 2.0 * (in_a + in_b));
+            let time_of_gap = 0.999 * span.length / (way + turn * size + 2.0 * (in_a + in_b));
             let [x, y, z] = xyz(way_of_a.gap_at_begin().fast_max(way_of_b.gap_at_begin()));
             self.least = larger(
                 self.least,
@@ -219,104 +203,74 @@ impl BoxTest for Hulls<'_> {
     }
 
     #[inline(always)]
-    fn own<L: Lanes>(
-        &mut self,
-        _lanes: L,
-        _a: &Node,
-        _b: &Node,
-        _views: &Views,
-        _scale: f32,
-    ) -> bool {
+    fn own(&mut self, _: [&Node; 2], _: &Views, _: &Relation) -> bool {
         !self.are_apart && self.least < self.cut
     }
 
     #[inline(always)]
-    fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64 {
-        let ([x, y], scales, [alive_x, alive_y]) = (facing.nodes, facing.scales, alive);
-        let [of_x, of_y] = self.passing(facing.is_a);
-        let y_rows = Boxes::children(lanes, y, scales[1]);
-        let y_hull = of_y.hulls(lanes, &y_rows);
-        let scale = f32x4::splat(scales[0]);
-        let (low, high) = ends(x.own_center * scale, x.own_half * scale);
-        let alive_y = alive_y & !y_hull.depth(lanes, low, high).mask();
-        // Without whole registers, an unpredictable branch costs more than it saves.
-        if !L::IS_WHOLE && alive_y == 0 {
-            return 0;
+    fn children<L: Lanes>(&self, lanes: L, facing: &Facing, k: usize) -> Extents<L> {
+        let boxes = facing.children(lanes, k);
+        Extents {
+            own: boxes.slabs(),
+            seen: self.passing(facing.is_of_a(k)).hulls(lanes, &boxes),
+            ahead: F8::splat(lanes, 0.0),
         }
-        let x_rows = Boxes::children(lanes, x, scales[0]);
-        let x_hull = of_x.hulls(lanes, &x_rows);
-        let (center, half) = facing.other();
-        let (low, high) = ends(center, half);
-        let alive_x = alive_x & !x_hull.depth(lanes, low, high).mask();
-        let (x_rows, x_hull) = (x_rows.slabs().store(), x_hull.store());
-        let y_rows = y_rows.slabs();
-        keys[0][0] = self.least;
-        let mut pairs = 0;
-        for i in bits(alive_x) {
-            let overlap = y_hull
-                .depth_at(lanes, &x_rows, i)
-                .min(y_rows.depth_at(lanes, &x_hull, i));
-            pairs |= u64::from(!overlap.mask() & alive_y) << (WIDTH * i);
-        }
-        pairs
     }
 
     #[inline(always)]
-    fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
-        let (opened, [of_opened, of_other]) = (facing.nodes[0], self.passing(facing.is_a));
-        let children = Boxes::children(lanes, opened, facing.scales[0]);
-        let (center, half) = facing.other();
-        let (low, high) = of_other.hull(lanes, (center, half));
-        let in_opened = children.slabs().depth(lanes, low, high);
-        let (low, high) = ends(center, half);
-        let hulls = of_opened.hulls(lanes, &children);
-        keys[0][0] = self.least;
-        !in_opened.min(hulls.depth(lanes, low, high)).mask() & opened.valid()
+    fn own_box<L: Lanes>(&self, lanes: L, facing: &Facing, k: usize) -> Extents<L> {
+        let (center, half) = facing.own(k);
+        Extents {
+            own: Slabs::of_box(lanes, center, half),
+            seen: self.passing(facing.is_of_a(k)).hull(lanes, (center, half)),
+            ahead: F8::splat(lanes, 0.0),
+        }
     }
 
-    /// Tests the triangles' boxes along the axes of the other node, and their planes. All keys are
-    /// that of the current pair.
+    #[inline(always)]
+    fn compare<L: Lanes>(&self, _: L, other: &Slabs<L>, opened: &Slabs<L>) -> F8<L> {
+        other.depth(opened)
+    }
+
+    /// The overlap depth, which serves only to select.
+    #[inline(always)]
+    fn key<L: Lanes>(&self, _: L, in_opened: F8<L>, in_other: F8<L>, _: F8<L>) -> F8<L> {
+        in_opened.min(in_other)
+    }
+
+    #[inline(always)]
+    fn hits<L: Lanes>(&self, _: L, keys: F8<L>) -> u32 {
+        !keys.mask() & 0xff
+    }
+
+    #[inline(always)]
+    fn common_key(&self) -> Option<f32> {
+        Some(self.least)
+    }
+
+    /// Tests the triangles' boxes along the axes of the other node, and their planes.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,
         lanes: L,
-        facing: Facing,
+        facing: &Facing,
         alive: u32,
         triangles: impl FnOnce() -> Triangles<'t>,
-        keys: &mut Keys,
+        _: &mut Keys,
     ) -> u64 {
         let begin = triangles();
-        let (node, place) = (facing.nodes[1], &self.span.end);
-        let end = self.views.second();
-        let view = if facing.is_a {
-            end.triangles_of_a(node, place)
-        } else {
-            end.triangles_of_b(node, place, self.span.scale)
-        };
+        let (node, span) = (facing.nodes[1], self.span);
+        let view = (self.views.second()).triangles(facing.is_a, node, &span.end, span.scale);
         let end = Triangles { view, ..begin };
-        let boxes = Boxes::children(lanes, node, facing.scales[1]);
+        let boxes = facing.children(lanes, 1);
         let slabs = boxes.slabs();
-        let planes = if alive.is_power_of_two() {
-            None
-        } else {
-            let (mut begin, mut end) = (Planes::new(lanes, &begin), Planes::new(lanes, &end));
-            begin.enclose(lanes, &mut end, self.bulge);
-            Some((begin, end))
-        };
-        keys[0][0] = self.least;
+        let (mut begin, mut end) = (Planes::new(lanes, &begin), Planes::new(lanes, &end));
+        begin.enclose(lanes, &mut end, self.bulge);
         let mut pairs = 0;
         for i in bits(alive).map(|i| i % WIDTH) {
-            let (first, last) = match &planes {
-                Some((begin, end)) => (begin.at(i), end.at(i)),
-                None => {
-                    let row = begin.rows[i];
-                    let mut first = Plane::new(row, &begin.view, begin.skew);
-                    let mut last = Plane::new(row, &end.view, end.skew);
-                    first.enclose(&mut last, self.bulge);
-                    (first, last)
-                }
-            };
-            let apart = slabs.depth(lanes, first.low, first.high).mask();
+            let (first, last) = (begin.at(i), end.at(i));
+            let box_of = Slabs::of(lanes, first.along, first.against);
+            let apart = slabs.depth(&box_of).mask();
             if !apart & node.valid() == 0 {
                 continue;
             }

@@ -23,14 +23,15 @@ use crate::query::question::{Ask, Certify, Query, Question, Remembers};
 use crate::query::queue::Pair;
 use crate::query::search::Bounded;
 use crate::query::strategy::Strategy;
-use crate::query::traversal::Traversal;
+use crate::query::traversal::traverse;
+use crate::query::triangle_pairs::ids;
 use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use core::cell::OnceCell;
-use course::Course;
+use course::{Course, Setting};
 use punctual_geom::{Motion, Pose, smaller};
-use sweep::{Sweep, span};
+use sweep::Sweep;
 
 /// Asks until when a motion is free, and when the surfaces meet: continuous collision detection
 /// ([`Query::impact`]).
@@ -238,20 +239,17 @@ impl<'t> Query<'t, Impact> {
             return stop.unwrap_or(StopReason::Finished);
         }
         let relation = Relation::new(self.a, self.b, &piece.pose);
+        let setting = Setting {
+            trees,
+            course,
+            piece: &piece,
+            relation: &relation,
+            margin: self.asked.options.margin,
+        };
         // Large values stay where they are made.
-        let (margin, middle) = (self.asked.options.margin, OnceCell::new());
-        let mut span = span(trees, course, &piece, &relation, margin, &workspace.motion);
-        let place = (trees, course, &piece);
-        let question = Sweep::new(
-            place,
-            &relation,
-            margin,
-            &workspace.motion,
-            &mut span,
-            &middle,
-        );
-        let stop =
-            Traversal::new(question, trees, &piece.pose, &relation, workspace, deadline).advance();
+        let (mut span, middle) = (setting.span(&workspace.motion), OnceCell::new());
+        let question = Sweep::new(setting, &workspace.motion, &mut span, &middle);
+        let stop = traverse(question, trees, &piece.pose, &relation, workspace, deadline);
         workspace
             .motion
             .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
@@ -329,10 +327,7 @@ impl Ask<Impact> for Query<'_, Impact> {
         TimeOfImpact {
             lower: state.free_until(),
             upper: contact.map(|contact| contact.time),
-            triangles: contact.map(|contact| {
-                let [a, b] = contact.pair;
-                [self.a.ids()[a as usize], self.b.ids()[b as usize]]
-            }),
+            triangles: contact.map(|contact| ids([self.a, self.b], contact.pair)),
         }
     }
 }

@@ -101,18 +101,9 @@ impl MotionState {
     /// Starts a motion for which no contact is possible before `free_until`.
     pub fn begin(&mut self, options: &MotionOptions, tolerance: f64, free_until: f64) {
         // Field by field: the state is large, and most of it need not be written.
-        let Self {
-            options: asked,
-            piece,
-            tolerance: half,
-            free_until: free,
-            done,
-            contact,
-            followed,
-            ..
-        } = self;
-        (*asked, *piece, *half, *free) = (Some(*options), 0, tolerance, free_until);
-        (*done, *contact, *followed) = (f64::INFINITY, None, None);
+        (self.options, self.piece) = (Some(*options), 0);
+        (self.tolerance, self.free_until) = (tolerance, free_until);
+        (self.done, self.contact, self.followed) = (f64::INFINITY, None, None);
     }
 
     pub fn tolerance(&self) -> f64 {

@@ -8,28 +8,25 @@
 //! at a time, in steps of bounded work: over ever shorter time intervals, until an exact test
 //! proves a contact.
 
-use super::course::{Course, Piece};
+use super::course::{Course, Setting};
 use super::hulls::{Hulls, Span};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
 use super::windows::{BEGIN, Windows, glide};
 use crate::model::cost::{
-    WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_SWEPT_EXPANSION,
-    WORK_PER_SWEPT_TEST, WORK_PER_WINDOW, WORK_PER_WINDOW_TEST,
+    WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_WINDOW,
+    WORK_PER_WINDOW_TEST,
 };
-use crate::query::boxes::Keys;
-use crate::query::expand::{Sink, expand};
-use crate::query::outcome::{LEVELS, StopReason};
+use crate::query::expand::{Keys, Sink, expand};
+use crate::query::outcome::{Stats, StopReason};
 use crate::query::queue::{Front, Origin, Pair};
-use crate::query::search::{Bounded, Search, least_key as least_of_column};
+use crate::query::search::{Bounded, Search};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::query::triangle_pairs::rows;
 use crate::query::views::Relation;
-use crate::query::workspace::{Run, Workspace};
-use crate::tree::{Tree, WIDTH};
+use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
 use core::cell::OnceCell;
 use glam::DVec3;
-use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 use punctual_geom::tolerance::ROUNDING;
 use punctual_geom::triangle::distance::{closest, closest_or_meeting};
@@ -42,104 +39,73 @@ pub(super) struct Middle {
     glide: Glide,
 }
 
+impl Setting<'_> {
+    /// The local time of the piece, in `f32`, from which on nothing matters.
+    fn cut(&self, state: &MotionState) -> f32 {
+        let cut = self.piece.local(state.cut().min(self.piece.end));
+        cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING
+    }
+
+    /// The part of the piece that matters, if B turns on the spot.
+    pub fn span(&self, state: &MotionState) -> Option<Span> {
+        let piece = self.piece;
+        let until = state.cut().clamp(piece.begin, piece.end);
+        if piece.is_on_the_spot {
+            Span::new(self, until)
+        } else {
+            None
+        }
+    }
+}
+
 /// The question when two surfaces meet in a piece of a motion.
 pub(super) struct Sweep<'q> {
-    trees: [&'q Tree; 2],
-    course: &'q Course<'q>,
-    piece: &'q Piece,
-    /// The pose of B at the reference time of the piece.
-    relation: &'q Relation,
-    /// The part of the piece that matters, if B turns on the spot.
+    setting: Setting<'q>,
+    /// [`Setting::span`].
     span: &'q mut Option<Span>,
+    /// The state in the middle, computed when it is needed.
     middle: &'q OnceCell<Middle>,
-    /// Sum of the margins of both surfaces.
-    margin: f64,
     /// A contact is searched for up to this long after the time at which triangles may meet.
     tolerance: f64,
-    /// The local time, in `f32`, from which on nothing matters.
+    /// [`Setting::cut`].
     cut: f32,
 }
 
 impl<'q> Sweep<'q> {
-    /// Takes the result of [`span`], and a cell for the state in the middle, which is computed when
-    /// it is needed.
     pub fn new(
-        (trees, course, piece): ([&'q Tree; 2], &'q Course<'q>, &'q Piece),
-        relation: &'q Relation,
-        margin: f64,
+        setting: Setting<'q>,
         state: &MotionState,
         span: &'q mut Option<Span>,
         middle: &'q OnceCell<Middle>,
     ) -> Self {
-        let (cut, tolerance) = (cut(piece, state), state.tolerance());
         Self {
-            trees,
-            course,
-            piece,
-            relation,
+            setting,
             span,
             middle,
-            margin,
-            tolerance,
-            cut,
+            tolerance: state.tolerance(),
+            cut: setting.cut(state),
         }
     }
 
     /// Updates the cut and the span after a contact was found.
     fn update(&mut self, state: &MotionState) {
-        let Self {
-            trees,
-            course,
-            piece,
-            relation,
-            margin,
-            ..
-        } = *self;
-        self.cut = cut(piece, state);
-        *self.span = span(trees, course, piece, relation, margin, state);
+        self.cut = self.setting.cut(state);
+        *self.span = self.setting.span(state);
     }
 
     fn middle(&self) -> &Middle {
         self.middle.get_or_init(|| {
-            let Self {
-                trees: [a, b],
-                course,
-                piece,
-                relation,
-                margin,
-                ..
-            } = self;
+            let Setting { course, piece, .. } = self.setting;
+            let [a, b] = self.setting.trees;
             let relation = if piece.is_on_the_spot {
                 Relation::new(a, b, &course.pose(piece.middle))
             } else {
-                **relation
+                *self.setting.relation
             };
-            let glide = glide(course, piece, &relation, a.unit().origin, *margin);
+            let (origin, margin) = (a.unit().origin, self.setting.margin);
+            let glide = glide(course, piece, &relation, origin, margin);
             Middle { relation, glide }
         })
-    }
-}
-
-/// The local time of the piece, in `f32`, from which on nothing matters.
-fn cut(piece: &Piece, state: &MotionState) -> f32 {
-    let cut = piece.local(state.cut().min(piece.end));
-    cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING
-}
-
-/// The part of the piece that matters, if B turns on the spot.
-pub(super) fn span(
-    trees: [&Tree; 2],
-    course: &Course,
-    piece: &Piece,
-    relation: &Relation,
-    margin: f64,
-    state: &MotionState,
-) -> Option<Span> {
-    let until = state.cut().clamp(piece.begin, piece.end);
-    if piece.is_on_the_spot {
-        Span::new(course, trees, piece, relation, until, margin)
-    } else {
-        None
     }
 }
 
@@ -150,13 +116,8 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
     }
 
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair) {
-        let Self {
-            question,
-            workspace,
-            keys,
-            ..
-        } = self;
+    fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
+        let (question, workspace) = (&self.question, &mut *self.workspace);
         let mut least = f32::NEG_INFINITY;
         if self.origin == Origin::Queue {
             least = workspace.front.popped_key();
@@ -166,43 +127,34 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
                     // All others that wait reach the cut too.
                     workspace.front.clear_queue();
                 }
-                return workspace.motion.pass(question.piece.time(least));
+                return workspace.motion.pass(question.setting.piece.time(least));
             }
             // A pair that the full queue puts on the stack loses its bound.
             if workspace.front.room() < WIDTH * WIDTH {
-                workspace
-                    .motion
-                    .bound(&workspace.front, &workspace.search, question.piece, least);
+                workspace.motion.bound(
+                    &workspace.front,
+                    &workspace.search,
+                    question.setting.piece,
+                    least,
+                );
             }
         }
         let trees = [self.a, self.b];
-        let Workspace {
-            front,
-            search,
-            motion,
-            run,
-            ..
-        } = &mut **workspace;
+        let mut children = Children {
+            front: &mut workspace.front,
+            search: &mut workspace.search,
+            stats: &mut workspace.run.stats,
+        };
+        let sink = &mut children;
         if let Some(span) = &*question.span {
-            let mut children = Children::<true> {
-                front,
-                search,
-                run,
-                keys,
-            };
-            let mut hulls = Hulls::new(question.cut, least, span, &mut motion.views);
-            expand(lanes, pair, trees, self.relation, &mut hulls, &mut children);
+            let views = &mut workspace.motion.views;
+            let mut hulls = Hulls::new(question.cut, least, span, views);
+            expand(lanes, pair, trees, self.relation, &mut hulls, keys, sink);
             least = hulls.least;
         } else {
             let Middle { relation, glide } = question.middle();
-            let mut children = Children::<false> {
-                front,
-                search,
-                run,
-                keys,
-            };
             let mut windows = Windows::new(question.cut, least, glide, relation);
-            expand(lanes, pair, trees, relation, &mut windows, &mut children);
+            expand(lanes, pair, trees, relation, &mut windows, keys, sink);
             least = windows.least;
         }
         self.pass_rest(least);
@@ -245,7 +197,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
-        let Sweep { piece, cut, .. } = &self.question;
+        let (piece, cut) = (self.question.setting.piece, &self.question.cut);
         let Middle { relation, glide } = self.question.middle();
         let first = search.proposed.pop();
         if let Some(Bounded { pair, low, .. }) = first.filter(|_| glide.spin == 0.0) {
@@ -278,7 +230,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         if alive == 0 {
             return;
         }
-        let piece = &self.question.piece;
+        let piece = self.question.setting.piece;
         match first {
             Some(Bounded { pair, low, .. }) => {
                 let (first, last) = (alive.trailing_zeros(), alive.ilog2());
@@ -300,10 +252,9 @@ impl Traversal<'_, '_, Sweep<'_>> {
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
         if self.workspace.motion.contact().is_some() {
-            let Sweep { piece, cut, .. } = &self.question;
-            self.workspace
-                .motion
-                .pass(piece.time(larger_known(*cut, known)));
+            let time = larger_known(self.question.cut, known);
+            let time = self.question.setting.piece.time(time);
+            self.workspace.motion.pass(time);
         }
     }
 
@@ -348,16 +299,11 @@ impl Traversal<'_, '_, Sweep<'_>> {
             pair,
             from,
             until,
-            span,
             phase,
             ..
         } = followed;
-        let Sweep {
-            course,
-            margin,
-            tolerance,
-            ..
-        } = &self.question;
+        let Setting { course, margin, .. } = self.question.setting;
+        let tolerance = self.question.tolerance;
         let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (
@@ -365,7 +311,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
             of_b.of(self.b, pair[1], |v| v),
         );
         let at = |time| placed(course, of_b, time);
-        let span = span.min(until - from);
+        let span = followed.span.min(until - from);
         let (half, middle) = (span / 2.0, from + span / 2.0);
         let (b, twist) = (at(middle), course.twist(middle));
         // The error of times, from the bend of the corners' paths and from the turn of the
@@ -427,18 +373,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
     /// Tests whether a pair meets at a moment. If not, returns the next step.
     fn look_for_contact(&mut self, mut followed: Followed, moment: usize) -> Option<Followed> {
         let Followed {
-            pair,
-            from,
-            until,
-            longest,
-            ..
+            pair, from, until, ..
         } = followed;
-        let Sweep {
-            course,
-            margin,
-            tolerance,
-            ..
-        } = &self.question;
+        let Setting { course, margin, .. } = self.question.setting;
+        let tolerance = self.question.tolerance;
         let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
         let [of_a, of_b] = &mut self.workspace.corners;
         let (a, of_b) = (
@@ -447,13 +385,13 @@ impl Traversal<'_, '_, Sweep<'_>> {
         );
         stats.exact_tests += 1;
         stats.work += WORK_PER_EXACT_TEST
-            + if *margin > 0.0 {
+            + if margin > 0.0 {
                 WORK_PER_CLOSEST_POINTS
             } else {
                 0
             };
-        let time = from + longest * MOMENTS[moment];
-        if let Some(distance) = meet(a, &placed(course, of_b, time), *margin) {
+        let time = from + followed.longest * MOMENTS[moment];
+        if let Some(distance) = meet(a, &placed(course, of_b, time), margin) {
             state.pass(from);
             state.touch(Contact {
                 time,
@@ -508,72 +446,31 @@ fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> Option<f64> {
         .filter(|&distance| distance <= margin)
 }
 
-/// Receives the children of an opened pair. If `ALIKE`, all have the first key of the table.
-struct Children<'w, const ALIKE: bool> {
+/// Receives the children of an opened pair.
+struct Children<'w> {
     front: &'w mut Front,
     search: &'w mut Search,
-    run: &'w mut Run,
-    keys: &'w mut Keys,
+    stats: &'w mut Stats,
 }
 
-impl<const ALIKE: bool> Sink for Children<'_, ALIKE> {
+impl Sink for Children<'_> {
     #[inline(always)]
-    fn count(&mut self, level: usize, bv_tests: u32) {
-        let stats = &mut self.run.stats;
-        stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
-        stats.work += WORK_PER_SWEPT_EXPANSION + WORK_PER_SWEPT_TEST * u64::from(bv_tests);
+    fn stats(&mut self) -> &mut Stats {
+        self.stats
     }
 
     #[inline(always)]
-    fn keys(&mut self) -> &mut Keys {
-        self.keys
-    }
-
-    #[inline(always)]
-    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        if ALIKE && self.keys[0][0] <= BEGIN {
-            return self.front.push_all(hits, child);
-        }
-        for bit in bits(hits) {
-            self.place(
-                child(bit as u32),
-                if ALIKE {
-                    self.keys[0][0]
-                } else {
-                    self.keys.as_flattened()[bit % 64]
-                },
-            );
-        }
-    }
-
-    #[inline(always)]
-    fn cluster(&mut self, pair: Pair, column: usize) {
-        let key = if ALIKE {
-            self.keys[0][0]
-        } else {
-            least_of_column(self.keys, &pair, column)
-        };
-        self.place(pair, key);
-    }
-
-    #[inline(always)]
-    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        if ALIKE {
-            self.search.wait(hits, first, |_| self.keys[0][0]);
-        } else {
-            self.search
-                .wait(hits, first, |bit| self.keys.as_flattened()[bit % 64]);
-        }
-    }
-}
-
-impl<const ALIKE: bool> Children<'_, ALIKE> {
-    #[inline(always)]
-    fn place(&mut self, pair: Pair, key: f32) {
+    fn place(&mut self, pair: Pair, key: impl FnOnce() -> f32) {
+        let key = key();
         if key > BEGIN {
-            self.front.queue(pair, key, bucket(key), true);
+            self.front.queue(pair, key, bucket(key));
         } else {
             self.front.push(pair);
         }
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]) {
+        self.search.wait(hits, first, key);
     }
 }

@@ -7,15 +7,15 @@
 //! `docs/numerics.md`, "Motion".
 
 use super::course::{Course, Piece};
-use crate::query::boxes::{
-    BoxTest, Boxes, Facing, Keys, Plane, Planes, Slabs, Stored, Triangles, splat,
-};
+use crate::model::cost::{WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST};
+use crate::query::boxes::{Boxes, Extents, Facing, Plane, Planes, Slabs, Triangles, splat};
 use crate::query::edge_axes;
-use crate::query::views::{Relation, View, Views, cross, yzx, zxy};
+use crate::query::expand::{Keys, Measure};
+use crate::query::views::{Entries, Relation, View, Views, cross};
 use crate::tree::{Node, WIDTH, xyz};
 use glam::DVec3;
 use punctual_geom::bits;
-use punctual_geom::lanes::{Column, F8, Kernel, Lanes, add, dot, per_axis, sub};
+use punctual_geom::lanes::{Column, F8, Lanes, add, per_axis};
 use punctual_geom::tolerance::ROUNDING;
 use punctual_geom::triangle::swept::Glide;
 use wide::f32x4;
@@ -122,57 +122,55 @@ impl Drift {
         }
     }
 
-    /// The ends of boxes as times. `sign` is -1 if the boxes are of B, which meet boxes of A.
+    /// The ends of boxes as times, widened by `extra`. `sign` is -1 if the boxes are of B, which
+    /// meet boxes of A.
     #[inline(always)]
-    fn ends<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, sign: f32) -> Slabs<L> {
+    fn ends<L: Lanes>(
+        &self,
+        lanes: L,
+        boxes: &Boxes<L>,
+        extra: Option<f32x4>,
+        sign: f32,
+    ) -> Slabs<L> {
         let (inverse, size) = (self.inverse * f32x4::splat(sign), self.size);
-        let Boxes { center, half } = boxes;
-        Boxes {
-            center: per_axis!(k => center[k] * F8::splat(lanes, inverse.as_array()[k])),
-            half: per_axis!(k => half[k] * F8::splat(lanes, size.as_array()[k])),
+        let slabs = Boxes {
+            center: per_axis!(k => boxes.center[k] * F8::splat(lanes, inverse.as_array()[k])),
+            half: per_axis!(k => boxes.half[k] * F8::splat(lanes, size.as_array()[k])),
         }
-        .slabs()
-    }
-
-    /// The ends of boxes as times, widened by the margins.
-    #[inline(always)]
-    fn wide_ends<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, sign: f32) -> Slabs<L> {
-        let Slabs { low, high } = self.ends(lanes, boxes, sign);
-        let extra = splat(lanes, self.extra);
+        .slabs();
+        let Some(extra) = extra.map(|extra| splat(lanes, extra)) else {
+            return slabs;
+        };
         Slabs {
-            low: sub(low, extra),
-            high: add(high, extra),
+            along: add(slabs.along, extra),
+            against: add(slabs.against, extra),
         }
     }
 
-    /// The ends of a single box as times, eight times.
+    /// [`Drift::ends`] of a single box, eight times.
     #[inline(always)]
     fn ends_of_one<L: Lanes>(
         &self,
         lanes: L,
         (center, half): (f32x4, f32x4),
-        extra: f32x4,
+        extra: Option<f32x4>,
         sign: f32,
     ) -> Slabs<L> {
-        let (center, half) = (
-            center * self.inverse * f32x4::splat(sign),
-            half * self.size + extra,
-        );
-        Slabs {
-            low: splat(lanes, center - half),
-            high: splat(lanes, center + half),
-        }
+        let center = center * self.inverse * f32x4::splat(sign);
+        Slabs::of_box(
+            lanes,
+            center,
+            half * self.size + extra.unwrap_or(f32x4::ZERO),
+        )
     }
 
     /// The ends of a triangle's box as times, eight times.
     #[inline(always)]
     fn ends_of_triangle<L: Lanes>(&self, lanes: L, plane: &Plane, sign: f32) -> Slabs<L> {
         let inverse = self.inverse * f32x4::splat(sign);
-        let [u, v] = [plane.low, plane.high].map(|[x, y, z]| f32x4::new([x, y, z, 0.0]) * inverse);
-        Slabs {
-            low: splat(lanes, u.fast_min(v)),
-            high: splat(lanes, u.fast_max(v)),
-        }
+        let [u, v] =
+            [plane.along, plane.against].map(|[x, y, z]| f32x4::new([x, y, z, 0.0]) * inverse);
+        Slabs::of(lanes, xyz(u.fast_max(-v)), xyz(v.fast_max(-u)))
     }
 
     /// Time interval in which boxes reach across the plane of a triangle.
@@ -194,15 +192,7 @@ impl Drift {
         let margin =
             x.abs() * p + y.abs() * q + z.abs() * r + plane.blur * (2.0 * (p + q + r) + speed);
         let slack = plane.slack + margin + least;
-        let from_corner = per_axis!(k => boxes.center[k] - F8::splat(lanes, plane.corner[k]));
-        let distance = dot(
-            per_axis!(k => F8::splat(lanes, plane.normal[k])),
-            from_corner,
-        );
-        let reach = dot(per_axis!(k => F8::splat(lanes, plane.reach[k])), boxes.half)
-            + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs())
-                * F8::splat(lanes, plane.blur)
-            + F8::splat(lanes, slack);
+        let [distance, reach] = Plane { slack, ..*plane }.across(lanes, boxes);
         let middle = distance * F8::splat(lanes, inverse);
         let half = reach * F8::splat(lanes, size) + F8::splat(lanes, SLOP);
         [middle - half, middle + half]
@@ -216,15 +206,6 @@ impl Drift {
         let ([a, b, c], [d, e, f]) = (xyz(middle - half), xyz(middle + half));
         [a.max(b).max(c), d.min(e).min(f)]
     }
-}
-
-/// Time interval in which two boxes overlap. Their ends on each axis are given as times:
-/// coordinates divided by the relative speed on that axis.
-#[inline(always)]
-fn between<L: Lanes>(other: &Slabs<L>, opened: &Slabs<L>) -> [F8<L>; 2] {
-    let [x, y, z] = per_axis!(k => other.low[k] - opened.high[k]);
-    let [u, v, w] = per_axis!(k => other.high[k] - opened.low[k]);
-    [x.max(y).max(z), u.min(v).min(w)]
 }
 
 /// The motion of a part of B, as seen from one node.
@@ -267,28 +248,22 @@ impl<'g> Windows<'g> {
     /// The motion of a part of B at `place`, as seen from A's node.
     #[inline(always)]
     fn way(&self, a: &Node, views: &Views, place: f32x4) -> Way {
-        let Glide {
-            spin,
-            wobble,
-            bulge,
-            ..
-        } = *self.glide;
         let seen = |v: [f32; 4]| views.direction(a, f32x4::new(v)).0;
         let shift = seen(self.glide.shift);
         let mut way = Way {
             velocity: shift,
             turn: f32x4::ZERO,
             bend: f32x4::ZERO,
-            margin: bulge,
+            margin: self.glide.bulge,
         };
         let mut speed = sum(shift);
-        if spin > 0.0 {
+        if self.glide.spin > 0.0 {
             way.turn = seen(self.glide.turn);
             let turned = cross(way.turn, place);
             way.velocity += turned;
             let pull = seen(self.glide.pull);
             let mut acceleration = pull + cross(way.turn, turned);
-            if wobble > 0.0 {
+            if self.glide.wobble > 0.0 {
                 acceleration += cross(seen(self.glide.change), place);
             }
             // In half a unit of time, half of its square is an eighth; plus 1 percent.
@@ -315,39 +290,18 @@ impl<'g> Windows<'g> {
     #[inline(always)]
     fn off(&self, turn: f32x4, wobble: f32, half: f32x4) -> f32x4 {
         let turn = turn.abs() + f32x4::splat(wobble);
-        let way = yzx(turn) * zxy(half) + zxy(turn) * yzx(half);
+        let way = turn.yzx() * half.zxy() + turn.zxy() * half.yzx();
         way * f32x4::splat(HALF_A_PIECE) + f32x4::splat(sum(way) * self.glide.spin * 0.25)
     }
 
-    /// The time from which on boxes may meet; infinite if they do not.
+    /// The drifts in the orientations of the opened node and of the other, and the sign for boxes
+    /// of the latter against those of the former.
     #[inline(always)]
-    fn key<L: Lanes>(&self, lanes: L, [enter, leave]: [F8<L>; 2]) -> F8<L> {
-        let gone = leave.less(enter.max(F8::splat(lanes, BEGIN)));
-        gone.select(
-            F8::splat(lanes, f32::INFINITY),
-            enter.max(F8::splat(lanes, self.least)),
-        )
-    }
-
-    /// [`Windows::key`] from the comparisons along the axes of both nodes.
-    #[inline(always)]
-    fn key_of_both<L: Lanes>(&self, lanes: L, [of_x, of_y]: [[F8<L>; 2]; 2]) -> F8<L> {
-        self.key(lanes, [of_x[0].max(of_y[0]), of_x[1].min(of_y[1])])
-    }
-
-    #[inline(always)]
-    fn soon<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32 {
-        keys.less(F8::splat(lanes, self.cut)).mask()
-    }
-
-    /// The drift in the orientation of the opened node, the drift in that of the other, and the
-    /// sign for boxes of the latter against those of the former.
-    #[inline(always)]
-    fn drifts(&self, is_a: bool) -> (&Drift, &Drift, f32) {
-        if is_a {
-            (&self.in_a, &self.in_b, 1.0)
+    fn drifts(&self, facing: &Facing) -> ([&Drift; 2], f32) {
+        if facing.is_a {
+            ([&self.in_a, &self.in_b], 1.0)
         } else {
-            (&self.in_b, &self.in_a, -1.0)
+            ([&self.in_b, &self.in_a], -1.0)
         }
     }
 }
@@ -357,12 +311,15 @@ pub(super) fn sum(a: f32x4) -> f32 {
     x + y + z
 }
 
-impl BoxTest for Windows<'_> {
-    const IS_OVERLAP: bool = false;
+impl Measure for Windows<'_> {
+    const IS_LARGE: bool = true;
+    const WORK: [u64; 2] = [WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST];
+
+    type Along<L: Lanes> = [F8<L>; 2];
 
     #[inline(always)]
-    fn own<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, views: &Views, scale: f32) -> bool {
-        let scale = f32x4::splat(scale);
+    fn own(&mut self, [a, b]: [&Node; 2], views: &Views, relation: &Relation) -> bool {
+        let scale = f32x4::splat(relation.scale);
         let (a_center, a_half) = (a.own_center, a.own_half);
         let (b_center, b_half) = (b.own_center * scale, b.own_half * scale);
         let seen = views.of_b.point(b_center);
@@ -406,38 +363,61 @@ impl BoxTest for Windows<'_> {
         self.least < self.cut
     }
 
+    /// As times. Those of the other node are widened by the margins.
     #[inline(always)]
-    fn both<L: Lanes>(&self, lanes: L, facing: Facing, alive: [u32; 2], keys: &mut Keys) -> u64 {
-        lanes.run(Both {
-            windows: self,
-            facing,
-            alive,
-            keys,
-        })
+    fn children<L: Lanes>(&self, lanes: L, facing: &Facing, k: usize) -> Extents<L> {
+        let (drifts, sign) = self.drifts(facing);
+        let (own, seen, boxes) = (drifts[k], drifts[1 - k], facing.children(lanes, k));
+        let extra = |drift: &Drift| (k == 1).then_some(drift.extra);
+        Extents {
+            own: own.ends(lanes, &boxes, extra(own), sign),
+            seen: seen.ends(
+                lanes,
+                &boxes.seen(lanes, facing.views[k]),
+                extra(seen),
+                sign,
+            ),
+            ahead: F8::splat(lanes, 0.0),
+        }
     }
 
     #[inline(always)]
-    fn children<L: Lanes>(&self, lanes: L, facing: Facing, keys: &mut Keys) -> u32 {
-        let Facing {
-            nodes: [opened, _],
-            views: [of_opened, of_other],
-            scales,
-            is_a,
-        } = facing;
-        let (in_opened, in_other, sign) = self.drifts(is_a);
-        let children = Boxes::children(lanes, opened, scales[0]);
-        let (center, half) = facing.other();
-        let other = (of_other.point(center), of_other.half(half));
-        let other = in_opened.ends_of_one(lanes, other, in_opened.extra, sign);
-        let of_opened_axes = between(&other, &in_opened.ends(lanes, &children, sign));
-        let other = in_other.ends_of_one(lanes, (center, half), in_other.extra, sign);
-        let of_other_axes = between(
-            &other,
-            &in_other.ends(lanes, &children.seen(lanes, of_opened), sign),
-        );
-        let key = self.key_of_both(lanes, [of_opened_axes, of_other_axes]);
-        keys[0] = key.store();
-        self.soon(lanes, key) & opened.valid()
+    fn own_box<L: Lanes>(&self, lanes: L, facing: &Facing, k: usize) -> Extents<L> {
+        let (drifts, sign) = self.drifts(facing);
+        let (own, seen, view) = (drifts[k], drifts[1 - k], facing.views[k]);
+        let (center, half) = facing.own(k);
+        let extra = |drift: &Drift| (k == 1).then_some(drift.extra);
+        let there = (view.point(center), view.half(half));
+        Extents {
+            own: own.ends_of_one(lanes, (center, half), extra(own), sign),
+            seen: seen.ends_of_one(lanes, there, extra(seen), sign),
+            ahead: F8::splat(lanes, 0.0),
+        }
+    }
+
+    /// The time interval in which the boxes overlap. Their ends on each axis are times:
+    /// coordinates divided by the relative speed on that axis.
+    #[inline(always)]
+    fn compare<L: Lanes>(&self, _: L, other: &Slabs<L>, opened: &Slabs<L>) -> [F8<L>; 2] {
+        let [x, y, z] = per_axis!(k => other.against[k] + opened.along[k]);
+        let [u, v, w] = per_axis!(k => other.along[k] + opened.against[k]);
+        [-x.min(y).min(z), u.min(v).min(w)]
+    }
+
+    /// The time from which on boxes may meet; infinite if they do not.
+    #[inline(always)]
+    fn key<L: Lanes>(&self, lanes: L, of_x: [F8<L>; 2], of_y: [F8<L>; 2], _: F8<L>) -> F8<L> {
+        let (enter, leave) = (of_x[0].max(of_y[0]), of_x[1].min(of_y[1]));
+        let gone = leave.less(enter.max(F8::splat(lanes, BEGIN)));
+        gone.select(
+            F8::splat(lanes, f32::INFINITY),
+            enter.max(F8::splat(lanes, self.least)),
+        )
+    }
+
+    #[inline(always)]
+    fn hits<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32 {
+        keys.less(F8::splat(lanes, self.cut)).mask()
     }
 
     /// Tests the triangles' boxes along the axes of the other node, and their planes.
@@ -445,107 +425,29 @@ impl BoxTest for Windows<'_> {
     fn triangles<'t, L: Lanes>(
         &self,
         lanes: L,
-        facing: Facing,
+        facing: &Facing,
         alive: u32,
         triangles: impl FnOnce() -> Triangles<'t>,
         keys: &mut Keys,
     ) -> u64 {
         let triangles = triangles();
-        let (_, drift, sign) = self.drifts(facing.is_a);
-        let node = facing.nodes[1];
-        let boxes = Boxes::children(lanes, node, facing.scales[1]);
-        let ends = drift.wide_ends(lanes, &boxes, sign);
-        let planes = if alive.is_power_of_two() {
-            None
-        } else {
-            Some(Planes::new(lanes, &triangles))
-        };
-        let mut pairs = 0;
+        let ([_, drift], sign) = self.drifts(facing);
+        let (node, boxes) = (facing.nodes[1], facing.children(lanes, 1));
+        let ends = drift.ends(lanes, &boxes, Some(drift.extra), sign);
+        let (planes, mut pairs) = (Planes::new(lanes, &triangles), 0);
         for i in bits(alive).map(|i| i % WIDTH) {
-            let plane = match &planes {
-                Some(planes) => planes.at(i),
-                None => Plane::new(triangles.rows[i], &triangles.view, triangles.skew),
-            };
-            let of_axes = between(&ends, &drift.ends_of_triangle(lanes, &plane, sign));
-            if self.soon(lanes, self.key(lanes, of_axes)) & node.valid() == 0 {
+            let plane = planes.at(i);
+            let box_of = drift.ends_of_triangle(lanes, &plane, sign);
+            let of_axes = self.compare(lanes, &ends, &box_of);
+            let key = self.key(lanes, of_axes, of_axes, of_axes[0]);
+            if self.hits(lanes, key) & node.valid() == 0 {
                 continue;
             }
-            let key = self.key_of_both(
-                lanes,
-                [of_axes, drift.through_plane(lanes, &plane, &boxes, sign)],
-            );
+            let of_plane = drift.through_plane(lanes, &plane, &boxes, sign);
+            let key = self.key(lanes, of_axes, of_plane, of_axes[0]);
             keys[i] = key.store();
-            pairs |= u64::from(self.soon(lanes, key) & node.valid()) << (WIDTH * i);
+            pairs |= u64::from(self.hits(lanes, key) & node.valid()) << (WIDTH * i);
         }
         pairs
-    }
-}
-
-/// The active children of two nodes. Compiled once, because it is large and called from several
-/// places.
-struct Both<'k> {
-    windows: &'k Windows<'k>,
-    facing: Facing<'k>,
-    alive: [u32; 2],
-    keys: &'k mut Keys,
-}
-
-impl Kernel for Both<'_> {
-    type Output = u64;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> u64 {
-        let Self {
-            windows,
-            facing,
-            alive: [alive_x, alive_y],
-            keys,
-        } = self;
-        let Facing {
-            nodes: [x, y],
-            views: [of_x, of_y],
-            scales,
-            is_a,
-        } = facing;
-        let (in_x, in_y, sign) = windows.drifts(is_a);
-        let y_rows = Boxes::children(lanes, y, scales[1]);
-        let y_in_x = in_x.wide_ends(lanes, &y_rows.seen(lanes, of_y), sign);
-        let scale = f32x4::splat(scales[0]);
-        let own = in_x.ends_of_one(
-            lanes,
-            (x.own_center * scale, x.own_half * scale),
-            f32x4::ZERO,
-            sign,
-        );
-        let alive_y = alive_y & windows.soon(lanes, windows.key(lanes, between(&y_in_x, &own)));
-        if alive_y == 0 {
-            return 0;
-        }
-        let x_rows = Boxes::children(lanes, x, scales[0]);
-        let x_in_y = in_y.ends(lanes, &x_rows.seen(lanes, of_x), sign);
-        let own = in_y.ends_of_one(lanes, facing.other(), in_y.extra, sign);
-        let alive_x = alive_x & windows.soon(lanes, windows.key(lanes, between(&own, &x_in_y)));
-        let (x_in_x, x_in_y) = (in_x.ends(lanes, &x_rows, sign).store(), x_in_y.store());
-        let y_in_y = in_y.wide_ends(lanes, &y_rows, sign);
-        let mut pairs = 0;
-        for i in bits(alive_x) {
-            let of_x_axes = between(&y_in_x, &x_in_x.at(lanes, i));
-            let of_y_axes = between(&y_in_y, &x_in_y.at(lanes, i));
-            let key = windows.key_of_both(lanes, [of_x_axes, of_y_axes]);
-            keys[i] = key.store();
-            pairs |= u64::from(windows.soon(lanes, key) & alive_y) << (WIDTH * i);
-        }
-        pairs
-    }
-}
-
-impl Stored {
-    /// Box `i`, eight times.
-    #[inline(always)]
-    fn at<L: Lanes>(&self, lanes: L, i: usize) -> Slabs<L> {
-        Slabs {
-            low: per_axis!(k => F8::splat(lanes, self.low[k][i])),
-            high: per_axis!(k => F8::splat(lanes, self.high[k][i])),
-        }
     }
 }

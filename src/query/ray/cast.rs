@@ -13,7 +13,7 @@ use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE,
     WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
 };
-use crate::query::expand;
+use crate::query::expand::{self, Keys};
 use crate::query::outcome::{LEVELS, StopReason};
 use crate::query::queue::{Origin, Pair};
 use crate::query::traversal::{Traversal, Visitor};
@@ -78,7 +78,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
 
     /// Continues with the child entered first, some nodes at a time.
     #[inline(always)]
-    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair) {
+    fn open<L: Lanes>(&mut self, lanes: L, mut pair: Pair, _: &mut Keys) {
         if pair.nodes[0] == ROOT {
             self.workspace.run.stats.work += WORK_PER_RAY;
         }

@@ -14,7 +14,7 @@ use crate::query::memory::PairMemory;
 use crate::query::outcome::StopReason;
 use crate::query::question::{Ask, Query, Question};
 use crate::query::strategy::Strategy;
-use crate::query::traversal::Traversal;
+use crate::query::traversal::traverse;
 use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
@@ -252,15 +252,8 @@ fn advance(
         if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
             beam.cut(hit.t);
         }
-        Traversal::new(
-            question,
-            [tree; 2],
-            &Pose::IDENTITY,
-            &Relation::BLIND,
-            workspace,
-            deadline,
-        )
-        .advance()
+        let (b_in_a, relation) = (&Pose::IDENTITY, &Relation::BLIND);
+        traverse(question, [tree; 2], b_in_a, relation, workspace, deadline)
     };
     let state = &mut workspace.rays;
     if stop.is_final() {

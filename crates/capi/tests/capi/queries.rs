@@ -51,14 +51,11 @@ pub fn told(verdict: Verdict) -> (punctual_verdict, [u32; 2]) {
 }
 
 /// The number that stands for each order in C.
-fn number(order: Order) -> (u32, u64) {
+fn number(order: Order) -> u32 {
     match order {
-        Order::Penetration => (0, 0),
-        Order::LowAlpha => (1, 0),
-        Order::OverlapVolume => (2, 0),
-        Order::DepthFirst => (3, 0),
-        Order::BreadthFirst => (4, 0),
-        Order::Random(seed) => (5, seed),
+        Order::Penetration => 0,
+        Order::LowAlpha => 1,
+        Order::DepthFirst => 2,
         _ => unreachable!(),
     }
 }
@@ -87,14 +84,13 @@ impl<'t> Both<'t> {
         mode: Mode,
         order: Order,
     ) -> Self {
-        let (number, seed) = number(order);
         let mut query = punctual_query_new(Some(ours), Some(ours), raw(&tilted()));
-        (query.mode, query.order, query.seed) = (u32::from(mode == Mode::All), number, seed);
-        (query.pair_limit, query.queue_threshold, query.prior) = (30, 64.0, 0.2);
+        (query.mode, query.order) = (u32::from(mode == Mode::All), number(order));
+        (query.pair_limit, query.prior) = (30, 0.2);
         let native = Query::intersection(theirs, theirs, tilted())
             .mode(mode)
             .order(order);
-        let native = native.pair_limit(30).queue_threshold(64.0).prior(0.2);
+        let native = native.pair_limit(30).prior(0.2);
 
         let (memory, remembered) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
         let [bv_test, triangle_test, box_update, setup] = [0.5, 8.0, 30.0, 200.0];

@@ -620,15 +620,15 @@ fn numbers_out_of_range_are_named_by_queries() {
         Status::BadArgument,
         &format!("{name}: query->mode has no value 2"),
     );
-    let status = run(punctual_query { order: 6, ..query }, unlimited);
+    let status = run(punctual_query { order: 3, ..query }, unlimited);
     fails(
         status,
         Status::BadArgument,
-        &format!("{name}: query->order has no value 6"),
+        &format!("{name}: query->order has no value 3"),
     );
     let status = run(
         punctual_query {
-            queue_threshold: f32::NAN,
+            prior: f64::NAN,
             ..query
         },
         unlimited,
@@ -636,7 +636,7 @@ fn numbers_out_of_range_are_named_by_queries() {
     fails(
         status,
         Status::BadArgument,
-        &format!("{name}: query->queue_threshold is NaN, which is not finite or too large"),
+        &format!("{name}: query->prior is NaN, which is not finite or too large"),
     );
     let odd = punctual_budget {
         kind: 3,

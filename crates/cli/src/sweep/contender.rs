@@ -11,7 +11,7 @@ pub struct Contender {
 }
 
 /// The default first, plain depth-first second.
-pub const CONTENDERS: [Contender; 6] = [
+pub const CONTENDERS: [Contender; 3] = [
     Contender {
         name: "penetration",
         order: Order::Penetration,
@@ -23,18 +23,6 @@ pub const CONTENDERS: [Contender; 6] = [
     Contender {
         name: "low-alpha",
         order: Order::LowAlpha,
-    },
-    Contender {
-        name: "overlap-volume",
-        order: Order::OverlapVolume,
-    },
-    Contender {
-        name: "breadth-first",
-        order: Order::BreadthFirst,
-    },
-    Contender {
-        name: "random",
-        order: Order::Random(1),
     },
 ];
 
@@ -98,7 +86,6 @@ pub fn label(order: &'static str) -> &'static str {
     match order {
         WARM => "this library, with memory",
         "low-alpha" => "low alpha first (the paper's)",
-        "overlap-volume" => "largest overlap first",
         _ => CURVES
             .iter()
             .find(|curve| curve.order == order)

@@ -214,12 +214,7 @@ mod tests {
             );
             assert!(oracle.found.last().unwrap().0 <= full.stats.work);
             // The default order follows contacts from triangle to triangle, which is no order of visits.
-            for order in [
-                Order::LowAlpha,
-                Order::DepthFirst,
-                Order::OverlapVolume,
-                Order::Random(3),
-            ] {
+            for order in [Order::LowAlpha, Order::DepthFirst] {
                 for percent in 1..=100 {
                     let budget = full.stats.work * percent / 100;
                     let outcome = query(order).run(&mut workspace, Budget::work(budget));

@@ -3,7 +3,7 @@
 use super::{F8, Lanes, V8};
 use wide::f32x4;
 
-/// The sum over the lanes of each of four vectors. Adds lanes i and i + 4 first, then i and i + 2.
+/// For each of four vectors, the sum of its lanes. Adds lanes i and i + 4 first, then i and i + 2.
 #[inline(always)]
 pub fn sums<L: Lanes>([a, b, c, d]: [F8<L>; 4]) -> [f32; 4] {
     let ([a, b], [c, d]) = ([a.halves(), b.halves()], [c.halves(), d.halves()]);

@@ -239,8 +239,8 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn select_q(self, mask: __m256d, a: __m256d, b: __m256d) -> __m256d {
-        // Blends bytes. The compiler turns a stored blend of `f64` into a masked store, and the
-        // next load has to wait for it.
+        // Blends bytes: the compiler would turn a stored blend of `f64` into a masked store, and
+        // the next load would have to wait for it.
         let [mask, a, b]: [__m256i; 3] = [cast(mask), cast(a), cast(b)];
         cast(self.avx2._mm256_blendv_epi8(b, a, mask))
     }

@@ -29,7 +29,7 @@ impl<L: Lanes> D4<L> {
     pub fn sqrt(self) -> Self {
         Self(self.1.sqrt_q(self.0), self.1)
     }
-    /// Lanes 1, 2, 0 and 3.
+    /// Permutes the lanes to 1, 2, 0 and 3.
     #[inline(always)]
     pub fn turned(self) -> Self {
         Self(self.1.turn_q(self.0), self.1)

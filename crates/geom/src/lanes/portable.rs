@@ -4,8 +4,7 @@ use super::{Kernel, Lanes};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 use wide::{f32x4, f64x2};
 
-/// `N` vectors of four lanes (SSE2, NEON or plain arrays). The first lane is lane `AT` of the
-/// eight.
+/// `N` vectors of four lanes (SSE2, NEON or plain arrays). Their first lane is lane `AT` of eight.
 #[derive(Clone, Copy, Debug)]
 pub struct Quads<const N: usize, const AT: usize> {}
 
@@ -16,7 +15,7 @@ type F<const N: usize> = [f32x4; N];
 type D<const N: usize> = [[f64x2; 2]; N];
 type Q = [f64x2; 2];
 
-/// Number of set bits of each byte: SSE2 has no such instruction.
+/// Number of set bits of each byte value. This is a table because SSE2 cannot count bits.
 const COUNTS: [u8; 256] = {
     let mut counts = [0; 256];
     let mut byte = 1;
@@ -32,8 +31,8 @@ fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> 
     core::array::from_fn(|i| f(a[i], b[i]))
 }
 
-/// The square root. Without a hardware instruction and without `std`, the one of `wide` is wrong
-/// for denormal numbers.
+/// The square root of each lane. Uses `libm` on targets without a hardware instruction and without
+/// `std`, because `wide` is wrong for denormal numbers there.
 #[inline(always)]
 fn root(x: f64x2) -> f64x2 {
     let is_right = cfg!(any(
@@ -84,7 +83,8 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
-        // Compiles the kernel once instead of at each call, as the other sets do.
+        // Not inlined, so that the kernel is compiled once and not at each call. The kernels of the
+        // other sets are not inlined either.
         #[inline(never)]
         fn once<L: Lanes, K: Kernel>(lanes: L, kernel: K) -> K::Output {
             kernel.run(lanes)

@@ -2,7 +2,8 @@
 //! it left in doubt.
 //!
 //! Where copies of a surface coincide, nearly all pairs are in doubt. Most of these have disjoint
-//! boxes, share a corner, or become certain with 29 more bits. The rest are coplanar or touch.
+//! boxes, share a corner, or become certain with the 29 additional bits of `f64`. The rest are
+//! coplanar or touch.
 
 use super::batch::{Bounds, Crossings, Range, Verdicts, certain, largest};
 use super::exact::{LARGEST, PADDING};
@@ -22,7 +23,7 @@ impl Columns {
         }
     }
 
-    /// Sets all eight triangles.
+    /// Sets all eight triangles to this one.
     pub fn fill(&mut self, corners: &[DVec3; 3]) {
         for (columns, corner) in self.0.iter_mut().zip(corners) {
             for (column, x) in columns.iter_mut().zip(corner.to_array()) {
@@ -55,7 +56,7 @@ impl Columns {
 pub struct Again<'c> {
     pub a: &'c Columns,
     pub b: &'c Columns,
-    /// Number of pairs; they are the first of the columns.
+    /// Number of pairs. They occupy the columns from 0 on.
     pub count: usize,
     /// Receives the crossings of hits, if present.
     pub crossings: Option<&'c mut Crossings>,
@@ -157,8 +158,8 @@ mod tests {
     use crate::random::Random;
     use crate::triangle::triangles_intersect;
 
-    /// Corners on a grid, moved by less than `f32` can resolve or not at all. So pairs share
-    /// corners and planes, touch, or nearly touch.
+    /// Triangles with corners on a grid. Some corners are moved by less than `f32` can resolve. So
+    /// the pairs share corners and planes, touch, or nearly touch.
     fn pairs(random: &mut Random, size: f64) -> [[[DVec3; 3]; 8]; 2] {
         let mut number =
             || (random.bits() % 5) as f64 + [0.0, 0.0, 1e-9, -1e-13][random.bits() as usize % 4];

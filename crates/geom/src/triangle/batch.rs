@@ -4,15 +4,15 @@
 //! All coordinates are relative to the first corner of A's triangle; this subtraction cancels, so
 //! it is done in `f64`. Let `p1, p2` be edges of A, `f1, f2` edges of B, and `q` the first corner
 //! of B. Four cross products and ten dot products give the distances of all corners from the other
-//! plane, and the nine products of edge lines. A product is positive if one line passes the other
-//! counterclockwise.
+//! plane, and a determinant for each edge of A and each edge of B. A determinant is positive if the
+//! line of one edge passes the other counterclockwise.
 //!
 //! If two triangles meet and are not coplanar, an edge of one meets the other. So a pair is
 //! - a hit if an edge certainly crosses the other plane and certainly passes all three edges there
 //!   on the same side,
 //! - a miss if all corners of one are certainly on one side of the other's plane, or if each of the
-//!   six edges certainly misses the other triangle: both ends on one side, or passing its edges on
-//!   different sides.
+//!   six edges certainly misses the other triangle: its ends are on one side of the plane, or its
+//!   line passes the triangle's edges on different sides.
 //!
 //! Each value has an error bound per lane, computed from the largest components `P`, `F`, `Q` of
 //! `p`, `f`, `q`; `docs/numerics.md` derives the bounds. Coplanar and degenerate pairs always end
@@ -85,7 +85,8 @@ impl Crossings {
 /// Tests `a[i]` against `b[i]` at least for the lanes `i` in the bit mask `wanted`. Adds the
 /// crossings of hits to `crossings`, if present.
 #[inline(always)]
-// Only the last part could take the option by value, as the lint suggests.
+// The lint sees only the last use of `crossings`, which could take the option by value. The first
+// use could not.
 #[allow(clippy::needless_option_as_deref)]
 pub fn test<L: Lanes>(
     lanes: L,
@@ -120,8 +121,8 @@ fn test_part<L: Lanes>(
         rotate(lanes, &placement.rotation, b.edge2),
     );
 
-    // Converts each absolute error of a corner or an edge to the size whose rounding it is, and
-    // adds that to the component.
+    // Bounds are computed from sizes, relative to `ROUNDING`. So an absolute error of a corner or
+    // an edge, divided by `ROUNDING`, is added to its size.
     let sizes = [
         largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_SLOP),
         largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),
@@ -155,8 +156,8 @@ pub(super) fn certain<N: Column>(
     let (a0, b0) = (dot(normal_a, q), -dot(normal_b, q));
     let (of_b, of_a) = ([a0, a0 + g1, a0 + g2], [b0, b0 + w1, b0 + w2]);
 
-    // Products of edge lines. Rows are the edges of A, columns those of B, both in the order 01,
-    // 12, 20.
+    // Determinants that tell on which side the lines of two edges pass each other. Rows are the
+    // edges of A, columns those of B, both in the order 01, 12, 20.
     let (x1, x2) = (cross(q, f1), cross(q, f2));
     let (u11, u12, u21, u22) = (dot(p1, x1), dot(p1, x2), dot(p2, x1), dot(p2, x2));
     let (v1, v2) = (u12 - u11 + w1, u22 - u21 + w2);
@@ -189,7 +190,7 @@ pub(super) fn certain<N: Column>(
             *bits |= hit.mask();
         }
     }
-    // Two edges contain all three corners.
+    // If two edges of a triangle are on one side of the other plane, so are all three corners.
     let one_side = x.same.and(y.same).or(u.same.and(v.same));
     let (hit, miss) = (hit.mask(), miss.or(one_side).mask());
     Verdicts {
@@ -277,16 +278,16 @@ impl<N: Column> Bounds<N> {
 /// Absolute error of an edge, 2^-52, divided by [`ROUNDING`].
 pub const EDGE_SLOP: f32 = ROUNDING / 16.0;
 
-/// Least amount by which an edge is taken to be longer than it is: 2^-50. So the parts of an edge
-/// and of its products that are flushed to zero are less than their rounding.
+/// Least amount by which bounds enlarge an edge: 2^-50. Then the parts of an edge and of its
+/// products that are flushed to zero are less than their rounding.
 pub const LEAST_EDGE_SLOP: f32 = ROUNDING / (1 << 26) as f32;
 
-/// Error of a value by underflow, with or without denormal numbers: 85 times the least normal
-/// number.
+/// Upper bound of the underflow error of a value, with or without flush to zero: 85 times the least
+/// normal number.
 pub const UNDERFLOW: f32 = 1e-36;
 
-/// Scale of the product of both middle edges. Its error is 2.25 times that of the other products,
-/// so it is scaled by less than 1 / 2.25 before the comparison.
+/// Scale of the determinant of both middle edges. Its error is 2.25 times that of the other
+/// determinants, so it is scaled by less than 1 / 2.25 before the comparison.
 const MIDDLE: f32 = 0.4375;
 
 /// Least and largest of three values.
@@ -305,22 +306,22 @@ impl<N: Column> Range<N> {
         }
     }
 
-    /// Least distance of the values from 0 if all have one sign. Otherwise it is negative: minus
-    /// the smaller of `-low` and `high`.
+    /// If all values have one sign, their least distance from 0. Otherwise `-min(-low, high)`,
+    /// which is not positive.
     #[inline(always)]
     fn aside(self) -> N {
         self.low.max(-self.high)
     }
 
-    /// All values are certainly positive, or all certainly negative, if each is off by less than
-    /// `bound`.
+    /// Mask: all values are certainly positive, or all certainly negative, if each has an error
+    /// below `bound`.
     #[inline(always)]
     pub fn same(self, bound: N) -> N {
         bound.less(self.aside())
     }
 
-    /// One value is certainly positive and another certainly negative, if each is off by less than
-    /// `bound`.
+    /// Mask: one value is certainly positive and another certainly negative, if each has an error
+    /// below `bound`.
     #[inline(always)]
     pub fn mixed(self, bound: N) -> N {
         self.aside().less(-bound)
@@ -335,9 +336,9 @@ struct Edge<N> {
     same: N,
 }
 
-/// Tests an edge. `start` and `end` are the distances of its ends from the plane, with the error
-/// bound `plane`. `sides` are the products of its line with the three edges, with the error bound
-/// `line`.
+/// Tests an edge against a triangle. `start` and `end` are the distances of the edge's ends from
+/// the plane, with the error bound `plane`. `sides` are the determinants of the edge's line with
+/// the triangle's three edges, with the error bound `line`.
 #[inline(always)]
 fn edge<N: Column>([start, end]: [N; 2], plane: N, sides: [N; 3], line: N) -> Edge<N> {
     let ends = Range {

@@ -9,9 +9,9 @@
 //!   continues behind it.
 //! - If it passes outside one edge of the face, the segment leaves the face across that edge, which
 //!   therefore crosses the neighbor. The two triangles change roles.
-//! - If it passes outside two edges, the segment leaves across the one that has the segment between
-//!   its ends. The side of the neighbor's plane on which their common corner lies determines which
-//!   one.
+//! - If it passes outside two edges of the face, the segment leaves across one of these. The corner
+//!   that both edges share lies on one side of the neighbor's plane; this side determines which
+//!   edge it is.
 //!
 //! All values are computed in `f64` from the exact vertices, and only certain signs count.
 //! `docs/numerics.md` has the bounds and the proof. The case cannot be predicted, so the code does
@@ -50,20 +50,20 @@ fn load<L: Lanes>(lanes: L, rows: &[Row; 3]) -> [D4<L>; 3] {
     per_axis!(k => D4::load(lanes, &rows[k].0))
 }
 
-/// An edge of the triangle on one side that certainly crosses the triangle on the other side.
+/// Two triangles, and an edge of one that certainly crosses the other.
 #[derive(Clone, Debug)]
 pub struct Curve {
     sides: [Side; 2],
-    /// Error bound of a height or a volume.
+    /// Error bound of every height and volume.
     error: f64,
-    /// Index of the side that has the edge.
+    /// Index of the triangle that has the edge.
     side: usize,
     edge: Edge,
 }
 
-/// An edge that crosses a plane, as the indices of the corners of its triangle, two bits each: the
-/// end above the plane, the end below it, and the apex, which is not on the edge. Bit 6 is set if
-/// they follow each other in this order.
+/// An edge that crosses a plane, as three corners of its triangle, two bits each: the end above the
+/// plane, the end below it, and the apex, which is not on the edge. Bit 6 is set if the edge is
+/// even: the triangle's corner after the end above is the end below.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge(u8);
 
@@ -90,7 +90,7 @@ impl Edge {
     }
 }
 
-/// Lane mask of a corner.
+/// Lane mask of each corner.
 const CORNER: [Row; 4] = {
     const ALL: f64 = f64::from_bits(u64::MAX);
     [
@@ -101,8 +101,8 @@ const CORNER: [Row; 4] = {
     ]
 };
 
-/// The other edge that crosses the plane, indexed by the known edge and by whether the apex is
-/// above the plane.
+/// The other edge of the triangle that crosses the plane. First index: the known edge. Second
+/// index: 1 if the apex is above the plane, else 0.
 const OTHER: [[Edge; 2]; 128] = {
     let mut other = [[Edge(0); 2]; 128];
     let mut i = 0;
@@ -117,15 +117,16 @@ const OTHER: [[Edge; 2]; 128] = {
 };
 
 /// The edge of the face through which the curve leaves it. First index: 1 if the edge through which
-/// the curve came is even. Second index: the edges that the neighbor's line passes outside of, one
-/// bit each for 01, 12 and 20. Third index: the corners of the face on the negative side of the
-/// neighbor's plane, one bit each.
+/// the curve came is even, else 0. Second index: the edges that the neighbor's line passes outside
+/// of, one bit each for 01, 12 and 20. Third index: the corners of the face on the negative side of
+/// the neighbor's plane, one bit each.
 const LEAVING: [[[Edge; 8]; 8]; 2] = {
     let mut leaving = [[[Edge(0); 8]; 8]; 2];
     let mut i = 0;
     while i < 2 * 64 {
         let (is_even, outside, below) = (i >> 6, i >> 3 & 7, i & 7);
-        // The first of two edges, and the corner between them.
+        // `first` is the only edge, or the first of two adjacent edges. `between` is the corner
+        // after it, which both share.
         let first = [0, 0, 1, 0, 2, 2, 1, 0][outside];
         let between = (first + 1) % 3;
         let edge = if outside.count_ones() == 2 && below >> between & 1 == 0 {
@@ -142,10 +143,11 @@ const LEAVING: [[[Edge; 8]; 8]; 2] = {
     leaving
 };
 
-/// [`Side::turn`], indexed by whether the edge is even.
+/// [`Side::turn`] of the neighbor behind an edge. Index 1 if the edge is even, else 0.
 static TURN: [f64; 2] = [-1.0, 1.0];
 
-/// The corner (one bit) between the two edges that the line passes outside of.
+/// The corner that two edges share, as a bit mask. The index has the bits of both edges. 0 for any
+/// other number of edges.
 const BETWEEN: [u32; 8] = [0, 0, 0, 0b010, 0, 0b001, 0b100, 0];
 
 /// Relative rounding of one `f64` operation: 2^-53.
@@ -159,8 +161,8 @@ impl Curve {
         edge: Edge(0),
     };
 
-    /// Sets both triangles. `size` bounds the distance along an axis between any two points of the
-    /// two surfaces where they meet.
+    /// Sets both triangles. `size` is an upper bound, along each axis, of the distance between any
+    /// two points of the two surfaces where they meet.
     #[inline(always)]
     pub fn place<L: Lanes>(&mut self, corners: [[D4<L>; 3]; 2], size: f64) {
         let size = size + PADDING;
@@ -178,9 +180,9 @@ impl Curve {
         }
     }
 
-    /// Begins at the triangles that were set, at the edge between corners `edge` and `edge + 1` of
-    /// `side`. This edge certainly crosses the triangle on the other side. Returns false if the
-    /// continuation is uncertain.
+    /// Begins at the edge between corners `edge` and `edge + 1` of `side`. This edge certainly
+    /// crosses the triangle on the other side. Call [`place`](Self::place) before. Returns false if
+    /// the continuation is uncertain.
     #[inline(always)]
     pub fn begin<L: Lanes>(&mut self, lanes: L, side: usize, edge: usize) -> bool {
         let [side, other] = [side & 1, (side & 1) ^ 1];
@@ -205,21 +207,21 @@ impl Curve {
             == 7
     }
 
-    /// Mask: the sign of a number is certain.
+    /// Mask: the sign of `x` is certain.
     #[inline(always)]
     fn certain<L: Lanes>(&self, x: D4<L>) -> D4<L> {
         D4::splat(x.lanes(), self.error).less(x.abs())
     }
 
-    /// The side that has the edge, and the edge. The corner of the neighbor replaces the apex of
-    /// that edge.
+    /// The side that has the edge, and the edge. The neighbor behind the edge has a new corner in
+    /// place of the apex.
     #[inline(always)]
     pub fn crosses(&self) -> (usize, Edge) {
         (self.side & 1, self.edge)
     }
 
-    /// Continues into the neighbor behind the edge, which has `corner` in place of the apex.
-    /// Returns false if it is uncertain where the curve leaves the neighbor.
+    /// Continues into the neighbor behind the edge. `corner` is the neighbor's corner that is not
+    /// on the edge. Returns false if it is uncertain where the curve leaves the neighbor.
     #[inline(always)]
     pub fn advance<L: Lanes>(
         &mut self,
@@ -230,8 +232,8 @@ impl Curve {
         let corner = per_axis!(k => corner.spread(k));
         let [side, face] = [&self.sides[at & 1], &self.sides[(at & 1) ^ 1]];
         let (of_side, of_face) = (load(lanes, &side.corners), load(lanes, &face.corners));
-        // The two other edges of the neighbor, on the path from the end below over the corner to
-        // the end above.
+        // The two other edges of the neighbor. `up` leads from the edge's end below to the corner,
+        // `down` from the corner to the end above.
         let down = per_axis!(k => D4::splat(lanes, side.corners[k].0[edge.above()]) - corner[k]);
         let up = per_axis!(k => corner[k] - D4::splat(lanes, side.corners[k].0[edge.below()]));
         let from_corner = per_axis!(k => of_face[k] - corner[k]);

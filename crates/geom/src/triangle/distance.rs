@@ -1,5 +1,5 @@
-//! Bounds of the distance between two closed triangles. They hold for whatever features were found
-//! closest.
+//! Bounds of the distance between two closed triangles. They hold no matter which features were
+//! taken for the closest.
 //!
 //! The distance of two triangles is the distance of their closest features: two edges (a corner is
 //! the end of one), or a corner and a face. Computing these is ill-conditioned for slivers, nearly
@@ -11,16 +11,16 @@
 //!   direction; a bad direction only makes it small.
 //!
 //! The difference of the closest points is a poor direction: it loses all its digits where the
-//! triangles nearly touch. The normal of the face is better. For edges, so is the difference minus
-//! its components along the edges that have their point inside. With these directions, nine tenths
-//! of a gap of 1e-4 times the size of the triangles are proven in `f32`.
+//! triangles nearly touch. For a face, its normal is better. For edges, it is better to subtract
+//! from the difference its components along the edges that have their point inside. With these
+//! directions, nine tenths of a gap of 1e-4 times the size of the triangles are proven in `f32`.
 //!
 //! - [`distances`]: eight pairs at a time in `f32`, from the triangles of two trees.
-//! - [`Four`]: four pairs in `f64`, with the points, if the features that `f32` has found are the
-//!   closest.
+//! - [`Four`]: four pairs at a time in `f64`, with the points. It has a result only if the features
+//!   that `f32` found are indeed the closest.
 //! - [`closest`]: one pair in `f64`, with the points.
 //!
-//! All error bounds are derived in `docs/numerics.md`. All take constant time.
+//! `docs/numerics.md` derives all error bounds. Every routine takes constant time.
 
 mod batch;
 #[cfg(all(test, feature = "std"))]

@@ -39,12 +39,13 @@ fn is_strict(sides: [i8; 3]) -> bool {
 
 /// Position of two triangles relative to each other's planes.
 enum Position<'a> {
-    /// One is strictly on one side of the other's plane.
+    /// One triangle is strictly on one side of the other's plane.
     Apart,
-    /// They lie in different planes, and neither is strictly on one side of the other.
+    /// The triangles lie in different planes, and neither is strictly on one side of the other's
+    /// plane.
     Crossing { a_sides: [i8; 3], b_sides: [i8; 3] },
-    /// A segment and a face. The points of the segment have these sides: they are neither in the
-    /// plane of the face nor strictly on one side.
+    /// A segment and a face. `sides` are the sides of the segment's three points relative to the
+    /// plane of the face. They are not all 0, and not all 1 or all -1.
     Piercing {
         segment: &'a Triangle,
         sides: [i8; 3],
@@ -149,9 +150,9 @@ impl<'a> Pair<'a> {
     }
 
     /// Decides a segment `s` (a degenerate triangle) outside the plane of the proper triangle `t`.
-    /// The points of `s` have these `sides` and are not strictly on one. The line of `s` crosses
-    /// the plane in one point. That point is in `t` if the line does not pass two edges of `t` on
-    /// different sides.
+    /// The points of `s` have these `sides`, and not all are strictly on one side. The line of `s`
+    /// crosses the plane in one point. That point is in `t` if the line does not pass two edges of
+    /// `t` on different sides.
     fn segment_meets(&self, s: &Triangle, sides: [i8; 3], t: &Triangle) -> bool {
         let [p, q] = crossing_edge(s, sides);
         let passes: [i8; 3] = from_fn(|i| self.signs.side([p, q, t[i]], t[(i + 1) % 3]));
@@ -190,10 +191,11 @@ impl<'a> Pair<'a> {
     /// True if all of `t`, projected along `axis`, is strictly on the outer side of an edge of `s`.
     /// `turn` is the orientation of `s`.
     ///
-    /// Two closed convex sets in the plane are apart in two cases only. In the first, a line along
-    /// an edge of one separates them in this way: the edges of their Minkowski difference are their
-    /// edges, and a segment has two outer sides. In the second, they are pieces of one line and
-    /// their boxes are apart, which is not so here.
+    /// Two closed convex sets in a plane are apart in two cases only. In the first, the line along
+    /// an edge of one of them separates them: every edge of their Minkowski difference is parallel
+    /// to an edge of one of them, and both sides of a segment are outer sides. In the second, both
+    /// lie on one line and their boxes are apart. The second case does not occur here, because the
+    /// boxes meet.
     fn separates(&self, axis: usize, s: &Triangle, turn: i8, t: &Triangle) -> bool {
         (0..3).any(|i| {
             let side = |p: DVec3| self.signs.turn(axis, &[s[i], s[(i + 1) % 3], p]);
@@ -203,14 +205,14 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Two of the points that are not on the same side. Not all three points are on one side.
+/// Two corners on different sides. The sides must not be equal for all three corners.
 fn crossing_edge(s: &Triangle, sides: [i8; 3]) -> [DVec3; 2] {
     [s[0], if sides[0] == sides[1] { s[2] } else { s[1] }]
 }
 
-/// The corner that is alone on its side, and the side that counts as above: 1 or -1. The sides are
-/// neither strict nor all zero. A corner in the plane is taken only if both others are strictly on
-/// one side; it counts as opposite to them.
+/// The corner that is alone on its side of a plane, and the side that counts as above: 1 or -1. The
+/// sides of the corners must not be all 1, all -1 or all 0. A corner in the plane is taken only if
+/// both others are strictly on one side; it counts as opposite to them.
 fn lone_corner(sides: [i8; 3]) -> (usize, i8) {
     let others = |i: usize| [sides[(i + 1) % 3], sides[(i + 2) % 3]];
     let lone = (0..3).find(|&i| sides[i] != 0 && !others(i).contains(&sides[i]));

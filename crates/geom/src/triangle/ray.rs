@@ -34,7 +34,7 @@ pub struct Aim<'q> {
     pub ray: &'q Ray,
     /// The direction times `unit`; its largest component is between 1 and 2.
     pub direction: DVec3,
-    /// log2 of the divisor of the direction.
+    /// log2 of the number by which the direction was divided.
     pub exponent: i32,
     unit: f64,
     /// Relative error bound of a determinant; infinite if the range of `f64` does not suffice.
@@ -45,8 +45,8 @@ pub struct Aim<'q> {
 /// products: `docs/numerics.md`.
 const BOUND: f64 = 5.0 * f64::EPSILON;
 
-/// Error of a hit up to which `f64` suffices, relative to the largest coordinate of the triangle as
-/// seen from the origin.
+/// Largest error of a hit for which `f64` suffices, relative to the largest coordinate of the
+/// triangle as seen from the ray's origin.
 const TOLERANCE: f64 = 1e-11;
 
 /// Largest magnitude of the exponent of a direction for which `f64` suffices.
@@ -79,9 +79,10 @@ impl<'q> Aim<'q> {
         self.bound < f64::INFINITY
     }
 
-    /// The least parameter of a point that ray and triangle share, and the side the ray comes from,
-    /// if that parameter is within the limits. The last value is true if exact arithmetic was
-    /// needed. `faces`: the side on which the line passes all three edges, if known.
+    /// The first point that ray and triangle share, as its parameter and the side that the ray
+    /// comes from; `None` if there is none within the limits. The last value is true if exact
+    /// arithmetic was needed. `faces` is the side on which the line passes all three edges, if
+    /// known.
     #[inline(always)]
     pub fn hit(&self, corners: &[DVec3; 3], faces: Option<i8>) -> (Option<(f64, Side)>, bool) {
         let mut exact = Exact {
@@ -147,15 +148,15 @@ impl<'q> Aim<'q> {
         if self.ray.is_segment() {
             let left = along / self.unit - above;
             let error = along_error / self.unit + 2.0 * above_error;
-            // The end lies after the plane if `left` has the sign of the direction along the
-            // normal.
+            // `left` is the distance of the end from the plane, along the normal. If it has the
+            // sign of `along`, the end lies after the plane.
             if sign(left, error).unwrap_or_else(|| -exact.line().above_end()) == -faces {
                 return None;
             }
         }
         let t = above / along;
-        // If the range of `f64` does not suffice, the errors are infinite, and the right-hand side
-        // may be infinite too.
+        // If the range of `f64` does not suffice, the errors are infinite. The right-hand side may
+        // then be infinite too, so the comparison is strict.
         let is_close =
             above_error + t.abs() * along_error < 0.4 * TOLERANCE * along.abs() * farthest;
         let t = if is_close {
@@ -164,7 +165,7 @@ impl<'q> Aim<'q> {
             exact.line().t()
         };
         let t = if self.ray.is_segment() { t.min(1.0) } else { t };
-        // Minus zero would be a different answer for the same point.
+        // Adding 0.0 removes a minus zero, which would be a different answer for the same point.
         Some((
             t.max(0.0) + 0.0,
             if faces < 0 { Side::Front } else { Side::Back },
@@ -187,9 +188,9 @@ impl Exact<'_> {
     }
 }
 
-/// The side on which a line passes the edges of a triangle, 0 if it passes all on none; `None` if
-/// it passes two of them on different sides. The determinants `passes` are off by no more than
-/// `error`.
+/// The side on which a line passes the edges of a triangle: 1 or -1. 0 if the line passes no edge
+/// on a side; `None` if it passes two edges on different sides. `passes` has one determinant per
+/// edge, with an error of at most `error`.
 #[inline(always)]
 fn sides(passes: [f64; 3], error: f64, exact: &mut Exact) -> Option<i8> {
     let least = smaller(smaller(passes[0], passes[1]), passes[2]);
@@ -209,7 +210,7 @@ fn sides(passes: [f64; 3], error: f64, exact: &mut Exact) -> Option<i8> {
     }
 }
 
-/// The sign of a value that is off by no more than `error`, if it is certain.
+/// The sign of a value with an error of at most `error`; `None` if it is uncertain.
 #[inline(always)]
 fn sign(value: f64, error: f64) -> Option<i8> {
     if value > error {
@@ -232,8 +233,8 @@ fn sizes(u: DVec3, v: DVec3, w: DVec3) -> DVec3 {
     )
 }
 
-/// Sum of the magnitudes of the two products in each component of a cross product, for vectors of
-/// these magnitudes.
+/// For each component of a cross product, the sum of the magnitudes of its two products. The
+/// vectors have the magnitudes `u` and `v`.
 #[inline(always)]
 fn products(u: DVec3, v: DVec3) -> DVec3 {
     DVec3::new(

@@ -1,11 +1,12 @@
 //! Lower bounds of the time at which two moving triangles first meet.
 //!
-//! The corners of B move along straight lines. On any direction, the projections of the two
-//! triangles overlap during one time interval. On several directions, all overlap from the latest
-//! begin to the earliest end. With the normals of both and the nine products of their edges, this
-//! is the interval in which the triangles meet, unless they are coplanar or degenerate.
+//! The corners of B move along straight lines. Along any direction, the projections of the two
+//! triangles overlap during one time interval. Along several directions, all overlap from the
+//! latest start to the earliest end. If the directions are both normals and the nine cross products
+//! of an edge of A and an edge of B, this is the interval in which the triangles meet, unless they
+//! are coplanar or degenerate.
 //!
-//! If B turns, these directions turn with it: otherwise long edges that pass each other closely
+//! If B turns, these directions turn with it. Otherwise long edges that pass each other closely
 //! would seem to meet. The projections are enlarged by the deviation of B from its lines and by all
 //! rounding. So no direction makes the answer false: `docs/numerics.md`, "Motion".
 //!
@@ -18,7 +19,7 @@ mod pair;
 pub use batch::windows;
 pub use pair::Swept;
 
-/// Motion of B during a substep, from time -1/2 to 1/2; B's given placement is that of time 0.
+/// Motion of B during a substep, from time -1/2 to 1/2. B's given placement is that of time 0.
 /// Lengths are in A's units. A point at `y` has the velocity `shift + turn x y` at time 0. The
 /// fourth component of vectors is 0.
 #[derive(Clone, Copy, Debug)]
@@ -32,9 +33,10 @@ pub struct Glide {
     pub wobble: f32,
     /// Upper bound of the angle by which B turns in half of the substep, in radians.
     pub spin: f32,
-    /// Bound of any further deviation of B.
+    /// Upper bound of any further deviation of B from this motion, in A's units.
     pub bulge: f32,
-    /// True if the directions turn with B. Useful if B moves little otherwise.
+    /// True if separating directions turn with B. This pays if B turns more than it moves
+    /// otherwise.
     pub swings: bool,
 }
 

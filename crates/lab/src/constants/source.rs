@@ -79,18 +79,18 @@ fn bv_tests_left(alone: &[&Sample], hit: &Hit) -> String {
     let any = quantiles(of(alone, Mode::Any), |s| {
         (features_of_any(&s.front, chance(s)), log_left(s))
     });
-    let of_roots = "90 % quantile of log2 of a whole query from log2 of the cost of its roots at the deepest: intercept, slope.";
+    let of_roots = "90 % quantile of log2 of the BV tests of a whole query: intercept, and slope in log2 of the pair\n/// cost of the roots at their deepest penetration.";
     [
         table(
             "ALL_LEFT",
             &all,
-            "Quantiles of the BV tests left, for each the weights of `features_of_all`.",
+            "Quantiles of log2 of the BV tests left if all hits are wanted: for each, the weights of\n/// `features_of_all`.",
         ),
         list("ROOT_MOST", &root_most, of_roots),
         table(
             "ANY_LEFT",
             &any,
-            "The same if the first hit ends the query, weights of `features_of_any`.",
+            "`ALL_LEFT` if the first hit ends the query: for each, the weights of `features_of_any`.",
         ),
     ]
     .concat()
@@ -108,23 +108,23 @@ fn changes(remembering: &[&Sample]) -> String {
     list(
         "ALL_AFTER",
         &all,
-        "Quantiles of log2 (BV tests of a frame / those of the frame before).",
+        "Quantiles of log2 (BV tests of a query / BV tests of the query in the frame before).",
     ) + &list(
         "ANY_AFTER",
         &any,
-        "The same if the first hit ends the query.",
+        "`ALL_AFTER` if the first hit ends the query.",
     )
 }
 
 fn other_counts(data: &Data) -> String {
     let openings = power_law(data, |counts| counts.box_updates);
     let triangle_tests = power_law(data, |counts| counts.triangle_tests);
-    let of_openings = "log2 of opened node pairs: intercept, slope in log2 of BV tests.";
+    let of_openings = "log2 of opened node pairs: intercept, and slope in log2 of BV tests.";
     list("OPENINGS_OF_BV_TESTS", &openings, of_openings)
         + &list(
             "TRIANGLE_TESTS_OF_BV_TESTS",
             &triangle_tests,
-            "log2 of triangle tests: the same.",
+            "log2 of triangle tests: intercept, and slope in log2 of BV tests.",
         )
 }
 
@@ -144,16 +144,24 @@ fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
         poses.iter().filter(|sample| sample.is_hit()).count() as f64 / poses.len() as f64;
     let [before, begun] = hit;
     let of_history =
-        "The same with the verdict of the frame before, weights of `history_features`.";
+        "Logit of a hit with the verdict of the frame before: weights of `history_features`.";
     [
-        list("HIT", begun, "Logit of a hit, weights of `hit_features`."),
-        list("HIT_BEFORE", before, "The same before the query."),
+        list(
+            "HIT",
+            begun,
+            "Logit of a hit after a part of the query: weights of `hit_features`.",
+        ),
+        list(
+            "HIT_BEFORE",
+            before,
+            "Logit of a hit before the query: weights of `hit_features`.",
+        ),
         list("HIT_AFTER_HISTORY", &after_history, of_history),
         constant(
             "BASE_RATE",
             "f64",
             &number(base_rate),
-            "Share of poses with a hit.",
+            "Fraction of poses with a hit.",
         ),
     ]
     .concat()
@@ -164,12 +172,12 @@ fn recall(alone: &[&Sample], marching: &[&Sample]) -> String {
         list(
             "RECALL",
             &recall_weights(of(alone, Mode::All), recall_features),
-            "Logit of the recall, weights of `recall_features`.",
+            "Logit of the recall: weights of `recall_features`.",
         ),
         list(
             "RECALL_MARCHING",
             &recall_weights(marching.iter().copied(), marching_features),
-            "The same of queries that march, weights of `marching_features`.",
+            "Logit of the recall of queries that trace curves: weights of `marching_features`.",
         ),
     ]
     .concat()
@@ -205,10 +213,10 @@ fn distances(moments: &[Moment]) -> String {
     };
     let between = quantiles_of(Rows::new(alone(false).filter_map(place)));
     [
-        table("DISTANCE_LEFT", &distance, "Quantiles of the work left in a distance query, for each the weights of `closing_features`."),
-        table("LIMIT_LEFT", &limited, "The same with a limit."),
-        list("DISTANCE_AFTER", &after, "Quantiles of log2 (work of a distance query / that of the frame before)."),
-        table("DISTANCE_BETWEEN", &between, "Where the distance lies, 0 at the lower bound and 1 at the upper one: for each quantile the weights of `between_features`."),
+        table("DISTANCE_LEFT", &distance, "Quantiles of log2 of the work left in a distance query without a limit: for each, the weights of\n/// `closing_features`."),
+        table("LIMIT_LEFT", &limited, "Quantiles of log2 of the work left in a distance query with a limit: for each, the weights of\n/// `closing_features`."),
+        list("DISTANCE_AFTER", &after, "Quantiles of log2 (work of a distance query / work of the query in the frame before)."),
+        table("DISTANCE_BETWEEN", &between, "Quantiles of the distance, scaled to 0 at its lower bound and 1 at its upper bound: for each,\n/// the weights of `between_features`."),
     ]
     .concat()
 }
@@ -233,9 +241,9 @@ fn motions(moments: &[motions::Moment]) -> String {
         table(
             "MOTION_LEFT",
             &quantiles_of(Rows::new(alone.map(row))),
-            "Quantiles of the work left in a motion query, for each the weights of `passing_features`.",
+            "Quantiles of log2 of the work left in a motion query: for each, the weights of\n/// `passing_features`.",
         ),
-        list("MOTION_AFTER", &after, "Quantiles of log2 (work of a motion query / that of the motion before)."),
+        list("MOTION_AFTER", &after, "Quantiles of log2 (work of a motion query / work of the query for the motion before)."),
     ]
     .concat()
 }
@@ -393,8 +401,8 @@ fn power_law(data: &Data, count: impl Fn(&punctual::prediction::Counts) -> f64) 
 
 fn header(data: &Data) -> String {
     let mut text = format!(
-        "//! The fitted constants of the model; made by `punctual fit`, not by hand.\n//!\n//! On {}, \
-         on {} {}, by version {}, from {} poses ({} moments of queries) of:\n",
+        "//! The fitted constants of the model; made by `punctual fit`, not by hand.\n//!\n//! Fitted on {}, \
+         on {} {}, by version {},\n//! from {} poses ({} moments of queries) of:\n",
         machine::today(),
         std::env::consts::ARCH,
         std::env::consts::OS,
@@ -404,7 +412,7 @@ fn header(data: &Data) -> String {
     );
     let mut line = String::from("//!");
     for name in &data.names {
-        if line.len() + name.len() > 110 {
+        if line.len() + name.len() >= 100 {
             text += &line;
             text.push('\n');
             line = String::from("//!");

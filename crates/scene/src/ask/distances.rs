@@ -55,7 +55,7 @@ impl Scene {
     /// A pair has either a distance or a time of impact. While its distance is measured, by itself
     /// or for groups, it has no [passage](crate::Report::passages), even if a body
     /// [moves](Scene::set_motion), and `low` and `high` are those at the begin of the motion. If
-    /// you need both, also run a [`punctual::Query<Impact>`].
+    /// you need both, also run a [`punctual::Query::impact`].
     ///
     /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by
     /// importance and in its turn. A run that is cut short continues in the next frame while both

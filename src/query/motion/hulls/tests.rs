@@ -3,9 +3,12 @@
 
 use super::*;
 use crate::query::expand::{Sink, expand};
+use crate::query::motion::course::{Course, Piece};
 use crate::query::motion::windows::glide;
+use crate::query::outcome::Stats;
 use crate::query::queue::Pair;
 use crate::query::triangle_pairs::rows;
+use crate::tree::Tree;
 use crate::{Mesh, shapes};
 use glam::{DMat3, DVec3};
 use punctual_geom::lanes::{Instructions, Kernel};
@@ -15,36 +18,26 @@ use punctual_geom::triangle::swept::{Glide, Swept, windows};
 use punctual_geom::{Motion, Pose};
 
 /// The pairs that replace a pair, with keys.
+#[derive(Default)]
 struct Found {
-    keys: Keys,
+    stats: Stats,
     pairs: Vec<(Pair, f32)>,
     triangles: Vec<([u32; 2], f32)>,
 }
 
 impl Sink for Found {
-    fn count(&mut self, _level: usize, _bv_tests: u32) {}
-
-    fn keys(&mut self) -> &mut Keys {
-        &mut self.keys
+    fn stats(&mut self) -> &mut Stats {
+        &mut self.stats
     }
 
-    fn pairs(&mut self, hits: u64, child: impl Fn(u32) -> Pair) {
-        self.pairs
-            .extend(bits(hits).map(|bit| (child(bit as u32), self.keys[0][0])));
+    fn place(&mut self, pair: Pair, key: impl FnOnce() -> f32) {
+        self.pairs.push((pair, key()));
     }
 
-    fn cluster(&mut self, pair: Pair, _column: usize) {
-        self.pairs.push((pair, self.keys[0][0]));
-    }
-
-    fn triangles(&mut self, hits: u64, first: [u32; 2]) {
-        let pair = |bit: usize| {
-            (
-                [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8],
-                self.keys[0][0],
-            )
-        };
-        self.triangles.extend(bits(hits).map(pair));
+    fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]) {
+        let pair = |bit| [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8];
+        self.triangles
+            .extend(bits(hits).map(|bit| (pair(bit), key(bit))));
     }
 }
 
@@ -73,19 +66,16 @@ impl Kernel for &Meeting<'_> {
         };
         let (mut pair, mut key) = (Pair::new(0, 0), f32::NEG_INFINITY);
         loop {
-            let mut found = Found {
-                keys: [[0.0; WIDTH]; WIDTH],
-                pairs: Vec::new(),
-                triangles: Vec::new(),
-            };
-            let mut views = Views::NONE;
+            let (mut found, mut views) = (Found::default(), Views::NONE);
             let mut hulls = Hulls::new(0.6, key, self.span, &mut views);
+            let keys = &mut [[0.0; WIDTH]; WIDTH];
             expand(
                 lanes,
                 pair,
                 self.trees,
                 self.relation,
                 &mut hulls,
+                keys,
                 &mut found,
             );
             if let Some((_, key)) = found
@@ -249,7 +239,14 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
         }
         let until = random.between(time, 1.0);
         let relation = Relation::new(a, b, &piece.pose);
-        let mut span = Span::new(&course, [a, b], &piece, &relation, until, 0.0).unwrap();
+        let setting = Setting {
+            trees: [a, b],
+            course: &course,
+            piece: &piece,
+            relation: &relation,
+            margin: 0.0,
+        };
+        let mut span = Span::new(&setting, until).unwrap();
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
             let meeting = Meeting {
                 trees: [a, b],

@@ -1,5 +1,5 @@
-//! Eight pairs at a time in `f32`, relative to the first corners of A's triangles. This subtraction
-//! cancels, so it is done in `f64`.
+//! Eight pairs at a time in `f32`. Coordinates are relative to the first corners of A's triangles.
+//! This subtraction cancels, so it is done in `f64`.
 
 use super::four::{Face, Features};
 use crate::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
@@ -16,12 +16,12 @@ pub struct Distances {
     /// Approximate distance of the closest features. Not proven, and meaningless if the triangles
     /// meet.
     pub about: [f32; 8],
-    /// The closest features.
     pub closest: Chosen,
 }
 
-/// The closest features of eight pairs, as bit masks: the two bits of the corner order, for A and
-/// for B, and the side that has the face.
+/// The closest features of eight pairs, as bit masks with one bit per pair. `orders` has, for A and
+/// for B, the low and the high bit of the corner order. `face` has the pairs whose face is A's, and
+/// those whose face is B's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chosen {
     orders: [[u32; 2]; 2],
@@ -29,7 +29,9 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// Two edges: the second or third of A and of B where the masks are set, else the first.
+    /// Chooses an edge of A by the masks `of_a`, and an edge of B by the masks `of_b`. In the lanes
+    /// of its first mask it is the triangle's second edge, in those of its second mask the third,
+    /// and elsewhere the first.
     #[inline(always)]
     fn edges<L: Lanes>([of_a, of_b]: [[F8<L>; 2]; 2]) -> Self {
         let [[a, b], [c, d]] = [
@@ -42,8 +44,8 @@ impl Chosen {
         }
     }
 
-    /// Replaces the features where a face of `side` is closer to a corner of the other side: the
-    /// second or third corner where the masks are set, else the first.
+    /// In the lanes `closer`, chooses the face of `side` and a corner of the other triangle. The
+    /// masks `second` and `third` select that corner; the other lanes choose the first.
     #[inline(always)]
     fn or_face<L: Lanes>(&mut self, side: usize, closer: F8<L>, [second, third]: [F8<L>; 2]) {
         let (closer, second, third) = (closer.mask(), second.mask(), third.mask());
@@ -98,10 +100,10 @@ pub fn distances<L: Lanes>(
     }
 }
 
-/// Squared lengths below this (A's units) are raised to it: no edge that short has a known length.
+/// Least squared length of an edge (A's units squared). Shorter edges have no known length; their
+/// squared length is raised to this.
 const LEAST_SQUARE: f32 = 1e-28;
-/// 2^90. If the error of a gap is less, none of the terms whose rounding it bounds is near
-/// overflow.
+/// 2^90. If the error bound of a gap is less than this, no term of the gap is near overflow.
 const LARGEST_ERROR: f32 = f32::from_bits((127 + 90) << 23);
 
 /// `a` where the mask is set, else `b`.
@@ -122,8 +124,7 @@ fn clamped<L: Lanes>(lanes: L, x: F8<L>) -> F8<L> {
     x.max(F8::splat(lanes, 0.0)).min(F8::splat(lanes, 1.0))
 }
 
-/// Masks of the lanes in which the second, or the third, of three values is least. Of equal values
-/// the first counts.
+/// Two masks: the second value is less than the first; the third is less than both others.
 #[inline(always)]
 fn least<L: Lanes>([a, b, c]: [F8<L>; 3]) -> [F8<L>; 2] {
     [b.less(a), c.less(a.min(b))]
@@ -136,7 +137,8 @@ pub struct Pair<L: Lanes> {
     /// B's first corner, and its edges from there.
     pub q: V8<L>,
     pub f: [V8<L>; 2],
-    /// Error bound of a gap per component of the direction.
+    /// The error bound of a gap along a direction is the dot product of this vector with the
+    /// magnitudes of the direction's components.
     pub error: V8<L>,
 }
 
@@ -195,7 +197,7 @@ impl<L: Lanes> Pair<L> {
 struct Closest<L: Lanes> {
     /// Squared distance.
     square: F8<L>,
-    /// Direction that separates the triangles there, up to its sign and length.
+    /// Direction that separates the triangles at these features, up to its sign and length.
     direction: V8<L>,
     chosen: Chosen,
 }
@@ -209,7 +211,8 @@ struct Edge<L: Lanes> {
     inverse: F8<L>,
 }
 
-/// The edges of triangles, from a corner and the two edges from there.
+/// The three edges of each triangle, given its first corner and the edges `x` and `y` that begin
+/// there.
 #[inline(always)]
 fn edges<L: Lanes>(lanes: L, corner: V8<L>, [x, y]: [V8<L>; 2]) -> [Edge<L>; 3] {
     [
@@ -318,8 +321,8 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
 impl<L: Lanes> Closest<L> {
     /// Tests a face against the corners of the other triangle. The face has the edges `x` and `y`
     /// from its first corner; `inverse` is `1 / |x|^2`, and `corners` are relative to its first
-    /// corner. Only the corner closest to the plane can be the closest point: the distance to the
-    /// face falls on the way from another corner to it.
+    /// corner. Only the corner closest to the plane can be the closest point: from every other
+    /// corner, the distance to the face decreases on the way to it.
     #[inline(always)]
     fn or_face(
         &mut self,

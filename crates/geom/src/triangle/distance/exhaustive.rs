@@ -1,12 +1,12 @@
-//! One pair in `f64`, by all of its features: for pairs on which the search for the closest ones
-//! failed.
+//! Bounds of one pair in `f64` from all of its features. Used for pairs on which the search for the
+//! closest features failed.
 //!
-//! Two triangles that are apart are as far apart as a corner and a face, two edges, a corner and an
-//! edge, or two corners. These are 42 candidates, and one of them is the true one. Each proposes
-//! two points and a direction. The best upper bound and the best lower bound are kept, whichever
-//! candidates they come from. So it does not matter which candidate is the closest. It only matters
-//! that the points and the direction of the true one are right up to a few roundings *of the extent
-//! of the pair*, for all shapes. That takes two measures:
+//! The distance of two disjoint triangles is that of a corner and a face, of two edges, of a corner
+//! and an edge, or of two corners. These are 42 candidates, and one of them is the true one. Each
+//! proposes two points and a direction. The best upper bound and the best lower bound are kept,
+//! whichever candidates they come from. So it does not matter which candidate is the closest. It
+//! only matters that the points and the direction of the true one are right up to a few roundings
+//! *of the extent of the pair*, for all shapes. That takes two measures:
 //!
 //! - Corners are rounded to a grid of 2^-58 in the unit of the pair. This moves them by far less
 //!   than a rounding, and makes cross products of their differences exact in 128-bit integers. So
@@ -14,19 +14,20 @@
 //! - A point in a face is found along its longest edge first and then across it, so that no error
 //!   is divided by the width.
 //!
-//! Constant time, about ten times that of [`closest`]. The bound is derived in `docs/numerics.md`.
+//! Takes constant time, about ten times that of [`closest`]. The bound is derived in
+//! `docs/numerics.md`.
 
 use super::pair::{Closest, Pair, clamped, closest};
 use crate::triangle::triangles_intersect;
 use glam::DVec3;
 
 impl Closest {
-    /// Tightens the bounds of two triangles with these corners that are known not to meet. Then
-    /// `high - low` is no more than [`TIGHT`](super::pair::TIGHT) times the reach of the pair, or
-    /// than 2^-1021, for all shapes.
+    /// Tightens the bounds of two triangles that are known not to meet. `a` and `b` are their
+    /// corners. Then `high - low` is no more than [`TIGHT`](super::pair::TIGHT) times the reach of
+    /// the pair, or than 2^-1021, for all shapes.
     ///
-    /// The reach is the length of a vector. Each of its components is the largest one of A's
-    /// triangle plus the largest one of B's, all relative to a corner.
+    /// The reach is the length of a vector. Its component along an axis is the largest coordinate
+    /// of A's corners plus the largest of B's, as magnitudes relative to the first corner of A.
     #[inline]
     pub fn of_apart(self, a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
         if self.is_tight {
@@ -60,7 +61,7 @@ impl Whole {
         Self((v * GRID).to_array().map(|x| x as i64))
     }
 
-    /// Vector from another point to this one.
+    /// The vector from `other` to this point.
     fn from(self, other: Self) -> Self {
         let ([x, y, z], [u, v, w]) = (self.0, other.0);
         Self([x - u, y - v, z - w])
@@ -71,7 +72,7 @@ impl Whole {
         DVec3::from_array(self.0.map(|x| x as f64))
     }
 
-    /// Rounds each component once.
+    /// The cross product, computed exactly; then each component is rounded once.
     fn cross(self, other: Self) -> DVec3 {
         let ([x, y, z], [u, v, w]) = (self.0.map(i128::from), other.0.map(i128::from));
         DVec3::new(
@@ -90,7 +91,7 @@ struct Edge {
     corners: [usize; 2],
     start: Whole,
     step: Whole,
-    /// The rounded step.
+    /// The difference of the ends, rounded.
     along: DVec3,
     square: f64,
 }
@@ -158,7 +159,8 @@ struct Best<'p> {
     found: Closest,
 }
 
-/// Orders two points as A's and B's. `first` belongs to the triangle with index `side`.
+/// Returns the point of A, then that of B. `first` belongs to the triangle with index `side`,
+/// `second` to the other.
 fn in_order(side: usize, first: DVec3, second: DVec3) -> [DVec3; 2] {
     if side == 0 {
         [first, second]
@@ -168,7 +170,8 @@ fn in_order(side: usize, first: DVec3, second: DVec3) -> [DVec3; 2] {
 }
 
 impl Best<'_> {
-    /// Improves the upper bound by two points, relative to the first corner of A.
+    /// Improves the upper bound by two points, which are relative to the first corner of A. Returns
+    /// true if both bounds are now tight.
     fn or_points(&mut self, points: [DVec3; 2]) -> bool {
         let high = self.pair.high(points);
         if high < self.found.high {
@@ -180,7 +183,7 @@ impl Best<'_> {
         self.is_tight()
     }
 
-    /// Improves the lower bound by a direction.
+    /// Improves the lower bound by the direction `n`. Returns true if both bounds are now tight.
     fn or_direction(&mut self, n: DVec3) -> bool {
         let (low, direction) = self.pair.low(n);
         if low > self.found.low {
@@ -194,8 +197,8 @@ impl Best<'_> {
         self.found.is_tight
     }
 
-    /// Tests each face with the corners of the other triangle. If the foot lies outside, the point
-    /// is moved into the face.
+    /// Tests each face with the corners of the other triangle. If the foot of a corner lies outside
+    /// the face, it is moved into the face.
     fn or_faces(&mut self, shapes: &[Shape; 2]) -> bool {
         for side in 0..2 {
             let (face, other) = (&shapes[side], &shapes[1 - side]);

@@ -1,8 +1,9 @@
-//! Pairs whose closest features `f32` has found, four at a time in `f64`.
+//! Bounds from two known features, four pairs at a time in `f64`. The features are those that `f32`
+//! found closest.
 //!
-//! Only these two features are tested, and both bounds follow from them as for
-//! [one pair](super::pair). If others are closer after all, or numbers are out of range, the bounds
-//! are not tight. Then there is no result, and the caller uses [`closest`](super::closest).
+//! Both bounds follow from the two features as for [one pair](super::pair). If other features are
+//! closer, or numbers are out of range, the bounds are not tight. Then there is no result, and the
+//! caller uses [`closest`](super::closest).
 
 use super::pair::{Closest, TIGHT};
 use crate::lanes::{Column, D4, Kernel, Lanes, add, cross, dot, per_axis, scaled, sub};
@@ -11,8 +12,8 @@ use glam::DVec3;
 /// The closest features of two triangles: an edge of each, or a face and a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Features {
-    /// Index of an [order](ORDERS), for A and B. It begins with the corners of the edge, or with
-    /// the corner. For a face, any order.
+    /// For A and for B, the index of an [order](ORDERS) that begins with the corners of the edge,
+    /// or with the corner. Any index, if the feature is the face.
     pub orders: [u8; 2],
     pub face: Face,
 }
@@ -31,12 +32,12 @@ pub enum Face {
     Of { side: u8 },
 }
 
-/// Orders of corners. The first three begin with the edges, in the order of
-/// [eight pairs](super::batch). The first and the last two begin with each corner.
+/// Orders of corners. Orders 0, 1 and 2 begin with an edge each; [eight pairs](super::batch) have
+/// their edges in this sequence. Orders 0, 2 and 3 begin with corners 0, 1 and 2.
 const ORDERS: [[usize; 3]; 4] = [[0, 1, 2], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
 
-/// Four pairs of triangles, indexed by triangle, corner, axis, pair. The corners of a feature come
-/// first; the triangle with the face comes first.
+/// Four pairs of triangles, indexed by triangle, corner, axis, pair. The corners of the feature
+/// come first in each triangle. The triangle with the face comes first in each pair.
 pub struct Four {
     corners: [[[[f64; 4]; 3]; 3]; 2],
     /// 1 if a face is one of the features, else 0.
@@ -46,7 +47,7 @@ pub struct Four {
 }
 
 impl Four {
-    /// A single pair.
+    /// A single pair, in lane 0.
     #[inline]
     pub fn one(features: Features, triangles: [&[DVec3; 3]; 2]) -> Self {
         let mut four = Self::NONE;
@@ -62,7 +63,7 @@ impl Four {
 
     #[inline]
     pub fn set(&mut self, pair: usize, features: Features, triangles: [&[DVec3; 3]; 2]) {
-        // Spares the compiler repeated bounds checks.
+        // The remainder lets the compiler omit bounds checks.
         let pair = pair % 4;
         let is_turned = features.face == Face::Of { side: 1 };
         self.faces[pair] = if features.face == Face::Nobodys {
@@ -125,11 +126,13 @@ impl Found {
 
 type V4<L> = [D4<L>; 3];
 
-/// Largest and least reach of a pair. Outside, products of four lengths leave the range of `f64`.
+/// Bounds of the reach of a pair. Beyond them, products of four lengths may leave the range of
+/// `f64`.
 const LARGEST: f64 = 1e60;
 const LEAST: f64 = 1e-60;
 
-/// Squared length above which no underflow has spoilt a direction.
+/// Bounds of the squared length of a direction. Between them, neither underflow nor overflow has
+/// spoilt the direction.
 const LEAST_SQUARE: f64 = 1e-270;
 const LARGEST_SQUARE: f64 = 1e270;
 
@@ -226,8 +229,8 @@ impl<L: Lanes> Linked<L> {
         }
     }
 
-    /// Links an edge that begins at the origin and one from `o` to `end`, as for
-    /// [one pair](super::pair).
+    /// Closest points of two edges, computed as for [one pair](super::pair). One edge is `d` from
+    /// the origin, the other leads from `o` to `end`.
     #[inline(always)]
     fn edges(lanes: L, d: V4<L>, [o, end]: [V4<L>; 2]) -> Self {
         let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));
@@ -255,7 +258,8 @@ impl<L: Lanes> Linked<L> {
         }
     }
 
-    /// Links a face with these edges from the origin and a corner.
+    /// Closest points of a face and a corner. The face has the edges `x` and `y` from the origin.
+    /// The result is valid if the foot of the corner lies inside the face.
     #[inline(always)]
     fn face(lanes: L, [x, y]: [V4<L>; 2], corner: V4<L>) -> Self {
         let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));
@@ -274,8 +278,8 @@ impl<L: Lanes> Linked<L> {
     }
 }
 
-/// Proven gap between the projections on a line along `n`, and the unit vector along it from the
-/// second triangle to the first; 0 if none is proven.
+/// Proven gap between the projections on a line along `n`, and the unit vector along `n` that
+/// points from the second triangle to the first. The gap is 0 if none is proven.
 #[inline(always)]
 fn gap<L: Lanes>(lanes: L, p: [V4<L>; 2], q: [V4<L>; 3], reach: V4<L>, n: V4<L>) -> (D4<L>, V4<L>) {
     let (zero, one) = (D4::splat(lanes, 0.0), D4::splat(lanes, 1.0));

@@ -10,8 +10,8 @@ type Triangle = [DVec3; 3];
 pub struct Closest {
     /// The closest points found, one of `a` and one of `b`, rounded.
     pub points: [DVec3; 2],
-    /// Unit vector from `b` to `a` along which they are at least `low` apart; zero if nothing is
-    /// proven.
+    /// Unit vector from `b` to `a` along which the triangles are at least `low` apart; zero if
+    /// nothing is proven.
     pub direction: DVec3,
     pub low: f64,
     pub high: f64,
@@ -20,7 +20,8 @@ pub struct Closest {
 }
 
 impl Closest {
-    /// For triangles that meet in the segment with these ends: both points are its middle.
+    /// The result for triangles that meet in the segment with these ends. Both points are its
+    /// middle.
     pub fn meeting([start, end]: [DVec3; 2]) -> Self {
         let points = [0.5 * start + 0.5 * end; 2];
         Self {
@@ -42,7 +43,7 @@ pub(super) const TIGHT: f64 = 64.0 * f64::EPSILON;
 /// If the triangles meet, `low` is 0 and `high` may have any value.
 /// [`super::super::triangles_intersect`] decides whether they meet. If they are apart, the bounds
 /// are usually tight; [`Closest::of_apart`] always makes them tight.
-// Inlined into a kernel and so compiled for AVX2, it takes three times as long.
+// Not inlined: inlined into a kernel and thus compiled for AVX2, it takes three times as long.
 #[inline(never)]
 pub fn closest(a: &Triangle, b: &Triangle) -> Closest {
     let pair = Pair::new(a, b);
@@ -59,14 +60,14 @@ pub fn closest(a: &Triangle, b: &Triangle) -> Closest {
     }
 }
 
-/// Two triangles relative to the first corner of `a`. Their unit brings the largest coordinate
-/// between 1 and 2, or as near as possible.
+/// Two triangles relative to the first corner of `a`, in a unit of length that is a power of two.
+/// The largest coordinate is between 1 and 2, or as close to that as `f64` allows.
 pub(super) struct Pair {
     pub a: Triangle,
     pub b: Triangle,
     pub origin: DVec3,
     pub unit: f64,
-    /// Largest coordinates of `a` plus those of `b`, per axis.
+    /// Per axis: the largest magnitude of a coordinate of `a`, plus that of `b`.
     reach: DVec3,
 }
 
@@ -78,7 +79,8 @@ impl Pair {
         let reach_a = larger_components(p1.abs(), p2.abs());
         let reach_b = larger_components(larger_components(q0.abs(), q1.abs()), q2.abs());
         let size = larger(largest(reach_a), largest(reach_b));
-        // Exponent field of the largest coordinate, at least that of the least normal number.
+        // Exponent field of the largest coordinate; for a denormal one, that of the least normal
+        // number.
         let exponent = (size.to_bits() >> 52).max(1);
         let (scale, unit) = (
             f64::from_bits((2046 - exponent) << 52),
@@ -105,8 +107,8 @@ impl Pair {
         high.max(f64::MIN_POSITIVE)
     }
 
-    /// Lower bound of the distance, proven by a direction, and that direction's unit vector from
-    /// `b` to `a`.
+    /// Lower bound of the distance, proven by the direction `n`, and the unit vector along `n` that
+    /// points from `b` to `a`.
     pub fn low(&self, n: DVec3) -> (f64, DVec3) {
         let (gap, direction) = self.gap(n);
         let low = gap * self.unit;
@@ -158,8 +160,8 @@ impl Pair {
         best.or_edges(&Edge::facing(&self.a, to_b), &Edge::facing(&self.b, -to_b))
     }
 
-    /// Proven gap between the projections on a line along `n`, which may have any length, and its
-    /// unit vector from `b` to `a`; zero if none is proven.
+    /// Proven gap between the projections on a line along `n`, which may have any length, and the
+    /// unit vector along `n` that points from `b` to `a`. Both are zero if no gap is proven.
     fn gap(&self, n: DVec3) -> (f64, DVec3) {
         let n = n * (1.0 / largest(n.abs()));
         let (a_low, a_high) = range(&self.a, n);
@@ -182,7 +184,7 @@ fn larger_components(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z))
 }
 
-/// Least and largest projection on `n`.
+/// Least and largest projection of the corners on `n`.
 fn range(t: &Triangle, n: DVec3) -> (f64, f64) {
     let (x, y, z) = (t[0].dot(n), t[1].dot(n), t[2].dot(n));
     let (low, high) = if x < y { (x, y) } else { (y, x) };
@@ -203,7 +205,7 @@ struct Features {
     direction: DVec3,
 }
 
-/// An edge, and the position of the third corner.
+/// An edge, and the position of the triangle's third corner.
 struct Edge {
     start: DVec3,
     end: DVec3,
@@ -261,9 +263,9 @@ impl Edge {
         [clamped((d_e * t - d_from) * self.inverse), t]
     }
 
-    /// Separating direction of two edges whose closest points have these parameters and differ by
-    /// `between`. It is perpendicular to each edge that has its point inside. The flag is true if
-    /// the direction is exact even where the edges nearly meet.
+    /// Separating direction of two edges. Their closest points have these parameters and differ by
+    /// `between`. The direction is perpendicular to each edge that has its point inside. The flag
+    /// is true if the direction is exact even where the edges nearly meet.
     fn direction(&self, other: &Self, parameters: [f64; 2], between: DVec3) -> (DVec3, bool) {
         let (d, e) = (self.step, other.step);
         let is_inside = |s: f64| s > 0.0 && s < 1.0;
@@ -285,10 +287,10 @@ impl Edge {
 }
 
 impl Features {
-    /// Tests a face against the corners of the other triangle. Only the corner closest to its plane
-    /// can be the closest point: the distance to the face falls on the way from another corner to
-    /// it. Returns true if the best features are certainly the closest of all, because all corners
-    /// are on one side.
+    /// Tests a face against the corners of the other triangle. Only the corner closest to the
+    /// face's plane can be the closest point: from every other corner, the distance to the face
+    /// decreases on the way to it. Returns true if all corners are on one side and the foot is
+    /// inside the face: then the best features are certainly the closest of all.
     fn or_face(
         &mut self,
         face: &Triangle,
@@ -307,8 +309,8 @@ impl Features {
         };
         let corner = other[lower(lower(0, 1), 2)];
         let (mut s, mut t, mut foot, area) = (0.0, 0.0, face[0], normal.length_squared());
-        // Twice: on a sliver, the error of the first foot is as many roundings as the sliver is
-        // longer than wide.
+        // A second pass corrects the first foot. On a sliver, the error of the first is as many
+        // roundings as the sliver is longer than wide.
         for _ in 0..2 {
             s += y.cross(normal).dot(corner - foot) / area;
             t += normal.cross(x).dot(corner - foot) / area;
@@ -329,8 +331,9 @@ impl Features {
         heights.iter().all(|height| *height > 0.0) || heights.iter().all(|height| *height < 0.0)
     }
 
-    /// Tests two edges. Returns true if they are certainly the closest features of all: the planes
-    /// through both points, perpendicular to the direction, also separate the third corners.
+    /// Tests two edges. Returns true if they are certainly the closest features of all. This is so
+    /// if the planes through their closest points, perpendicular to the direction, also separate
+    /// the third corners.
     fn or_edges(&mut self, d: &Edge, e: &Edge) -> bool {
         let [s, t] = d.parameters(e);
         let (on_d, on_e) = (d.step * s, e.step * t);
@@ -356,8 +359,8 @@ impl Features {
     }
 }
 
-/// Squared distance, in the unit of a pair, below which the difference of two points is too inexact
-/// to decide sides.
+/// Squared distance (in the squared unit of the pair) below which the difference of two points is
+/// too inexact to decide on which side of a plane a corner lies.
 const NEAR: f64 = 1e-6;
 
 /// Squared sine below which two edges have no perpendicular direction.

@@ -28,9 +28,9 @@ enum Family {
     Whole,
     /// Nearly in parallel planes.
     Sheets,
-    /// A corner of one on an edge or corner of the other.
+    /// A corner of one triangle lies on an edge or corner of the other.
     Touching,
-    /// A corner close to a face, or another feature to another, down to 2^-60.
+    /// A corner is close to a face, or another feature to another, down to 2^-60.
     Near,
     /// 1e-12 and 1e-6 wide.
     Slivers,
@@ -42,9 +42,9 @@ enum Family {
     Huge,
     /// 1e8 from the origin.
     Far,
-    /// One down to 2^-60 times smaller.
+    /// One triangle is smaller by a factor of down to 2^-60.
     Unequal,
-    /// Least and largest numbers together.
+    /// The least and the largest numbers together.
     Magnitudes,
 }
 
@@ -133,7 +133,7 @@ impl Family {
     }
 }
 
-/// Moves the second triangle towards the first until about this distance is left.
+/// Moves the second triangle towards the first until their distance is about `distance`.
 fn moved_close([a, b]: [Triangle; 2], distance: f64) -> [Triangle; 2] {
     let found = closest(&a, &b);
     let step = found.direction * (found.low - distance);
@@ -204,8 +204,8 @@ fn bounds_hold_and_are_tight() {
     }
 }
 
-/// The exhaustive search needs no first result: for all triangles, one of all features is the
-/// closest.
+/// The exhaustive search needs no first result: one of its candidates is the closest for every
+/// pair.
 #[test]
 fn every_feature_is_enough() {
     let none = Closest {
@@ -235,8 +235,8 @@ fn every_feature_is_enough() {
     }
 }
 
-/// The reported points are close to the triangles, and as far apart as reported. Tests them as
-/// triangles of one point.
+/// The reported points are close to the triangles, and as far apart as reported. Each point is
+/// tested as a triangle of three equal corners.
 #[test]
 fn points_lie_on_the_triangles() {
     for family in [
@@ -330,7 +330,7 @@ fn all_features() -> impl Iterator<Item = Features> {
     }))
 }
 
-/// Tests all claims of closest features. Where the claim is right, there must be a result.
+/// Claims each pair of features to be the closest. If the claim is right, there must be a result.
 #[test]
 fn four_pairs_of_known_features() {
     let sets = [Instructions::detect(), Instructions::PORTABLE];

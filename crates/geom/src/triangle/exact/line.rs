@@ -1,6 +1,6 @@
-//! Exact tests of a ray or a segment against a triangle: the side on which it passes an edge,
-//! whether and where it meets the plane, and what they share if they lie in one plane. Used only
-//! where `f64` is in doubt ([`crate::triangle::ray`]).
+//! Exact tests of a ray or a segment against a triangle: the side on which it passes an edge, the
+//! point at which it meets the plane, and the points that both share if they lie in one plane. Used
+//! only where `f64` is in doubt ([`crate::triangle::ray`]).
 
 use super::sum::{Sum, Term, on_grid};
 use crate::Ray;
@@ -8,8 +8,8 @@ use arrayvec::ArrayVec;
 use core::array::from_fn;
 use glam::DVec3;
 
-/// Points of a ray and a triangle on one grid: origin, base and target of the direction, three
-/// corners.
+/// Points of a ray and of a triangle on one grid: the origin, the base and the target of the
+/// direction, and the three corners.
 pub struct Line {
     points: [[Term; 3]; 6],
     width: u32,
@@ -20,7 +20,7 @@ pub struct Line {
 type Row = [usize; 2];
 
 const ORIGIN: usize = 0;
-/// End of a segment; of a ray, the target of the direction.
+/// The end of a segment. For a ray, the target of the direction.
 const END: usize = 2;
 const DIRECTION: Row = [END, 1];
 
@@ -29,14 +29,14 @@ const fn corner(i: usize) -> usize {
     3 + i % 3
 }
 
-/// Rows of the product of a vector with the triangle's normal. The plane's parameter on the line is
-/// `above / along`; both are such products.
+/// Rows of a determinant: the dot product of the difference `first` and the triangle's normal. The
+/// line meets the plane at the parameter `above / along`; both are such determinants.
 const fn rows(first: Row) -> [Row; 3] {
     [first, [corner(1), corner(0)], [corner(2), corner(0)]]
 }
 
-/// A point of the line, with its parameter `t`. The signs are 1 if it lies after the origin, or
-/// after the end of a segment, and -1 if before.
+/// A point of the line at the parameter `t`. `after_origin` is 1 after the origin, -1 before it and
+/// 0 at it. `after_end` compares with the end of a segment likewise.
 struct Point {
     after_origin: i8,
     after_end: i8,
@@ -44,7 +44,7 @@ struct Point {
 }
 
 impl Point {
-    /// The parameter of `p` is the measure from the origin to `p`, divided by the measure of the
+    /// The parameter of point `p` is `measure` from the origin to `p`, divided by `measure` of the
     /// direction.
     fn new(measure: impl Fn(Row) -> Sum, p: usize) -> Self {
         let (above, along) = (measure([p, ORIGIN]), measure(DIRECTION));
@@ -93,9 +93,9 @@ impl Line {
             .quotient(&self.volume(rows(DIRECTION)))
     }
 
-    /// The least parameter of a common point, if there is one. The line lies in one plane with the
-    /// triangle, or with the segment or point to which it degenerates. That is, it passes all edges
-    /// on no side.
+    /// The least parameter of a common point, if there is one. The line must lie in one plane with
+    /// the triangle, or with the segment or point to which the triangle degenerates:
+    /// [`side`](Self::side) is 0 for all edges.
     ///
     /// The projection along an axis is injective on that plane if not all orientations about the
     /// line vanish. If they vanish for all axes, the triangle is a part of the line.

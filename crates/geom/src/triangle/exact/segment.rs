@@ -1,16 +1,16 @@
 //! The segment in which two triangles meet.
 //!
 //! Each end is a corner, or the point in which an edge of one triangle crosses the plane of the
-//! other. Exact signs decide which corner or edge it is. The position along the edge comes from volumes, which are exact where `f64` is in
-//! doubt. So no error is amplified: the ends are off by the rounding of their coordinates, even if
-//! the triangles are thin, flat or nearly parallel.
+//! other. Exact signs decide which corner or edge it is. The position along the edge comes from
+//! volumes, which are exact where `f64` is in doubt. So no error is amplified: the ends are off by
+//! the rounding of their coordinates, even if the triangles are thin, flat or nearly parallel.
 
 use super::{Pair, Position, Triangle, crossing_edge, intersects, lone_corner, turned};
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-/// Error of an end along an axis up to which `f64` suffices, relative to the largest coordinate:
-/// less than 1e-12 / sqrt 3.
+/// Largest error of an end along an axis for which `f64` suffices, relative to the largest
+/// coordinate. It is less than 1e-12 / sqrt 3.
 const TOLERANCE: f64 = 5e-13;
 
 /// The segment in which the closed triangles meet; see [`crate::triangle_segment`].
@@ -48,8 +48,8 @@ struct Ends<'a> {
 }
 
 impl Ends<'_> {
-    /// The later of the points k' and i, and the earlier of k and i', in the names of
-    /// [`Pair::crossing_meet`]. The signs of volumes order them, as they do there.
+    /// The start is the later of the points k' and i of [`Pair::crossing_meet`], and the end is the
+    /// earlier of k and i'. The signs of volumes order them, as they do there.
     fn of_crossing(&self, a_sides: [i8; 3], b_sides: [i8; 3]) -> [DVec3; 2] {
         let Pair { a, b, signs, .. } = self.pair;
         let (p, a_above) = lone_corner(a_sides);
@@ -77,13 +77,13 @@ impl Ends<'_> {
         )
     }
 
-    /// The tolerance as a fraction of an edge's length.
+    /// The tolerance as a fraction of the largest component of the edge.
     fn share(&self, [p, q]: [DVec3; 2]) -> f64 {
         self.tolerance / (q - p).abs().max_element()
     }
 
-    /// The two points of the common polygon that are farthest apart. Its corners are corners of one
-    /// triangle in the other, and points where edges cross.
+    /// The two points of the common polygon that are farthest apart. Corners of this polygon are
+    /// the corners of each triangle that lie in the other, and the points where edges cross.
     fn of_chord(&self) -> Option<[DVec3; 2]> {
         let Pair { a, b, extent, .. } = self.pair;
         let mut corners = ArrayVec::<DVec3, 15>::new();
@@ -107,8 +107,9 @@ impl Ends<'_> {
         longest.map(|(_, chord)| chord)
     }
 
-    /// The point at which two edges in one plane cross, if it is inside both. Projected along an
-    /// axis in the plane, all orientations are 0. Along any other axis they are those of the plane.
+    /// The point at which two edges in one plane cross, if it is inside both. In the projection
+    /// along an axis that lies in the plane, all orientations are 0. Along any other axis, they are
+    /// those of the plane.
     fn crossing(&self, e: [DVec3; 2], f: [DVec3; 2]) -> Option<DVec3> {
         let signs = &self.pair.signs;
         let crosses = |axis: usize, [p, q]: [DVec3; 2], points: [DVec3; 2]| {
@@ -124,8 +125,8 @@ fn edge(t: &Triangle, i: usize) -> [DVec3; 2] {
     [t[i], t[(i + 1) % 3]]
 }
 
-/// The point of a segment at this fraction, computed from the closer end. So fractions 0 and 1 give
-/// the ends.
+/// The point at the fraction `share` of a segment, computed from the closer end. So fractions 0 and
+/// 1 give the ends.
 fn between([p, q]: [DVec3; 2], share: f64) -> DVec3 {
     let point = if share <= 0.5 {
         p + (q - p) * share

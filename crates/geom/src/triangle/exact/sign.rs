@@ -1,8 +1,8 @@
 //! Exact signs of volumes (3x3 determinants of coordinate differences) and of areas (2x2).
 //!
 //! A sign comes from plain `f64` arithmetic if the result exceeds a proven error bound. Otherwise
-//! crate `robust` computes it again (adaptive floating-point expansions). Where those could
-//! overflow or underflow, it is computed as a [`Sum`] of products.
+//! the crate `robust` computes it again (adaptive floating-point expansions). Where its arithmetic
+//! could overflow or underflow, the sign is that of a [`Sum`] of products.
 
 use core::array::from_fn;
 
@@ -34,7 +34,7 @@ const VOLUME_BOUND: f64 = 32.0 * f64::EPSILON;
 const AREA_BOUND: f64 = 8.0 * f64::EPSILON;
 
 impl Signs {
-    /// For points in a box of this size.
+    /// Signs for points in a box of this size.
     pub fn within(extent: DVec3) -> Self {
         let is_safe = extent.max_element() <= LARGEST;
         Self {
@@ -74,9 +74,10 @@ impl Signs {
         }
     }
 
-    /// Position of the plane of `t` along `p q`, as a fraction of the length. The points are not
-    /// strictly on one side of the plane, and not both in it. The fraction is off by less than
-    /// `tolerance` or by a few roundings, or 0 is as good a result.
+    /// Position of the plane of `t` along `p q`, as a fraction of the length. The points `p` and
+    /// `q` are not strictly on one side of the plane, and not both in it. The error is less than
+    /// `tolerance`, or a few roundings. So if `tolerance` is 1 or more, the result may be any
+    /// fraction.
     pub fn share_to_plane(&self, t: &[DVec3; 3], [p, q]: [DVec3; 2], tolerance: f64) -> f64 {
         let bound = VOLUME_BOUND * self.extent.x * self.extent.y * self.extent.z;
         let points = [t[0], t[1], t[2], p, q].map(|p| p.to_array());
@@ -90,7 +91,7 @@ impl Signs {
     }
 
     /// Position of the line `r s` along `p q`, projected along `axis`, as a fraction of the length.
-    /// The points are strictly on different sides. The error is that of
+    /// The points `p` and `q` are strictly on different sides of the line. The error is that of
     /// [`share_to_plane`](Self::share_to_plane).
     pub fn share_to_line(
         &self,
@@ -116,10 +117,10 @@ impl Signs {
     }
 }
 
-/// Fraction of the way at which a value that changes linearly from one number to another is zero.
-/// The numbers have different signs, and each is off by at most `bound`. `None` if the fraction is
-/// not certain to less than the tolerance. With errors `d` and `e`, it is off by
-/// `((1 - share) d + share e) / span`.
+/// Fraction of the way from `from` to `to` at which a value that changes linearly is zero. The two
+/// numbers have different signs, and each has an error of at most `bound`. `None` if the error of
+/// the fraction may reach `tolerance`. With errors `d` and `e` of the numbers, that error is `((1 -
+/// share) d + share e) / span`.
 fn fast_share(from: f64, to: f64, bound: f64, tolerance: f64) -> Option<f64> {
     let span = from - to;
     (bound < tolerance * span.abs()).then(|| (from / span).clamp(0.0, 1.0))
@@ -152,9 +153,9 @@ fn sign(value: f64) -> i8 {
 
 /// True if `robust` is exact for these coordinates.
 ///
-/// It adds products of three differences. If all magnitudes are below 2^300, no product exceeds
-/// 2^910. If all are zero or at least 2^-288, every coordinate is a multiple of 2^-340 and every
-/// product a multiple of 2^-1020, above the least denormal 2^-1074. So nothing overflows or
+/// `robust` adds products of three differences. If all magnitudes are below 2^300, no product
+/// exceeds 2^910. If all are zero or at least 2^-288, every coordinate is a multiple of 2^-340 and
+/// every product a multiple of 2^-1020, above the least denormal 2^-1074. So nothing overflows or
 /// underflows, and its error-free transformations are error-free.
 fn is_safe(coordinates: &[f64]) -> bool {
     let in_range = |x: f64| {
@@ -163,9 +164,10 @@ fn is_safe(coordinates: &[f64]) -> bool {
     coordinates.iter().all(|&x| in_range(x))
 }
 
-/// True if the points share a coordinate, or are at most two points when seen along an axis: then
-/// they lie in a plane. The corners of floors and walls do, and manufactured parts have many of
-/// those. Where copies of such parts coincide, nearly all points in doubt do.
+/// True if all points share a coordinate, or if they are at most two points when seen along an
+/// axis. Then they lie in a plane. This is common: it holds for corners on floors and walls, and
+/// manufactured parts have many of those. Where copies of such parts coincide, it holds for nearly
+/// all points whose sign is in doubt.
 fn share_floor_or_wall(points: &[[f64; 3]; 4]) -> bool {
     (0..3).any(|i| {
         let [p, q, r, s] = points.map(|p| [p[i], p[(i + 1) % 3]]);
@@ -193,7 +195,7 @@ fn exact_side(points: [[f64; 3]; 4]) -> i8 {
 /// `det(p1 - p0, p2 - p0, p3 - p0)` of points on a grid of this width.
 fn exact_volume(points: [&[Term; 3]; 4], width: u32) -> Sum {
     let mut sum = Sum::new(width);
-    // Expanded: the determinants of all triples of points.
+    // Expanded into the determinants of all triples of points.
     for triple in [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]] {
         let [p, q, r] = triple.map(|i: usize| points[i]);
         for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {

@@ -32,8 +32,9 @@ impl Term {
     }
 }
 
-/// The coordinates in units of the largest power of two that makes integers of all, and their
-/// width: each is below `2^width`. Over all of `f64` the width is at most 1024 + 1074.
+/// The coordinates as integers, in units of the largest power of two for which all are integers.
+/// The width is a number of bits: each integer is below `2^width`. Over all of `f64` it is at most
+/// 1024 + 1074.
 pub(super) fn on_grid<const D: usize, const N: usize>(
     points: [[f64; D]; N],
 ) -> ([[Term; D]; N], u32) {
@@ -59,7 +60,8 @@ pub(super) fn on_grid<const D: usize, const N: usize>(
 
 /// A sum of at most 48 products of three terms from a grid, added or subtracted.
 pub(super) struct Sum {
-    /// The sum of what was added, and of what was subtracted; least limb first.
+    /// The sum of the added products, then the sum of the subtracted ones. The least limb comes
+    /// first.
     parts: [[u64; LIMBS]; 2],
     /// Number of limbs that may be in use.
     limbs: usize,
@@ -69,8 +71,8 @@ const LIMBS: usize = limbs(1024 + 1074);
 
 const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
 
-/// A product is below 2^(3 width). 48 of them, if their signs gather all in one part, are below
-/// 2^(3 width + 6).
+/// A product is below 2^(3 width). Even if all 48 products go to one part, their sum is below 2^(3
+/// width + 6).
 const fn limbs(width: u32) -> usize {
     (3 * width as usize + 6).div_ceil(64)
 }
@@ -132,23 +134,24 @@ impl Sum {
         added.cmp(subtracted) as i8
     }
 
-    /// `|self| / (|self| + |other|)` for sums of equal width that are not both 0, off by a few
-    /// roundings of 1.
+    /// `|self| / (|self| + |other|)` for sums of equal width that are not both 0. The error is a
+    /// few roundings of 1.
     pub fn share_of_sizes(&self, other: &Self) -> f64 {
         let sizes = [self.size(), other.size()];
         let top = (0..self.limbs)
             .rev()
             .find(|&i| sizes.iter().any(|size| size[i] != 0))
             .unwrap_or(0);
-        // Takes the same two limbs of both. The limbs below are less than 2^-64 of the larger size.
+        // Both sizes use the limbs `top` and `top - 1`. The limbs below are less than 2^-64 of the
+        // larger size.
         let [size, rest] = sizes.map(|size| {
             size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64
         });
         size / (size + rest)
     }
 
-    /// `self / other` for a nonzero `other` of equal width, off by a few roundings; infinite beyond
-    /// the range of `f64`.
+    /// `self / other` for a nonzero `other` of equal width. The error is a few roundings; the
+    /// result is infinite beyond the range of `f64`.
     pub fn quotient(&self, other: &Self) -> f64 {
         let [(upper, top), (lower, bottom)] = [self, other].map(|sum| {
             let size = sum.size();

@@ -28,8 +28,8 @@ pub const LARGEST_PARAMETER: f32 = 4.0;
 pub struct Candidates {
     /// The ray may meet the triangle at a parameter within the tested range.
     pub may_meet: u32,
-    /// The line certainly passes all three edges counterclockwise (as seen from
-    /// [`super::Side::Front`]), or all clockwise.
+    /// `front`: the line certainly passes all three edges counterclockwise, as seen from
+    /// [`super::Side::Front`]. `back`: it certainly passes all three clockwise.
     pub front: u32,
     pub back: u32,
 }

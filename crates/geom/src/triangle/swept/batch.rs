@@ -6,9 +6,9 @@ use crate::tolerance::ROUNDING;
 use crate::triangle::batch::{Placement, Rows, Transposed, UNDERFLOW};
 use crate::triangle::distance::Pair;
 
-/// Earliest times at which `a[i]` and `b[i]` may meet, for the eight lanes, and a bit mask of the
-/// lanes that may meet before `cut`. If `spread`, all lanes hold one pair, and each covers an
-/// eighth of the time.
+/// Lower bounds of the times at which `a[i]` and `b[i]` meet, and a bit mask of the lanes that may
+/// meet before `cut`. Times are in substeps, from -1/2 to 1/2. If `spread`, all lanes hold one
+/// pair, and each lane covers an eighth of the substep.
 #[inline(always)]
 pub fn windows<L: Lanes>(
     lanes: L,
@@ -35,12 +35,13 @@ pub fn windows<L: Lanes>(
 /// Eight pairs; the triangles of B move.
 struct Gliding<L: Lanes> {
     of: Pair<L>,
-    /// Displacement of each corner of B in half of the time, and the bend of its line by then.
+    /// `ways`: displacement of each corner of B during half of the lane's time. `bend`: deviation
+    /// of a corner from its straight line at either end of that time.
     ways: [V8<L>; 3],
     bend: V8<L>,
-    /// A quarter of the acceleration in the whole of the time.
+    /// A quarter of the acceleration, in A's units per squared substep.
     acceleration: V8<L>,
-    /// Middle and length of the time covered, in substeps.
+    /// Middle and length of the lane's time, in substeps.
     middle: F8<L>,
     length: F8<L>,
 }
@@ -91,7 +92,7 @@ impl<L: Lanes> Gliding<L> {
         }
     }
 
-    /// Assigns an eighth of the time to each lane.
+    /// Assigns an eighth of the substep to each lane.
     #[inline(always)]
     fn spread(&mut self, lanes: L) {
         let middle = F8::load(
@@ -122,8 +123,8 @@ impl<L: Lanes> Gliding<L> {
         (self.middle, self.length) = (middle, eighth);
     }
 
-    /// Begin of each window, rounded down, and a bit mask of the windows that are not empty and
-    /// begin before `cut`.
+    /// Start of each window, rounded down, and a bit mask of the windows that are not empty and
+    /// start before `cut`.
     #[inline(always)]
     fn alive(&self, lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
         let slop = F8::splat(lanes, 8.0 * ROUNDING);
@@ -136,25 +137,26 @@ impl<L: Lanes> Gliding<L> {
     }
 }
 
-/// Eight pairs at both ends of their time. The directions turn with B if `SWINGS`.
+/// Eight pairs at the start and at the end of their time. The directions turn with B if `SWINGS`.
 struct Ends<L: Lanes, const SWINGS: bool> {
-    /// Edges of A: two from its first corner, and the third.
+    /// Edges of A: the two from its first corner, then the third.
     p: [V8<L>; 3],
-    /// First corner of B, and its edges, at the begin and at the end.
+    /// First corner of B (`q`) and edges of B (`f`), at the start and at the end.
     q: [V8<L>; 2],
     f: [[V8<L>; 3]; 2],
     /// Edges of B halfway through the time interval.
     middle: [V8<L>; 3],
     bend: V8<L>,
-    /// Deviation of the first corner from the line between its two end positions, per component of
-    /// the direction's change.
+    /// How far the first corner's projection may deviate from linear interpolation between both
+    /// ends: the dot product of this vector with the change of the direction.
     sag: V8<L>,
-    /// Error bound of a gap per component of the direction, and per component of the direction's
-    /// change.
+    /// The error bound of a gap is the dot product of `error` with the magnitudes of the
+    /// direction's components, plus that of `give` with the magnitudes of the direction's change.
     error: V8<L>,
     give: V8<L>,
-    /// Rounding error: the distance between the projections of an edge's two ends on the cross
-    /// product of this edge and another one. Both edges are of A, both of B, or one of each.
+    /// An edge's two ends would project to one point on the exact cross product of this edge and
+    /// another one. This bounds the distance of their projections on the rounded product, for two
+    /// edges of A, two of B, and one of each.
     slop: [F8<L>; 3],
 }
 
@@ -164,16 +166,16 @@ fn longest<L: Lanes>([x, y, z]: [V8<L>; 3]) -> F8<L> {
     dot(x, x).max(dot(y, y)).max(dot(z, z)).sqrt()
 }
 
-/// Least and greatest projection of a triangle, relative to its first corner, from the projections
-/// of its edges from there.
+/// Least and greatest projection of a triangle, relative to that of its first corner. `x` and `y`
+/// are the projections of its two edges from that corner.
 #[inline(always)]
 fn extent<L: Lanes>(lanes: L, x: F8<L>, y: F8<L>) -> [F8<L>; 2] {
     let zero = F8::splat(lanes, 0.0);
     [zero.min(x).min(y), zero.max(x).max(y)]
 }
 
-/// Extent of a triangle along a direction on which two of its corners have the same
-/// projection `x`; that of the third is 0.
+/// [`extent`] along a direction on which two corners of the triangle project to 0 and the third to
+/// `x`, or one to 0 and two to `x`.
 #[inline(always)]
 fn to_corner<L: Lanes>(lanes: L, x: F8<L>) -> [F8<L>; 2] {
     let zero = F8::splat(lanes, 0.0);
@@ -228,7 +230,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         }
     }
 
-    /// Begin of the window in which each pair may meet, and the bit mask: see [`Gliding::alive`].
+    /// Start of the window in which each pair may meet, and the bit mask of [`Gliding::alive`].
     #[inline(always)]
     fn window(&self, lanes: L, pair: &Gliding<L>, cut: f32) -> (F8<L>, u32) {
         let all = [F8::splat(lanes, -0.5), F8::splat(lanes, 0.5)];
@@ -248,7 +250,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         pair.alive(lanes, window, cut)
     }
 
-    /// Extents of B from its first corner on a direction, at the begin and at the end.
+    /// Extents of B along a direction, relative to its first corner, at the start and at the end.
     #[inline(always)]
     fn extents_of_b(&self, lanes: L, n: V8<L>) -> [[F8<L>; 2]; 2] {
         let [e, f] = &self.f;
@@ -296,8 +298,8 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         }
     }
 
-    /// Narrows a window by the product of edge `i` of A and edge `j` of B. Both ends of an edge
-    /// project to one point there.
+    /// Narrows a window by the direction that is the cross product of edge `i` of A and edge `j` of
+    /// B. Along it, both ends of either edge have one projection.
     #[inline(always)]
     fn on_edges(&self, lanes: L, i: usize, j: usize, window: [F8<L>; 2]) -> [F8<L>; 2] {
         let [e, f] = &self.f;
@@ -329,7 +331,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
     }
 
     /// Narrows a window by a direction of any length that changes from `m` to `n`. `of_a` and
-    /// `of_b` are the extents of the triangles at both ends of the time; they are off by at most
+    /// `of_b` are the extents of the triangles at the start and at the end. Their error is at most
     /// `slop`.
     #[inline(always)]
     fn on(
@@ -351,8 +353,8 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         }
         let (up, down) = (bend.min(sag) - error, bend.max(sag) + error);
         let (b, c) = (dot(self.q[0], m), dot(self.q[1], n));
-        // Gap of B above A, and below, at the begin and at the end. In between it is at least the
-        // linear interpolation.
+        // Gaps at the start and at the end: of B above A, and of B below A. In between, each gap is
+        // at least its linear interpolation.
         let (above, below) = (
             b + (of_b[0][0] - of_a[0][1]) + up,
             (of_a[0][0] - of_b[0][1]) - b - down,

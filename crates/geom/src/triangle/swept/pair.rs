@@ -11,19 +11,22 @@ pub struct Swept {
     a: [DVec3; 3],
     b: [DVec3; 3],
     velocities: [DVec3; 3],
-    /// Bends of these lines at the ends of the time, and the largest components of the bends.
+    /// Deviations of B's corners from their lines at the ends of the time, and the largest
+    /// magnitude of these deviations per axis.
     bends: [DVec3; 3],
     most_bent: DVec3,
-    /// Further error bound of the corners, including thickness.
+    /// Upper bound of the other errors of the corners' positions, plus the thickness of the
+    /// surfaces.
     error: f64,
-    /// Largest coordinates of both triangles and of the displacement, added per axis.
+    /// Per axis, the sum of the largest magnitudes: of A's corners, B's corners, the displacement
+    /// of B in half of the time, and the deviations.
     reach: DVec3,
     half: f64,
     /// True if all corners have the same velocity.
     is_straight: bool,
 }
 
-/// Begin and end of the time in which two triangles may meet.
+/// Start and end of the time in which two triangles may meet.
 pub type Window = [f64; 2];
 
 /// Largest magnitude per axis.
@@ -37,7 +40,7 @@ fn edges([x, y, z]: &[DVec3; 3]) -> [DVec3; 3] {
 }
 
 impl Swept {
-    /// Motion for times from `-half` to `half`; the triangles are given at time 0.
+    /// A motion during times from `-half` to `half`. The triangles are given at time 0.
     pub fn new(
         a: &[DVec3; 3],
         b: &[DVec3; 3],
@@ -67,10 +70,11 @@ impl Swept {
         }
     }
 
-    /// Window in which the triangles may meet; `None` if they never do. Tests both normals and the
-    /// products of their edges, which turn with B. Stops once the window does not begin before
-    /// `latest`. If the planes are nearly parallel, these directions separate little within the
-    /// planes. So it adds the directions across the edges in the planes.
+    /// Window in which the triangles may meet; `None` if they never do. Tests the directions of
+    /// both normals and of the cross products of edges; these turn with B. Stops once the window
+    /// starts at `latest` or later. If the planes are nearly parallel, these directions hardly
+    /// separate triangles within the planes. Then it also tests the directions in the planes that
+    /// are perpendicular to an edge.
     pub fn window(&self, latest: f64) -> Option<Window> {
         let (of_a, of_b, turns) = (edges(&self.a), edges(&self.b), edges(&self.velocities));
         let size = largest(most(of_a).max(most(of_b)));
@@ -110,8 +114,8 @@ impl Swept {
         self.on_turning_with_b(n, || DVec3::ZERO, 0.0, window)
     }
 
-    /// Narrows a window by a direction that is `n` in the middle of the time and turns by `turn`
-    /// per unit of time. The turn adds about `turned` to projections.
+    /// Narrows a window by a direction that is `n` at time 0 and changes by `turn` per unit of
+    /// time. This change adds about `turned` to projections.
     fn on_turning_with_b(
         &self,
         n: DVec3,
@@ -132,8 +136,8 @@ impl Swept {
         }
     }
 
-    /// Error bound of projections on `n`, which has this squared length; `None` if nothing is
-    /// known.
+    /// Error bound of projections on `n`, whose squared length is `square`; `None` if it is not
+    /// finite.
     #[inline(always)]
     fn error_on(&self, n: DVec3, square: f64) -> Option<f64> {
         let error = n.abs().dot(self.reach) * ROUNDINGS
@@ -187,8 +191,8 @@ impl Swept {
         let is_below = |j: usize| stays(high - of_b[j] - smaller(bends[j], 0.0), j);
         let is_above = |j: usize| stays(of_b[j] - low + larger(bends[j], 0.0), j);
         if (0..3).any(is_below) && (0..3).any(is_above) {
-            // The usual case: the projections overlap all the time, and no less if the direction
-            // turns.
+            // The usual case: the projections overlap during all of the time, for the fixed
+            // direction and for the one that turns.
             return Some([enter, leave]);
         }
         let turn = turn();
@@ -203,8 +207,8 @@ impl Swept {
         let speeds_of_b: [f64; 3] = array::from_fn(|j| speeds[j] + self.b[j].dot(turn));
         let bends: [f64; 3] =
             array::from_fn(|j| bends[j] + self.velocities[j].dot(turn) * (half * half));
-        // The triangles may meet while a corner of B is below one of A and a corner of B is above
-        // one of A.
+        // The triangles can meet only while some corner of B is below one of A and some corner of B
+        // is above one of A.
         let below = self.while_any(|i, j| {
             (
                 of_a[i] - of_b[j] + error - smaller(bends[j], 0.0),
@@ -223,8 +227,8 @@ impl Swept {
         )
     }
 
-    /// Hull of the times at which one of nine points has not moved farther than its room. `thing`
-    /// gives room and speed of a point.
+    /// Hull of the times `t` at which `room >= speed t` for one of nine pairs of corners. `thing`
+    /// gives room and speed of a pair.
     fn while_any(&self, thing: impl Fn(usize, usize) -> (f64, f64)) -> Window {
         let half = self.half;
         let things = (0..9).map(|k| thing(k / 3, k % 3));
@@ -239,7 +243,7 @@ impl Swept {
         })
     }
 
-    /// Times at which a point with this speed has not moved farther than `room`.
+    /// Times `t` at which `room >= speed t`.
     fn until(&self, room: f64, speed: f64) -> Window {
         let half = self.half;
         let window = if speed > 0.0 {

@@ -3,14 +3,14 @@
 mod apart;
 mod broad_phase;
 mod changes;
-#[path = "../common/mod.rs"]
+#[path = "../../../../tests/common/mod.rs"]
 mod common;
 mod compounds;
 mod contacts;
 mod distances;
 mod estimates;
 mod events;
-#[path = "../common/exact_distance.rs"]
+#[path = "../../../../tests/common/exact_distance.rs"]
 mod exact_distance;
 mod groups;
 mod lock_step;

@@ -3,9 +3,9 @@
 //!
 //! All in one test, since the calls of all threads are counted.
 
-#[path = "common/allocations.rs"]
+#[path = "../../../tests/common/allocations.rs"]
 mod allocations;
-#[path = "common/random.rs"]
+#[path = "../../../tests/common/random.rs"]
 #[allow(dead_code, reason = "each test file uses a part")]
 mod random;
 

@@ -1,6 +1,7 @@
 //! Each promise of [`punctual_depenetrate::PushOutQuery`]: what it returns parts the surfaces, gets shorter with the budget, and comes
 //! within it; on meshes of all sorts.
 
+#[path = "../../../tests/common/mod.rs"]
 mod common;
 
 use std::time::Duration;
