@@ -7,6 +7,6 @@ pub use crate::contact::PatchMemory;
 pub use crate::model::cost::TYPICAL_UNIT;
 pub use crate::query::root_test;
 pub use crate::query::{
-    Ask, Deadline, Parting, QueryWithMemory, Question, Remembers, SYSTEM, displacement,
+    Ask, Deadline, QueryWithMemory, Question, Remembers, SYSTEM, SeparatingPlane, displacement,
     flushing_matters,
 };

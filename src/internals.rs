@@ -4,9 +4,9 @@
 
 pub use crate::model::closing::{Closing, between, between_features, closing_features, work_left};
 pub use crate::model::confidence::{
-    Lead, history_features, hit_features, marching_features, probability, recall, recall_features,
+    Lead, history_features, hit_features, probability, recall, recall_features, tracing_features,
 };
-pub use crate::model::front::{FrontSummary, pair_cost};
+pub use crate::model::frontier::{FrontierSummary, pair_cost};
 pub use crate::model::passing::{Passing, passing_features, work_left as motion_work_left};
 pub use crate::model::prediction::{all_left, any_left, features_of_all, features_of_any};
 pub use crate::query::opened::{OpenedPair, opened_pairs};

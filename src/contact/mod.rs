@@ -54,7 +54,7 @@ impl Contact {
         } else {
             [start, end]
         };
-        let (points, normal) = ([0.5 * start + 0.5 * end; 2], parting(of_a, of_b));
+        let (points, normal) = ([0.5 * start + 0.5 * end; 2], separating_plane(of_a, of_b));
         Some(Self {
             triangles,
             points,
@@ -91,7 +91,8 @@ impl Contact {
             points, direction, ..
         } = *found;
         let between = || {
-            unit(points[0] - points[1]).unwrap_or_else(|| parting(face_normal(a), face_normal(b)))
+            unit(points[0] - points[1])
+                .unwrap_or_else(|| separating_plane(face_normal(a), face_normal(b)))
         };
         let normal = if direction == DVec3::ZERO {
             between()
@@ -106,7 +107,7 @@ impl Contact {
 }
 
 /// Contact normal of two faces that intersect, from their normals `a` and `b`.
-fn parting(a: Option<DVec3>, b: Option<DVec3>) -> DVec3 {
+fn separating_plane(a: Option<DVec3>, b: Option<DVec3>) -> DVec3 {
     let difference = b.unwrap_or(DVec3::ZERO) - a.unwrap_or(DVec3::ZERO);
     unit(difference).or(b).unwrap_or(DVec3::X)
 }
@@ -152,12 +153,12 @@ mod tests {
     #[test]
     fn faces_part_along_the_difference_of_their_normals() {
         let [up, down] = [DVec3::Z, DVec3::NEG_Z].map(Some);
-        assert_eq!(parting(down, up), DVec3::Z);
-        assert_eq!(parting(up, down), DVec3::NEG_Z);
-        assert_eq!(parting(up, up), DVec3::Z);
-        assert_eq!(parting(None, down), DVec3::NEG_Z);
-        assert_eq!(parting(up, None), DVec3::NEG_Z);
-        assert_eq!(parting(None, None), DVec3::X);
+        assert_eq!(separating_plane(down, up), DVec3::Z);
+        assert_eq!(separating_plane(up, down), DVec3::NEG_Z);
+        assert_eq!(separating_plane(up, up), DVec3::Z);
+        assert_eq!(separating_plane(None, down), DVec3::NEG_Z);
+        assert_eq!(separating_plane(up, None), DVec3::NEG_Z);
+        assert_eq!(separating_plane(None, None), DVec3::X);
         assert_eq!(
             face_normal(&[DVec3::ZERO, DVec3::X * 1e-200, DVec3::Y * 1e200]),
             Some(DVec3::Z)

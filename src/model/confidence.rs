@@ -1,11 +1,11 @@
 //! Certainty of a partial answer: the probability that two surfaces intersect although no
 //! intersection has been found yet, and the fraction of all intersections that a query has found.
 //!
-//! Both are logistic functions of features of the front ([`FrontSummary`]), fitted on stopped
+//! Both are logistic functions of features of the frontier ([`FrontierSummary`]), fitted on stopped
 //! queries with known outcome.
 
-use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_MARCHING};
-use super::front::FrontSummary;
+use super::constants::{BASE_RATE, HIT, HIT_AFTER_HISTORY, HIT_BEFORE, RECALL, RECALL_TRACING};
+use super::frontier::FrontierSummary;
 use super::prediction::{dot, expected};
 use libm::{exp, log, log2};
 
@@ -16,22 +16,22 @@ pub const DEFAULT_PRIOR: f64 = BASE_RATE;
 /// Features of the probability of a hit: waiting triangle pairs (their boxes overlap, but they are
 /// not tested yet), triangle tests without a hit, and the size, depth and crossing of the open node
 /// pairs.
-pub fn hit_features(front: &FrontSummary) -> [f64; 13] {
-    let waiting = log2(front.triangle_pairs + 1.0);
-    let tested = log2(front.triangle_tests + 1.0);
-    let nodes = log2(front.node_pairs + 1.0);
-    let cost = front.cost.max(1e-9);
+pub fn hit_features(frontier: &FrontierSummary) -> [f64; 13] {
+    let waiting = log2(frontier.triangle_pairs + 1.0);
+    let tested = log2(frontier.triangle_tests + 1.0);
+    let nodes = log2(frontier.node_pairs + 1.0);
+    let cost = frontier.cost.max(1e-9);
     [
         1.0,
         waiting,
         tested,
         nodes,
-        log2(front.cost + 1.0),
-        front.crossing,
-        front.deepest,
-        front.largest / cost,
-        front.depth / cost,
-        f64::from(front.triangle_pairs == 0.0),
+        log2(frontier.cost + 1.0),
+        frontier.crossing,
+        frontier.deepest,
+        frontier.largest / cost,
+        frontier.depth / cost,
+        f64::from(frontier.triangle_pairs == 0.0),
         0.1 * waiting * waiting,
         0.1 * waiting * tested,
         0.1 * waiting * nodes,
@@ -51,11 +51,11 @@ pub struct History {
 }
 
 /// Features of the logit of a hit with a history:
-/// - the logit from the front;
+/// - the logit from the frontier;
 /// - the last verdict as +1 or -1, divided by one plus the number of undecided frames since;
 /// - the previous feature times the logit of the probability that the verdict persists, which
 ///   follows from the rate of changes;
-/// - the deepest penetration in the front, alone and times the second feature. It is more
+/// - the deepest penetration in the frontier, alone and times the second feature. It is more
 ///   informative for a pair in motion than for a pair at an arbitrary pose.
 pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; 6] {
     let sign = if history.met { 1.0 } else { -1.0 };
@@ -77,19 +77,23 @@ pub fn history_features(logit: f64, deepest: f64, history: &History) -> [f64; 6]
 /// `prior` is the fraction of hits among the poses that the caller asks about. It shifts the odds
 /// from [`DEFAULT_PRIOR`], and the result rises with it. The result is between 0 and 1, both
 /// excluded unless nothing is left or the prior is 0 or 1.
-pub fn probability(front: &FrontSummary, history: Option<&History>, prior: f64) -> f64 {
-    if front.is_clear() {
+pub fn probability(frontier: &FrontierSummary, history: Option<&History>, prior: f64) -> f64 {
+    if frontier.is_clear() {
         return 0.0;
     }
-    let weights = if front.is_begun() { &HIT } else { &HIT_BEFORE };
-    let from_front = dot(weights, &hit_features(front));
+    let weights = if frontier.is_begun() {
+        &HIT
+    } else {
+        &HIT_BEFORE
+    };
+    let from_frontier = dot(weights, &hit_features(frontier));
     let with = |history| {
         dot(
             &HIT_AFTER_HISTORY,
-            &history_features(from_front, front.deepest, history),
+            &history_features(from_frontier, frontier.deepest, history),
         )
     };
-    let logit = history.map_or(from_front, with);
+    let logit = history.map_or(from_frontier, with);
     let shift = odds(prior.clamp(0.0, 1.0)) / odds(BASE_RATE);
     let odds = exp(logit.clamp(-20.0, 20.0)) * shift;
     if odds.is_finite() {
@@ -104,17 +108,17 @@ fn odds(probability: f64) -> f64 {
 }
 
 /// Features of the recall: hits found, work done to find them, and work left.
-pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
+pub fn recall_features(frontier: &FrontierSummary) -> [f64; 9] {
     [
         1.0,
-        log2(expected(front) + 1.0),
-        log2(front.found + 1.0),
-        log2(front.triangle_tests + 1.0),
-        log2(front.bv_tests + 1.0),
-        log2(front.triangle_pairs + 1.0),
-        front.deepest,
-        front.depth / front.cost.max(1e-9),
-        front.crossing,
+        log2(expected(frontier) + 1.0),
+        log2(frontier.found + 1.0),
+        log2(frontier.triangle_tests + 1.0),
+        log2(frontier.bv_tests + 1.0),
+        log2(frontier.triangle_pairs + 1.0),
+        frontier.deepest,
+        frontier.depth / frontier.cost.max(1e-9),
+        frontier.crossing,
     ]
 }
 
@@ -125,7 +129,7 @@ pub fn recall_features(front: &FrontSummary) -> [f64; 9] {
 ///
 /// The larger the second kind is relative to the third, the larger is the fraction of the pairs not
 /// yet reached that tracing has found.
-pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
+pub fn tracing_features(frontier: &FrontierSummary) -> [f64; 13] {
     let [
         one,
         left,
@@ -136,14 +140,14 @@ pub fn marching_features(front: &FrontSummary) -> [f64; 13] {
         deepest,
         depth,
         crossing,
-    ] = recall_features(front);
+    ] = recall_features(frontier);
     let kinds = [
-        front.followed - front.passed,
-        front.passed,
-        front.found - front.followed,
+        frontier.followed - frontier.passed,
+        frontier.passed,
+        frontier.found - frontier.followed,
     ];
     let [ahead, passed, new] = kinds.map(|count| log2(count.max(0.0) + 1.0));
-    let follows = f64::from(front.follows);
+    let follows = f64::from(frontier.follows);
     [
         one,
         left,
@@ -172,16 +176,16 @@ pub enum Lead {
 
 /// Expected fraction of the intersecting pairs that has been found: 1 if nothing is left that may
 /// meet, 0 if nothing is found yet.
-pub fn recall(front: &FrontSummary, lead: Lead) -> f64 {
-    if front.is_clear() {
+pub fn recall(frontier: &FrontierSummary, lead: Lead) -> f64 {
+    if frontier.is_clear() {
         return 1.0;
     }
-    if front.found == 0.0 {
+    if frontier.found == 0.0 {
         return 0.0;
     }
     let logit = match lead {
-        Lead::Nothing => dot(&RECALL, &recall_features(front)),
-        Lead::Curves => dot(&RECALL_MARCHING, &marching_features(front)),
+        Lead::Nothing => dot(&RECALL, &recall_features(frontier)),
+        Lead::Curves => dot(&RECALL_TRACING, &tracing_features(frontier)),
     };
     1.0 / (1.0 + exp(-logit))
 }

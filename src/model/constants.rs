@@ -74,8 +74,8 @@ pub(super) const BASE_RATE: f64 = 0.59532;
 /// Logit of the recall: weights of `recall_features`.
 pub(super) const RECALL: [f64; 9] = [0.24755, -0.59158, 0.27036, -0.073537, 0.48435, -0.031655, -0.14588, -0.66470, 0.13313];
 
-/// Logit of the recall of queries that trace curves: weights of `marching_features`.
-pub(super) const RECALL_MARCHING: [f64; 13] = [2.7915, -0.71107, 0.32200, -0.0068241, -0.20890, 0.013899, 0.46217, -0.0092937, 1.0719, -3.1585, 1.0856, -2.0559, 0.29183];
+/// Logit of the recall of queries that trace curves: weights of `tracing_features`.
+pub(super) const RECALL_TRACING: [f64; 13] = [2.7915, -0.71107, 0.32200, -0.0068241, -0.20890, 0.013899, 0.46217, -0.0092937, 1.0719, -3.1585, 1.0856, -2.0559, 0.29183];
 
 /// Quantiles of log2 of the work left in a distance query without a limit: for each, the weights of
 /// `closing_features`.

@@ -43,7 +43,7 @@ pub(crate) const WORK_PER_SWEPT_TEST: u64 = 4;
 pub(crate) const WORK_PER_WINDOW_TEST: u64 = 48;
 
 /// Work of skipping a piece of a motion in which the meshes are too far apart.
-pub(crate) const WORK_PER_PIECE: u64 = 300;
+pub(crate) const WORK_PER_SUBSTEP: u64 = 300;
 
 /// Work of computing, in `f64`, the time in which two moving triangles may meet during one step.
 pub(crate) const WORK_PER_WINDOW: u64 = 600;
@@ -55,17 +55,17 @@ pub(crate) const WORK_PER_SEGMENT: u64 = 700;
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
 /// Work of discarding a pair that needs neither opening nor a test, and of looking up a pair of
-/// clusters in a table.
+/// leaves in a table.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;
 
 /// Work of preparing to trace a curve, of also preparing to trace it in the other direction, and of
 /// finding the next pair along it.
-pub(crate) const WORK_PER_MARCH: u64 = 100;
-pub(crate) const WORK_PER_MARCH_BESIDE: u64 = 30;
-pub(crate) const WORK_PER_MARCH_STEP: u64 = 70;
+pub(crate) const WORK_PER_TRACE: u64 = 100;
+pub(crate) const WORK_PER_TRACE_BESIDE: u64 = 30;
+pub(crate) const WORK_PER_TRACE_STEP: u64 = 70;
 
 /// Work of preparing a ray, of testing it against the children of a node, of testing it against
-/// each triangle of a cluster in `f32`, and of testing it against a triangle in `f64`.
+/// each triangle of a leaf in `f32`, and of testing it against a triangle in `f64`.
 pub(crate) const WORK_PER_RAY: u64 = 100;
 pub(crate) const WORK_PER_RAY_NODE: u64 = 40;
 pub(crate) const WORK_PER_RAY_TRIANGLE: u64 = 8;

@@ -8,8 +8,8 @@
 //!
 //! | known of the query | predicted |
 //! |---|---|
-//! | its front after a probe ([`front`]) | BV tests left ([`prediction`]) |
-//! | its front after a probe | probability of a hit, and recall ([`confidence`]) |
+//! | its frontier after a probe ([`frontier`]) | BV tests left ([`prediction`]) |
+//! | its frontier after a probe | probability of a hit, and recall ([`confidence`]) |
 //! | the cost of the last frame | BV tests left, blended with that cost |
 //! | the progress of a distance query | work left, and quantiles of the distance ([`closing`]) |
 //! | the progress of a motion query | work left ([`passing`]) |
@@ -24,6 +24,6 @@ pub mod confidence;
 #[rustfmt::skip]
 mod constants;
 pub mod cost;
-pub mod front;
+pub mod frontier;
 pub mod passing;
 pub mod prediction;

@@ -12,8 +12,8 @@ use libm::{exp2, log2};
 pub struct Passing {
     /// Number of triangles of A times that of B.
     pub pairs: f64,
-    /// Number of pieces of the motion that are left; may be a fraction.
-    pub pieces: f64,
+    /// Number of substeps of the motion that are left; may be a fraction.
+    pub substeps: f64,
     /// Upper bound of the distance that a point of B travels during the rest of the motion.
     pub way: f64,
     /// Distance between the centers of the meshes where the rest of the motion begins.
@@ -40,7 +40,7 @@ const LONGEST: f64 = 64.0;
 pub fn passing_features(passing: &Passing) -> [f64; 9] {
     let Passing {
         pairs,
-        pieces,
+        substeps,
         way,
         apart,
         nearest,
@@ -54,7 +54,7 @@ pub fn passing_features(passing: &Passing) -> [f64; 9] {
     [
         1.0,
         size,
-        log2(pieces.max(1.0)),
+        log2(substeps.max(1.0)),
         way,
         apart,
         nearest,

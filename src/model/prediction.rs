@@ -1,7 +1,7 @@
-//! Predicts the BV tests left in a query from the summary of its front: a median and a range.
+//! Predicts the BV tests left in a query from the summary of its frontier: a median and a range.
 //!
-//! A quantile `Q` of the tests left is `log2 Q = w . x`, where `x` are a few features of the front.
-//! Each quantile has its own weights `w`, fitted by quantile regression. Before a query the front
+//! A quantile `Q` of the tests left is `log2 Q = w . x`, where `x` are a few features of the frontier.
+//! Each quantile has its own weights `w`, fitted by quantile regression. Before a query the frontier
 //! is the pair of roots, and all tests are left.
 
 use super::constants::{
@@ -9,7 +9,7 @@ use super::constants::{
     TRIANGLE_TESTS_OF_BV_TESTS,
 };
 use super::cost::Counts;
-use super::front::FrontSummary;
+use super::frontier::FrontierSummary;
 use libm::{exp2, log2};
 
 /// An uncertain number: its median, and its 10 % and 90 % quantiles.
@@ -60,25 +60,25 @@ impl Quantiles {
 
 /// BV tests expected in the rest of a query that finds all intersections: those of the probe, plus
 /// the sum of the pair costs. At least 1.
-pub fn expected(front: &FrontSummary) -> f64 {
-    (front.probed + front.cost).max(1.0)
+pub fn expected(frontier: &FrontierSummary) -> f64 {
+    (frontier.probed + frontier.cost).max(1.0)
 }
 
 /// The fraction of [`expected`] that comes from pair costs and not from the probe.
-fn unseen(front: &FrontSummary) -> f64 {
-    front.cost / expected(front)
+fn unseen(frontier: &FrontierSummary) -> f64 {
+    frontier.cost / expected(frontier)
 }
 
 /// Features of [`all_left`]: 1, the logarithm of the expected tests, and the fraction of them that
 /// is only estimated.
-pub fn features_of_all(front: &FrontSummary) -> [f64; 3] {
-    [1.0, log2(expected(front)), unseen(front)]
+pub fn features_of_all(frontier: &FrontierSummary) -> [f64; 3] {
+    [1.0, log2(expected(frontier)), unseen(frontier)]
 }
 
 /// Features of [`any_left`]: those of [`all_left`], the probability of a hit, and the products of
 /// both. A hit ends the query.
-pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
-    let [one, size, unseen] = features_of_all(front);
+pub fn features_of_any(frontier: &FrontierSummary, probability: f64) -> [f64; 6] {
+    let [one, size, unseen] = features_of_all(frontier);
     [
         one,
         size,
@@ -91,38 +91,38 @@ pub fn features_of_any(front: &FrontSummary, probability: f64) -> [f64; 6] {
 
 /// BV tests left in a query that finds all intersections. `previous` is the total of the pair's
 /// previous query.
-pub fn all_left(front: &FrontSummary, previous: Option<f64>) -> Quantiles {
-    if front.is_done() {
+pub fn all_left(frontier: &FrontierSummary, previous: Option<f64>) -> Quantiles {
+    if frontier.is_done() {
         return Quantiles::exactly(0.0);
     }
-    let model = all_by_front(front);
+    let model = all_by_frontier(frontier);
     previous.map_or(model, |previous| {
-        with_history(model, previous, front.bv_tests, ALL_AFTER)
+        with_history(model, previous, frontier.bv_tests, ALL_AFTER)
     })
 }
 
-fn all_by_front(front: &FrontSummary) -> Quantiles {
-    let x = features_of_all(front);
-    Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), front.probed)
+fn all_by_frontier(frontier: &FrontierSummary) -> Quantiles {
+    let x = features_of_all(frontier);
+    Quantiles::ordered(ALL_LEFT.map(|w| exp2(dot(&w, &x))), frontier.probed)
 }
 
 /// BV tests left in a query that ends with the first intersection. `probability` is that of an
 /// intersection.
-pub fn any_left(front: &FrontSummary, probability: f64, previous: Option<f64>) -> Quantiles {
-    if front.is_done() {
+pub fn any_left(frontier: &FrontierSummary, probability: f64, previous: Option<f64>) -> Quantiles {
+    if frontier.is_done() {
         return Quantiles::exactly(0.0);
     }
-    let x = features_of_any(front, probability);
-    let Quantiles { p90, .. } = all_by_front(front);
+    let x = features_of_any(frontier, probability);
+    let Quantiles { p90, .. } = all_by_frontier(frontier);
     let most = |q: f64| q.min(p90);
     let model = Quantiles::ordered(ANY_LEFT.map(|w| most(exp2(dot(&w, &x)))), 1.0);
     previous.map_or(model, |previous| {
-        with_history(model, previous, front.bv_tests, ANY_AFTER)
+        with_history(model, previous, frontier.bv_tests, ANY_AFTER)
     })
 }
 
 /// log2 of the 90 % quantile of the BV tests of a whole query that finds all intersections.
-/// `root_cost` is the [`super::front::pair_cost`] of the roots at their deepest penetration, so
+/// `root_cost` is the [`super::frontier::pair_cost`] of the roots at their deepest penetration, so
 /// their positions do not matter. This function, [`most_of_all_after`] and [`most_of_any_after`]
 /// are rough, because they are called before every query with a budget of time.
 pub fn most(root_cost: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Bounds found without a query are never above the true distance: the [`root_test`], and planes
-//! ([`Parting`]).
+//! ([`SeparatingPlane`]).
 
-use super::parting::Parting;
+use super::separating_plane::SeparatingPlane;
 use super::{Budget, ManualClock, Query, Verdict, Workspace, root_test};
 use crate::mesh::{Mesh, shapes};
 use crate::tree::{BuildOptions, Tree};
@@ -13,7 +13,7 @@ use punctual_geom::random::Random;
 type Bound = fn([&Tree; 2], &Pose, &Workspace) -> f64;
 
 const BOUNDS: [Bound; 2] = [root_test::distance, |trees, pose, workspace| {
-    let (low, tried) = Parting::default().distance(trees, pose, 16, workspace);
+    let (low, tried) = SeparatingPlane::default().distance(trees, pose, 16, workspace);
     assert!(tried <= 16);
     low
 }];
@@ -90,10 +90,11 @@ fn no_more_is_proven_than_is_true() {
                 let away =
                     random.between(0.0, 4.0) * vector(random).try_normalize().unwrap_or(DVec3::X);
                 let drift = [0.0, 1e-6, 3e-4][random.bits() as usize % 3];
-                let skew = DMat3::from_cols_array(&core::array::from_fn(|_| {
+                let rotation_error = DMat3::from_cols_array(&core::array::from_fn(|_| {
                     drift * random.between(-1.0, 1.0)
                 }));
-                let pose = Pose::new(rotation(random) * (DMat3::IDENTITY + skew), away).unwrap();
+                let pose =
+                    Pose::new(rotation(random) * (DMat3::IDENTITY + rotation_error), away).unwrap();
                 tried += 1;
                 for (bound, apart) in BOUNDS.into_iter().zip(&mut apart) {
                     *apart += usize::from(proven(bound, a, b, &pose) > 0.0);
@@ -229,21 +230,28 @@ fn where_no_plane_parts_two_surfaces_none_is_found() {
         tree(shapes::torus(2.0, 0.3, 24)),
     );
     let (pose, workspace) = (Pose::IDENTITY, &Workspace::new());
-    let mut parting = Parting::default();
+    let mut separating_plane = SeparatingPlane::default();
     for _ in 0..100 {
         assert_eq!(
-            parting.distance([&ball, &ring], &pose, 16, workspace).0,
+            separating_plane
+                .distance([&ball, &ring], &pose, 16, workspace)
+                .0,
             0.0
         );
     }
     let aside = Pose::new(DMat3::IDENTITY, DVec3::new(4.0, 0.0, 0.0)).unwrap();
-    assert!(parting.distance([&ball, &ring], &aside, 8, workspace).0 > 0.0);
+    assert!(
+        separating_plane
+            .distance([&ball, &ring], &aside, 8, workspace)
+            .0
+            > 0.0
+    );
     let wider: alloc::vec::Vec<_> = (0..ball.mesh().vertex_count())
         .map(|i| (ball.mesh().vertex(i) * 2.0).as_vec3().to_array())
         .collect();
     ball.refit(&wider).unwrap();
     assert_eq!(
-        parting.distance([&ball, &ring], &aside, 8, workspace),
+        separating_plane.distance([&ball, &ring], &aside, 8, workspace),
         (0.0, 0)
     );
 }

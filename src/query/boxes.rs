@@ -7,7 +7,7 @@
 
 mod planes;
 
-use super::views::View;
+use super::relative_pose::View;
 use crate::tree::{Node, WIDTH, xyz};
 pub(super) use planes::{Plane, Planes};
 use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis};
@@ -229,11 +229,11 @@ impl Facing<'_> {
     }
 }
 
-/// Triangles of a cluster, and their view from the other node.
+/// Triangles of a leaf, and their view from the other node.
 pub(super) struct Triangles<'t> {
     pub rows: [&'t Rows; WIDTH],
     pub view: View,
-    pub skew: f32,
+    pub rotation_error: f32,
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use super::motion::ahead::Ahead;
 use super::options::MotionOptions;
 use super::queue::Pair;
+use super::relative_pose::rounding;
 use super::triangle_pairs::ids;
-use super::views::rounding;
 use super::workspace::Workspace;
 use crate::tree::{Tree, xyz};
 use glam::{DMat3, DVec3, Vec3};
@@ -54,10 +54,10 @@ impl<'w> Certificate<'w> {
     /// query continues.
     #[must_use]
     pub fn upper_bound(&self) -> u64 {
-        let count = |tree: &Tree, node: u32, alive: u8| {
+        let count = |tree: &Tree, node: u32, active: u8| {
             let node = &tree.nodes()[node as usize];
-            if node.is_cluster {
-                u64::from((u32::from(alive) & node.valid()).count_ones())
+            if node.is_leaf {
+                u64::from((u32::from(active) & node.valid()).count_ones())
             } else {
                 node.triangles.into()
             }
@@ -65,20 +65,20 @@ impl<'w> Certificate<'w> {
         let open = self.open().map(|open| match open {
             Open::Nodes(Pair {
                 nodes: [a, b],
-                alive,
-            }) => count(self.a, a, alive[0]) * count(self.b, b, alive[1]),
+                active,
+            }) => count(self.a, a, active[0]) * count(self.b, b, active[1]),
             Open::Triangles(_) => 1,
             Open::Piece(_) => self.a.mesh().len() as u64 * self.b.mesh().len() as u64,
         });
         let all = self.a.mesh().len() as u64 * self.b.mesh().len() as u64;
         let workspace = self.workspace;
-        let march = &workspace.march;
+        let trace = &workspace.trace;
         // Pairs found along curves that the boxes have not reached are also counted in the product
         // of an open pair.
         let waits = workspace
             .triangle_pairs()
-            .filter(|pair| march.knows([self.a, self.b], *pair));
-        let ahead = march.followed.saturating_sub(march.passed);
+            .filter(|pair| trace.knows([self.a, self.b], *pair));
+        let ahead = trace.followed.saturating_sub(trace.passed);
         let ahead = ahead.saturating_sub(waits.count() as u64);
         let found = workspace.run.stats.found.saturating_sub(ahead);
         open.fold(found, u64::saturating_add).min(all)
@@ -163,7 +163,7 @@ impl<'w> Certificate<'w> {
         // A waiting triangle pair that was found along a curve is no longer open.
         let trees = [self.a, self.b];
         let waiting = workspace.triangle_pairs();
-        let waiting = waiting.filter(move |pair| !workspace.march.knows(trees, *pair));
+        let waiting = waiting.filter(move |pair| !workspace.trace.knows(trees, *pair));
         let followed = workspace.motion.followed.iter();
         let triangles = waiting
             .chain(workspace.search.pairs())

@@ -5,7 +5,7 @@
 //! more than the rounding of the boxes, so parallel sheets are separated high up in the trees.
 //! The proof is in `docs/numerics.md`, "Boxes that are close".
 
-use super::views::{Relation, Views};
+use super::relative_pose::{RelativePose, Views};
 use crate::tree::{Node, xyz};
 use glam::DVec3;
 use punctual_geom::tolerance;
@@ -15,8 +15,8 @@ use wide::f32x4;
 /// with the largest gap in `f32`; negative if they may overlap.
 #[cold]
 #[inline(never)]
-pub(super) fn gap(a: &Node, b: &Node, views: &Views, relation: &Relation) -> f64 {
-    let scale = f32x4::splat(relation.scale);
+pub(super) fn gap(a: &Node, b: &Node, views: &Views, relative: &RelativePose) -> f64 {
+    let scale = f32x4::splat(relative.scale);
     let (of_a, of_b) = (
         (a.own_center, a.own_half),
         (b.own_center * scale, b.own_half * scale),
@@ -31,26 +31,26 @@ pub(super) fn gap(a: &Node, b: &Node, views: &Views, relation: &Relation) -> f64
             (widest, axis) = (in_a[k], a.rotation().col(k).as_dvec3());
         }
         if in_b[k] > widest {
-            (widest, axis) = (in_b[k], relation.linear() * b.rotation().col(k).as_dvec3());
+            (widest, axis) = (in_b[k], relative.linear() * b.rotation().col(k).as_dvec3());
         }
     }
-    gap_of([a, b], relation, axis, ROUNDING)
+    gap_of([a, b], relative, axis, ROUNDING)
 }
 
 /// Lower bound of the gap along a direction in A's unit coordinates.
 #[cold]
 #[inline(never)]
-pub(super) fn gap_along(a: &Node, b: &Node, relation: &Relation, direction: f32x4) -> f64 {
-    gap_of([a, b], relation, wide(direction), ROUNDING)
+pub(super) fn gap_along(a: &Node, b: &Node, relative: &RelativePose, direction: f32x4) -> f64 {
+    gap_of([a, b], relative, wide(direction), ROUNDING)
 }
 
-fn gap_of([a, b]: [&Node; 2], relation: &Relation, direction: DVec3, rounding: f64) -> f64 {
+fn gap_of([a, b]: [&Node; 2], relative: &RelativePose, direction: DVec3, rounding: f64) -> f64 {
     let [of_a, from_a] = shadow(a, direction, rounding);
-    let [of_b, from_b] = shadow(b, relation.linear().transpose() * direction, rounding);
-    let between = direction.dot(relation.middle()) + of_b - of_a;
-    let slop =
-        3.0 * f64::from(relation.triangles.slop) + SECOND_ORDER * (1.0 + f64::from(relation.scale));
-    (between.abs() - (from_a + from_b)) / direction.length() - slop
+    let [of_b, from_b] = shadow(b, relative.linear().transpose() * direction, rounding);
+    let between = direction.dot(relative.middle()) + of_b - of_a;
+    let position_error = 3.0 * f64::from(relative.triangles.position_error)
+        + SECOND_ORDER * (1.0 + f64::from(relative.scale));
+    (between.abs() - (from_a + from_b)) / direction.length() - position_error
 }
 
 /// One rounding of `f32`.

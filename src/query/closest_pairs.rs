@@ -51,7 +51,7 @@ impl Traversal<'_, '_, Nearness> {
             lanes,
             rows(self.a, pairs, 0),
             rows(self.b, pairs, 1),
-            &self.relation.triangles,
+            &self.relative.triangles,
         );
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
@@ -128,7 +128,7 @@ impl Traversal<'_, '_, Nearness> {
                 search.proposed.push(*bounded);
                 continue;
             };
-            if found.low.max(f64::from(bounded.low) * self.relation.unit) <= margin {
+            if found.low.max(f64::from(bounded.low) * self.relative.unit) <= margin {
                 contacts.push(Contact::parted(ids(trees, bounded.pair), &found));
                 run.stats.work += WORK_PER_CONTACT;
                 run.stats.found += 1;
@@ -144,10 +144,10 @@ impl Traversal<'_, '_, Nearness> {
     fn propose(&mut self, pairs: &[[u32; 2]], low: &[f32; WIDTH], found: &Distances) {
         let search = &mut self.workspace.search;
         let closer =
-            (search.interval.high() / self.relation.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
+            (search.interval.high() / self.relative.unit) as f32 * (1.0 - 4.0 * f32::EPSILON);
         let mut order = ArrayVec::<usize, WIDTH>::new();
         for (i, &low) in low.iter().enumerate().take(pairs.len()) {
-            let bound = f64::from(low) * self.relation.unit;
+            let bound = f64::from(low) * self.relative.unit;
             if search.interval.matters(bound) {
                 order.push(i);
             } else {
@@ -194,7 +194,7 @@ impl Traversal<'_, '_, Nearness> {
             .nearest()
             .is_some_and(|(nearest, _)| nearest == pair);
         let stats = &mut workspace.run.stats;
-        let proven = f64::from(low) * self.relation.unit;
+        let proven = f64::from(low) * self.relative.unit;
         if is_settled || !interval.matters(proven) {
             stats.work += WORK_PER_LOOKUP;
             if !is_settled {
@@ -236,7 +236,7 @@ impl Traversal<'_, '_, Nearness> {
         found.low = found.low.max(proven);
         workspace.search.interval.settle(pair, &found);
         self.question
-            .update(self.relation, &workspace.search.interval);
+            .update(self.relative, &workspace.search.interval);
     }
 }
 

@@ -16,10 +16,10 @@ use super::options::{ContactOptions, Mode, OptionError, Options};
 use super::outcome::StopReason;
 use super::question::{Ask, Certify, Query, Question};
 use super::queue::Pair;
+use super::relative_pose::RelativePose;
 use super::strategy::Strategy;
 use super::traversal::traverse;
 use super::triangle_pairs::PATIENCE;
-use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::{Contact, face_normal};
 use crate::tree::Tree;
@@ -168,7 +168,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
             let interval = Interval::new(Tolerance::NONE, 0.0, margin);
             workspace.search.begin(interval, None);
         }
-        workspace.front.push(Pair::new(0, 0));
+        workspace.frontier.push(Pair::new(0, 0));
     }
 
     fn advance(
@@ -178,12 +178,12 @@ impl Ask<Contacts> for Query<'_, Contacts> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
-        let relation = Relation::new(self.a, self.b, b_in_a);
+        let relative = RelativePose::new(self.a, self.b, b_in_a);
         workspace.contacts.hurry(deadline.is_timed());
         let stop = if self.asked.options.margin > 0.0 {
-            let question = Nearness::new(&relation, &workspace.search.interval);
-            let stop = traverse(question, trees, b_in_a, &relation, workspace, deadline);
-            workspace.bound(f32::INFINITY, relation.unit);
+            let question = Nearness::new(&relative, &workspace.search.interval);
+            let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
+            workspace.bound(f32::INFINITY, relative.unit);
             stop
         } else {
             let options = &Options {
@@ -191,7 +191,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
                 ..Options::DEFAULT
             };
             let question = Meeting { options };
-            traverse(question, trees, b_in_a, &relation, workspace, deadline)
+            traverse(question, trees, b_in_a, &relative, workspace, deadline)
         };
         workspace.contacts.sort();
         stop

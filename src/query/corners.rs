@@ -1,12 +1,12 @@
-//! Cache of placed triangle corners in `f64`. Where surfaces coincide, the pairs of two clusters
+//! Cache of placed triangle corners in `f64`. Where surfaces coincide, the pairs of two leaves
 //! are tested one after the other and use the same corners.
 
 use crate::tree::{Tree, WIDTH};
 use glam::DVec3;
 use punctual_geom::Pose;
-use punctual_geom::triangle::again::Columns;
+use punctual_geom::triangle::filter64::Columns;
 
-/// The corners of the last triangles, one for each position in a cluster.
+/// The corners of the last triangles, one for each position in a leaf.
 #[derive(Clone, Debug)]
 pub(super) struct Corners {
     /// In tree order.

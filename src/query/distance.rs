@@ -11,10 +11,10 @@ use super::options::{DistanceOptions, OptionError, thickness};
 use super::outcome::StopReason;
 use super::question::{Ask, Certify, Query, Question, Remembers};
 use super::queue::Pair;
+use super::relative_pose::RelativePose;
 use super::strategy::Strategy;
 use super::traversal::traverse;
 use super::triangle_pairs::ids;
-use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use glam::DVec3;
@@ -252,7 +252,7 @@ impl Ask<Distance> for Query<'_, Distance> {
         workspace.search.begin(interval, guess);
         workspace.search.halves = Halves::of(self.a, self.b);
         workspace.testing = guess.is_some();
-        workspace.front.push(Pair::new(0, 0));
+        workspace.frontier.push(Pair::new(0, 0));
     }
 
     fn advance(
@@ -262,10 +262,10 @@ impl Ask<Distance> for Query<'_, Distance> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
-        let relation = Relation::new(self.a, self.b, b_in_a);
-        let question = Nearness::new(&relation, &workspace.search.interval);
-        let stop = traverse(question, trees, b_in_a, &relation, workspace, deadline);
-        workspace.bound(f32::INFINITY, relation.unit);
+        let relative = RelativePose::new(self.a, self.b, b_in_a);
+        let question = Nearness::new(&relative, &workspace.search.interval);
+        let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
+        workspace.bound(f32::INFINITY, relative.unit);
         if let Some(memory) = memory {
             // With a limit the work is less, so predictions must not use it.
             let is_whole = stop.is_final() && !workspace.search.interval.has_limit();

@@ -5,7 +5,7 @@
 //! has no rounding of its own and need not be a unit vector. The proof of the margins is in
 //! `docs/numerics.md`, "Edge axes".
 
-use super::views::{Entries, Relation, View};
+use super::relative_pose::{Entries, RelativePose, View};
 use crate::tree::{Node, xyz};
 use punctual_geom::lanes::{F8, Lanes, per_axis};
 use wide::f32x4;
@@ -22,11 +22,16 @@ pub(super) fn are_slim(a: &Node, b: &Node) -> bool {
 
 /// True if an edge axis separates the own boxes of two nodes.
 #[inline(always)]
-pub(super) fn part(a: &Node, b: &Node, of_b: &View, relation: &Relation) -> bool {
-    let scale = f32x4::splat(relation.scale);
+pub(super) fn part(a: &Node, b: &Node, of_b: &View, relative: &RelativePose) -> bool {
+    let scale = f32x4::splat(relative.scale);
     let distance = across(of_b, of_b.point(b.own_center * scale) - a.own_center);
     let half = a.own_half + of_b.margin;
-    let reach = reach(half, b.own_half * scale, of_b, f32x4::splat(relation.skew));
+    let reach = reach(
+        half,
+        b.own_half * scale,
+        of_b,
+        f32x4::splat(relative.rotation_error),
+    );
     let [x, y, z] = per_axis!(j => reach[j].simd_lt(distance[j].abs()));
     (x | y | z).any()
 }
@@ -40,12 +45,12 @@ pub(super) fn part_at_both<L: Lanes>(
     [a, b]: [f32x4; 2],
     apart: F8<L>,
     of_b: &View<F8<L>>,
-    skew: f32,
+    rotation_error: f32,
     margin: f32,
 ) -> bool {
     let distance = across(of_b, apart);
     let (a, b) = (F8::twice(lanes, a) + of_b.margin, F8::twice(lanes, b));
-    let reach = reach(a, b, of_b, F8::splat(lanes, skew));
+    let reach = reach(a, b, of_b, F8::splat(lanes, rotation_error));
     let [x, y, z] = per_axis!(j => {
         let (low, high) = (distance[j] - reach[j], distance[j] + reach[j]);
         let ([a, b], [c, d]) = (low.halves(), high.halves());
@@ -64,11 +69,11 @@ pub(super) fn window(
     a: &Node,
     b: (f32x4, f32x4),
     of_b: &View,
-    skew: f32,
+    rotation_error: f32,
     (velocity, margin): (f32x4, f32x4),
 ) -> [f32; 2] {
     let distance = across(of_b, of_b.point(b.0) - a.own_center);
-    let reach = reach(a.own_half + margin, b.1, of_b, f32x4::splat(skew));
+    let reach = reach(a.own_half + margin, b.1, of_b, f32x4::splat(rotation_error));
     let [x, y, z] = xyz(velocity.abs());
     // Lower limit of the speed along an axis.
     let least = f32x4::splat((x + y + z) * 2e-6 + 1e-20);
@@ -96,12 +101,12 @@ fn across<V: Entries>(of_b: &View<V>, v: V) -> [V; 3] {
 }
 
 /// Sum of the extents of the boxes along the axes, from their half extents; includes the margin of
-/// A's. `skew` bounds the deviation of the columns of the view from orthonormal ones.
+/// A's. `rotation_error` bounds the deviation of the columns of the view from orthonormal ones.
 #[inline(always)]
-fn reach<V: Entries>(a: V, b: V, of_b: &View<V>, skew: V) -> [V; 3] {
+fn reach<V: Entries>(a: V, b: V, of_b: &View<V>, rotation_error: V) -> [V; 3] {
     let (h1, h2, half) = (a.yzx(), a.zxy(), b + of_b.margin);
     let half = per_axis!(j => half.spread(j));
-    let sizes = per_axis!(j => of_b.columns[j].abs() + skew);
+    let sizes = per_axis!(j => of_b.columns[j].abs() + rotation_error);
     per_axis!(j => {
         let (p, q) = ((j + 1) % 3, (j + 2) % 3);
         let (c1, c2) = (of_b.columns[j].yzx(), of_b.columns[j].zxy());
@@ -113,7 +118,7 @@ fn reach<V: Entries>(a: V, b: V, of_b: &View<V>, skew: V) -> [V; 3] {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::query::views::Views;
+    use crate::query::relative_pose::Views;
     use crate::tree::Tree;
     use glam::{DMat3, DQuat, DVec3};
     use punctual_geom::Pose;
@@ -126,7 +131,7 @@ mod tests {
     struct Touching {
         a: Node,
         b: Node,
-        relation: Relation,
+        relative: RelativePose,
     }
 
     fn direction(random: &mut Random) -> DVec3 {
@@ -190,29 +195,29 @@ mod tests {
                 y,
                 DVec3::from_array([0, 1, 2].map(|i| -axes_b.col(i).dot(normal))),
             );
-            let relation =
-                Relation::new(trees[0], trees[1], &Pose::new(turn, translation).unwrap());
-            Self { a, b, relation }
+            let relative =
+                RelativePose::new(trees[0], trees[1], &Pose::new(turn, translation).unwrap());
+            Self { a, b, relative }
         }
 
         fn view(&self) -> View {
-            Views::between(&self.a, &self.b, &self.relation).of_b
+            Views::between(&self.a, &self.b, &self.relative).of_b
         }
 
         fn is_parted(&self) -> bool {
-            part(&self.a, &self.b, &self.view(), &self.relation)
+            part(&self.a, &self.b, &self.view(), &self.relative)
         }
 
-        fn is_parted_without(&self, margin: bool, skew: bool) -> bool {
+        fn is_parted_without(&self, margin: bool, rotation_error: bool) -> bool {
             let mut view = self.view();
-            let mut relation = self.relation;
+            let mut relative = self.relative;
             if margin {
                 view.margin = f32x4::ZERO;
             }
-            if skew {
-                relation.skew = 0.0;
+            if rotation_error {
+                relative.rotation_error = 0.0;
             }
-            part(&self.a, &self.b, &view, &relation)
+            part(&self.a, &self.b, &view, &relative)
         }
     }
 
@@ -258,12 +263,12 @@ mod tests {
             let [a, b] = &trees[i % 3];
             let touching = Touching::new(&mut random, [a, b], 0.0);
             assert!(!touching.is_parted(), "case {i}");
-            for (count, (margin, skew)) in
+            for (count, (margin, rotation_error)) in
                 without
                     .iter_mut()
                     .zip([(true, true), (true, false), (false, true)])
             {
-                *count += usize::from(touching.is_parted_without(margin, skew));
+                *count += usize::from(touching.is_parted_without(margin, rotation_error));
             }
         }
         // Both margins are needed.

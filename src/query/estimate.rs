@@ -12,12 +12,12 @@ use super::options::Mode;
 use super::probe::Probe;
 use super::question::{Ask, Query};
 use super::queue::Pair;
-use super::views::Relation;
+use super::relative_pose::RelativePose;
 use super::workspace::{ResumeError, Workspace};
 use crate::model::closing::{self, Closing};
 use crate::model::confidence;
 use crate::model::cost::{CostModel, Counts};
-use crate::model::front::{FrontSummary, pair_cost};
+use crate::model::frontier::{FrontierSummary, pair_cost};
 use crate::model::prediction::{self, Quantiles};
 use core::time::Duration;
 use punctual_geom::lanes::Instructions;
@@ -77,7 +77,7 @@ pub struct Estimate {
     /// Expected cost of the rest of the query.
     pub remaining: Prediction,
     /// Probability that the surfaces intersect: 1 if a hit was found, 0 if they are proven
-    /// separated, by the query or by the probe of its front that the estimate makes. A
+    /// separated, by the query or by the probe of its frontier that the estimate makes. A
     /// [`crate::prediction::Calibration`] corrects it for one pair of parts.
     pub probability: f64,
     /// Expected share of the intersecting pairs that has been found: 1 if the query is complete, 0
@@ -90,7 +90,7 @@ pub struct Estimate {
 const EFFORT_BEFORE: usize = 48;
 const EFFORT_AFTER: usize = 120;
 
-/// Maximum number of pairs of a front that are sampled, and number sampled between two checks of
+/// Maximum number of pairs of a frontier that are sampled, and number sampled between two checks of
 /// the time. The other pairs count as the mean of the sample.
 const SAMPLE: usize = 256;
 const SAMPLE_STEP: usize = 8;
@@ -108,14 +108,14 @@ impl Query<'_, Intersection> {
     #[must_use]
     pub fn predict(&self, memory: Option<&PairMemory>) -> Prediction {
         let memory = self.known(memory);
-        let left = self.left(&self.front_before(), memory);
+        let left = self.left(&self.frontier_before(), memory);
         Prediction::of(left)
     }
 
     /// Estimates what the last run of this query in `workspace` leaves open, using the memory of
     /// the pair. Takes about 3 microseconds, no allocation; the same bits on every machine.
     ///
-    /// Part of this time is spent on opening the costliest pairs of the front on trial, which shows
+    /// Part of this time is spent on opening the costliest pairs of the frontier on trial, which shows
     /// more than their boxes.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl Query<'_, Intersection> {
         self.estimate_while(workspace, memory, &|| true)
     }
 
-    /// [`Query::estimate`] that samples fewer pairs of the front, at least eight, and opens fewer,
+    /// [`Query::estimate`] that samples fewer pairs of the frontier, at least eight, and opens fewer,
     /// if `goes_on` returns false.
     #[doc(hidden)]
     pub fn estimate_while(
@@ -137,24 +137,24 @@ impl Query<'_, Intersection> {
         memory: Option<&PairMemory>,
         goes_on: &dyn Fn() -> bool,
     ) -> Result<Estimate, ResumeError> {
-        let front = self.front_while(workspace, goes_on)?;
+        let frontier = self.frontier_while(workspace, goes_on)?;
         let memory = self.known(memory);
         let run = &workspace.run;
         let decided = run.stats.found > 0 && self.asked.options.mode == Mode::Any;
-        let remaining = if decided || front.is_done() {
+        let remaining = if decided || frontier.is_done() {
             Prediction::default()
         } else {
-            Prediction::of(self.left(&front, memory))
+            Prediction::of(self.left(&frontier, memory))
         };
         let probability = if run.stats.found > 0 {
             1.0
         } else {
-            self.probability(&front, memory)
+            self.probability(&frontier, memory)
         };
         let recall = if decided {
             1.0
         } else {
-            confidence::recall(&front, workspace.lead())
+            confidence::recall(&frontier, workspace.lead())
         };
         Ok(Estimate {
             remaining,
@@ -163,36 +163,36 @@ impl Query<'_, Intersection> {
         })
     }
 
-    /// The numbers that [`Query::estimate`] computes from the front that the last run of this query
+    /// The numbers that [`Query::estimate`] computes from the frontier that the last run of this query
     /// left in `workspace`.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
     #[doc(hidden)]
-    pub fn front(&self, workspace: &Workspace) -> Result<FrontSummary, ResumeError> {
-        self.front_while(workspace, &|| true)
+    pub fn frontier(&self, workspace: &Workspace) -> Result<FrontierSummary, ResumeError> {
+        self.frontier_while(workspace, &|| true)
     }
 
-    fn front_while(
+    fn frontier_while(
         &self,
         workspace: &Workspace,
         goes_on: &dyn Fn() -> bool,
-    ) -> Result<FrontSummary, ResumeError> {
+    ) -> Result<FrontierSummary, ResumeError> {
         let run = &workspace.run;
         run.holds(&self.key())?;
-        let summary = FrontSummary {
+        let summary = FrontierSummary {
             bv_tests: run.stats.bv_tests_of_levels() as f64,
             triangle_tests: run.stats.primitive_tests as f64,
             found: run.stats.found as f64,
-            followed: workspace.march.followed as f64,
-            passed: workspace.march.passed as f64,
-            follows: workspace.march.is_due(),
-            triangle_pairs: (workspace.waiting.len() + workspace.doubtful.len()) as f64,
-            ..FrontSummary::default()
+            followed: workspace.trace.followed as f64,
+            passed: workspace.trace.passed as f64,
+            follows: workspace.trace.is_due(),
+            triangle_pairs: (workspace.waiting.len() + workspace.uncertain.len()) as f64,
+            ..FrontierSummary::default()
         };
         let open = workspace.open_nodes().count();
-        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
-        let mut probe = Probe::new([self.a, self.b], &relation, summary, goes_on);
+        let relative = RelativePose::new(self.a, self.b, &self.asked.b_in_a);
+        let mut probe = Probe::new([self.a, self.b], &relative, summary, goes_on);
         let mut sample = 0;
         for pair in workspace.open_nodes().take(SAMPLE) {
             if sample > 0 && sample % SAMPLE_STEP == 0 && !goes_on() {
@@ -201,26 +201,26 @@ impl Query<'_, Intersection> {
             probe.add(pair);
             sample += 1;
         }
-        let mut front = probe.finish(workspace.instructions, EFFORT_AFTER);
+        let mut frontier = probe.finish(workspace.instructions, EFFORT_AFTER);
         let beyond = (open - sample) as f64 / sample.max(1) as f64;
-        front.node_pairs += beyond * front.node_pairs;
-        if front.node_pairs == 0.0 {
+        frontier.node_pairs += beyond * frontier.node_pairs;
+        if frontier.node_pairs == 0.0 {
             // Nothing is known of the pairs that were not sampled.
-            front.node_pairs = (open - sample) as f64;
+            frontier.node_pairs = (open - sample) as f64;
         }
-        front.cost += beyond * front.cost;
-        front.depth += beyond * front.depth;
-        Ok(front)
+        frontier.cost += beyond * frontier.cost;
+        frontier.depth += beyond * frontier.depth;
+        Ok(frontier)
     }
 
-    /// The front before the query: its root, opened on trial.
+    /// The frontier before the query: its root, opened on trial.
     #[doc(hidden)]
-    pub fn front_before(&self) -> FrontSummary {
-        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
+    pub fn frontier_before(&self) -> FrontierSummary {
+        let relative = RelativePose::new(self.a, self.b, &self.asked.b_in_a);
         let mut probe = Probe::new(
             [self.a, self.b],
-            &relation,
-            FrontSummary::default(),
+            &relative,
+            FrontierSummary::default(),
             &|| true,
         );
         if !self.a.nodes().is_empty() && !self.b.nodes().is_empty() {
@@ -234,16 +234,18 @@ impl Query<'_, Intersection> {
         memory.filter(|memory| memory.is_of(self.a, self.b))
     }
 
-    fn probability(&self, front: &FrontSummary, memory: Option<&PairMemory>) -> f64 {
+    fn probability(&self, frontier: &FrontierSummary, memory: Option<&PairMemory>) -> f64 {
         let history = memory.and_then(PairMemory::history);
-        confidence::probability(front, history.as_ref(), self.asked.prior)
+        confidence::probability(frontier, history.as_ref(), self.asked.prior)
     }
 
-    fn left(&self, front: &FrontSummary, memory: Option<&PairMemory>) -> Quantiles {
+    fn left(&self, frontier: &FrontierSummary, memory: Option<&PairMemory>) -> Quantiles {
         let previous = self.previous(memory);
         match self.asked.options.mode {
-            Mode::All => prediction::all_left(front, previous),
-            Mode::Any => prediction::any_left(front, self.probability(front, memory), previous),
+            Mode::All => prediction::all_left(frontier, previous),
+            Mode::Any => {
+                prediction::any_left(frontier, self.probability(frontier, memory), previous)
+            }
         }
     }
 

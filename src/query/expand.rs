@@ -3,14 +3,14 @@
 //!
 //! The boxes of the two nodes are compared first, in the orientations of both, and slim ones on
 //! their edge axes. Then the larger node is opened, or both if their sizes are similar. Triangles
-//! of a cluster paired with a smaller inner node stay together: up to eight of them descend the
+//! of a leaf paired with a smaller inner node stay together: up to eight of them descend the
 //! tree as one pair, with an active mask of those still of interest.
 
 use super::boxes::{Extents, Facing, Slabs, StoredExtents, Triangles};
 use super::edge_axes;
 use super::outcome::{LEVELS, Stats};
 use super::queue::Pair;
-use super::views::{Relation, Views};
+use super::relative_pose::{RelativePose, Views};
 use crate::model::cost::{WORK_PER_CLOSE_TEST, WORK_PER_EDGE_TEST};
 use crate::tree::{Node, Tree, WIDTH};
 use punctual_geom::bits;
@@ -43,13 +43,13 @@ pub(super) trait Measure {
 
     /// The map between the orientations of both nodes.
     #[inline(always)]
-    fn views<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, relation: &Relation) -> Views {
-        Views::between(a, b, relation)
+    fn views<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, relative: &RelativePose) -> Views {
+        Views::between(a, b, relative)
     }
 
     /// True if a pair is of interest by the own boxes of both nodes. A child first passes the test
     /// along its parent's axes; this test is along its own axes.
-    fn own(&mut self, nodes: [&Node; 2], views: &Views, relation: &Relation) -> bool;
+    fn own(&mut self, nodes: [&Node; 2], views: &Views, relative: &RelativePose) -> bool;
 
     /// True if the pair is of interest only because of the margins of `f32`.
     #[inline(always)]
@@ -59,7 +59,7 @@ pub(super) trait Measure {
 
     /// True if `f64` shows that a pair in doubt is of no interest.
     #[inline(always)]
-    fn is_parted(&mut self, _nodes: [&Node; 2], _views: &Views, _relation: &Relation) -> bool {
+    fn is_parted(&mut self, _nodes: [&Node; 2], _views: &Views, _relation: &RelativePose) -> bool {
         false
     }
 
@@ -107,7 +107,7 @@ pub(super) trait Measure {
         None
     }
 
-    /// Drops pairs of triangles of two clusters whose boxes are of interest.
+    /// Drops pairs of triangles of two leaves whose boxes are of interest.
     #[inline(always)]
     fn refine<'t, L: Lanes>(
         &self,
@@ -119,21 +119,21 @@ pub(super) trait Measure {
         hits
     }
 
-    /// Tests the active triangles of a cluster, the opened node, against the children of the other
+    /// Tests the active triangles of a leaf, the opened node, against the children of the other
     /// node. By default only their boxes.
     #[inline(always)]
     fn triangles<'t, L: Lanes>(
         &self,
         lanes: L,
         facing: &Facing,
-        alive: u32,
+        active: u32,
         _triangles: impl FnOnce() -> Triangles<'t>,
         keys: &mut Keys,
     ) -> u64
     where
         Self: Sized,
     {
-        eight_by_eight(lanes, self, facing, [alive, facing.nodes[1].valid()], keys)
+        eight_by_eight(lanes, self, facing, [active, facing.nodes[1].valid()], keys)
     }
 }
 
@@ -151,7 +151,7 @@ pub(super) trait Sink {
         }
     }
 
-    /// Receives a node pair, such as the active triangles of a cluster and a child of the other
+    /// Receives a node pair, such as the active triangles of a leaf and a child of the other
     /// side.
     fn place(&mut self, pair: Pair, key: impl FnOnce() -> f32);
 
@@ -166,33 +166,33 @@ pub(super) fn expand<L: Lanes, M: Measure>(
     lanes: L,
     pair: Pair,
     [tree_a, tree_b]: [&Tree; 2],
-    relation: &Relation,
+    relative: &RelativePose,
     measure: &mut M,
     keys: &mut Keys,
     sink: &mut impl Sink,
 ) {
-    let ([ia, ib], alive, scale) = (pair.nodes, pair.alive, relation.scale);
+    let ([ia, ib], active, scale) = (pair.nodes, pair.active, relative.scale);
     // The pair with a child in place of the node of A, or of B. All children of that child are
     // active.
-    let with_child = move |is_a: bool, child: u32, alive: [u8; 2]| {
-        let (nodes, alive) = if is_a {
-            ([child, ib], [u8::MAX, alive[1]])
+    let with_child = move |is_a: bool, child: u32, active: [u8; 2]| {
+        let (nodes, active) = if is_a {
+            ([child, ib], [u8::MAX, active[1]])
         } else {
-            ([ia, child], [alive[0], u8::MAX])
+            ([ia, child], [active[0], u8::MAX])
         };
-        Pair { nodes, alive }
+        Pair { nodes, active }
     };
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
-    let views = measure.views(lanes, a, b, relation);
-    if !measure.own([a, b], &views, relation)
+    let views = measure.views(lanes, a, b, relative);
+    if !measure.own([a, b], &views, relative)
         || measure.is_in_doubt() && {
             sink.stats().work += WORK_PER_CLOSE_TEST;
-            measure.is_parted([a, b], &views, relation)
+            measure.is_parted([a, b], &views, relative)
         }
         || M::IS_OVERLAP && edge_axes::are_slim(a, b) && {
             sink.stats().work += WORK_PER_EDGE_TEST;
-            edge_axes::part(a, b, &views.of_b, relation)
+            edge_axes::part(a, b, &views.of_b, relative)
         }
     {
         return count::<M>(sink.stats(), level, 1);
@@ -204,8 +204,8 @@ pub(super) fn expand<L: Lanes, M: Measure>(
         &views
     };
     let valid = [
-        u32::from(alive[0]) & a.valid(),
-        u32::from(alive[1]) & b.valid(),
+        u32::from(active[0]) & a.valid(),
+        u32::from(active[1]) & b.valid(),
     ];
     let first = [a.first_child, b.first_child];
     let of_a = Facing {
@@ -231,7 +231,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
             count::<M>(sink.stats(), level + 2, tests);
             let hits = eight_by_eight(lanes, measure, &of_a, valid, keys);
             let key = |bit| key_of(measure, keys, bit);
-            if a.is_cluster {
+            if a.is_leaf {
                 let rows = || [rows(tree_a, a), rows(tree_b, b)];
                 let hits = measure.refine(lanes, hits, rows, keys);
                 sink.triangles(hits, key, first);
@@ -257,7 +257,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
             sink.pairs(
                 hits.into(),
                 |bit| key_of(measure, keys, bit),
-                |i| with_child(is_a, opened.first_child + i, alive),
+                |i| with_child(is_a, opened.first_child + i, active),
             );
         }
         Open::Triangles { is_a } => {
@@ -271,12 +271,12 @@ pub(super) fn expand<L: Lanes, M: Measure>(
             count::<M>(sink.stats(), level + 2, tests);
             let triangles = || Triangles {
                 rows: rows(tree, one),
-                view: views.triangles(is_a, other, &relation.place, scale),
-                skew: relation.skew,
+                view: views.triangles(is_a, other, &relative.place, scale),
+                rotation_error: relative.rotation_error,
             };
             let hits = measure.triangles(lanes, facing, of_one, triangles, keys);
-            let child = |j, alive| with_child(!is_a, other.first_child + j, [alive; 2]);
-            clusters(hits, of_one, measure, keys, sink, child);
+            let child = |j, active| with_child(!is_a, other.first_child + j, [active; 2]);
+            leaves(hits, of_one, measure, keys, sink, child);
         }
     }
 }
@@ -311,13 +311,13 @@ fn eight_by_eight<L: Lanes, M: Measure>(
     lanes: L,
     measure: &M,
     facing: &Facing,
-    alive: [u32; 2],
+    active: [u32; 2],
     keys: &mut Keys,
 ) -> u64 {
     let test = EightByEight {
         measure,
         facing,
-        alive,
+        active,
         keys,
     };
     if M::IS_LARGE {
@@ -330,7 +330,7 @@ fn eight_by_eight<L: Lanes, M: Measure>(
 struct EightByEight<'k, M> {
     measure: &'k M,
     facing: &'k Facing<'k>,
-    alive: [u32; 2],
+    active: [u32; 2],
     keys: &'k mut Keys,
 }
 
@@ -347,7 +347,7 @@ impl<M: Measure> Kernel for EightByEight<'_, M> {
             keys,
             ..
         } = self;
-        let [mut alive_x, mut alive_y] = self.alive;
+        let [mut alive_x, mut alive_y] = self.active;
         let (x, y) = (
             measure.children(lanes, facing, 0),
             measure.children(lanes, facing, 1),
@@ -401,34 +401,34 @@ fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
     deepest
 }
 
-/// Passes on the active triangles of a cluster, the `alive` rows of `hits`, with each child of the
+/// Passes on the active triangles of a leaf, the `active` rows of `hits`, with each child of the
 /// other side, a column. The pair passed last is visited next.
 #[inline(always)]
-fn clusters<M: Measure>(
+fn leaves<M: Measure>(
     hits: u64,
-    alive: u32,
+    active: u32,
     measure: &M,
     keys: &Keys,
     sink: &mut impl Sink,
     pair: impl Fn(u32, u8) -> Pair,
 ) {
-    if M::IS_OVERLAP && alive.is_power_of_two() {
+    if M::IS_OVERLAP && active.is_power_of_two() {
         if hits == 0 {
             return;
         }
-        let row = alive.trailing_zeros() as usize % WIDTH;
+        let row = active.trailing_zeros() as usize % WIDTH;
         let columns = (hits >> (WIDTH * row)) as u32;
         let last = deepest(columns, &keys[row]);
         for column in bits(columns & !(1 << last)) {
-            sink.place(pair(column as u32, alive as u8), || keys[row][column]);
+            sink.place(pair(column as u32, active as u8), || keys[row][column]);
         }
-        return sink.place(pair(last as u32, alive as u8), || keys[row][last]);
+        return sink.place(pair(last as u32, active as u8), || keys[row][last]);
     }
-    for (column, alive) in transposed(hits).to_le_bytes().into_iter().enumerate() {
-        if alive != 0 {
-            sink.place(pair(column as u32, alive), || {
+    for (column, active) in transposed(hits).to_le_bytes().into_iter().enumerate() {
+        if active != 0 {
+            sink.place(pair(column as u32, active), || {
                 measure.common_key().unwrap_or_else(|| {
-                    bits(alive)
+                    bits(active)
                         .map(|row| keys[row % WIDTH][column])
                         .fold(f32::INFINITY, f32::min)
                 })
@@ -444,7 +444,7 @@ enum Open {
     One {
         is_a: bool,
     },
-    /// Opens the triangles of a cluster, against the children of the other side.
+    /// Opens the triangles of a leaf, against the children of the other side.
     Triangles {
         is_a: bool,
     },
@@ -457,7 +457,7 @@ const LARGER: f32 = 3.0;
 #[inline(always)]
 fn which(a: &Node, b: &Node, scale: f32) -> Open {
     let (size_a, size_b) = (a.size, b.size * scale);
-    match (a.is_cluster, b.is_cluster) {
+    match (a.is_leaf, b.is_leaf) {
         (true, true) => Open::Both,
         (true, false) if size_a > size_b => Open::Triangles { is_a: true },
         (true, false) => Open::One { is_a: false },
@@ -469,11 +469,11 @@ fn which(a: &Node, b: &Node, scale: f32) -> Open {
     }
 }
 
-/// The triangles of a cluster; the last one is repeated if there are fewer than eight. Not a loop,
+/// The triangles of a leaf; the last one is repeated if there are fewer than eight. Not a loop,
 /// whose end would be unpredictable.
 #[inline(always)]
-pub(super) fn rows<'t>(tree: &'t Tree, cluster: &Node) -> [&'t Rows; WIDTH] {
-    let triangles = &tree.triangles()[cluster.triangle_range()];
+pub(super) fn rows<'t>(tree: &'t Tree, leaf: &Node) -> [&'t Rows; WIDTH] {
+    let triangles = &tree.triangles()[leaf.triangle_range()];
     let last = triangles.len() - 1;
     per_lane!(i => &triangles[last.min(i)].0)
 }

@@ -1,17 +1,17 @@
 //! Contact-curve tracing: follows curves from one triangle pair to the next
-//! ([`march`](super::march)).
+//! ([`trace`](super::trace)).
 //!
 //! Two ends are traced alternately, because each step waits for results of the step before.
 
 use super::known::Added;
-use super::march::{March, Place, first, place};
 use super::meeting::Meeting;
+use super::trace::{Place, Trace, first, place};
 use super::traversal::Traversal;
 use super::triangle_pairs::ids;
 use super::workspace::Workspace;
 use crate::mesh::Vertices;
 use crate::model::cost::{
-    MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_MARCH, WORK_PER_MARCH_BESIDE, WORK_PER_MARCH_STEP,
+    MAX_STEP_WORK, WORK_PER_LOOKUP, WORK_PER_TRACE, WORK_PER_TRACE_BESIDE, WORK_PER_TRACE_STEP,
 };
 use crate::tree::Tree;
 use punctual_geom::lanes::{D4, Kernel, Lanes, per_axis};
@@ -19,7 +19,7 @@ use punctual_geom::lanes::{D4, Kernel, Lanes, per_axis};
 /// Pairs along curves found in one step of the loop.
 const STEPS: usize = 4;
 
-const _: () = assert!(STEPS as u64 * WORK_PER_MARCH_STEP <= MAX_STEP_WORK);
+const _: () = assert!(STEPS as u64 * WORK_PER_TRACE_STEP <= MAX_STEP_WORK);
 
 /// A tracing step of the loop, compiled separately because it is rare.
 struct MarchOn<'t, 'q, 'c, 'o>(&'t mut Traversal<'q, 'c, Meeting<'o>>);
@@ -29,7 +29,7 @@ impl Kernel for MarchOn<'_, '_, '_, '_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        self.0.march(lanes);
+        self.0.trace(lanes);
     }
 }
 
@@ -39,13 +39,13 @@ impl Traversal<'_, '_, Meeting<'_>> {
     pub(super) fn march_on<L: Lanes>(&mut self, lanes: L) {
         let before = self.workspace.run.stats.work;
         lanes.run(MarchOn(self));
-        self.workspace.march.work += self.workspace.run.stats.work - before;
+        self.workspace.trace.work += self.workspace.run.stats.work - before;
     }
 
     /// Begins at the latest hit, or traces two ends, or the last one, through a few pairs.
     #[inline(always)]
-    fn march<L: Lanes>(&mut self, lanes: L) {
-        let March { hits, ends, .. } = &self.workspace.march;
+    fn trace<L: Lanes>(&mut self, lanes: L) {
+        let Trace { hits, ends, .. } = &self.workspace.trace;
         if !(ends[0].follows && ends[1].follows || hits.is_empty()) {
             return self.begin_march(lanes);
         }
@@ -53,7 +53,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let other = usize::from(ends[0].follows && ends[1].follows);
         for _ in 0..self.room().min(STEPS) {
             if !self.march_step(lanes, at & 1) {
-                self.workspace.march.ends[at & 1].follows = false;
+                self.workspace.trace.ends[at & 1].follows = false;
                 break;
             }
             at ^= other;
@@ -64,45 +64,45 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// free.
     #[inline(always)]
     fn begin_march<L: Lanes>(&mut self, lanes: L) {
-        let Some((pair, mut crossings)) = self.workspace.march.hits.pop() else {
+        let Some((pair, mut crossings)) = self.workspace.trace.hits.pop() else {
             return;
         };
         let mut placed = None;
         for free in 0..2 {
-            if self.workspace.march.ends[free].follows {
+            if self.workspace.trace.ends[free].follows {
                 continue;
             }
             let Some((side, edge)) = self.next_edge(pair, &mut crossings) else {
                 return;
             };
             if let Some(placed) = placed.replace(free) {
-                self.workspace.run.stats.work += WORK_PER_MARCH_BESIDE;
-                self.workspace.march.ends[free] = self.workspace.march.ends[placed].clone();
+                self.workspace.run.stats.work += WORK_PER_TRACE_BESIDE;
+                self.workspace.trace.ends[free] = self.workspace.trace.ends[placed].clone();
             } else {
-                self.workspace.run.stats.work += WORK_PER_MARCH;
+                self.workspace.run.stats.work += WORK_PER_TRACE;
                 self.place_end(lanes, free, pair);
             }
-            let end = &mut self.workspace.march.ends[free];
+            let end = &mut self.workspace.trace.ends[free];
             end.follows = end.curve.begin(lanes, side, edge);
         }
         if crossings != 0 {
-            let _ = self.workspace.march.hits.try_push((pair, crossings));
+            let _ = self.workspace.trace.hits.try_push((pair, crossings));
         }
     }
 
     /// Places an end at a pair.
     #[inline(always)]
     fn place_end<L: Lanes>(&mut self, lanes: L, end: usize, pair: [u32; 2]) {
-        let (trees, march) = ([self.a, self.b], &mut self.workspace.march);
-        march.places[1] = place(self.b_in_a);
+        let (trees, trace) = ([self.a, self.b], &mut self.workspace.trace);
+        trace.places[1] = place(self.b_in_a);
         let [of_a, of_b] =
             trees.map(|tree| (tree.mesh().aabb().max - tree.mesh().aabb().min).length());
         let mut corners = [[D4::splat(lanes, 0.0); 3]; 2];
-        let end = &mut march.ends[end & 1];
+        let end = &mut trace.ends[end & 1];
         for side in 0..2 {
             let (tree, triangle) = (trees[side], pair[side]);
             let (vertices, all) = (tree.vertices_of(triangle), tree.mesh().vertices());
-            corners[side] = per_axis!(i => vertex(lanes, all, vertices[i], &march.places[side]));
+            corners[side] = per_axis!(i => vertex(lanes, all, vertices[i], &trace.places[side]));
             end.at[side] = Place { triangle, vertices };
         }
         end.curve.place(corners, 1.01 * (of_a + of_b));
@@ -123,7 +123,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
             };
             let mut next = pair;
             next[side] = across;
-            if !self.workspace.march.known.has(first(trees, next), next) {
+            if !self.workspace.trace.known.has(first(trees, next), next) {
                 return Some((side, edge));
             }
         }
@@ -135,35 +135,35 @@ impl Traversal<'_, '_, Meeting<'_>> {
     fn march_step<L: Lanes>(&mut self, lanes: L, at: usize) -> bool {
         let trees = [self.a, self.b];
         let Workspace {
-            march,
+            trace,
             run,
             found,
             sample,
             ..
         } = &mut *self.workspace;
-        let end = &mut march.ends[at];
+        let end = &mut trace.ends[at];
         let (side, edge) = end.curve.crosses();
-        run.stats.work += WORK_PER_MARCH_STEP;
+        run.stats.work += WORK_PER_TRACE_STEP;
         let Some(new) = end.at[side].cross(trees[side], edge.apex()) else {
             return false;
         };
         let pair = [end.at[0].triangle, end.at[1].triangle];
-        let added = march.known.add(first(trees, pair), pair);
+        let added = trace.known.add(first(trees, pair), pair);
         if added != Added::New {
             if added == Added::NoRoom {
-                march.stop();
+                trace.stop();
             }
             return false;
         }
         sample.note(pair, run.stats.found);
         run.stats.found += 1;
-        march.followed += 1;
+        trace.followed += 1;
         found.push(ids(trees, pair));
         let corner = vertex(
             lanes,
             trees[side].mesh().vertices(),
             new,
-            &march.places[side],
+            &trace.places[side],
         );
         end.curve.advance(lanes, (side, edge), corner)
     }
@@ -172,14 +172,14 @@ impl Traversal<'_, '_, Meeting<'_>> {
 impl Workspace {
     /// Removes, from the triangle pairs that wait or are in doubt, those that are known.
     pub(super) fn drop_known(&mut self, trees: [&Tree; 2]) {
-        let march = &mut self.march;
+        let trace = &mut self.trace;
         let mut is_new = |&pair: &[u32; 2]| {
-            let is_known = march.knows(trees, pair);
-            march.passed += u64::from(is_known);
+            let is_known = trace.knows(trees, pair);
+            trace.passed += u64::from(is_known);
             !is_known
         };
         self.waiting.retain(&mut is_new);
-        self.doubtful.retain(|pair| is_new(pair));
+        self.uncertain.retain(|pair| is_new(pair));
     }
 }
 

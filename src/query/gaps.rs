@@ -9,7 +9,7 @@
 use super::boxes::{Boxes, Extents, Facing, Slabs, splat};
 use super::close_boxes;
 use super::expand::{Keys, Measure};
-use super::views::{Relation, View, Views};
+use super::relative_pose::{RelativePose, View, Views};
 use crate::model::cost::WORK_PER_EXPANSION;
 use crate::tree::{Node, WIDTH, xyz};
 use glam::DVec3;
@@ -85,10 +85,10 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    pub fn new(unit: DVec3, relation: &Relation) -> Self {
+    pub fn new(unit: DVec3, relative: &RelativePose) -> Self {
         let [x, y, z] = (unit * (1.0 - 1e-5)).as_vec3().to_array();
         let unit = f32x4::new([x, y, z, 0.0]);
-        let (of_b, offset) = relation.of_b(unit);
+        let (of_b, offset) = relative.of_b(unit);
         Self { unit, of_b, offset }
     }
 }
@@ -154,13 +154,18 @@ impl Measure for Gaps {
     type Along<L: Lanes> = V8<L>;
 
     #[inline(always)]
-    fn own(&mut self, [node_a, node_b]: [&Node; 2], views: &Views, relation: &Relation) -> bool {
+    fn own(
+        &mut self,
+        [node_a, node_b]: [&Node; 2],
+        views: &Views,
+        relative: &RelativePose,
+    ) -> bool {
         if self.swell < 1.0 {
             return true;
         }
         (self.in_a, self.in_b) = views.direction(node_a, self.direction.unit);
         self.margin = 2.0 * views.of_b.margin.as_array()[0];
-        let scale = f32x4::splat(relation.scale);
+        let scale = f32x4::splat(relative.scale);
         let a = (node_a.own_center, node_a.own_half);
         let b = (node_b.own_center * scale, node_b.own_half * scale);
         let ([square, gap], [other_square, other_gap]) = (
@@ -185,9 +190,9 @@ impl Measure for Gaps {
     }
 
     #[inline(always)]
-    fn is_parted(&mut self, [a, b]: [&Node; 2], views: &Views, relation: &Relation) -> bool {
-        self.reaches_cut(close_boxes::gap(a, b, views, relation))
-            || self.reaches_cut(close_boxes::gap_along(a, b, relation, self.direction.unit))
+    fn is_parted(&mut self, [a, b]: [&Node; 2], views: &Views, relative: &RelativePose) -> bool {
+        self.reaches_cut(close_boxes::gap(a, b, views, relative))
+            || self.reaches_cut(close_boxes::gap_along(a, b, relative, self.direction.unit))
     }
 
     #[inline(always)]

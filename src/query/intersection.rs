@@ -13,9 +13,9 @@ use super::order::Order;
 use super::outcome::{StopReason, Verdict};
 use super::question::{Ask, Certify, Query, Question, Remembers};
 use super::queue::Pair;
+use super::relative_pose::RelativePose;
 use super::strategy::{Plan, Strategy, WarmStart};
 use super::traversal::traverse;
-use super::views::Relation;
 use super::workspace::{Asked, Key, Workspace};
 use crate::model::confidence::DEFAULT_PRIOR;
 use crate::model::cost::Counts;
@@ -175,19 +175,19 @@ impl<'t> Query<'t, Intersection> {
             return;
         }
         let paths = (1u32 << workspace.witnesses.len()) - 1;
-        if workspace.front.follow(Pair::new(0, 0), paths as u16) {
+        if workspace.frontier.follow(Pair::new(0, 0), paths as u16) {
             // The root is on a path.
         } else if strategy.queues() {
-            workspace.front.queue(Pair::new(0, 0), 0.0, 0);
+            workspace.frontier.queue(Pair::new(0, 0), 0.0, 0);
         } else {
             // Built in place: a copy as one piece would wait until its parts are in the cache.
-            workspace.front.push(Pair::new(0, 0));
+            workspace.frontier.push(Pair::new(0, 0));
         }
         // Triangles near the last hit are likely to meet, so they are visited first.
         if let (WarmStart::Witnesses, Some(&[x, y])) = (strategy.warm_start, witnesses.first()) {
             let (x, y) = (self.a.nodes_above(x), self.b.nodes_above(y));
-            workspace.front.push(Pair::new(x[0], y[0]));
-            workspace.front.push(Pair::new(x[1], y[1]));
+            workspace.frontier.push(Pair::new(x[0], y[0]));
+            workspace.frontier.push(Pair::new(x[1], y[1]));
         }
     }
 
@@ -204,12 +204,12 @@ impl<'t> Query<'t, Intersection> {
             resumed: workspace.run.stopped,
             decided: workspace.run.witness.is_some(),
         };
-        let relation = Relation::new(self.a, self.b, &self.asked.b_in_a);
+        let relative = RelativePose::new(self.a, self.b, &self.asked.b_in_a);
         let question = Meeting {
             options: &self.asked.options,
         };
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
-        let stop = traverse(question, trees, b_in_a, &relation, workspace, deadline);
+        let stop = traverse(question, trees, b_in_a, &relative, workspace, deadline);
         if stop == StopReason::FlushedToZero {
             return stop;
         }

@@ -1,5 +1,5 @@
 //! The triangle pairs known to intersect, so that none is reported twice: a mask of 64 bits for
-//! each pair of clusters with such pairs.
+//! each pair of leaves with such pairs.
 //!
 //! A hash table with linear probing and fixed capacity; expected constant time. Pairs are only
 //! added. The slots are small, because they are accessed at random and most are free; the entries
@@ -8,14 +8,14 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-/// Maximum number of pairs of clusters, and twice as many slots.
+/// Maximum number of pairs of leaves, and twice as many slots.
 pub(super) const ROOM: usize = 1 << 12;
 const SLOTS: usize = 2 * ROOM;
 
 const FREE: u16 = u16::MAX;
 
-/// A pair of clusters and the mask of their known triangle pairs: bit `8 i + j` for triangle `i` of
-/// A's cluster and `j` of B's.
+/// A pair of leaves and the mask of their known triangle pairs: bit `8 i + j` for triangle `i` of
+/// A's leaf and `j` of B's.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     first: [u32; 2],
@@ -66,7 +66,7 @@ impl Known {
         }
     }
 
-    /// Adds a pair of the clusters whose first triangles are `first`.
+    /// Adds a pair of the leaves whose first triangles are `first`.
     #[inline(always)]
     pub fn add(&mut self, first: [u32; 2], pair: [u32; 2]) -> Added {
         let (slot, at) = self.find(first);
@@ -88,7 +88,7 @@ impl Known {
         Added::New
     }
 
-    /// The mask of known pairs of two clusters.
+    /// The mask of known pairs of two leaves.
     #[inline(always)]
     pub fn of(&self, first: [u32; 2]) -> u64 {
         self.entries
@@ -96,12 +96,12 @@ impl Known {
             .map_or(0, |entry| entry.known)
     }
 
-    /// True if a pair of the clusters whose first triangles are `first` is known.
+    /// True if a pair of the leaves whose first triangles are `first` is known.
     pub fn has(&self, first: [u32; 2], pair: [u32; 2]) -> bool {
         self.of(first) & bit(first, pair) != 0
     }
 
-    /// The slot and entry of two clusters; if they have none, the slot where they would go and
+    /// The slot and entry of two leaves; if they have none, the slot where they would go and
     /// [`FREE`].
     #[inline(always)]
     fn find(&self, first: [u32; 2]) -> (usize, usize) {
@@ -117,7 +117,7 @@ impl Known {
     }
 }
 
-/// The bit of a triangle pair of two clusters.
+/// The bit of a triangle pair of two leaves.
 #[inline(always)]
 fn bit(first: [u32; 2], pair: [u32; 2]) -> u64 {
     1 << ((8 * (pair[0] - first[0]) + (pair[1] - first[1])) & 63)
@@ -144,8 +144,8 @@ mod tests {
     fn pairs_are_known_once_added_and_unknown_once_cleared() {
         let mut known = Known::new(100);
         for round in 0..3 {
-            let clusters = || (0..100).map(|i| [7 * (i % 5), 8 * i + round]);
-            for (i, first) in clusters().enumerate() {
+            let leaves = || (0..100).map(|i| [7 * (i % 5), 8 * i + round]);
+            for (i, first) in leaves().enumerate() {
                 assert_eq!(known.of(first), 0);
                 let pair = [first[0] + i as u32 % 8, first[1] + 7];
                 assert_eq!(
@@ -160,7 +160,7 @@ mod tests {
                     [full.add([9, 9], [9, 9]), full.add([9, 9], [9, 9])],
                     [Added::NoRoom; 2]
                 );
-                assert!(clusters().all(|first| full.of(first) == known.of(first)));
+                assert!(leaves().all(|first| full.of(first) == known.of(first)));
             }
             known.clear();
         }

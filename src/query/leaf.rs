@@ -14,8 +14,8 @@ use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
-use punctual_geom::triangle::again::Again;
 use punctual_geom::triangle::batch::{self, Crossings};
+use punctual_geom::triangle::filter64::Filter64;
 use punctual_geom::triangles_intersect;
 
 impl Traversal<'_, '_, Meeting<'_>> {
@@ -26,16 +26,16 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// traversal to another part of the stack. The pairs that wait are tested later.
     #[inline(always)]
     pub(super) fn test_triangles<L: Lanes>(&mut self, lanes: L) {
-        if !self.workspace.doubtful.is_empty() {
+        if !self.workspace.uncertain.is_empty() {
             self.test_doubtful(lanes);
         } else {
             self.test_batch(lanes);
             self.workspace.inconclusive =
-                self.question.options.mode == Mode::Any && !self.workspace.doubtful.is_empty();
+                self.question.options.mode == Mode::Any && !self.workspace.uncertain.is_empty();
         }
         let workspace = &mut *self.workspace;
-        if workspace.doubtful.is_empty() && workspace.inconclusive {
-            workspace.front.go_elsewhere();
+        if workspace.uncertain.is_empty() && workspace.inconclusive {
+            workspace.frontier.go_elsewhere();
         }
     }
 
@@ -46,10 +46,10 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let waiting = &workspace.waiting;
         // A last, partial batch is worthwhile only when nothing else is left.
         let pays = waiting.len() >= WIDTH && !workspace.inconclusive
-            || waiting.len() > 0 && workspace.front.is_empty()
+            || waiting.len() > 0 && workspace.frontier.is_empty()
             || waiting.is_full();
         // Once nothing is left, every pair that a curve could lead to is known.
-        pays || !workspace.doubtful.is_empty() || workspace.march.is_due() && !workspace.is_done()
+        pays || !workspace.uncertain.is_empty() || workspace.trace.is_due() && !workspace.is_done()
     }
 
     /// True if hits are contacts. Then hits also go through the exact test, which gives the segment
@@ -83,8 +83,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
             lanes,
             tested,
             [rows(self.a, pairs, 0), rows(self.b, pairs, 1)],
-            &self.relation.triangles,
-            self.strategy.march.goes_on().then_some(&mut crossings),
+            &self.relative.triangles,
+            self.strategy.trace.goes_on().then_some(&mut crossings),
         );
         let stats = &mut self.workspace.run.stats;
         stats.primitive_tests += count as u64;
@@ -98,7 +98,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
             self.report(pairs[lane], || crossings.of(lane));
         }
         for lane in bits(exact & tested) {
-            self.workspace.doubtful.push(pairs[lane]);
+            self.workspace.uncertain.push(pairs[lane]);
         }
     }
 
@@ -113,11 +113,11 @@ impl Traversal<'_, '_, Meeting<'_>> {
             self.room()
         };
         let workspace = &mut *self.workspace;
-        let count = workspace.refinement.due(workspace.doubtful.len(), room);
+        let count = workspace.refinement.due(workspace.uncertain.len(), room);
         if count > 0 {
             self.test_again(lanes, count);
-        } else if let Some(pair) = workspace.doubtful.pop() {
-            workspace.refinement.done = workspace.refinement.done.min(workspace.doubtful.len());
+        } else if let Some(pair) = workspace.uncertain.pop() {
+            workspace.refinement.done = workspace.refinement.done.min(workspace.uncertain.len());
             self.test_exactly(pair);
         }
     }
@@ -125,8 +125,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// Tests the last `count` pairs in doubt in `f64`.
     fn test_again<L: Lanes>(&mut self, lanes: L, count: usize) {
         let workspace = &mut *self.workspace;
-        let from = workspace.doubtful.len() - count;
-        let pairs: ArrayVec<_, WIDTH> = workspace.doubtful.drain(from..).collect();
+        let from = workspace.uncertain.len() - count;
+        let pairs: ArrayVec<_, WIDTH> = workspace.uncertain.drain(from..).collect();
         let trees = [self.a, self.b];
         for (lane, pair) in pairs.iter().enumerate() {
             let [a, b] =
@@ -136,8 +136,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
         let [of_a, of_b] = &workspace.corners;
         let mut crossings = Crossings::default();
-        let wanted = self.strategy.march.goes_on().then_some(&mut crossings);
-        let verdicts = lanes.run(Again {
+        let wanted = self.strategy.trace.goes_on().then_some(&mut crossings);
+        let verdicts = lanes.run(Filter64 {
             a: &of_a.columns,
             b: &of_b.columns,
             count,
@@ -148,7 +148,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let left = verdicts.doubt & tested;
         for lane in bits(left) {
             workspace
-                .doubtful
+                .uncertain
                 .insert(workspace.refinement.done, pairs[lane]);
         }
         let left = left.count_ones() as usize;
@@ -185,15 +185,15 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let workspace = &mut *self.workspace;
         if workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any {
             // One hit is enough; the other hits of its batch stay open.
-            return workspace.doubtful.push(pair);
+            return workspace.uncertain.push(pair);
         }
-        if self.strategy.march.goes_on() && workspace.run.stats.found == 0 {
+        if self.strategy.trace.goes_on() && workspace.run.stats.found == 0 {
             self.strategy = self.strategy.after_first_hit();
             workspace.run.strategy = self.strategy;
-            workspace.front.queue_to_stack();
+            workspace.frontier.queue_to_stack();
         }
-        if self.strategy.march.goes_on()
-            && !workspace.march.note([self.a, self.b], pair, crossings())
+        if self.strategy.trace.goes_on()
+            && !workspace.trace.note([self.a, self.b], pair, crossings())
         {
             return;
         }

@@ -2,14 +2,14 @@
 //! its triangle tests.
 //!
 //! Overlapping boxes are of interest, deepest first. Triangle pairs found along a curve
-//! ([`march`](super::march)) before the front reaches them are not tested again.
+//! ([`trace`](super::trace)) before the frontier reaches them are not tested again.
 
 use super::expand::{Keys, Sink, expand};
 use super::options::{Mode, Options};
 use super::outcome::{Stats, StopReason};
 use super::overlap::Overlap;
 use super::queue::{Origin, Pair};
-use super::strategy::Marching;
+use super::strategy::Tracing;
 use super::traversal::{Traversal, Visitor};
 use super::workspace::Workspace;
 use crate::model::cost::WORK_PER_LOOKUP;
@@ -25,17 +25,17 @@ pub(super) struct Meeting<'q> {
 impl Visitor for Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        self.workspace.front.pop()
+        self.workspace.frontier.pop()
     }
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
-        let (trees, relation) = ([self.a, self.b], self.relation);
+        let (trees, relative) = ([self.a, self.b], self.relative);
         expand(
             lanes,
             pair,
             trees,
-            relation,
+            relative,
             &mut Overlap::default(),
             keys,
             self,
@@ -54,7 +54,7 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
             return Some(StopReason::PairsFull);
         }
         self.end_march();
-        if self.workspace.march.is_due() {
+        if self.workspace.trace.is_due() {
             self.march_on(lanes);
         } else {
             self.test_triangles(lanes);
@@ -77,23 +77,23 @@ impl Traversal<'_, '_, Meeting<'_>> {
     fn queue_all(&mut self, hits: u64, depth: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
         let mut ahead = 0;
         if self.origin == Origin::Path {
-            ahead = self.workspace.front.path_witnesses();
+            ahead = self.workspace.frontier.path_witnesses();
         } else if !self.strategy.queues() {
-            return self.workspace.front.push_all(hits, child);
+            return self.workspace.frontier.push_all(hits, child);
         }
         for bit in bits(hits) {
             let pair = child(bit as u32);
             if ahead != 0 {
                 let below = self.witnesses_below(pair, ahead);
                 ahead &= !below;
-                if self.workspace.front.follow(pair, below) {
+                if self.workspace.frontier.follow(pair, below) {
                     continue;
                 }
             }
             self.queue(pair, depth(bit));
         }
         if self.origin == Origin::Path {
-            self.workspace.front.set_aside();
+            self.workspace.frontier.set_aside();
         }
     }
 
@@ -101,14 +101,17 @@ impl Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn end_march(&mut self) {
         let Workspace {
-            march, run, front, ..
+            trace,
+            run,
+            frontier,
+            ..
         } = &*self.workspace;
-        if let Marching::Within(work_per_pair) = self.strategy.march
+        if let Tracing::Within(work_per_pair) = self.strategy.trace
             && run.stats.found > 0
-            && run.stats.work - march.work > work_per_pair * front.len() as u64
+            && run.stats.work - trace.work > work_per_pair * frontier.len() as u64
         {
-            self.workspace.march.stop();
-            self.strategy.march = Marching::Over;
+            self.workspace.trace.stop();
+            self.strategy.trace = Tracing::Over;
             self.workspace.run.strategy = self.strategy;
             self.workspace.drop_known([self.a, self.b]);
         }
@@ -131,13 +134,13 @@ impl Traversal<'_, '_, Meeting<'_>> {
             first = first.max(key);
         }
         let (first, second) = (first % 64, second % 64);
-        let front = &mut self.workspace.front;
+        let frontier = &mut self.workspace.frontier;
         let rest = hits & !(1 << first);
         if rest != 0 {
-            front.push_all(rest & !(1 << second), &child);
-            front.push(child(second));
+            frontier.push_all(rest & !(1 << second), &child);
+            frontier.push(child(second));
         }
-        front.push(child(first));
+        frontier.push(child(first));
     }
 
     /// The witnesses of the previous frame, out of `among`, that lie below a pair.
@@ -161,11 +164,11 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let threshold = self.strategy.queue_threshold;
         if a.self_cost * b.self_cost >= threshold * threshold {
             let alpha = || a.alpha().element_product() * b.alpha().element_product();
-            let depth = depth / (a.size + b.size * self.relation.scale);
+            let depth = depth / (a.size + b.size * self.relative.scale);
             let bucket = self.question.options.order.bucket(depth, alpha);
-            self.workspace.front.queue(pair, 0.0, bucket);
+            self.workspace.frontier.queue(pair, 0.0, bucket);
         } else {
-            self.workspace.front.push(pair);
+            self.workspace.frontier.push(pair);
         }
     }
 }
@@ -184,7 +187,7 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
             return self.queue_all(hits, depth, child);
         }
         if !self.strategy.deepest_first {
-            return self.workspace.front.push_all(hits, child);
+            return self.workspace.frontier.push_all(hits, child);
         }
         if hits == 0 {
             return;
@@ -192,17 +195,17 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
         if self.strategy.ranks() {
             return self.push_ranked(hits, depth, child);
         }
-        let front = &mut self.workspace.front;
+        let frontier = &mut self.workspace.frontier;
         let (mut bit, mut place) = (
             hits.trailing_zeros(),
-            front.push(child(hits.trailing_zeros())),
+            frontier.push(child(hits.trailing_zeros())),
         );
         let (mut deepest, mut first, mut at) = (depth(bit as usize), bit, place);
         hits &= hits - 1;
         while hits != 0 {
             bit = hits.trailing_zeros();
             hits &= hits - 1;
-            place = front.push(child(bit));
+            place = frontier.push(child(bit));
             let next = depth(bit as usize);
             // A select, not a branch, because the comparison is unpredictable.
             let is_deeper = next > deepest;
@@ -211,23 +214,23 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
         }
         // Swaps the deepest with the last one. Both are made anew, because loading what has just
         // been stored takes longer.
-        front.put(at, child(bit));
-        front.put(place, child(first));
+        frontier.put(at, child(bit));
+        frontier.put(place, child(first));
     }
 
     #[inline(always)]
     fn place(&mut self, pair: Pair, _depth: impl FnOnce() -> f32) {
-        self.workspace.front.push(pair);
+        self.workspace.frontier.push(pair);
     }
 
     #[inline(always)]
     fn triangles(&mut self, mut hits: u64, depth: impl Fn(usize) -> f32, first: [u32; 2]) {
-        if self.strategy.march != Marching::Never
+        if self.strategy.trace != Tracing::Never
             && hits != 0
-            && !self.workspace.march.known.is_empty()
+            && !self.workspace.trace.known.is_empty()
         {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            hits = self.workspace.march.pass(hits, first);
+            hits = self.workspace.trace.pass(hits, first);
         }
         if self.strategy.ranks() && hits.count_ones() as usize > WIDTH {
             let deeper = deeper(hits, depth);

@@ -5,14 +5,14 @@
 //! | what | where |
 //! |---|---|
 //! | every question: [`Query`] | [`question`] |
-//! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`march`], [`follow`] |
+//! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`trace`], [`follow`] |
 //! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | contacts, asked as one of these two | [`contacts`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
-//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`overlap`], [`edge_axes`], [`views`] |
-//! | tests without a query | [`root_test`], [`parting`] |
-//! | the front | [`queue`], by [`order`]; [`triangle_pairs`] |
+//! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`overlap`], [`edge_axes`], [`relative_pose`] |
+//! | tests without a query | [`root_test`], [`separating_plane`] |
+//! | the frontier | [`queue`], by [`order`]; [`triangle_pairs`] |
 //! | the choices of a run, and its end | [`options`], [`strategy`]; [`budget`], [`system`], [`deadline`] |
 //! | all that changes during a query; what is kept for the next | [`workspace`]; [`memory`], [`clearance`] |
 //! | bounds on what a stopped query may have missed | [`certificate`] |
@@ -41,7 +41,6 @@ mod intersection;
 mod interval;
 mod known;
 mod leaf;
-mod march;
 mod measure;
 mod meeting;
 mod memory;
@@ -53,21 +52,22 @@ mod options;
 mod order;
 mod outcome;
 mod overlap;
-mod parting;
 mod probe;
 mod question;
 mod queue;
 mod ray;
 mod refinement;
+mod relative_pose;
 pub mod root_test;
 mod search;
+mod separating_plane;
 mod strategy;
 mod system;
+mod trace;
 mod traversal;
 #[cfg(all(test, feature = "std"))]
 mod triangle_bounds_tests;
 mod triangle_pairs;
-mod views;
 mod workspace;
 
 pub use budget::{Budget, Clock, ManualClock};
@@ -84,9 +84,9 @@ pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
-pub use parting::Parting;
 pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
+pub use separating_plane::SeparatingPlane;
 pub use system::ClockedBudget;
 pub use system::SYSTEM;
 #[cfg(all(

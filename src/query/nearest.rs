@@ -4,8 +4,8 @@
 //! no lower bound is proven. Separated pairs wait in the queue, ordered by their lower bounds, and
 //! are dropped when they no longer matter. The search starts with a *dive*, which opens only the
 //! child that seems closest, down to two triangles. It gives an upper bound to compare with, and
-//! leaves no other trace. If two clusters have many triangle pairs, the closest of these are
-//! tested, and the pair of clusters is put back into the queue with the others.
+//! leaves no other trace. If two leaves have many triangle pairs, the closest of these are
+//! tested, and the pair of leaves is put back into the queue with the others.
 //!
 //! Contacts ([`super::contacts`]) are the distance question with a limit and without an interval
 //! that narrows: each pair within the limit goes to a list. The tests of triangle pairs are in
@@ -16,15 +16,15 @@ use super::gaps::{Direction, Gaps};
 use super::interval::Interval;
 use super::outcome::{Stats, StopReason};
 use super::queue::{Origin, Pair};
+use super::relative_pose::RelativePose;
 use super::search::{Bounded, DIVE, root};
 use super::traversal::{Traversal, Visitor};
-use super::views::Relation;
 use crate::model::cost::WORK_PER_LOOKUP;
 use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 
-/// If two clusters have more triangle pairs than this, not all are tested at once.
+/// If two leaves have more triangle pairs than this, not all are tested at once.
 const MANY: u32 = 16;
 
 /// The question of the distance of two surfaces.
@@ -43,9 +43,9 @@ pub(super) struct Nearness {
 }
 
 impl Nearness {
-    pub fn new(relation: &Relation, interval: &Interval) -> Self {
+    pub fn new(relative: &RelativePose, interval: &Interval) -> Self {
         // At first the direction between the middles.
-        let direction = Direction::new(relation.middle().normalize_or_zero(), relation);
+        let direction = Direction::new(relative.middle().normalize_or_zero(), relative);
         let pair = Pair::new(0, 0);
         let mut distance = Self {
             cut: 0.0,
@@ -54,16 +54,16 @@ impl Nearness {
             guess: f32::INFINITY,
             pair,
         };
-        distance.update(relation, interval);
+        distance.update(relative, interval);
         distance
     }
 
     /// Updates the cut and the direction after a change of the interval.
-    pub(super) fn update(&mut self, relation: &Relation, interval: &Interval) {
-        self.cut = interval.square_cut(relation.unit);
-        self.doubt = root(self.cut) + relation.least_gap_and_margin();
+    pub(super) fn update(&mut self, relative: &RelativePose, interval: &Interval) {
+        self.cut = interval.square_cut(relative.unit);
+        self.doubt = root(self.cut) + relative.least_gap_and_margin();
         if let Some((_, found)) = interval.nearest() {
-            self.direction = Direction::new(-found.direction, relation);
+            self.direction = Direction::new(-found.direction, relative);
         }
     }
 }
@@ -76,24 +76,24 @@ impl Visitor for Traversal<'_, '_, Nearness> {
             .search
             .halves
             .is_due(self.workspace.run.stats.work)
-            && !self.workspace.front.is_empty()
+            && !self.workspace.frontier.is_empty()
         {
             self.look_for_plane();
         }
         let search = &mut self.workspace.search;
         match search.dive.take() {
             Some(pair) => Some((pair, Origin::Path)),
-            None => self.workspace.front.pop(),
+            None => self.workspace.frontier.pop(),
         }
     }
 
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
-        let (question, relation) = (&self.question, self.relation);
+        let (question, relative) = (&self.question, self.relative);
         let mut gaps = Gaps::new(
             question.cut,
             question.doubt,
-            relation.shrink,
+            relative.shrink,
             question.direction,
         );
         match self.origin {
@@ -102,7 +102,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
                 (gaps.cut, gaps.swell) = (f32::INFINITY, DIVE);
             }
             Origin::Queue => {
-                gaps.least = self.workspace.front.popped_key();
+                gaps.least = self.workspace.frontier.popped_key();
                 if gaps.least >= gaps.cut {
                     self.workspace.run.stats.work += WORK_PER_LOOKUP;
                     let dropped = &mut self.workspace.search.dropped;
@@ -110,15 +110,15 @@ impl Visitor for Traversal<'_, '_, Nearness> {
                     return;
                 }
                 // A pair that the full queue puts on the stack loses its bound.
-                if self.workspace.front.room() < WIDTH * WIDTH {
-                    self.workspace.bound(root(gaps.least), relation.unit);
+                if self.workspace.frontier.room() < WIDTH * WIDTH {
+                    self.workspace.bound(root(gaps.least), relative.unit);
                 }
             }
             Origin::Stack => {}
         }
         self.question.pair = pair;
         let trees = [self.a, self.b];
-        expand(lanes, pair, trees, relation, &mut gaps, keys, self);
+        expand(lanes, pair, trees, relative, &mut gaps, keys, self);
         let search = &mut self.workspace.search;
         if self.origin != Origin::Path {
             // Every child that was dropped is at least as far apart as the cut.
@@ -150,7 +150,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
             self.consider(lanes, left);
         }
         let search = &self.workspace.search;
-        let last = self.workspace.front.is_empty();
+        let last = self.workspace.frontier.is_empty();
         self.workspace.testing = search.is_due() || last && !search.is_done();
         search.interval.is_decided().then_some(StopReason::Finished)
     }
@@ -176,7 +176,7 @@ impl Sink for Traversal<'_, '_, Nearness> {
             }
         }
         if let Some(at) = deepest.1 {
-            self.workspace.front.raise(at);
+            self.workspace.frontier.raise(at);
         }
     }
 
@@ -213,8 +213,8 @@ impl Traversal<'_, '_, Nearness> {
         is_alone && self.origin != Origin::Path && !self.strategy.deepest_first
     }
 
-    /// Takes the rows with the closest boxes of these triangle pairs of two clusters, until they
-    /// are eight pairs, and puts the pair of clusters back with the other rows: most of these no
+    /// Takes the rows with the closest boxes of these triangle pairs of two leaves, until they
+    /// are eight pairs, and puts the pair of leaves back with the other rows: most of these no
     /// longer matter when their turn comes. Rows with overlapping boxes are taken, because nothing
     /// is proven of them.
     #[inline(never)]
@@ -225,14 +225,14 @@ impl Traversal<'_, '_, Nearness> {
         rows.sort_unstable_by(|(x, i), (y, j)| x.total_cmp(y).then(i.cmp(j)));
         let (mut taken, mut left) = (0_u64, None);
         let mut pair = Pair {
-            alive: [0, self.question.pair.alive[1]],
+            active: [0, self.question.pair.active[1]],
             ..self.question.pair
         };
         for (key, row) in rows {
             if key <= 0.0 || taken.count_ones() < WIDTH as u32 {
                 taken |= row_of(row);
             } else if row_of(row) != 0 {
-                pair.alive[0] |= 1 << row;
+                pair.active[0] |= 1 << row;
                 left.get_or_insert(key);
             }
         }
@@ -259,9 +259,9 @@ impl Traversal<'_, '_, Nearness> {
             } else {
                 search.bucket(key, self.question.cut)
             };
-            workspace.front.queue(pair, key, bucket);
+            workspace.frontier.queue(pair, key, bucket);
         } else {
-            let at = workspace.front.push(pair);
+            let at = workspace.frontier.push(pair);
             if key < deepest.0 {
                 *deepest = (key, Some(at));
             }
@@ -282,7 +282,7 @@ impl Traversal<'_, '_, Nearness> {
         if let Some(gap) = gap.filter(|gap| *gap > 0.0 && *gap < f64::INFINITY)
             && self.workspace.search.interval.know(gap)
         {
-            self.workspace.front.drop_all();
+            self.workspace.frontier.drop_all();
             self.workspace.search.drop_all();
         }
     }

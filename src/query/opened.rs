@@ -3,7 +3,7 @@
 
 use super::probe::Children;
 use super::queue::Pair;
-use super::views::Relation;
+use super::relative_pose::RelativePose;
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use punctual_geom::lanes::{Instructions, Kernel, Lanes};
@@ -28,26 +28,26 @@ pub fn opened_pairs(a: &Tree, b: &Tree, b_in_a: &Pose) -> Vec<OpenedPair> {
     if a.nodes().is_empty() || b.nodes().is_empty() {
         return Vec::new();
     }
-    Instructions::detect().run(Recorder([a, b], &Relation::new(a, b, b_in_a)))
+    Instructions::detect().run(Recorder([a, b], &RelativePose::new(a, b, b_in_a)))
 }
 
-struct Recorder<'r>([&'r Tree; 2], &'r Relation);
+struct Recorder<'r>([&'r Tree; 2], &'r RelativePose);
 
 impl Kernel for Recorder<'_> {
     type Output = Vec<OpenedPair>;
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Vec<OpenedPair> {
-        let Self(trees, relation) = self;
+        let Self(trees, relative) = self;
         // Pairs to open, each with the index of its parent.
-        let mut front = alloc::vec![(Pair::new(0, 0), 0)];
+        let mut frontier = alloc::vec![(Pair::new(0, 0), 0)];
         let mut opened = Vec::new();
-        while let Some((pair, parent)) = front.pop() {
+        while let Some((pair, parent)) = frontier.pop() {
             let mut children = Children::default();
-            children.open(lanes, pair, trees, relation);
+            children.open(lanes, pair, trees, relative);
             let (hits, first) = children.triangles;
             let id = |side: usize, i: usize| trees[side].ids()[first[side] as usize + i];
-            front.extend(children.pairs.into_iter().map(|pair| (pair, opened.len())));
+            frontier.extend(children.pairs.into_iter().map(|pair| (pair, opened.len())));
             opened.push(OpenedPair {
                 parent,
                 bv_tests: children.stats.bv_tests_of_levels() as u32,

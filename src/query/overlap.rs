@@ -1,14 +1,14 @@
 //! The measure of the intersection: overlap of boxes on the six face axes.
 //!
 //! A box with centre `c` and half extents `h`, seen from the orientation of a node of the other
-//! side ([`View`](super::views::View)), lies within `M c + t ± (|M| h + m)`. `m` covers every
+//! side ([`View`](super::relative_pose::View)), lies within `M c + t ± (|M| h + m)`. `m` covers every
 //! rounding and is proven in `docs/numerics.md`. So no overlap is lost; a box kept needlessly only
 //! costs time. The other nine axes are in [`edge_axes`](super::edge_axes).
 
 use super::boxes::{Facing, Plane, Planes, Slabs, Triangles};
 use super::close_boxes;
 use super::expand::{Keys, Measure};
-use super::views::{Relation, Views};
+use super::relative_pose::{RelativePose, Views};
 use crate::model::cost::WORK_PER_EXPANSION;
 use crate::tree::{Node, WIDTH};
 use punctual_geom::lanes::{Column, F8, Lanes, all, per_part};
@@ -27,13 +27,13 @@ impl Measure for Overlap {
     type Along<L: Lanes> = F8<L>;
 
     #[inline(always)]
-    fn own(&mut self, [a, b]: [&Node; 2], views: &Views, relation: &Relation) -> bool {
-        let scale = f32x4::splat(relation.scale);
+    fn own(&mut self, [a, b]: [&Node; 2], views: &Views, relative: &RelativePose) -> bool {
+        let scale = f32x4::splat(relative.scale);
         let a = (a.own_center, a.own_half);
         let b = (b.own_center * scale, b.own_half * scale);
         let (in_a, in_b) = (views.of_b.gaps(b, a), views.of_a.gaps(a, b));
         // One branch for both views, because neither branch is predictable.
-        self.in_doubt = relation.least_gap.simd_lt(in_a.fast_max(in_b)).any();
+        self.in_doubt = relative.least_gap.simd_lt(in_a.fast_max(in_b)).any();
         !(self.in_doubt
             && (views.of_b.margin.simd_lt(in_a) | views.of_a.margin.simd_lt(in_b)).any())
     }
@@ -44,8 +44,8 @@ impl Measure for Overlap {
     }
 
     #[inline(always)]
-    fn is_parted(&mut self, [a, b]: [&Node; 2], views: &Views, relation: &Relation) -> bool {
-        close_boxes::gap(a, b, views, relation) > 0.0
+    fn is_parted(&mut self, [a, b]: [&Node; 2], views: &Views, relative: &RelativePose) -> bool {
+        close_boxes::gap(a, b, views, relative) > 0.0
     }
 
     #[inline(always)]
@@ -70,15 +70,15 @@ impl Measure for Overlap {
         &self,
         lanes: L,
         facing: &Facing,
-        alive: u32,
+        active: u32,
         triangles: impl FnOnce() -> Triangles<'t>,
         keys: &mut Keys,
     ) -> u64 {
         let (triangles, node) = (triangles(), facing.nodes[1]);
         // For a single triangle one plane, not eight.
-        if alive.is_power_of_two() {
-            let i = alive.trailing_zeros() as usize % WIDTH;
-            let plane = Plane::new(triangles.rows[i], &triangles.view, triangles.skew);
+        if active.is_power_of_two() {
+            let i = active.trailing_zeros() as usize % WIDTH;
+            let plane = Plane::new(triangles.rows[i], &triangles.view, triangles.rotation_error);
             let boxes = facing.children(lanes, 1);
             let [in_box, through_plane] = plane.depths(lanes, &boxes, &boxes.slabs());
             let depth = in_box.min(through_plane * F8::splat(lanes, 1.0 / plane.length()));
@@ -87,19 +87,19 @@ impl Measure for Overlap {
         }
         let mut planes = Planes::NONE;
         per_part!(lanes: L, part => {
-            if L::IS_WHOLE || alive & all(part) != 0 {
+            if L::IS_WHOLE || active & all(part) != 0 {
                 planes.put(part, &triangles);
             }
         });
         let mut pairs = 0;
         per_part!(lanes: L, part => {
             let valid = node.valid() & all(part);
-            let mut alive = if L::IS_WHOLE || valid != 0 { alive } else { 0 };
+            let mut active = if L::IS_WHOLE || valid != 0 { active } else { 0 };
             let boxes = facing.children(part, 1);
             let slabs = boxes.slabs();
-            while alive != 0 {
-                let i = alive.trailing_zeros() as usize;
-                alive &= alive - 1;
+            while active != 0 {
+                let i = active.trailing_zeros() as usize;
+                active &= active - 1;
                 let [in_box, through_plane] = planes.at(i).depths(part, &boxes, &slabs);
                 let apart = in_box.mask() | through_plane.mask();
                 pairs |= u64::from(!apart & valid) << (WIDTH * i);

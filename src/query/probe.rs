@@ -1,4 +1,4 @@
-//! A probe: the summary of a front after its costliest pairs have been opened on trial.
+//! A probe: the summary of a frontier after its costliest pairs have been opened on trial.
 //!
 //! The cost of a pair is hard to predict from the pair, and easy from one level below. So the
 //! costliest pairs are replaced by the pairs of their children that may meet, a few times, and the
@@ -8,8 +8,8 @@ use super::expand::{Sink, expand};
 use super::outcome::Stats;
 use super::overlap::Overlap;
 use super::queue::Pair;
-use super::views::{Relation, Views};
-use crate::model::front::{FrontSummary, pair_cost};
+use super::relative_pose::{RelativePose, Views};
+use crate::model::frontier::{FrontierSummary, pair_cost};
 use crate::tree::{Node, Tree, WIDTH, xyz};
 use arrayvec::ArrayVec;
 use core::mem;
@@ -22,10 +22,10 @@ const ROOM: usize = 64;
 /// Effort of opening a pair, besides one unit for each of its children; a unit is about 30 ns.
 const PER_OPENING: usize = 2;
 
-/// A front whose costliest pairs are opened one after the other.
+/// A frontier whose costliest pairs are opened one after the other.
 pub(super) struct Probe<'q> {
     trees: [&'q Tree; 2],
-    relation: &'q Relation,
+    relative: &'q RelativePose,
     /// Pairs that can be opened, and the cost of each.
     pairs: ArrayVec<Open, ROOM>,
     costs: ArrayVec<f32, ROOM>,
@@ -33,7 +33,7 @@ pub(super) struct Probe<'q> {
     effort: usize,
     /// Returns true while there is time for another opening.
     goes_on: &'q dyn Fn() -> bool,
-    summary: FrontSummary,
+    summary: FrontierSummary,
 }
 
 /// An open pair, and the penetration and crossing of its boxes ([`overlap`]).
@@ -47,13 +47,13 @@ struct Open {
 impl<'q> Probe<'q> {
     pub fn new(
         trees: [&'q Tree; 2],
-        relation: &'q Relation,
-        summary: FrontSummary,
+        relative: &'q RelativePose,
+        summary: FrontierSummary,
         goes_on: &'q dyn Fn() -> bool,
     ) -> Self {
         Self {
             trees,
-            relation,
+            relative,
             pairs: ArrayVec::new(),
             costs: ArrayVec::new(),
             effort: 0,
@@ -67,7 +67,7 @@ impl<'q> Probe<'q> {
     pub fn add(&mut self, pair: Pair) {
         self.effort = self.effort.saturating_sub(1);
         let [a, b] = self.nodes(pair);
-        let (penetration, crossing) = overlap(a, b, self.relation);
+        let (penetration, crossing) = overlap(a, b, self.relative);
         let cost = pair_cost([a.self_cost, b.self_cost], penetration);
         let open = Open {
             pair,
@@ -103,7 +103,7 @@ impl<'q> Probe<'q> {
     }
 
     /// Opens the costliest pairs, as long as effort and time last, and sums up what is left.
-    pub fn finish(mut self, instructions: Instructions, effort: usize) -> FrontSummary {
+    pub fn finish(mut self, instructions: Instructions, effort: usize) -> FrontierSummary {
         self.effort = effort;
         instructions.run(&mut self);
         for (cost, open) in mem::take(&mut self.costs)
@@ -132,7 +132,7 @@ impl Kernel for &mut Probe<'_> {
             }
             self.costs.swap_remove(costliest);
             let pair = self.pairs.swap_remove(costliest).pair;
-            children.open(lanes, pair, self.trees, self.relation);
+            children.open(lanes, pair, self.trees, self.relative);
             let (hits, _) = children.triangles;
             self.summary.triangle_pairs += f64::from(hits.count_ones());
             children.pairs.drain(..).for_each(|pair| self.add(pair));
@@ -163,10 +163,16 @@ impl Default for Children {
 impl Children {
     /// Opens a pair. There must be no pairs of another left.
     #[inline(always)]
-    pub fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, trees: [&Tree; 2], relation: &Relation) {
+    pub fn open<L: Lanes>(
+        &mut self,
+        lanes: L,
+        pair: Pair,
+        trees: [&Tree; 2],
+        relative: &RelativePose,
+    ) {
         self.triangles.0 = 0;
         let (overlap, keys) = (&mut Overlap::default(), &mut [[0.0; WIDTH]; WIDTH]);
-        expand(lanes, pair, trees, relation, overlap, keys, self);
+        expand(lanes, pair, trees, relative, overlap, keys, self);
     }
 }
 
@@ -192,9 +198,9 @@ impl Sink for Children {
 /// the box whose own axis it is, and `e` that of the other. `s = e + f`, and `d` is the offset of
 /// the centres.
 #[inline(always)]
-fn overlap(a: &Node, b: &Node, relation: &Relation) -> (f32, f32) {
-    let views = Views::between(a, b, relation);
-    let scale = f32x4::splat(relation.scale);
+fn overlap(a: &Node, b: &Node, relative: &RelativePose) -> (f32, f32) {
+    let views = Views::between(a, b, relative);
+    let scale = f32x4::splat(relative.scale);
     let (center, half) = (b.own_center * scale, b.own_half * scale);
     let in_a = shares(
         views.of_b.point(center),

@@ -1,4 +1,4 @@
-//! The front: a bounded priority queue of node pairs, a stack of pairs that are finished
+//! The frontier: a bounded priority queue of node pairs, a stack of pairs that are finished
 //! depth-first before it, and, before both, the few pairs on the warm-start paths to the witnesses
 //! of the previous frame.
 //!
@@ -16,14 +16,14 @@ use punctual_geom::bits;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pair {
     pub nodes: [u32; 2],
-    pub alive: [u8; 2],
+    pub active: [u8; 2],
 }
 
 impl Pair {
     pub const fn new(a: u32, b: u32) -> Self {
         Self {
             nodes: [a, b],
-            alive: [u8::MAX; 2],
+            active: [u8::MAX; 2],
         }
     }
 }
@@ -54,7 +54,7 @@ struct Entry {
 
 /// Node pairs still to be visited.
 #[derive(Clone, Debug)]
-pub(super) struct Front {
+pub(super) struct Frontier {
     /// The last is opened first. Each has the mask of the witnesses below it.
     paths: ArrayVec<(Pair, u16), PATHS>,
     /// Witness mask of the path popped last. Kept here because carrying it in [`Origin`] slowed
@@ -80,7 +80,7 @@ pub(super) struct Front {
     jumps: u32,
 }
 
-impl Front {
+impl Frontier {
     pub fn new(capacity: usize) -> Self {
         let capacity = capacity.min(NONE as usize - 1);
         Self {
@@ -220,11 +220,11 @@ impl Front {
         // in the cache.
         let Pair {
             nodes: [a, b],
-            alive: [of_a, of_b],
+            active: [of_a, of_b],
         } = self.stack[self.height % STACK];
         Some(Pair {
             nodes: [a, b],
-            alive: [of_a, of_b],
+            active: [of_a, of_b],
         })
     }
 
@@ -380,105 +380,105 @@ mod tests {
     use super::*;
     use alloc::vec::Vec;
 
-    fn drain(front: &mut Front) -> Vec<u32> {
-        core::iter::from_fn(|| front.pop())
+    fn drain(frontier: &mut Frontier) -> Vec<u32> {
+        core::iter::from_fn(|| frontier.pop())
             .map(|(pair, _)| pair.nodes[0])
             .collect()
     }
 
     #[test]
     fn the_stack_goes_first_then_the_buckets_in_turn() {
-        let mut front = Front::new(8);
+        let mut frontier = Frontier::new(8);
         for (i, bucket) in [(0, 5), (1, 0), (2, 127), (3, 0)] {
-            front.queue(Pair::new(i, 0), 0.0, bucket);
+            frontier.queue(Pair::new(i, 0), 0.0, bucket);
         }
-        front.push(Pair::new(9, 0));
-        front.push(Pair::new(8, 0));
-        front.raise(0);
-        assert_eq!(front.iter().count(), 6);
-        assert_eq!(drain(&mut front), [9, 8, 3, 1, 0, 2]);
-        assert!(front.is_empty());
+        frontier.push(Pair::new(9, 0));
+        frontier.push(Pair::new(8, 0));
+        frontier.raise(0);
+        assert_eq!(frontier.iter().count(), 6);
+        assert_eq!(drain(&mut frontier), [9, 8, 3, 1, 0, 2]);
+        assert!(frontier.is_empty());
     }
 
     #[test]
     fn paths_go_first_and_what_is_beside_them_waits_for_their_ends() {
         let pair = |i| Pair::new(i, 0);
-        let mut front = Front::new(8);
-        assert!(!front.follow(pair(9), 0) && front.follow(pair(0), 0b11));
+        let mut frontier = Frontier::new(8);
+        assert!(!frontier.follow(pair(9), 0) && frontier.follow(pair(0), 0b11));
         assert_eq!(
-            (front.pop(), front.path_witnesses()),
+            (frontier.pop(), frontier.path_witnesses()),
             (Some((pair(0), Origin::Path)), 0b11)
         );
-        front.push(pair(1));
-        front.queue(pair(2), 0.0, 0);
-        assert!(front.follow(pair(3), 0b01) && front.follow(pair(4), 0b10));
-        front.set_aside();
+        frontier.push(pair(1));
+        frontier.queue(pair(2), 0.0, 0);
+        assert!(frontier.follow(pair(3), 0b01) && frontier.follow(pair(4), 0b10));
+        frontier.set_aside();
         assert_eq!(
-            (front.pop(), front.path_witnesses()),
+            (frontier.pop(), frontier.path_witnesses()),
             (Some((pair(4), Origin::Path)), 0b10)
         );
-        front.push(pair(5));
-        assert_eq!(front.iter().count(), 4);
-        assert_eq!(front.pop(), Some((pair(5), Origin::Stack)));
-        assert_eq!(front.pop(), Some((pair(3), Origin::Path)));
-        front.push(pair(6));
-        front.set_aside();
-        assert_eq!(drain(&mut front), [6, 1, 2]);
-        assert!(front.is_empty());
+        frontier.push(pair(5));
+        assert_eq!(frontier.iter().count(), 4);
+        assert_eq!(frontier.pop(), Some((pair(5), Origin::Stack)));
+        assert_eq!(frontier.pop(), Some((pair(3), Origin::Path)));
+        frontier.push(pair(6));
+        frontier.set_aside();
+        assert_eq!(drain(&mut frontier), [6, 1, 2]);
+        assert!(frontier.is_empty());
     }
 
     #[test]
     fn a_high_stack_ends_the_paths() {
-        let mut front = Front::new(0);
+        let mut frontier = Frontier::new(0);
         for i in 0..=BESIDE_PATHS as u32 {
-            assert!(front.follow(Pair::new(i, 0), 1));
-            front.pop();
-            front.push(Pair::new(i, 0));
-            front.set_aside();
+            assert!(frontier.follow(Pair::new(i, 0), 1));
+            frontier.pop();
+            frontier.push(Pair::new(i, 0));
+            frontier.set_aside();
         }
-        assert!(!front.follow(Pair::new(0, 0), 1));
-        assert_eq!(drain(&mut front).len(), BESIDE_PATHS + 1);
+        assert!(!frontier.follow(Pair::new(0, 0), 1));
+        assert_eq!(drain(&mut frontier).len(), BESIDE_PATHS + 1);
     }
 
     #[test]
     fn the_queue_goes_below_the_stack_in_its_order() {
-        let fill = |front: &mut Front| {
+        let fill = |frontier: &mut Frontier| {
             for (i, bucket) in [(0, 70), (1, 3), (2, 127), (3, 3), (4, 70)] {
-                front.queue(Pair::new(i, 0), 0.0, bucket);
+                frontier.queue(Pair::new(i, 0), 0.0, bucket);
             }
-            front.push(Pair::new(8, 0));
-            front.push(Pair::new(9, 0));
+            frontier.push(Pair::new(8, 0));
+            frontier.push(Pair::new(9, 0));
         };
-        let mut front = Front::new(8);
-        fill(&mut front);
-        front.queue_to_stack();
-        assert!(front.queued == 0 && front.peak() == 5 && front.iter().count() == 7);
-        assert_eq!(drain(&mut front), [9, 8, 3, 1, 4, 0, 2]);
+        let mut frontier = Frontier::new(8);
+        fill(&mut frontier);
+        frontier.queue_to_stack();
+        assert!(frontier.queued == 0 && frontier.peak() == 5 && frontier.iter().count() == 7);
+        assert_eq!(drain(&mut frontier), [9, 8, 3, 1, 4, 0, 2]);
         // Does nothing while paths are followed.
-        fill(&mut front);
-        assert!(front.follow(Pair::new(7, 0), 1));
-        front.queue_to_stack();
-        assert_eq!(drain(&mut front), [9, 8, 7, 3, 1, 4, 0, 2]);
+        fill(&mut frontier);
+        assert!(frontier.follow(Pair::new(7, 0), 1));
+        frontier.queue_to_stack();
+        assert_eq!(drain(&mut frontier), [9, 8, 7, 3, 1, 4, 0, 2]);
     }
 
     #[test]
     fn a_full_queue_loses_nothing_and_uses_freed_room_again() {
-        let mut front = Front::new(2);
+        let mut frontier = Frontier::new(2);
         for i in 0..3 {
-            front.queue(Pair::new(i, 0), 0.0, 0);
+            frontier.queue(Pair::new(i, 0), 0.0, 0);
         }
-        assert_eq!(front.peak(), 2);
-        assert_eq!(front.pop(), Some((Pair::new(2, 0), Origin::Stack)));
-        assert_eq!(front.pop(), Some((Pair::new(1, 0), Origin::Queue)));
-        front.queue(Pair::new(7, 0), 0.0, 3);
-        assert_eq!(drain(&mut front), [0, 7]);
+        assert_eq!(frontier.peak(), 2);
+        assert_eq!(frontier.pop(), Some((Pair::new(2, 0), Origin::Stack)));
+        assert_eq!(frontier.pop(), Some((Pair::new(1, 0), Origin::Queue)));
+        frontier.queue(Pair::new(7, 0), 0.0, 3);
+        assert_eq!(drain(&mut frontier), [0, 7]);
     }
 
     #[test]
     fn without_room_it_is_a_stack() {
-        let mut front = Front::new(0);
-        front.queue(Pair::new(1, 0), 0.0, 0);
-        front.queue(Pair::new(2, 0), 0.0, 9);
-        assert_eq!(drain(&mut front), [2, 1]);
+        let mut frontier = Frontier::new(0);
+        frontier.queue(Pair::new(1, 0), 0.0, 0);
+        frontier.queue(Pair::new(2, 0), 0.0, 9);
+        assert_eq!(drain(&mut frontier), [2, 1]);
     }
 }

@@ -20,14 +20,14 @@ impl Refinement {
     const REST: u32 = 32;
 
     /// Number of pairs in doubt to test in `f64` now, at most `room`.
-    pub fn due(&mut self, doubtful: usize, room: usize) -> usize {
-        let count = (doubtful - self.done).min(room);
+    pub fn due(&mut self, uncertain: usize, room: usize) -> usize {
+        let count = (uncertain - self.done).min(room);
         if count < ENOUGH {
             return 0;
         }
         if self.rest > 0 {
             self.rest -= 1;
-            self.done = doubtful;
+            self.done = uncertain;
             return 0;
         }
         count

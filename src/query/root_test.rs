@@ -8,7 +8,7 @@ use super::boxes::{Facing, StoredExtents};
 use super::expand::{self, Measure};
 use super::flushing;
 use super::overlap::Overlap;
-use super::views::{Relation, Views};
+use super::relative_pose::{RelativePose, Views};
 use super::workspace::Workspace;
 use crate::tree::{Node, Tree};
 use punctual_geom::lanes::{Column, F8, Kernel, Lanes};
@@ -23,15 +23,15 @@ pub fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64
     if flushing::matters(a, b, b_in_a) {
         return 0.0;
     }
-    let relation = Relation::new(a, b, b_in_a);
+    let relative = RelativePose::new(a, b, b_in_a);
     let depth = workspace.instructions.run(RootTest {
         a: x,
         b: y,
-        relation: &relation,
+        relative: &relative,
     });
     // Axes that are not exactly orthonormal shrink its square by at most this factor.
     if depth < 0.0 {
-        f64::from(-depth) * relation.unit * f64::from(relation.shrink)
+        f64::from(-depth) * relative.unit * f64::from(relative.shrink)
     } else {
         0.0
     }
@@ -42,7 +42,7 @@ pub fn distance([a, b]: [&Tree; 2], b_in_a: &Pose, workspace: &Workspace) -> f64
 struct RootTest<'g> {
     a: &'g Node,
     b: &'g Node,
-    relation: &'g Relation,
+    relative: &'g RelativePose,
 }
 
 impl Kernel for RootTest<'_> {
@@ -50,12 +50,12 @@ impl Kernel for RootTest<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> f32 {
-        let Self { a, b, relation } = self;
-        let views = Views::between(a, b, relation);
+        let Self { a, b, relative } = self;
+        let views = Views::between(a, b, relative);
         let facing = Facing {
             nodes: [a, b],
             views: [&views.of_a, &views.of_b],
-            scales: [1.0, relation.scale],
+            scales: [1.0, relative.scale],
             is_a: true,
         };
         let measure = Overlap::default();

@@ -3,7 +3,7 @@
 
 use super::halves::Halves;
 use super::interval::Interval;
-use super::queue::{BUCKETS, Front, Pair};
+use super::queue::{BUCKETS, Frontier, Pair};
 use crate::tree::WIDTH;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
@@ -199,8 +199,8 @@ impl Search {
 
     /// Raises the lower bound of the interval from everything that is left. `at_hand` is the bound
     /// of the current node pair, if there is one. `unit` is the length of A's unit.
-    pub fn bound(&mut self, front: &Front, at_hand: f32, unit: f64) {
-        let nodes = match front.least_bucket() {
+    pub fn bound(&mut self, frontier: &Frontier, at_hand: f32, unit: f64) {
+        let nodes = match frontier.least_bucket() {
             _ if self.is_diving => 0.0,
             None => f32::INFINITY,
             Some(bucket) => root(self.least_key(bucket)),
@@ -281,7 +281,7 @@ mod tests {
                 },
             );
             search.dropped = search.interval.square_cut(unit);
-            search.bound(&Front::new(1), f32::INFINITY, unit);
+            search.bound(&Frontier::new(1), f32::INFINITY, unit);
             assert_eq!(search.interval.low(), high);
         }
     }

@@ -25,7 +25,7 @@ pub(crate) enum Plan {
 const QUEUE_THRESHOLD: f32 = 48.0;
 const ORDER_THRESHOLD: f32 = 128.0;
 
-/// Curves are traced until the traversal has done this much work for each node pair on the front. A
+/// Curves are traced until the traversal has done this much work for each node pair on the frontier. A
 /// pair takes about 800 units, so this is about a fourth of all work.
 const WORK_PER_PAIR: u64 = 200;
 
@@ -76,7 +76,7 @@ impl Plan {
                 queue_threshold: threshold(QUEUE_THRESHOLD),
                 deepest_first: true,
                 batch: BATCH_BEFORE_HIT,
-                march: Marching::Within(WORK_PER_PAIR),
+                trace: Tracing::Within(WORK_PER_PAIR),
                 warm_start: WarmStart::Paths,
             },
             (Self::FindOne, _) => Strategy {
@@ -120,23 +120,23 @@ pub(crate) struct Strategy {
     pub deepest_first: bool,
     /// Triangle pairs that wait before they are tested.
     pub batch: usize,
-    pub march: Marching,
+    pub trace: Tracing,
     /// Use of the triangle pairs that intersected in the previous frame.
     pub warm_start: WarmStart,
 }
 
 /// Selects whether contact curves are traced from hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Marching {
+pub(crate) enum Tracing {
     Never,
-    /// Until the traversal has done more work than this for each node pair on the front.
+    /// Until the traversal has done more work than this for each node pair on the frontier.
     Within(u64),
     /// Tracing has ended. Pairs that were found along curves are remembered, so that none is
     /// reported twice.
     Over,
 }
 
-impl Marching {
+impl Tracing {
     /// True while curves are traced.
     #[inline(always)]
     pub fn goes_on(self) -> bool {
@@ -159,7 +159,7 @@ impl Strategy {
         queue_threshold: f32::INFINITY,
         deepest_first: false,
         batch: WIDTH,
-        march: Marching::Never,
+        trace: Tracing::Never,
         warm_start: WarmStart::None,
     };
 

@@ -3,11 +3,11 @@
 //! Every query runs through [`traverse`], whatever its question ([`Visitor`]):
 //! intersection ([`meeting`]), distance or contacts ([`nearest`]), time of impact ([`motion`]), or
 //! ray casts ([`ray`]); with and without a budget, in every order. Each turn does one step of
-//! bounded work: it tests triangle pairs, or opens a node pair of the front ([`expand`]). Before
+//! bounded work: it tests triangle pairs, or opens a node pair of the frontier ([`expand`]). Before
 //! each step the deadline may end the call. Everything not done by then is still in the buffers:
 //!
 //! **Guarantee.** At every moment each pair of triangles that matters to the question has been
-//! taken into account, or waits, or is in doubt, or lies under a pair of the front. So empty
+//! taken into account, or waits, or is in doubt, or lies under a pair of the frontier. So empty
 //! buffers prove that nothing was missed. A stopped run can bound what may be missing and continue
 //! later as if it had never stopped.
 //!
@@ -23,8 +23,8 @@ use super::expand::Keys;
 use super::flushing;
 use super::outcome::StopReason;
 use super::queue::{Origin, Pair};
+use super::relative_pose::RelativePose;
 use super::strategy::Strategy;
-use super::views::Relation;
 use super::workspace::Workspace;
 use crate::tree::{Tree, WIDTH};
 use punctual_geom::Pose;
@@ -37,7 +37,7 @@ pub(super) struct Traversal<'q, 'c, Q> {
     pub b: &'q Tree,
     pub b_in_a: &'q Pose,
     pub strategy: Strategy,
-    pub relation: &'q Relation,
+    pub relative: &'q RelativePose,
     pub workspace: &'q mut Workspace,
     pub deadline: &'q mut Deadline<'c>,
     /// Where the current pair comes from.
@@ -70,7 +70,7 @@ pub(super) fn traverse<'q, 'c, Q>(
     question: Q,
     [a, b]: [&'q Tree; 2],
     b_in_a: &'q Pose,
-    relation: &'q Relation,
+    relative: &'q RelativePose,
     workspace: &'q mut Workspace,
     deadline: &'q mut Deadline<'c>,
 ) -> StopReason
@@ -89,7 +89,7 @@ where
         b,
         b_in_a,
         strategy: workspace.run.strategy,
-        relation,
+        relative,
         workspace,
         deadline,
         origin: Origin::Stack,

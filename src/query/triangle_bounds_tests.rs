@@ -4,7 +4,7 @@ use core::array::from_fn;
 use core::cmp::Ordering;
 use std::vec::Vec;
 
-use super::views::Relation;
+use super::relative_pose::RelativePose;
 use crate::mesh::Mesh;
 use crate::tree::{BuildOptions, Tree, WIDTH};
 use glam::{DMat3, DQuat, DVec3};
@@ -17,19 +17,19 @@ use punctual_geom::triangle::distance::{Distances, closest, distances};
 mod exact_distance;
 use exact_distance::Distance;
 
-struct Batch<'q>([&'q Tree; 2], &'q Relation, [[usize; WIDTH]; 2]);
+struct Batch<'q>([&'q Tree; 2], &'q RelativePose, [[usize; WIDTH]; 2]);
 
 impl Kernel for Batch<'_> {
     type Output = Distances;
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Distances {
-        let Self([a, b], relation, [i, j]) = self;
+        let Self([a, b], relative, [i, j]) = self;
         let (a, b) = (
             i.map(|i| &a.triangles()[i].0),
             j.map(|j| &b.triangles()[j].0),
         );
-        distances(lanes, a, b, &relation.triangles)
+        distances(lanes, a, b, &relative.triangles)
     }
 }
 
@@ -97,9 +97,9 @@ fn check(a: &Tree, b: &Tree, pose: Pose, gap: f64, random: &mut Random) -> [[f64
     let translation = pose.translation() + near.direction * (near.low - gap);
     let pose = Pose::new(*pose.rotation(), translation).unwrap();
 
-    let relation = Relation::new(a, b, &pose);
+    let relative = RelativePose::new(a, b, &pose);
     let [fast, portable] = [Instructions::detect(), Instructions::PORTABLE]
-        .map(|set| set.run(Batch([a, b], &relation, pairs)));
+        .map(|set| set.run(Batch([a, b], &relative, pairs)));
     assert_eq!(fast.low.map(f32::to_bits), portable.low.map(f32::to_bits));
     from_fn(|lane| {
         let (i, j) = (pairs[0][lane], pairs[1][lane]);

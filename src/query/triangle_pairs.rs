@@ -9,7 +9,7 @@ use punctual_geom::triangle::batch::Rows;
 /// Maximum number of triangle pairs that wait before they are tested.
 pub(super) const PATIENCE: usize = 128;
 
-/// Room for many clusters with all pairs in doubt; a power of two.
+/// Room for many leaves with all pairs in doubt; a power of two.
 const CAPACITY: usize = 1 << 12;
 
 /// Triangle pairs that one opened node pair can add.

@@ -2,15 +2,15 @@
 
 use super::corners::Corners;
 use super::known;
-use super::march::March;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::outcome::{Stats, StopReason, Verdict};
-use super::queue::{Front, PATHS, Pair};
+use super::queue::{Frontier, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
 use super::search::Search;
-use super::strategy::{Marching, Strategy};
+use super::strategy::{Strategy, Tracing};
+use super::trace::Trace;
 use super::triangle_pairs::TrianglePairs;
 use crate::contact::{Contact, ContactList};
 use crate::model::confidence::Lead;
@@ -35,10 +35,10 @@ use punctual_geom::lanes::Instructions;
 pub struct Workspace {
     pub(super) instructions: Instructions,
     pub(super) cost_model: CostModel,
-    pub(super) front: Front,
+    pub(super) frontier: Frontier,
     /// Triangle pairs (tree order) that wait for the filter, and those that it left in doubt.
     pub(super) waiting: TrianglePairs,
-    pub(super) doubtful: ArrayVec<[u32; 2], 8>,
+    pub(super) uncertain: ArrayVec<[u32; 2], 8>,
     pub(super) refinement: Refinement,
     /// Cached corners of triangles of A and of B for the tests in `f64`.
     pub(super) corners: [Corners; 2],
@@ -52,7 +52,7 @@ pub struct Workspace {
     /// The pairs that the memory keeps for the next frame.
     pub(super) sample: Sample,
     /// The state of contact-curve tracing.
-    pub(super) march: March,
+    pub(super) trace: Trace,
     /// The state of a distance query.
     pub(super) search: Search,
     /// The state of a motion query.
@@ -210,16 +210,16 @@ impl Workspace {
         Self {
             instructions: Instructions::detect(),
             cost_model: CostModel::default(),
-            front: Front::new(queue),
+            frontier: Frontier::new(queue),
             waiting: TrianglePairs::new(),
-            doubtful: ArrayVec::new(),
+            uncertain: ArrayVec::new(),
             refinement: Refinement::default(),
             corners: [Corners::EMPTY; 2],
             testing: false,
             inconclusive: false,
             witnesses: ArrayVec::new(),
             sample: Sample::default(),
-            march: March::new(known::ROOM),
+            trace: Trace::new(known::ROOM),
             search: Search::new(),
             motion: MotionState::NOTHING,
             rays: RayState::default(),
@@ -336,8 +336,8 @@ impl Workspace {
     /// Tells whether the last query followed contact curves, and so found more than its work
     /// suggests.
     pub(super) fn lead(&self) -> Lead {
-        match self.run.strategy.march {
-            Marching::Never => Lead::Nothing,
+        match self.run.strategy.trace {
+            Tracing::Never => Lead::Nothing,
             _ => Lead::Curves,
         }
     }
@@ -356,24 +356,24 @@ impl Workspace {
     pub(super) fn stats(&self) -> Stats {
         Stats {
             bv_tests: self.run.stats.bv_tests_of_levels(),
-            queue_peak: self.front.peak(),
+            queue_peak: self.frontier.peak(),
             ..self.run.stats
         }
     }
 
     /// [`Search::bound`] of the distance query.
     pub(super) fn bound(&mut self, at_hand: f32, unit: f64) {
-        self.search.bound(&self.front, at_hand, unit);
+        self.search.bound(&self.frontier, at_hand, unit);
     }
 
     /// True if nothing is left open.
     pub(super) fn is_done(&self) -> bool {
-        self.front.is_empty()
+        self.frontier.is_empty()
             && self.waiting.len() == 0
-            && self.doubtful.is_empty()
+            && self.uncertain.is_empty()
             && self.search.is_done()
             && self.motion.followed.is_none()
-            && self.rays.suspects.is_empty()
+            && self.rays.candidates.is_empty()
             && self.rays.after == 0
     }
 
@@ -382,26 +382,26 @@ impl Workspace {
         self.waiting
             .as_slice()
             .iter()
-            .chain(&self.doubtful)
+            .chain(&self.uncertain)
             .copied()
     }
 
     /// The node pairs that the last query left open.
     pub(super) fn open_nodes(&self) -> impl Iterator<Item = Pair> {
-        self.front.iter()
+        self.frontier.iter()
     }
 
     #[inline(always)]
     pub(super) fn clear(&mut self) {
-        self.front.clear();
+        self.frontier.clear();
         self.waiting.clear();
-        self.doubtful.clear();
+        self.uncertain.clear();
         self.refinement = Refinement::default();
         self.testing = false;
         self.inconclusive = false;
         self.witnesses.clear();
         self.sample.clear();
-        self.march.clear();
+        self.trace.clear();
         self.search.clear();
         self.motion.followed = None;
         self.rays.clear();
@@ -419,14 +419,14 @@ impl Clone for Workspace {
         rays.reserve(self.rays.hits.capacity());
         rays.reserve_batch(self.rays.first_hits.capacity());
         Self {
-            front: self.front.clone(),
+            frontier: self.frontier.clone(),
             waiting: self.waiting.clone(),
-            doubtful: self.doubtful.clone(),
+            uncertain: self.uncertain.clone(),
             refinement: self.refinement,
             corners: self.corners.clone(),
             witnesses: self.witnesses.clone(),
             sample: self.sample.clone(),
-            march: self.march.clone(),
+            trace: self.trace.clone(),
             search: self.search.clone(),
             motion: self.motion.clone(),
             rays,

@@ -18,7 +18,7 @@ use core::hint::select_unpredictable;
 use core::mem;
 
 /// For each of the edges 01, 12 and 20, the triangle behind it (tree order) times 8. The low three
-/// bits of the first entry are the position of this triangle in its cluster.
+/// bits of the first entry are the position of this triangle in its leaf.
 pub(super) type Neighbors = [u32; 3];
 
 /// Stands for no triangle. Trees with this many triangles or more have no neighbors.
@@ -45,9 +45,9 @@ impl Tree {
         a ^ b ^ c ^ apex ^ p ^ q ^ r
     }
 
-    /// The first triangle of the cluster that contains a triangle (tree order).
+    /// The first triangle of the leaf that contains a triangle (tree order).
     #[inline(always)]
-    pub(crate) fn first_of_cluster(&self, triangle: u32) -> u32 {
+    pub(crate) fn first_of_leaf(&self, triangle: u32) -> u32 {
         triangle - (self.neighbors[triangle as usize][0] & 7)
     }
 }
@@ -91,7 +91,7 @@ pub(super) fn neighbors(corners: &[[u32; 3]], nodes: &[Node]) -> Box<[Neighbors]
             lost = link::<false>(corners, &mut rows, &mut slots, factor);
         }
     }
-    for node in nodes.iter().filter(|node| node.is_cluster) {
+    for node in nodes.iter().filter(|node| node.is_leaf) {
         for (place, row) in (0..).zip(&mut rows[node.triangle_range()]) {
             row[0] |= place;
         }
@@ -179,10 +179,10 @@ mod tests {
     fn check(tree: &Tree) -> usize {
         let mut count = 0;
         for triangle in 0..tree.mesh().len() as u32 {
-            let [_, cluster] = tree.nodes_above(triangle);
+            let [_, leaf] = tree.nodes_above(triangle);
             assert_eq!(
-                tree.first_of_cluster(triangle),
-                tree.nodes()[cluster as usize].first_triangle
+                tree.first_of_leaf(triangle),
+                tree.nodes()[leaf as usize].first_triangle
             );
             let here = tree.vertices_of(triangle);
             for edge in 0..3 {
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn edges_of_one_or_many_triangles_lead_to_others_that_have_them_or_nowhere() {
-        // A fan around the edge 01, and one triangle twice; enough triangles for several clusters.
+        // A fan around the edge 01, and one triangle twice; enough triangles for several leaves.
         let vertices = (0..40).map(|i| [i as f32, (i * i % 11) as f32, (i * i % 7) as f32]);
         let triangles = (2..38)
             .flat_map(|i| [[0, 1, i], [i, i + 1, i + 2]])

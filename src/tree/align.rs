@@ -2,7 +2,7 @@
 //! splits along its axes, so that the tree does not depend on the orientation of a part in its
 //! file.
 
-use super::axes::{Candidates, Cluster, identity};
+use super::axes::{Candidates, Leaf, identity};
 use super::fork::Pieces;
 use super::moments::{Moments, Surfaces};
 use super::options::Effort;
@@ -62,7 +62,7 @@ impl Kernel for Align<'_> {
         let candidates = Candidates::of(lanes, &whole, self.samples, Effort::Normal);
         let mut sum = [0.0; _];
         for chunk in self.samples.chunks(WIDTH) {
-            let costs = candidates.costs(lanes, 0, &identity(lanes), &Cluster::of(lanes, chunk));
+            let costs = candidates.costs(lanes, 0, &identity(lanes), &Leaf::of(lanes, chunk));
             for (sum, cost) in sum.iter_mut().zip(costs) {
                 *sum += cost;
             }

@@ -1,6 +1,6 @@
 //! Chooses an orientation for each node: computes moments bottom-up, then chooses top-down. `O(n)`.
 
-use super::axes::{Candidates, Cluster};
+use super::axes::{Candidates, Leaf};
 use super::collapse::{Inner, Part, Plan};
 use super::fork::{Pieces, split};
 use super::moments::{Moments, Surfaces};
@@ -100,7 +100,7 @@ impl Kernel for Gather<'_> {
                     .iter()
                     .enumerate()
                 {
-                    if child.is_cluster {
+                    if child.is_leaf {
                         let range = child.triangle_range();
                         let start = range.start;
                         family.set(
@@ -189,12 +189,12 @@ impl Choose<'_> {
         let own = per_axis!(i => per_axis!(j => F8::splat(lanes, columns[i][j])));
         for (lane, index) in range.enumerate() {
             let node = &mut self.nodes[index - self.first];
-            let costs = if node.is_cluster {
+            let costs = if node.is_leaf {
                 candidates.costs(
                     lanes,
                     lane,
                     &own,
-                    &Cluster::of(lanes, &self.triangles[node.triangle_range()]),
+                    &Leaf::of(lanes, &self.triangles[node.triangle_range()]),
                 )
             } else {
                 let family = Surfaces::load(lanes, &self.families[next]);

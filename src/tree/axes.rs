@@ -121,12 +121,12 @@ impl<L: Lanes> Cost<L> for Surfaces<L> {
 }
 
 /// Up to eight triangles. Their boxes are computed, not estimated.
-pub(super) struct Cluster<L: Lanes> {
+pub(super) struct Leaf<L: Lanes> {
     triangles: Eight<L>,
     present: F8<L>,
 }
 
-impl<L: Lanes> Cluster<L> {
+impl<L: Lanes> Leaf<L> {
     #[inline(always)]
     pub fn of(lanes: L, triangles: &[Triangle]) -> Self {
         Self {
@@ -136,7 +136,7 @@ impl<L: Lanes> Cluster<L> {
     }
 }
 
-impl<L: Lanes> Cost<L> for Cluster<L> {
+impl<L: Lanes> Cost<L> for Leaf<L> {
     #[inline(always)]
     fn areas(&self, lanes: L, axes: &Axes<L>) -> F8<L> {
         let zero = F8::splat(lanes, 0.0);

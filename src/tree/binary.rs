@@ -2,7 +2,7 @@
 //! have the axes chosen for the whole mesh ([`super::align::align`]).
 //!
 //! The paper's alphas are defined on its levels, and the wide tree is collapsed from it. Splitting
-//! ends at clusters of at most [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory. The depth
+//! ends at leaves of at most [`CLUSTER`] triangles. `O(n log n)` time, `O(n)` memory. The depth
 //! is at most `2 log2(n) + 10` for all meshes ([`most_depth`]).
 
 use super::bins::{Bounds, Centers, Part};
@@ -15,7 +15,7 @@ use crate::mesh::Mesh;
 use alloc::vec::Vec;
 use punctual_geom::lanes::Instructions;
 
-/// Maximum number of triangles of a cluster, and of children of a wide node.
+/// Maximum number of triangles of a leaf, and of children of a wide node.
 pub(super) const CLUSTER: usize = WIDTH;
 
 /// One node: triangles `order[first..first + count]`.
@@ -25,17 +25,17 @@ pub(super) struct BinaryNode {
     /// Half the surface area of the node's box.
     pub area: f32,
     /// Offset from this node to its right child, in nodes; the left child is the next node. 0 for a
-    /// cluster.
+    /// leaf.
     right: u32,
 }
 
 impl BinaryNode {
-    pub fn is_cluster(&self) -> bool {
+    pub fn is_leaf(&self) -> bool {
         self.right == 0
     }
 }
 
-/// Maximum number of steps from the root to a cluster in a tree of this many triangles.
+/// Maximum number of steps from the root to a leaf in a tree of this many triangles.
 pub(super) fn most_depth(triangles: usize) -> u32 {
     2 * (usize::BITS - triangles.leading_zeros()) + 8
 }
@@ -47,7 +47,7 @@ pub(super) struct BinaryTree {
 }
 
 impl BinaryTree {
-    /// The children of a node that is not a cluster.
+    /// The children of a node that is not a leaf.
     pub fn children(&self, node: usize) -> [usize; 2] {
         [node + 1, node + self.nodes[node].right as usize]
     }

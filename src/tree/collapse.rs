@@ -101,7 +101,7 @@ impl Plan {
 impl Seed {
     fn of(binary: &BinaryTree, root: usize, depth: u8) -> Self {
         let subtree = &binary.nodes[root];
-        let children = if subtree.is_cluster() {
+        let children = if subtree.is_leaf() {
             subtree.count as u8
         } else {
             0
@@ -121,7 +121,7 @@ impl Seed {
             first_triangle: subtree.first,
             triangles: subtree.count,
             children: self.children,
-            is_cluster: subtree.is_cluster(),
+            is_leaf: subtree.is_leaf(),
             depth: self.depth,
             ..Node::default()
         };
@@ -133,7 +133,7 @@ impl Seed {
 /// Appends all nodes below node `index`.
 fn open(binary: &BinaryTree, index: usize, seeds: &mut Vec<Seed>, inner: &mut Vec<Inner>) {
     let (first, Seed { root, depth, .. }) = (seeds.len(), seeds[index]);
-    if binary.nodes[root as usize].is_cluster() {
+    if binary.nodes[root as usize].is_leaf() {
         return;
     }
     let children = widest(binary, root as usize);
@@ -161,13 +161,13 @@ fn open(binary: &BinaryTree, index: usize, seeds: &mut Vec<Seed>, inner: &mut Ve
 }
 
 /// Up to eight descendants of `root`. Replaces the one with the largest box by its children until
-/// there are eight, or only clusters.
+/// there are eight, or only leaves.
 fn widest(binary: &BinaryTree, root: usize) -> ArrayVec<usize, WIDTH> {
     let nodes = &binary.nodes;
     let mut below = ArrayVec::new();
     below.push(root);
     while below.len() < WIDTH {
-        let openable = (0..below.len()).filter(|&i| !nodes[below[i]].is_cluster());
+        let openable = (0..below.len()).filter(|&i| !nodes[below[i]].is_leaf());
         let area = |i: usize| nodes[below[i]].area;
         let Some(widest) = openable.max_by(|&i, &j| area(i).total_cmp(&area(j))) else {
             break;

@@ -375,7 +375,7 @@ impl Tree {
 /// One byte per node: the number of its children, their kind, and a flag if its orientation differs
 /// from its parent's.
 fn shapes(nodes: &[Node]) -> Vec<u8> {
-    let shape = |node: &Node| node.children | if node.is_cluster { IS_CLUSTER } else { 0 };
+    let shape = |node: &Node| node.children | if node.is_leaf { IS_CLUSTER } else { 0 };
     let mut shapes: Vec<u8> = nodes.iter().map(shape).collect();
     with_own_orientation(nodes).for_each(|index| shapes[index] |= OWN_ORIENTATION);
     shapes
@@ -387,7 +387,7 @@ fn with_own_orientation(nodes: &[Node]) -> impl Iterator<Item = usize> {
         .first()
         .filter(|root| root.orientation != Orientation::IDENTITY.id)
         .map(|_| 0);
-    let parents = nodes.iter().filter(|node| !node.is_cluster);
+    let parents = nodes.iter().filter(|node| !node.is_leaf);
     let below = move |parent: &Node| {
         let orientation = parent.orientation;
         parent
@@ -434,7 +434,7 @@ fn nodes(
     while let Some(index) = waiting.pop() {
         let node = &mut nodes[index];
         node.first_triangle = next_triangle;
-        if node.is_cluster {
+        if node.is_leaf {
             (node.first_child, node.triangles) = (next_triangle, node.children.into());
             next_triangle += node.triangles;
             continue;
@@ -456,7 +456,7 @@ fn nodes(
         return Err(TreeFault::Children(next_node).into());
     }
     for index in (0..nodes.len()).rev() {
-        if !nodes[index].is_cluster {
+        if !nodes[index].is_leaf {
             nodes[index].triangles = nodes[nodes[index].child_range()]
                 .iter()
                 .map(|child| child.triangles)
@@ -474,16 +474,16 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
     let (mut nodes_below, mut triangles_below, mut inner) = (0, 0, 0);
     for (index, shape) in shapes.iter().enumerate() {
         let children = usize::from(shape & !(IS_CLUSTER | OWN_ORIENTATION));
-        let is_cluster = shape & IS_CLUSTER != 0;
-        if children > WIDTH || children < if is_cluster { 1 } else { 2 } {
+        let is_leaf = shape & IS_CLUSTER != 0;
+        if children > WIDTH || children < if is_leaf { 1 } else { 2 } {
             return Err(TreeFault::Children(index));
         }
-        *(if is_cluster {
+        *(if is_leaf {
             &mut triangles_below
         } else {
             &mut nodes_below
         }) += children;
-        inner += usize::from(!is_cluster);
+        inner += usize::from(!is_leaf);
     }
     if nodes_below + usize::from(!shapes.is_empty()) != shapes.len() || triangles_below != triangles
     {
@@ -499,18 +499,18 @@ fn check_counts(shapes: &[u8], triangles: usize) -> Result<(), TreeFault> {
 
 /// Upper bound of the number of levels in the profiles of all nodes.
 ///
-/// A cluster has one level. An inner node has one more than its highest child. Divide the inner
-/// nodes into paths: each node is followed by its highest child, until that is a cluster. A path of
+/// A leaf has one level. An inner node has one more than its highest child. Divide the inner
+/// nodes into paths: each node is followed by its highest child, until that is a leaf. A path of
 /// `L` inner nodes has `(L + 1) + L + .. + 2 = L (L + 3) / 2` levels, and `L` is at most the depth
 /// of the tree.
-fn most_levels(clusters: usize, inner: usize, triangles: usize) -> usize {
-    clusters + inner * (most_depth(triangles) as usize + 3) / 2
+fn most_levels(leaves: usize, inner: usize, triangles: usize) -> usize {
+    leaves + inner * (most_depth(triangles) as usize + 3) / 2
 }
 
 fn node(shape: u8) -> Node {
     Node {
         children: shape & !(IS_CLUSTER | OWN_ORIENTATION),
-        is_cluster: shape & IS_CLUSTER != 0,
+        is_leaf: shape & IS_CLUSTER != 0,
         ..Node::default()
     }
 }

@@ -87,10 +87,10 @@ pub struct Tree {
 pub struct TreeStats {
     /// Number of triangles of the mesh.
     pub triangles: usize,
-    /// Number of nodes, clusters included.
+    /// Number of nodes, leaves included.
     pub nodes: usize,
     /// Number of nodes whose children are triangles.
-    pub clusters: usize,
+    pub leaves: usize,
     /// Number of levels of nodes; 0 for an empty mesh.
     pub depth: usize,
     /// Number of nodes on each level.
@@ -265,7 +265,7 @@ impl Tree {
         TreeStats {
             triangles: self.mesh.len(),
             nodes: self.nodes.len(),
-            clusters: self.nodes.iter().filter(|node| node.is_cluster).count(),
+            leaves: self.nodes.iter().filter(|node| node.is_leaf).count(),
             depth,
             nodes_per_level,
             alpha_per_level,
@@ -280,7 +280,7 @@ impl Tree {
         }
     }
 
-    /// Checks that every triangle is in one cluster and inside every box above it, and that every
+    /// Checks that every triangle is in one leaf and inside every box above it, and that every
     /// profile is consistent. `O(n depth)`.
     ///
     /// # Errors
@@ -321,11 +321,11 @@ impl Tree {
         self.corners[triangle as usize]
     }
 
-    /// Indices of two nodes: the parent of the cluster that contains a triangle (in tree order),
-    /// then that cluster.
+    /// Indices of two nodes: the parent of the leaf that contains a triangle (in tree order),
+    /// then that leaf.
     pub(crate) fn nodes_above(&self, triangle: u32) -> [u32; 2] {
         let (mut parent, mut at) = (0, 0);
-        while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_cluster) {
+        while let Some(node) = self.nodes.get(at as usize).filter(|node| !node.is_leaf) {
             let mut children = node.first_child..node.first_child + u32::from(node.children);
             let has = |child: &u32| {
                 self.nodes[*child as usize]
@@ -392,8 +392,8 @@ impl<'t> Subtree<'t> {
     }
 
     /// True if the children are single triangles.
-    pub fn is_cluster(&self) -> bool {
-        self.node().is_cluster
+    pub fn is_leaf(&self) -> bool {
+        self.node().is_leaf
     }
 
     /// Half extents of the box along its own axes, in unit coordinates.
@@ -418,7 +418,7 @@ impl<'t> Subtree<'t> {
         self.node().self_cost
     }
 
-    /// Number of levels of boxes below this node. It is 1 for a cluster: the level of its
+    /// Number of levels of boxes below this node. It is 1 for a leaf: the level of its
     /// triangles.
     pub fn height(&self) -> usize {
         usize::from(self.node().height)
@@ -431,10 +431,10 @@ impl<'t> Subtree<'t> {
         &self.tree.profiles.levels[first..first + self.height()]
     }
 
-    /// The nodes directly below; none for a cluster.
+    /// The nodes directly below; none for a leaf.
     pub fn children(&self) -> impl Iterator<Item = Subtree<'t>> + use<'t> {
         let (tree, node) = (self.tree, self.node());
-        let count = if node.is_cluster {
+        let count = if node.is_leaf {
             0
         } else {
             usize::from(node.children)

@@ -105,7 +105,7 @@ impl Profiles {
             let (node, later) = nodes[index..]
                 .split_first_mut()
                 .expect("index is within the nodes");
-            let below = if node.is_cluster {
+            let below = if node.is_leaf {
                 0..0
             } else {
                 node.child_range()
@@ -137,10 +137,10 @@ pub(super) struct Levels<'l> {
 }
 
 impl Levels<'_> {
-    /// Measures a cluster. The boxes of its triangles are `center` and `half`. Returns the sum of
+    /// Measures a leaf. The boxes of its triangles are `center` and `half`. Returns the sum of
     /// their surface areas.
     #[inline(always)]
-    pub fn measure_cluster<L: Lanes>(
+    pub fn measure_leaf<L: Lanes>(
         &mut self,
         lanes: L,
         node: &mut Node,

@@ -95,12 +95,12 @@ impl Kernel for Update<'_> {
     #[inline(always)]
     fn run<L: Lanes>(mut self, lanes: L) {
         for number in self.numbers.clone().rev() {
-            if !self.nodes[number - self.first].is_cluster {
+            if !self.nodes[number - self.first].is_leaf {
                 self.inner(lanes, number);
             } else if number == 0 {
-                // All other clusters are updated with their parents.
+                // All other leaves are updated with their parents.
                 let triangles = Eight::of_few(lanes, self.triangles);
-                let (own, area) = cluster(lanes, &mut self.nodes[0], &triangles, &mut self.levels);
+                let (own, area) = leaf(lanes, &mut self.nodes[0], &triangles, &mut self.levels);
                 keep(&mut self.nodes[0], &own, area);
             }
         }
@@ -108,7 +108,7 @@ impl Kernel for Update<'_> {
 }
 
 impl Update<'_> {
-    /// Updates an inner node, whose inner children are done, and the clusters among its children.
+    /// Updates an inner node, whose inner children are done, and the leaves among its children.
     #[inline(always)]
     fn inner<L: Lanes>(&mut self, lanes: L, number: usize) {
         let Some((node, later)) = self.nodes[number - self.first..].split_first_mut() else {
@@ -120,9 +120,9 @@ impl Update<'_> {
             let number = node.first_child as usize + lane;
             let child = &mut later[number - first];
             let same = child.orientation == node.orientation;
-            let extent = if child.is_cluster {
+            let extent = if child.is_leaf {
                 let eight = Eight::of_few(lanes, &self.triangles[child.triangle_range()]);
-                let (extent, below) = cluster(lanes, child, &eight, &mut self.levels);
+                let (extent, below) = leaf(lanes, child, &eight, &mut self.levels);
                 area += below;
                 if same {
                     extent
@@ -174,10 +174,10 @@ fn keep(node: &mut Node, own: &Extent, area: f32) {
     node.size = area;
 }
 
-/// Fits a cluster to its triangles. Returns the cluster's box, and the sum of the surface areas of
+/// Fits a leaf to its triangles. Returns the leaf's box, and the sum of the surface areas of
 /// the triangles' boxes.
 #[inline(always)]
-fn cluster<L: Lanes>(
+fn leaf<L: Lanes>(
     lanes: L,
     node: &mut Node,
     triangles: &Eight<L>,
@@ -191,7 +191,7 @@ fn cluster<L: Lanes>(
     node.half = per_axis!(k => half[k].halves());
     let own = span.extent();
     set_own(node, &own);
-    let area = levels.measure_cluster(lanes, node, &center, &half);
+    let area = levels.measure_leaf(lanes, node, &center, &half);
     (own, area)
 }
 

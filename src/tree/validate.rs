@@ -13,7 +13,7 @@ use wide::f32x4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TreeFault {
-    /// The clusters do not contain every triangle of the mesh exactly once. This is the input id of
+    /// The leaves do not contain every triangle of the mesh exactly once. This is the input id of
     /// the first triangle at fault.
     Triangle(u32),
     /// The children of this node are not contiguous or do not make up its triangles.
@@ -24,7 +24,7 @@ pub enum TreeFault {
     Orientation(usize),
     /// This node is deeper than any in a tree built of as many triangles.
     Depth(usize),
-    /// This node has fewer children, or the clusters below it have fewer triangles, than in a tree
+    /// This node has fewer children, or the leaves below it have fewer triangles, than in a tree
     /// that was built.
     Sparse(usize),
     /// The profile or an alpha of this node is out of its range.
@@ -34,7 +34,7 @@ pub enum TreeFault {
 impl fmt::Display for TreeFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Triangle(id) => write!(f, "triangle {id} is not in exactly one cluster"),
+            Self::Triangle(id) => write!(f, "triangle {id} is not in exactly one leaf"),
             Self::Children(node) => write!(
                 f,
                 "the children of node {node} do not make up its triangles"
@@ -82,24 +82,24 @@ pub(super) fn each_once(ids: &[u32], triangles: usize) -> Result<(), TreeFault> 
 /// 7 triangles, and at most 1 inner node per 7 triangles.
 ///
 /// A build splits only nodes of more than [`CLUSTER`] triangles. So an inner node has at least 7
-/// more triangles than clusters. A build opens nodes until there are [`WIDTH`] children. So an
-/// inner node with fewer has only clusters. Take `t` triangles, `c` clusters, `a` inner nodes that
-/// have 8 children and `b` others. Each of these `b` has at least 7 more triangles than clusters,
+/// more triangles than leaves. A build opens nodes until there are [`WIDTH`] children. So an
+/// inner node with fewer has only leaves. Take `t` triangles, `c` leaves, `a` inner nodes that
+/// have 8 children and `b` others. Each of these `b` has at least 7 more triangles than leaves,
 /// so `c <= t - 7 b`. Every node but the root is a child, so `8 a + 2 b <= a + b + c - 1`. Hence
 /// `7 (a + b) < t` and `7 (a + b + c) < 8 t`.
 pub(super) fn dense(nodes: &[Node]) -> Result<(), TreeFault> {
-    let mut clusters = alloc::vec![1; nodes.len()];
+    let mut leaves = alloc::vec![1; nodes.len()];
     for (index, node) in nodes
         .iter()
         .enumerate()
         .rev()
-        .filter(|(_, node)| !node.is_cluster)
+        .filter(|(_, node)| !node.is_leaf)
     {
         let children = node.child_range();
-        let only_clusters = nodes[children.clone()].iter().all(|child| child.is_cluster);
-        clusters[index] = clusters[children.clone()].iter().sum::<usize>();
-        if (children.len() < WIDTH && !only_clusters)
-            || clusters[index] + CLUSTER > node.triangles as usize + 1
+        let only_leaves = nodes[children.clone()].iter().all(|child| child.is_leaf);
+        leaves[index] = leaves[children.clone()].iter().sum::<usize>();
+        if (children.len() < WIDTH && !only_leaves)
+            || leaves[index] + CLUSTER > node.triangles as usize + 1
         {
             return Err(TreeFault::Sparse(index));
         }
@@ -110,7 +110,7 @@ pub(super) fn dense(nodes: &[Node]) -> Result<(), TreeFault> {
 /// The triangles, in tree order, of child `i` of `node`.
 fn child_range(tree: &Tree, node: &Node, i: usize) -> Range<usize> {
     let child = node.first_child as usize + i;
-    if node.is_cluster {
+    if node.is_leaf {
         child..child + 1
     } else {
         tree.nodes[child].triangle_range()

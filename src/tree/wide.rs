@@ -14,7 +14,7 @@ pub(crate) const WIDTH: usize = 8;
 pub(crate) const MAX_HEIGHT: usize = 71;
 
 /// A node of the wide tree, five cache lines. Its children are adjacent: nodes, or the triangles of
-/// a cluster.
+/// a leaf.
 ///
 /// Boxes are stored as center and half extent along the node's own axes, in unit coordinates.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,14 +26,14 @@ pub(crate) struct Node {
     /// The orientation as a matrix, row by row. Its columns are the axes of the boxes, in unit
     /// coordinates of the mesh.
     pub rows: [f32x4; 3],
-    /// Index of the first child: a node, or a triangle of a cluster.
+    /// Index of the first child: a node, or a triangle of a leaf.
     pub first_child: u32,
     /// Triangles of the subtree: `first_triangle..first_triangle + triangles`, in tree order.
     pub first_triangle: u32,
     pub triangles: u32,
     /// Number of children.
     pub children: u8,
-    pub is_cluster: bool,
+    pub is_leaf: bool,
     /// Number of steps below the root.
     pub depth: u8,
     /// Number of levels of boxes below this node.
@@ -96,7 +96,7 @@ impl Node {
         self.first_triangle as usize..(self.first_triangle + self.triangles) as usize
     }
 
-    /// Indices of the children: nodes, or triangles of a cluster.
+    /// Indices of the children: nodes, or triangles of a leaf.
     #[inline(always)]
     pub(super) fn child_range(&self) -> Range<usize> {
         self.first_child as usize..self.first_child as usize + usize::from(self.children)

@@ -62,10 +62,10 @@ pub struct punctual_tree_facts {
     pub degradation: f32,
     /// Triangles of the mesh.
     pub triangles: usize,
-    /// Nodes, clusters included.
+    /// Nodes, leaves included.
     pub nodes: usize,
     /// Nodes whose children are triangles.
-    pub clusters: usize,
+    pub leaves: usize,
     /// Levels of nodes; 0 for an empty mesh.
     pub depth: usize,
     /// Memory on the heap, the mesh included.
@@ -265,7 +265,7 @@ pub unsafe extern "C" fn punctual_tree_describe(
             size: punctual_tree_facts::SIZE,
             triangles: stats.triangles,
             nodes: stats.nodes,
-            clusters: stats.clusters,
+            leaves: stats.leaves,
             depth: stats.depth,
             bytes: stats.bytes(),
             unit_length: tree.unit_length(),
@@ -306,7 +306,7 @@ pub unsafe extern "C" fn punctual_tree_levels(
     })
 }
 
-/// Checks that every triangle is in one cluster and inside every box above it. Takes linear time and allocates.
+/// Checks that every triangle is in one leaf and inside every box above it. Takes linear time and allocates.
 ///
 /// Fails with BAD_TREE if not, which no tree that was built here does.
 #[unsafe(no_mangle)]

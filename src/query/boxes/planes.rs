@@ -1,10 +1,10 @@
-//! Triangles of a cluster seen from a node of the other side: their boxes and their planes.
+//! Triangles of a leaf seen from a node of the other side: their boxes and their planes.
 
 use super::{Boxes, Slabs, Stored, Triangles};
-use crate::query::views::{self, View};
+use crate::query::relative_pose::{self, View};
 use crate::tree::xyz;
 use punctual_geom::lanes::{Column, F8, Lanes, cross, dot, per_axis};
-use punctual_geom::triangle::batch::{LEAST_EDGE_SLOP, Rows, UNDERFLOW, largest};
+use punctual_geom::triangle::batch::{LEAST_EDGE_ERROR, Rows, UNDERFLOW, largest};
 use wide::f32x4;
 
 /// Eight triangles, stored for access one at a time.
@@ -13,8 +13,8 @@ pub struct Planes {
     corner: [[f32; 8]; 3],
     normal: [[f32; 8]; 3],
     reach: [[f32; 8]; 3],
-    blur: [f32; 8],
-    slack: [f32; 8],
+    normal_error: [f32; 8],
+    plane_error: [f32; 8],
 }
 
 impl Planes {
@@ -23,8 +23,8 @@ impl Planes {
         corner: [[0.0; 8]; 3],
         normal: [[0.0; 8]; 3],
         reach: [[0.0; 8]; 3],
-        blur: [0.0; 8],
-        slack: [0.0; 8],
+        normal_error: [0.0; 8],
+        plane_error: [0.0; 8],
     };
 
     #[inline(always)]
@@ -35,7 +35,15 @@ impl Planes {
     }
 
     #[inline(always)]
-    pub fn put<L: Lanes>(&mut self, lanes: L, Triangles { rows, view, skew }: &Triangles) {
+    pub fn put<L: Lanes>(
+        &mut self,
+        lanes: L,
+        Triangles {
+            rows,
+            view,
+            rotation_error,
+        }: &Triangles,
+    ) {
         let [t0, t1, t2, t3, t4, t5, t6, t7] = rows;
         let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = per_axis!(i => F8::columns(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
         let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
@@ -48,34 +56,37 @@ impl Planes {
             F8::splat(lanes, view.margin.as_array()[0]),
         );
         let normal = cross(e, f);
-        let least = F8::splat(lanes, LEAST_EDGE_SLOP);
-        let blur = (largest(e) + least) * (largest(f) + least) * F8::splat(lanes, *skew);
+        let least = F8::splat(lanes, LEAST_EDGE_ERROR);
+        let normal_error =
+            (largest(e) + least) * (largest(f) + least) * F8::splat(lanes, *rotation_error);
         let size = per_axis!(k => normal[k].abs());
-        let slack = margin * (size[0] + size[1] + size[2] + blur * F8::splat(lanes, 4.0))
+        let plane_error = margin
+            * (size[0] + size[1] + size[2] + normal_error * F8::splat(lanes, 4.0))
             + F8::splat(lanes, UNDERFLOW);
         per_axis!(k => (p[k] + zero.max(e[k]).max(f[k]) + margin).put(&mut self.boxes.along[k]));
         per_axis!(k => (margin - (p[k] + zero.min(e[k]).min(f[k]))).put(&mut self.boxes.against[k]));
         per_axis!(k => p[k].put(&mut self.corner[k]));
         per_axis!(k => normal[k].put(&mut self.normal[k]));
-        per_axis!(k => (size[k] + blur).put(&mut self.reach[k]));
-        blur.put(&mut self.blur);
-        slack.put(&mut self.slack);
+        per_axis!(k => (size[k] + normal_error).put(&mut self.reach[k]));
+        normal_error.put(&mut self.normal_error);
+        plane_error.put(&mut self.plane_error);
     }
 
-    /// Extends each box to the box around it and the other, `bulge` wider. Thickens the planes of
-    /// both by `bulge` on each side.
+    /// Extends each box to the box around it and the other, `arc_error` wider. Thickens the planes of
+    /// both by `arc_error` on each side.
     #[inline(always)]
-    pub fn enclose<L: Lanes>(&mut self, lanes: L, other: &mut Self, bulge: f32) {
-        let bulge = F8::splat(lanes, bulge);
+    pub fn enclose<L: Lanes>(&mut self, lanes: L, other: &mut Self, arc_error: f32) {
+        let arc_error = F8::splat(lanes, arc_error);
         per_axis!(k => {
             let (along, against) = (&mut self.boxes.along[k], &mut self.boxes.against[k]);
-            (F8::load(lanes, along).max(F8::load(lanes, &other.boxes.along[k])) + bulge).put(along);
-            (F8::load(lanes, against).max(F8::load(lanes, &other.boxes.against[k])) + bulge).put(against);
+            (F8::load(lanes, along).max(F8::load(lanes, &other.boxes.along[k])) + arc_error).put(along);
+            (F8::load(lanes, against).max(F8::load(lanes, &other.boxes.against[k])) + arc_error).put(against);
         });
         for planes in [self, other] {
             let [x, y, z] = per_axis!(k => F8::load(lanes, &planes.reach[k]));
             let length = x + y + z + F8::splat(lanes, UNDERFLOW);
-            (F8::load(lanes, &planes.slack) + bulge * length).put(&mut planes.slack);
+            (F8::load(lanes, &planes.plane_error) + arc_error * length)
+                .put(&mut planes.plane_error);
         }
     }
 
@@ -87,8 +98,8 @@ impl Planes {
             corner: per_axis!(k => self.corner[k][i]),
             normal: per_axis!(k => self.normal[k][i]),
             reach: per_axis!(k => self.reach[k][i]),
-            blur: self.blur[i],
-            slack: self.slack[i],
+            normal_error: self.normal_error[i],
+            plane_error: self.plane_error[i],
         }
     }
 }
@@ -103,24 +114,25 @@ pub struct Plane {
     pub normal: [f32; 3],
     /// `|n_k|` plus the error bound of the normal.
     pub reach: [f32; 3],
-    pub blur: f32,
-    pub slack: f32,
+    pub normal_error: f32,
+    pub plane_error: f32,
 }
 
 impl Plane {
     /// Computes the plane of one triangle, bit for bit as [`Planes`] does for eight.
     #[inline(always)]
-    pub fn new([first, second, third]: &Rows, view: &View, skew: f32) -> Self {
+    pub fn new([first, second, third]: &Rows, view: &View, rotation_error: f32) -> Self {
         let (margin, zero) = (view.margin, f32x4::ZERO);
         let p = view.point(f32x4::new([first[0], first[1], first[2], 0.0]));
         let e = view.vector(f32x4::new([first[3], second[0], second[1], 0.0]));
         let f = view.vector(f32x4::new([second[2], second[3], third[0], 0.0]));
-        let normal = views::cross(e, f);
+        let normal = relative_pose::cross(e, f);
         let longest = |v: f32x4| {
             let [x, y, z] = xyz(v.abs());
             x.max(y).max(z)
         };
-        let blur = (longest(e) + LEAST_EDGE_SLOP) * (longest(f) + LEAST_EDGE_SLOP) * skew;
+        let normal_error =
+            (longest(e) + LEAST_EDGE_ERROR) * (longest(f) + LEAST_EDGE_ERROR) * rotation_error;
         let size = normal.abs();
         let [x, y, z] = xyz(size);
         Self {
@@ -128,9 +140,9 @@ impl Plane {
             against: xyz(margin - (p + zero.fast_min(e).fast_min(f))),
             corner: xyz(p),
             normal: xyz(normal),
-            reach: xyz(size + f32x4::splat(blur)),
-            blur,
-            slack: margin.as_array()[0] * (x + y + z + blur * 4.0) + UNDERFLOW,
+            reach: xyz(size + f32x4::splat(normal_error)),
+            normal_error,
+            plane_error: margin.as_array()[0] * (x + y + z + normal_error * 4.0) + UNDERFLOW,
         }
     }
 
@@ -157,8 +169,8 @@ impl Plane {
         );
         let reach = dot(per_axis!(k => F8::splat(lanes, self.reach[k])), boxes.half)
             + (from_corner[0].abs() + from_corner[1].abs() + from_corner[2].abs())
-                * F8::splat(lanes, self.blur)
-            + F8::splat(lanes, self.slack);
+                * F8::splat(lanes, self.normal_error)
+            + F8::splat(lanes, self.plane_error);
         [distance, reach]
     }
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::mesh::shapes;
-use crate::query::views::{Relation, Views};
+use crate::query::relative_pose::{RelativePose, Views};
 use crate::tree::Tree;
 use glam::{DMat3, DVec3};
 use punctual_geom::Pose;
@@ -13,10 +13,14 @@ impl Kernel for EightAndOne<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Triangles { rows, view, skew } = &self.0;
+        let Triangles {
+            rows,
+            view,
+            rotation_error,
+        } = &self.0;
         let planes = Planes::new(lanes, &self.0);
         for (i, row) in rows.iter().enumerate() {
-            assert_eq!(planes.at(i), Plane::new(row, view, *skew));
+            assert_eq!(planes.at(i), Plane::new(row, view, *rotation_error));
         }
     }
 }
@@ -31,16 +35,16 @@ fn a_triangle_alone_has_the_same_bits_as_among_eight() {
         DMat3::from_rotation_x(0.7) * DMat3::from_rotation_z(0.4),
         DVec3::new(0.3, 0.1, -0.2),
     );
-    let relation = Relation::new(&a, &b, &pose.unwrap());
+    let relative = RelativePose::new(&a, &b, &pose.unwrap());
     for (eight, node) in a
         .triangles()
         .chunks_exact(WIDTH)
         .zip(b.nodes().iter().cycle())
     {
-        let view = Views::between(&a.nodes()[0], node, &relation).triangles(
+        let view = Views::between(&a.nodes()[0], node, &relative).triangles(
             true,
             node,
-            &relation.place,
+            &relative.place,
             1.0,
         );
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
@@ -48,7 +52,7 @@ fn a_triangle_alone_has_the_same_bits_as_among_eight() {
             instructions.run(EightAndOne(Triangles {
                 rows,
                 view,
-                skew: relation.skew,
+                rotation_error: relative.rotation_error,
             }));
         }
     }

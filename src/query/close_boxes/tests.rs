@@ -38,7 +38,7 @@ fn fan(random: &mut Random, corner: DVec3, normal: DVec3) -> Tree {
 /// Two surfaces with a common point, on opposite sides of a plane there.
 struct Touching {
     trees: [Tree; 2],
-    relation: Relation,
+    relative: RelativePose,
     normal: DVec3,
 }
 
@@ -59,10 +59,10 @@ impl Touching {
         let b = fan(random, corner, in_b.normalize());
         // The same bits as the placed corner of B.
         let a = fan(random, pose.transform_point(corner), -normal);
-        let relation = Relation::new(&a, &b, &pose);
+        let relative = RelativePose::new(&a, &b, &pose);
         Self {
             trees: [a, b],
-            relation,
+            relative,
             normal,
         }
     }
@@ -91,11 +91,11 @@ fn boxes_with_a_common_point_are_never_parted() {
     for case in 0..20_000 {
         let touching = Touching::new(&mut random);
         let Touching {
-            relation, normal, ..
+            relative, normal, ..
         } = &touching;
         for [a, b] in touching.pairs() {
-            let views = Views::between(a, b, relation);
-            assert!(gap(a, b, &views, relation) <= 0.0, "case {case}");
+            let views = Views::between(a, b, relative);
+            assert!(gap(a, b, &views, relative) <= 0.0, "case {case}");
             let off = *normal + 1e-6 * vector(&mut random);
             let DMat3 {
                 x_axis,
@@ -104,12 +104,12 @@ fn boxes_with_a_common_point_are_never_parted() {
             } = a.rotation().as_dmat3();
             for direction in [*normal, off, x_axis, y_axis, z_axis] {
                 assert!(
-                    gap_of([a, b], relation, direction, ROUNDING) <= 0.0,
+                    gap_of([a, b], relative, direction, ROUNDING) <= 0.0,
                     "case {case}"
                 );
                 for (count, part) in without.iter_mut().zip([0.0, 1.0 / 16.0, 1.0 / 8.0]) {
                     *count +=
-                        usize::from(gap_of([a, b], relation, direction, part * ROUNDING) > 0.0);
+                        usize::from(gap_of([a, b], relative, direction, part * ROUNDING) > 0.0);
                 }
                 all += 1;
             }

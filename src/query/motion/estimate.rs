@@ -42,20 +42,23 @@ impl Query<'_, Impact> {
 
     #[doc(hidden)]
     pub fn passing(&self, work: u64, free_until: f64, touching_at: Option<f64>) -> Passing {
-        let course = self.course();
+        let relative_motion = self.relative_motion();
         let until = touching_at.unwrap_or(1.0);
         let (from, left) = (free_until.min(until), (until - free_until).max(0.0));
         let size = self.a.unit().length() + self.b.unit().length();
         let [first, last] = [from, until].map(|time| {
-            course.pose(time).transform_point(self.b.unit().origin) - self.a.unit().origin
+            relative_motion
+                .pose(time)
+                .transform_point(self.b.unit().origin)
+                - self.a.unit().origin
         });
         let way = last - first;
         let nearest = first + way * (-first.dot(way) / way.length_squared()).clamp(0.0, 1.0);
         let pairs = self.a.mesh().len() as f64 * self.b.mesh().len() as f64;
         Passing {
             pairs,
-            pieces: f64::from(course.pieces) * left,
-            way: course.speed * left / size,
+            substeps: f64::from(relative_motion.substeps) * left,
+            way: relative_motion.speed * left / size,
             apart: first.length() / size,
             nearest: if way == DVec3::ZERO {
                 first.length()
@@ -63,7 +66,7 @@ impl Query<'_, Impact> {
                 nearest.length()
             } / size,
             work: work as f64,
-            open: touching_at.map(|_| left / self.tolerance_in_time(&course)),
+            open: touching_at.map(|_| left / self.tolerance_in_time(&relative_motion)),
         }
     }
 

@@ -8,62 +8,62 @@
 //! have closed. This is tighter than [`Windows`](super::windows::Windows) if B turns, but gives no
 //! times within the span. The proof is in `docs/numerics.md`, "Motion".
 
-use super::course::Setting;
+use super::relative_motion::Setting;
 use super::windows::{BEGIN, SLOP, sum};
 use crate::model::cost::{WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST};
 use crate::query::boxes::{Boxes, Extents, Facing, Planes, Slabs, Triangles};
 use crate::query::edge_axes;
 use crate::query::expand::{Keys, Measure};
-use crate::query::views::{Place, Places, Relation, View, Views};
+use crate::query::relative_pose::{Place, Places, RelativePose, View, Views};
 use crate::tree::{Node, WIDTH, xyz};
 use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis};
 use punctual_geom::{bits, larger};
 use wide::f32x4;
 
-/// A span of time from the begin of a piece, in which B turns around one axis.
+/// A span of time from the begin of a substep, in which B turns around one axis.
 pub(super) struct Span {
     /// Poses of B at the begin and the end.
     places: Places,
     end: Place,
     scale: f32,
-    skew: f32,
-    /// Length of the span, in lengths of the piece.
+    rotation_error: f32,
+    /// Length of the span, in lengths of the substep.
     length: f32,
     /// Upper bound of B's turn in the span, radians.
     turn: f32,
     /// Bound on the position error that does not depend on the path: the margin, rounding, and the
     /// motion of the axis across itself.
-    bulge: f32,
+    arc_error: f32,
 }
 
 /// Larger turns (radians) bend paths by more than the bounds allow.
 const LARGEST_TURN: f64 = 0.25;
 
 impl Span {
-    /// The span from the begin of a piece to `until`. `None` if both bodies turn, or beyond the
+    /// The span from the begin of a substep to `until`. `None` if both bodies turn, or beyond the
     /// range of `f32`.
     pub fn new(setting: &Setting, until: f64) -> Option<Self> {
         let Setting {
             trees,
-            course,
-            piece,
-            relation,
+            relative_motion,
+            substep,
+            relative,
             margin,
         } = *setting;
-        course.of_axis()?;
-        let time = until - piece.begin;
-        let turn = course.spin * time;
-        let end = relation.place_at(trees, &course.pose(until));
-        let slip = course.slip() * time * turn * (0.375 + 0.125 * turn);
-        let bulge = (slip + 2.0 * course.rounding + margin) / relation.unit;
-        (turn < LARGEST_TURN && bulge < 1e6).then(|| Self {
-            places: relation.place.and(&end),
+        relative_motion.of_axis()?;
+        let time = until - substep.begin;
+        let turn = relative_motion.spin * time;
+        let end = relative.place_at(trees, &relative_motion.pose(until));
+        let slip = relative_motion.slip() * time * turn * (0.375 + 0.125 * turn);
+        let arc_error = (slip + 2.0 * relative_motion.rounding + margin) / relative.unit;
+        (turn < LARGEST_TURN && arc_error < 1e6).then(|| Self {
+            places: relative.place.and(&end),
             end,
-            scale: relation.scale,
-            skew: relation.skew,
-            length: (time / piece.length()) as f32,
+            scale: relative.scale,
+            rotation_error: relative.rotation_error,
+            length: (time / substep.length()) as f32,
             turn: turn as f32 * 1.001,
-            bulge: bulge as f32 * 1.001 + 1e-20,
+            arc_error: arc_error as f32 * 1.001 + 1e-20,
         })
     }
 }
@@ -79,8 +79,8 @@ pub(super) struct Hulls<'s> {
     /// The views of the current nodes, at the begin of the span and at its end.
     views: &'s mut Views<[f32; 8]>,
     /// Bound on the bend of paths between the current nodes, plus the position error.
-    bulge: f32,
-    /// `bulge` plus the margins of the overlap test, in the orientations of A's node and of B's.
+    arc_error: f32,
+    /// `arc_error` plus the margins of the overlap test, in the orientations of A's node and of B's.
     margins: [f32; 2],
     /// True if the own boxes of the current nodes do not meet.
     are_apart: bool,
@@ -97,7 +97,7 @@ impl<'s> Hulls<'s> {
             least,
             span,
             views,
-            bulge: 0.0,
+            arc_error: 0.0,
             margins: [0.0; 2],
             are_apart: false,
         }
@@ -165,9 +165,9 @@ impl Measure for Hulls<'_> {
 
     /// Includes the test of own boxes: separated boxes need no views.
     #[inline(always)]
-    fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, _relation: &Relation) -> Views {
+    fn views<L: Lanes>(&mut self, lanes: L, a: &Node, b: &Node, _relation: &RelativePose) -> Views {
         let span = self.span;
-        let (turn, bulge) = (span.turn, span.bulge);
+        let (turn, arc_error) = (span.turn, span.arc_error);
         let [in_a, in_b] = span.places.margin;
         let of_b = View::at_both(lanes, a, b, &span.places);
         let of_a = of_b.inverse(lanes, in_b);
@@ -178,24 +178,31 @@ impl Measure for Hulls<'_> {
             longer(way_of_a.way(), way_of_b.way()),
         );
         let (size, apart, views) = (sizes[0] + sizes[1], way_of_b.places, Views { of_a, of_b });
-        self.bulge = 0.127 * turn * (way + turn * larger(sizes[0], sizes[1])) + bulge;
+        self.arc_error = 0.127 * turn * (way + turn * larger(sizes[0], sizes[1])) + arc_error;
         // One branch for both, because neither is predictable.
-        self.are_apart = f32x4::splat(self.bulge)
+        self.are_apart = f32x4::splat(self.arc_error)
             .simd_lt(way_of_a.gap().fast_max(way_of_b.gap()))
             .any()
             || edge_axes::are_slim(a, b) && {
                 let bends =
                     (0.376 + 0.127 * turn) * way + 0.127 * turn * (sum(apart.halves()[0]) + size);
-                let margin = turn * bends + bulge;
-                edge_axes::part_at_both(lanes, halves, apart, &views.of_b, span.skew, margin)
+                let margin = turn * bends + arc_error;
+                edge_axes::part_at_both(
+                    lanes,
+                    halves,
+                    apart,
+                    &views.of_b,
+                    span.rotation_error,
+                    margin,
+                )
             };
         if !self.are_apart {
-            self.margins = [in_a + self.bulge, in_b + self.bulge];
+            self.margins = [in_a + self.arc_error, in_b + self.arc_error];
             let time_of_gap = 0.999 * span.length / (way + turn * size + 2.0 * (in_a + in_b));
             let [x, y, z] = xyz(way_of_a.gap_at_begin().fast_max(way_of_b.gap_at_begin()));
             self.least = larger(
                 self.least,
-                (larger(larger(x, y), z) - self.bulge) * time_of_gap + START,
+                (larger(larger(x, y), z) - self.arc_error) * time_of_gap + START,
             );
             *self.views = views.store();
         }
@@ -203,7 +210,7 @@ impl Measure for Hulls<'_> {
     }
 
     #[inline(always)]
-    fn own(&mut self, _: [&Node; 2], _: &Views, _: &Relation) -> bool {
+    fn own(&mut self, _: [&Node; 2], _: &Views, _: &RelativePose) -> bool {
         !self.are_apart && self.least < self.cut
     }
 
@@ -254,7 +261,7 @@ impl Measure for Hulls<'_> {
         &self,
         lanes: L,
         facing: &Facing,
-        alive: u32,
+        active: u32,
         triangles: impl FnOnce() -> Triangles<'t>,
         _: &mut Keys,
     ) -> u64 {
@@ -265,9 +272,9 @@ impl Measure for Hulls<'_> {
         let boxes = facing.children(lanes, 1);
         let slabs = boxes.slabs();
         let (mut begin, mut end) = (Planes::new(lanes, &begin), Planes::new(lanes, &end));
-        begin.enclose(lanes, &mut end, self.bulge);
+        begin.enclose(lanes, &mut end, self.arc_error);
         let mut pairs = 0;
-        for i in bits(alive).map(|i| i % WIDTH) {
+        for i in bits(active).map(|i| i % WIDTH) {
             let (first, last) = (begin.at(i), end.at(i));
             let box_of = Slabs::of(lanes, first.along, first.against);
             let apart = slabs.depth(&box_of).mask();

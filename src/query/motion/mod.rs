@@ -1,18 +1,18 @@
 //! Time of impact: two trees, a motion and a budget in, a proven [`TimeOfImpact`] out.
 //!
-//! [`course`] cuts the motion into pieces that are nearly straight. For each piece the traversal
+//! [`relative_motion`] cuts the motion into substeps that are nearly straight. For each substep the traversal
 //! runs the question of [`sweep`], with the box test of [`windows`] or [`hulls`]. [`state`] holds
 //! what is proven so far, [`ahead`] bounds what is left, and [`estimate`] predicts its cost.
 
 pub(super) mod ahead;
-mod course;
 mod estimate;
 mod hulls;
+mod relative_motion;
 pub(super) mod state;
 mod sweep;
 mod windows;
 
-use crate::model::cost::WORK_PER_PIECE;
+use crate::model::cost::WORK_PER_SUBSTEP;
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
 use crate::query::deadline::Deadline;
@@ -21,16 +21,16 @@ use crate::query::options::{MotionOptions, OptionError, thickness};
 use crate::query::outcome::StopReason;
 use crate::query::question::{Ask, Certify, Query, Question, Remembers};
 use crate::query::queue::Pair;
+use crate::query::relative_pose::RelativePose;
 use crate::query::search::Bounded;
 use crate::query::strategy::Strategy;
 use crate::query::traversal::traverse;
 use crate::query::triangle_pairs::ids;
-use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
 use core::cell::OnceCell;
-use course::{Course, Setting};
 use punctual_geom::{Motion, Pose, smaller};
+use relative_motion::{RelativeMotion, Setting};
 use sweep::Sweep;
 
 /// Asks until when a motion is free, and when the surfaces meet: continuous collision detection
@@ -141,16 +141,16 @@ impl<'t> Query<'t, Impact> {
     /// The pose of B in A at a time, 0 to 1, with the bits that the query uses.
     #[must_use]
     pub fn pose(&self, time: f64) -> Pose {
-        self.course().pose(time)
+        self.relative_motion().pose(time)
     }
 
     /// The time until which B's points cannot have moved as far as the known clearance at the
     /// start.
-    fn clear_until(&self, course: &Course, memory: &PairMemory) -> f64 {
-        let known = memory.clearance(self.a, self.b, &course.pose(0.0));
-        let way = known - self.asked.options.margin - 4.0 * course.rounding;
+    fn clear_until(&self, relative_motion: &RelativeMotion, memory: &PairMemory) -> f64 {
+        let known = memory.clearance(self.a, self.b, &relative_motion.pose(0.0));
+        let way = known - self.asked.options.margin - 4.0 * relative_motion.rounding;
         if way > 0.0 {
-            smaller(way * (1.0 - 1e-9) / course.speed, 1.0)
+            smaller(way * (1.0 - 1e-9) / relative_motion.speed, 1.0)
         } else {
             0.0
         }
@@ -166,8 +166,8 @@ impl<'t> Query<'t, Impact> {
             .map_or(f64::INFINITY, |contact| contact.distance)
     }
 
-    fn course(&self) -> Course<'_> {
-        Course::new(
+    fn relative_motion(&self) -> RelativeMotion<'_> {
+        RelativeMotion::new(
             self.a,
             self.b,
             self.asked.options.of_a.as_ref(),
@@ -178,7 +178,7 @@ impl<'t> Query<'t, Impact> {
     /// Half of the tolerance: a contact is searched for up to this long after the time at which it
     /// is possible. Contacts that are possible up to this much earlier do not matter then, so that
     /// neighbors that meet at the same time are not tested one by one.
-    fn tolerance_in_time(&self, course: &Course) -> f64 {
+    fn tolerance_in_time(&self, relative_motion: &RelativeMotion) -> f64 {
         let length = self
             .asked
             .options
@@ -189,7 +189,7 @@ impl<'t> Query<'t, Impact> {
             .asked
             .options
             .time
-            .max(length.max(8.0 * course.rounding) / course.speed);
+            .max(length.max(8.0 * relative_motion.rounding) / relative_motion.speed);
         0.5 * if time > LEAST_TOLERANCE {
             time.min(1.0)
         } else {
@@ -216,43 +216,56 @@ impl<'t> Query<'t, Impact> {
 
     fn spend_on_piece(
         &self,
-        course: &Course,
+        relative_motion: &RelativeMotion,
         workspace: &mut Workspace,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let piece = course.piece(workspace.motion.piece);
+        let substep = relative_motion.substep(workspace.motion.substep);
         let trees = [self.a, self.b];
-        if course.is_clear(&piece, trees, self.asked.options.margin) {
-            workspace.front.clear();
+        if relative_motion.is_clear(&substep, trees, self.asked.options.margin) {
+            workspace.frontier.clear();
             workspace.search.clear();
             workspace.motion.followed = None;
             deadline.begin(workspace.work());
             let stop = deadline.stop(workspace.work());
             if stop.is_none() {
-                workspace.run.stats.work += WORK_PER_PIECE;
-                workspace
-                    .motion
-                    .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+                workspace.run.stats.work += WORK_PER_SUBSTEP;
+                workspace.motion.bound(
+                    &workspace.frontier,
+                    &workspace.search,
+                    &substep,
+                    f32::INFINITY,
+                );
             }
             deadline.end(workspace.work());
             workspace.run.stopped = stop.is_some();
             return stop.unwrap_or(StopReason::Finished);
         }
-        let relation = Relation::new(self.a, self.b, &piece.pose);
+        let relative = RelativePose::new(self.a, self.b, &substep.pose);
         let setting = Setting {
             trees,
-            course,
-            piece: &piece,
-            relation: &relation,
+            relative_motion,
+            substep: &substep,
+            relative: &relative,
             margin: self.asked.options.margin,
         };
         // Large values stay where they are made.
         let (mut span, middle) = (setting.span(&workspace.motion), OnceCell::new());
         let question = Sweep::new(setting, &workspace.motion, &mut span, &middle);
-        let stop = traverse(question, trees, &piece.pose, &relation, workspace, deadline);
-        workspace
-            .motion
-            .bound(&workspace.front, &workspace.search, &piece, f32::INFINITY);
+        let stop = traverse(
+            question,
+            trees,
+            &substep.pose,
+            &relative,
+            workspace,
+            deadline,
+        );
+        workspace.motion.bound(
+            &workspace.frontier,
+            &workspace.search,
+            &substep,
+            f32::INFINITY,
+        );
         stop
     }
 }
@@ -271,46 +284,46 @@ impl Ask<Impact> for Query<'_, Impact> {
     }
 
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, _: Budget) {
-        let course = &self.course();
+        let relative_motion = &self.relative_motion();
         workspace.clear();
         workspace.run.begin(self.key(), Strategy::NONE);
         let is_empty = self.a.nodes().is_empty() || self.b.nodes().is_empty();
         let free_until = if is_empty {
             1.0
         } else {
-            memory.map_or(0.0, |memory| self.clear_until(course, memory))
+            memory.map_or(0.0, |memory| self.clear_until(relative_motion, memory))
         };
         workspace.motion.begin(
             &self.asked.options,
-            self.tolerance_in_time(course),
+            self.tolerance_in_time(relative_motion),
             free_until,
         );
-        workspace.motion.piece = course.piece_at(free_until);
-        if workspace.motion.piece < course.pieces {
+        workspace.motion.substep = relative_motion.piece_at(free_until);
+        if workspace.motion.substep < relative_motion.substeps {
             workspace.begin_piece(memory.and_then(|memory| memory.nearest(self.a, self.b)));
         }
     }
 
-    /// Runs piece after piece.
+    /// Runs substep after substep.
     fn advance(
         &self,
         workspace: &mut Workspace,
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let course = &self.course();
+        let relative_motion = &self.relative_motion();
         let mut stop = StopReason::Finished;
-        while workspace.motion.piece < course.pieces {
-            stop = self.spend_on_piece(course, workspace, deadline);
+        while workspace.motion.substep < relative_motion.substeps {
+            stop = self.spend_on_piece(relative_motion, workspace, deadline);
             if !stop.is_final() || workspace.motion.contact().is_some() {
                 break;
             }
-            workspace.motion.piece += 1;
-            if workspace.motion.piece < course.pieces {
+            workspace.motion.substep += 1;
+            if workspace.motion.substep < relative_motion.substeps {
                 workspace.begin_piece(None);
             }
         }
-        if workspace.motion.piece == course.pieces {
+        if workspace.motion.substep == relative_motion.substeps {
             workspace.motion.end();
         }
         if let Some(memory) = memory {
@@ -339,16 +352,16 @@ impl Certify<Impact> for Query<'_, Impact> {
 }
 
 impl Workspace {
-    /// Prepares the buffers for a piece of a motion. `guess` is a pair of triangles that may meet
+    /// Prepares the buffers for a substep of a motion. `guess` is a pair of triangles that may meet
     /// in it.
     fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
-        self.front.clear();
+        self.frontier.clear();
         self.search.begin_pairs(guess.map(|pair| Bounded {
             low: f32::NEG_INFINITY,
             ..Bounded::unknown(pair)
         }));
         self.testing = guess.is_some();
-        self.front.push(Pair::new(0, 0));
+        self.frontier.push(Pair::new(0, 0));
     }
 }
 

@@ -1,17 +1,17 @@
 //! The state of a motion query: the time until which the motion is proven free, and the earliest
 //! contact found.
 
-use super::course::Piece;
+use super::relative_motion::Substep;
 use crate::query::options::MotionOptions;
-use crate::query::queue::{BUCKETS, Front};
+use crate::query::queue::{BUCKETS, Frontier};
+use crate::query::relative_pose::Views;
 use crate::query::search::Search;
-use crate::query::views::Views;
 
 /// A triangle pair (tree order) that is traced through time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Followed {
     pub pair: [u32; 2],
-    /// The pair does not meet before `from`, nor, in this piece, after `until`.
+    /// The pair does not meet before `from`, nor, in this substep, after `until`.
     pub from: f64,
     pub until: f64,
     /// Length of the next time interval to test, and of the interval after `from` in which a
@@ -71,8 +71,8 @@ pub(crate) struct Contact {
 pub(crate) struct MotionState {
     /// The options of the query.
     pub options: Option<MotionOptions>,
-    /// The current piece of the motion.
-    pub piece: u32,
+    /// The current substep of the motion.
+    pub substep: u32,
     /// Half of the tolerance in time: a contact may be twice this later than `free_until`.
     tolerance: f64,
     free_until: f64,
@@ -89,7 +89,7 @@ impl MotionState {
     /// Nothing is known yet.
     pub const NOTHING: Self = Self {
         options: None,
-        piece: 0,
+        substep: 0,
         tolerance: 0.0,
         free_until: 0.0,
         done: f64::INFINITY,
@@ -101,7 +101,7 @@ impl MotionState {
     /// Starts a motion for which no contact is possible before `free_until`.
     pub fn begin(&mut self, options: &MotionOptions, tolerance: f64, free_until: f64) {
         // Field by field: the state is large, and most of it need not be written.
-        (self.options, self.piece) = (Some(*options), 0);
+        (self.options, self.substep) = (Some(*options), 0);
         (self.tolerance, self.free_until) = (tolerance, free_until);
         (self.done, self.contact, self.followed) = (f64::INFINITY, None, None);
     }
@@ -149,21 +149,27 @@ impl MotionState {
         self.done = self.done.min(time);
     }
 
-    /// Records that all pieces are done.
+    /// Records that all substeps are done.
     pub fn end(&mut self) {
         self.free_until = self.free_until.max(self.done.min(1.0));
     }
 
-    /// Raises the lower bound from what is left of a piece. `at_hand` is the time of the current
+    /// Raises the lower bound from what is left of a substep. `at_hand` is the time of the current
     /// node pair, if there is one.
-    pub(super) fn bound(&mut self, front: &Front, search: &Search, piece: &Piece, at_hand: f32) {
-        let nodes = match front.least_bucket() {
+    pub(super) fn bound(
+        &mut self,
+        frontier: &Frontier,
+        search: &Search,
+        substep: &Substep,
+        at_hand: f32,
+    ) {
+        let nodes = match frontier.least_bucket() {
             None => f32::INFINITY,
             Some(bucket) => least_key(bucket),
         };
         let waiting = search.waiting.iter().map(|left| left.key);
         let pairs = waiting.chain(search.proposed.iter().map(|left| left.low));
-        let left = piece.time(pairs.fold(nodes.min(at_hand), f32::min));
+        let left = substep.time(pairs.fold(nodes.min(at_hand), f32::min));
         let followed = self
             .followed
             .as_ref()
@@ -172,7 +178,7 @@ impl MotionState {
     }
 }
 
-/// The bucket of a time in lengths of the piece. The first bucket is for pairs that may meet at its
+/// The bucket of a time in lengths of the substep. The first bucket is for pairs that may meet at its
 /// begin.
 pub(super) fn bucket(key: f32) -> usize {
     let steps = (key + 0.5) * (BUCKETS - 2) as f32;

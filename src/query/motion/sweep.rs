@@ -1,6 +1,6 @@
 //! Time of impact of two surfaces: how the traversal handles node pairs and triangle pairs.
 //!
-//! A run covers one piece of the motion. Boxes are compared by time intervals ([`Windows`]), or, if
+//! A run covers one substep of the motion. Boxes are compared by time intervals ([`Windows`]), or, if
 //! B turns on the spot, by the hulls of their positions ([`Hulls`]). Pairs whose boxes overlap at
 //! the begin are finished depth-first. Other pairs wait in the queue, ordered by the time at which
 //! they may meet, and are dropped when there is an earlier contact. Triangles are compared in
@@ -8,8 +8,8 @@
 //! at a time, in steps of bounded work: over ever shorter time intervals, until an exact test
 //! proves a contact.
 
-use super::course::{Course, Setting};
 use super::hulls::{Hulls, Span};
+use super::relative_motion::{RelativeMotion, Setting};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
 use super::windows::{BEGIN, Windows, glide};
 use crate::model::cost::{
@@ -18,11 +18,11 @@ use crate::model::cost::{
 };
 use crate::query::expand::{Keys, Sink, expand};
 use crate::query::outcome::{Stats, StopReason};
-use crate::query::queue::{Front, Origin, Pair};
+use crate::query::queue::{Frontier, Origin, Pair};
+use crate::query::relative_pose::RelativePose;
 use crate::query::search::{Bounded, Search};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::query::triangle_pairs::rows;
-use crate::query::views::Relation;
 use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
 use core::cell::OnceCell;
@@ -33,24 +33,24 @@ use punctual_geom::triangle::distance::{closest, closest_or_meeting};
 use punctual_geom::triangle::swept::{Glide, Swept, windows};
 use punctual_geom::triangles_intersect;
 
-/// The pose of B in the middle of a piece, and its motion through the piece.
+/// The pose of B in the middle of a substep, and its motion through the substep.
 pub(super) struct Middle {
-    relation: Relation,
+    relative: RelativePose,
     glide: Glide,
 }
 
 impl Setting<'_> {
-    /// The local time of the piece, in `f32`, from which on nothing matters.
+    /// The local time of the substep, in `f32`, from which on nothing matters.
     fn cut(&self, state: &MotionState) -> f32 {
-        let cut = self.piece.local(state.cut().min(self.piece.end));
+        let cut = self.substep.local(state.cut().min(self.substep.end));
         cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING
     }
 
-    /// The part of the piece that matters, if B turns on the spot.
+    /// The part of the substep that matters, if B turns on the spot.
     pub fn span(&self, state: &MotionState) -> Option<Span> {
-        let piece = self.piece;
-        let until = state.cut().clamp(piece.begin, piece.end);
-        if piece.is_on_the_spot {
+        let substep = self.substep;
+        let until = state.cut().clamp(substep.begin, substep.end);
+        if substep.is_on_the_spot {
             Span::new(self, until)
         } else {
             None
@@ -58,7 +58,7 @@ impl Setting<'_> {
     }
 }
 
-/// The question when two surfaces meet in a piece of a motion.
+/// The question when two surfaces meet in a substep of a motion.
 pub(super) struct Sweep<'q> {
     setting: Setting<'q>,
     /// [`Setting::span`].
@@ -95,16 +95,20 @@ impl<'q> Sweep<'q> {
 
     fn middle(&self) -> &Middle {
         self.middle.get_or_init(|| {
-            let Setting { course, piece, .. } = self.setting;
+            let Setting {
+                relative_motion,
+                substep,
+                ..
+            } = self.setting;
             let [a, b] = self.setting.trees;
-            let relation = if piece.is_on_the_spot {
-                Relation::new(a, b, &course.pose(piece.middle))
+            let relative = if substep.is_on_the_spot {
+                RelativePose::new(a, b, &relative_motion.pose(substep.middle))
             } else {
-                *self.setting.relation
+                *self.setting.relative
             };
             let (origin, margin) = (a.unit().origin, self.setting.margin);
-            let glide = glide(course, piece, &relation, origin, margin);
-            Middle { relation, glide }
+            let glide = glide(relative_motion, substep, &relative, origin, margin);
+            Middle { relative, glide }
         })
     }
 }
@@ -112,7 +116,7 @@ impl<'q> Sweep<'q> {
 impl Visitor for Traversal<'_, '_, Sweep<'_>> {
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        self.workspace.front.pop()
+        self.workspace.frontier.pop()
     }
 
     #[inline(always)]
@@ -120,28 +124,28 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
         let (question, workspace) = (&self.question, &mut *self.workspace);
         let mut least = f32::NEG_INFINITY;
         if self.origin == Origin::Queue {
-            least = workspace.front.popped_key();
+            least = workspace.frontier.popped_key();
             if least >= question.cut {
                 workspace.run.stats.work += WORK_PER_LOOKUP;
                 if least_key(bucket(least)) >= question.cut {
                     // All others that wait reach the cut too.
-                    workspace.front.clear_queue();
+                    workspace.frontier.clear_queue();
                 }
-                return workspace.motion.pass(question.setting.piece.time(least));
+                return workspace.motion.pass(question.setting.substep.time(least));
             }
             // A pair that the full queue puts on the stack loses its bound.
-            if workspace.front.room() < WIDTH * WIDTH {
+            if workspace.frontier.room() < WIDTH * WIDTH {
                 workspace.motion.bound(
-                    &workspace.front,
+                    &workspace.frontier,
                     &workspace.search,
-                    question.setting.piece,
+                    question.setting.substep,
                     least,
                 );
             }
         }
         let trees = [self.a, self.b];
         let mut children = Children {
-            front: &mut workspace.front,
+            frontier: &mut workspace.frontier,
             search: &mut workspace.search,
             stats: &mut workspace.run.stats,
         };
@@ -149,12 +153,12 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
         if let Some(span) = &*question.span {
             let views = &mut workspace.motion.views;
             let mut hulls = Hulls::new(question.cut, least, span, views);
-            expand(lanes, pair, trees, self.relation, &mut hulls, keys, sink);
+            expand(lanes, pair, trees, self.relative, &mut hulls, keys, sink);
             least = hulls.least;
         } else {
-            let Middle { relation, glide } = question.middle();
-            let mut windows = Windows::new(question.cut, least, glide, relation);
-            expand(lanes, pair, trees, relation, &mut windows, keys, sink);
+            let Middle { relative, glide } = question.middle();
+            let mut windows = Windows::new(question.cut, least, glide, relative);
+            expand(lanes, pair, trees, relative, &mut windows, keys, sink);
             least = windows.least;
         }
         self.pass_rest(least);
@@ -181,7 +185,7 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
         }
         let workspace = &mut *self.workspace;
         let (search, state) = (&workspace.search, &workspace.motion);
-        let last = workspace.front.is_empty() && !search.waiting.is_empty();
+        let last = workspace.frontier.is_empty() && !search.waiting.is_empty();
         workspace.testing = state.followed.is_some()
             || !search.proposed.is_empty()
             || search.waiting.len() >= WIDTH
@@ -193,31 +197,31 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
 impl Traversal<'_, '_, Sweep<'_>> {
     /// Computes the times at which up to eight waiting pairs may meet. If earlier pairs were
     /// compared, it instead follows the one of them that may meet first. If B turns, it first tests
-    /// each eighth of the piece for that pair.
+    /// each eighth of the substep for that pair.
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
-        let (piece, cut) = (self.question.setting.piece, &self.question.cut);
-        let Middle { relation, glide } = self.question.middle();
+        let (substep, cut) = (self.question.setting.substep, &self.question.cut);
+        let Middle { relative, glide } = self.question.middle();
         let first = search.proposed.pop();
         if let Some(Bounded { pair, low, .. }) = first.filter(|_| glide.spin == 0.0) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
-            state.followed = Some(Followed::new(pair, [piece.time(low), piece.end], 1.0));
+            state.followed = Some(Followed::new(pair, [substep.time(low), substep.end], 1.0));
             return;
         }
         let (pairs, keys, count) = match first {
             Some(Bounded { pair, low, .. }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
-            None => search.pop_batch(*cut, |low| state.pass(piece.time(low))),
+            None => search.pop_batch(*cut, |low| state.pass(substep.time(low))),
         };
         if count == 0 {
             return;
         }
         let (a, b) = (rows(self.a, pairs, 0), rows(self.b, pairs, 1));
-        let (enter, alive) = windows(
+        let (enter, active) = windows(
             lanes,
             a,
             b,
-            &relation.triangles,
+            &relative.triangles,
             glide,
             *cut,
             first.is_some(),
@@ -227,33 +231,33 @@ impl Traversal<'_, '_, Sweep<'_>> {
         stats.work += count as u64 * WORK_PER_WINDOW_TEST;
         let known = keys[..count].iter().copied().fold(f32::INFINITY, f32::min);
         self.pass_rest(known);
-        if alive == 0 {
+        if active == 0 {
             return;
         }
-        let piece = self.question.setting.piece;
+        let substep = self.question.setting.substep;
         match first {
             Some(Bounded { pair, low, .. }) => {
-                let (first, last) = (alive.trailing_zeros(), alive.ilog2());
-                let from = piece.time(larger_known(enter[first as usize % WIDTH], low));
-                let until = piece.end_of_part(last, WIDTH as u32);
+                let (first, last) = (active.trailing_zeros(), active.ilog2());
+                let from = substep.time(larger_known(enter[first as usize % WIDTH], low));
+                let until = substep.end_of_part(last, WIDTH as u32);
                 if from < until {
                     let followed =
-                        Followed::new(pair, [from, until], piece.length() / WIDTH as f64);
+                        Followed::new(pair, [from, until], substep.length() / WIDTH as f64);
                     self.workspace.motion.followed = Some(followed);
                 }
             }
-            None => self.propose(&pairs[..count], &keys, &enter, alive),
+            None => self.propose(&pairs[..count], &keys, &enter, active),
         }
     }
 
     /// Children that were dropped, of a parent with the known bound `known`, have at least that
-    /// bound and at least the cut, if the cut is that of a contact and not the end of the piece. So
+    /// bound and at least the cut, if the cut is that of a contact and not the end of the substep. So
     /// the result is never less than what an earlier, stopped call has proven.
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
         if self.workspace.motion.contact().is_some() {
             let time = larger_known(self.question.cut, known);
-            let time = self.question.setting.piece.time(time);
+            let time = self.question.setting.substep.time(time);
             self.workspace.motion.pass(time);
         }
     }
@@ -264,10 +268,10 @@ impl Traversal<'_, '_, Sweep<'_>> {
         pairs: &[[u32; 2]],
         keys: &[f32; WIDTH],
         enter: &[f32; WIDTH],
-        alive: u32,
+        active: u32,
     ) {
         let mut proposed: ArrayVec<Bounded, WIDTH> = (0..pairs.len())
-            .filter(|i| alive >> i & 1 != 0)
+            .filter(|i| active >> i & 1 != 0)
             .map(|i| Bounded {
                 low: larger_known(enter[i], keys[i]),
                 ..Bounded::unknown(pairs[i])
@@ -302,7 +306,11 @@ impl Traversal<'_, '_, Sweep<'_>> {
             phase,
             ..
         } = followed;
-        let Setting { course, margin, .. } = self.question.setting;
+        let Setting {
+            relative_motion,
+            margin,
+            ..
+        } = self.question.setting;
         let tolerance = self.question.tolerance;
         let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
         let [of_a, of_b] = &mut self.workspace.corners;
@@ -310,22 +318,25 @@ impl Traversal<'_, '_, Sweep<'_>> {
             of_a.of(self.a, pair[0], |v| v),
             of_b.of(self.b, pair[1], |v| v),
         );
-        let at = |time| placed(course, of_b, time);
+        let at = |time| placed(relative_motion, of_b, time);
         let span = followed.span.min(until - from);
         let (half, middle) = (span / 2.0, from + span / 2.0);
-        let (b, twist) = (at(middle), course.twist(middle));
+        let (b, twist) = (at(middle), relative_motion.twist(middle));
         // The error of times, from the bend of the corners' paths and from the turn of the
         // triangle.
-        let enough = (tolerance * course.speed / 16.0).max(course.rounding);
+        let enough = (tolerance * relative_motion.speed / 16.0).max(relative_motion.rounding);
         let velocities = b.map(|corner| twist.at(corner));
-        let tilt = course.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length());
-        let (bends, rest) = (course.bends(&twist, &b, half), course.bend_besides(half));
+        let tilt = relative_motion.spin * half * (b[1] - b[0]).length().max((b[2] - b[0]).length());
+        let (bends, rest) = (
+            relative_motion.bends(&twist, &b, half),
+            relative_motion.bend_besides(half),
+        );
         let swept = Swept::new(
             a,
             &b,
             velocities,
             bends,
-            rest + 2.0 * course.rounding + margin,
+            rest + 2.0 * relative_motion.rounding + margin,
             half,
         );
         let bend = rest + bends.map(DVec3::length).into_iter().fold(0.0, f64::max);
@@ -375,7 +386,11 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let Followed {
             pair, from, until, ..
         } = followed;
-        let Setting { course, margin, .. } = self.question.setting;
+        let Setting {
+            relative_motion,
+            margin,
+            ..
+        } = self.question.setting;
         let tolerance = self.question.tolerance;
         let (stats, state) = (&mut self.workspace.run.stats, &mut self.workspace.motion);
         let [of_a, of_b] = &mut self.workspace.corners;
@@ -391,7 +406,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 0
             };
         let time = from + followed.longest * MOMENTS[moment];
-        if let Some(distance) = meet(a, &placed(course, of_b, time), margin) {
+        if let Some(distance) = meet(a, &placed(relative_motion, of_b, time), margin) {
             state.pass(from);
             state.touch(Contact {
                 time,
@@ -430,8 +445,8 @@ fn larger_known(bound: f32, known: f32) -> f32 {
 const PATIENCE: u32 = 400;
 
 /// The corners of a triangle of B at a time.
-fn placed(course: &Course, corners: &[DVec3; 3], time: f64) -> [DVec3; 3] {
-    let pose = course.pose(time);
+fn placed(relative_motion: &RelativeMotion, corners: &[DVec3; 3], time: f64) -> [DVec3; 3] {
+    let pose = relative_motion.pose(time);
     corners.map(|corner| pose.transform_point(corner))
 }
 
@@ -448,7 +463,7 @@ fn meet(a: &[DVec3; 3], b: &[DVec3; 3], margin: f64) -> Option<f64> {
 
 /// Receives the children of an opened pair.
 struct Children<'w> {
-    front: &'w mut Front,
+    frontier: &'w mut Frontier,
     search: &'w mut Search,
     stats: &'w mut Stats,
 }
@@ -463,9 +478,9 @@ impl Sink for Children<'_> {
     fn place(&mut self, pair: Pair, key: impl FnOnce() -> f32) {
         let key = key();
         if key > BEGIN {
-            self.front.queue(pair, key, bucket(key));
+            self.frontier.queue(pair, key, bucket(key));
         } else {
-            self.front.push(pair);
+            self.frontier.push(pair);
         }
     }
 

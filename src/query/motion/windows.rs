@@ -3,15 +3,15 @@
 //! A box of B that moves along a straight line overlaps a box of A, on an axis, during one time
 //! interval; on six axes, from the latest start to the earliest end. Triangles and boxes are also
 //! compared along the triangles' normals. All is in A's units, with the views and margins of the
-//! overlap test. The unit of time is the length of the piece, from -1/2 to 1/2. The proof is in
+//! overlap test. The unit of time is the length of the substep, from -1/2 to 1/2. The proof is in
 //! `docs/numerics.md`, "Motion".
 
-use super::course::{Course, Piece};
+use super::relative_motion::{RelativeMotion, Substep};
 use crate::model::cost::{WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST};
 use crate::query::boxes::{Boxes, Extents, Facing, Plane, Planes, Slabs, Triangles, splat};
 use crate::query::edge_axes;
 use crate::query::expand::{Keys, Measure};
-use crate::query::views::{Entries, Relation, View, Views, cross};
+use crate::query::relative_pose::{Entries, RelativePose, View, Views, cross};
 use crate::tree::{Node, WIDTH, xyz};
 use glam::DVec3;
 use punctual_geom::bits;
@@ -20,7 +20,7 @@ use punctual_geom::tolerance::ROUNDING;
 use punctual_geom::triangle::swept::Glide;
 use wide::f32x4;
 
-/// The begin of the piece.
+/// The begin of the substep.
 pub(super) const BEGIN: f32 = -0.5;
 
 /// Bound on the rounding of times.
@@ -32,36 +32,37 @@ const HALF_A_PIECE: f32 = 0.505;
 /// Least speed of a projection. The allowance for underflow covers the difference.
 const LEAST_SPEED: f32 = 1e-37;
 
-/// A piece of motion in `f32`, in A's unit coordinates.
+/// A substep of motion in `f32`, in A's unit coordinates.
 pub(super) fn glide(
-    course: &Course,
-    piece: &Piece,
-    relation: &Relation,
+    relative_motion: &RelativeMotion,
+    substep: &Substep,
+    relative: &RelativePose,
     origin: DVec3,
     margin: f64,
 ) -> Glide {
-    let (length, unit) = (piece.length(), relation.unit);
-    let twist = course.twist(piece.middle);
+    let (length, unit) = (substep.length(), relative.unit);
+    let twist = relative_motion.twist(substep.middle);
     let velocity = twist.at(origin) * (length / unit);
     let pull = twist.acceleration(origin) * (length * length / unit);
     let (turn, change) = (twist.turn * length, twist.change * (length * length));
-    let bulge = (course.bend_besides(length / 2.0) + course.rounding + margin) / unit;
+    let arc_error =
+        (relative_motion.bend_besides(length / 2.0) + relative_motion.rounding + margin) / unit;
     let vector = |v: DVec3| v.as_vec3().extend(0.0).to_array();
-    if bulge < 1e6 && velocity.abs().max(pull.abs()).max_element() < 1e6 {
+    if arc_error < 1e6 && velocity.abs().max(pull.abs()).max_element() < 1e6 {
         Glide {
             shift: vector(velocity),
             turn: vector(turn),
             pull: vector(pull),
             change: vector(change),
-            wobble: (course.wobble * length * length * 0.5) as f32 * 1.01,
-            spin: (course.spin * length * 0.5) as f32 * 1.001,
-            bulge: bulge as f32 * 1.001 + 1e-20,
-            swings: piece.is_on_the_spot,
+            turn_error: (relative_motion.turn_error * length * length * 0.5) as f32 * 1.01,
+            spin: (relative_motion.spin * length * 0.5) as f32 * 1.001,
+            arc_error: arc_error as f32 * 1.001 + 1e-20,
+            swings: substep.is_on_the_spot,
         }
     } else {
         // Beyond the range of `f32`, or NaN: everything may meet at any time.
         Glide {
-            bulge: 1e15,
+            arc_error: 1e15,
             ..Glide::NONE
         }
     }
@@ -73,7 +74,7 @@ pub(super) struct Windows<'g> {
     cut: f32,
     /// The key of the current pair; its children's keys are not less.
     pub least: f32,
-    skew: f32,
+    rotation_error: f32,
     glide: &'g Glide,
     /// The drift of B in the orientations of the current nodes.
     in_a: Drift,
@@ -189,10 +190,16 @@ impl Drift {
         let least = length * speed * 1e-6 + LEAST_SPEED;
         let size = 1.0 / along.abs().max(least);
         let inverse = if along < 0.0 { size } else { -size };
-        let margin =
-            x.abs() * p + y.abs() * q + z.abs() * r + plane.blur * (2.0 * (p + q + r) + speed);
-        let slack = plane.slack + margin + least;
-        let [distance, reach] = Plane { slack, ..*plane }.across(lanes, boxes);
+        let margin = x.abs() * p
+            + y.abs() * q
+            + z.abs() * r
+            + plane.normal_error * (2.0 * (p + q + r) + speed);
+        let plane_error = plane.plane_error + margin + least;
+        let [distance, reach] = Plane {
+            plane_error,
+            ..*plane
+        }
+        .across(lanes, boxes);
         let middle = distance * F8::splat(lanes, inverse);
         let half = reach * F8::splat(lanes, size) + F8::splat(lanes, SLOP);
         [middle - half, middle + half]
@@ -212,7 +219,7 @@ impl Drift {
 struct Way {
     velocity: f32x4,
     turn: f32x4,
-    /// The bend of its path until the piece ends.
+    /// The bend of its path until the substep ends.
     bend: f32x4,
     /// Bound on the error of the path.
     margin: f32,
@@ -234,11 +241,11 @@ impl Way {
 
 impl<'g> Windows<'g> {
     #[inline(always)]
-    pub fn new(cut: f32, least: f32, glide: &'g Glide, relation: &Relation) -> Self {
+    pub fn new(cut: f32, least: f32, glide: &'g Glide, relative: &RelativePose) -> Self {
         Self {
             cut,
             least,
-            skew: relation.skew,
+            rotation_error: relative.rotation_error,
             glide,
             in_a: Drift::NONE,
             in_b: Drift::NONE,
@@ -254,7 +261,7 @@ impl<'g> Windows<'g> {
             velocity: shift,
             turn: f32x4::ZERO,
             bend: f32x4::ZERO,
-            margin: self.glide.bulge,
+            margin: self.glide.arc_error,
         };
         let mut speed = sum(shift);
         if self.glide.spin > 0.0 {
@@ -263,24 +270,28 @@ impl<'g> Windows<'g> {
             way.velocity += turned;
             let pull = seen(self.glide.pull);
             let mut acceleration = pull + cross(way.turn, turned);
-            if self.glide.wobble > 0.0 {
+            if self.glide.turn_error > 0.0 {
                 acceleration += cross(seen(self.glide.change), place);
             }
             // In half a unit of time, half of its square is an eighth; plus 1 percent.
             way.bend = acceleration * f32x4::splat(0.12625);
             speed += sum(way.turn) * sum(place) + sum(pull);
         }
-        way.margin += (self.skew + 32.0 * ROUNDING) * speed;
+        way.margin += (self.rotation_error + 32.0 * ROUNDING) * speed;
         way
     }
 
-    /// The drift of a box with these half extents, if directions are off by `skew`.
+    /// The drift of a box with these half extents, if directions are off by `rotation_error`.
     #[inline(always)]
-    fn drift(&self, way: &Way, half: f32x4, margin: f32x4, skew: f32) -> Drift {
+    fn drift(&self, way: &Way, half: f32x4, margin: f32x4, rotation_error: f32) -> Drift {
         let mut margin = margin + f32x4::splat(way.margin);
         if self.glide.spin > 0.0 {
-            let off = self.off(way.turn, self.glide.wobble + skew * sum(way.turn), half);
-            margin += off + way.bend.abs() + f32x4::splat(skew * sum(way.bend));
+            let off = self.off(
+                way.turn,
+                self.glide.turn_error + rotation_error * sum(way.turn),
+                half,
+            );
+            margin += off + way.bend.abs() + f32x4::splat(rotation_error * sum(way.bend));
         }
         Drift::new(way.velocity, margin)
     }
@@ -288,8 +299,8 @@ impl<'g> Windows<'g> {
     /// Bound on the distance of points within the half extents from the lines that they would
     /// follow with the velocity of their middle.
     #[inline(always)]
-    fn off(&self, turn: f32x4, wobble: f32, half: f32x4) -> f32x4 {
-        let turn = turn.abs() + f32x4::splat(wobble);
+    fn off(&self, turn: f32x4, turn_error: f32, half: f32x4) -> f32x4 {
+        let turn = turn.abs() + f32x4::splat(turn_error);
         let way = turn.yzx() * half.zxy() + turn.zxy() * half.yzx();
         way * f32x4::splat(HALF_A_PIECE) + f32x4::splat(sum(way) * self.glide.spin * 0.25)
     }
@@ -318,8 +329,8 @@ impl Measure for Windows<'_> {
     type Along<L: Lanes> = [F8<L>; 2];
 
     #[inline(always)]
-    fn own(&mut self, [a, b]: [&Node; 2], views: &Views, relation: &Relation) -> bool {
-        let scale = f32x4::splat(relation.scale);
+    fn own(&mut self, [a, b]: [&Node; 2], views: &Views, relative: &RelativePose) -> bool {
+        let scale = f32x4::splat(relative.scale);
         let (a_center, a_half) = (a.own_center, a.own_half);
         let (b_center, b_half) = (b.own_center * scale, b.own_half * scale);
         let seen = views.of_b.point(b_center);
@@ -330,13 +341,13 @@ impl Measure for Windows<'_> {
         if leave < enter.max(BEGIN) || enter >= self.cut {
             return false;
         }
-        // Directions are off by the skew of their sum, which may appear shorter by up to the root
+        // Directions are off by the rotation_error of their sum, which may appear shorter by up to the root
         // of 3.
         self.in_b = self.drift(
             &way.seen(&views.of_a),
             b_half,
             views.of_a.margin,
-            2.0 * self.skew,
+            2.0 * self.rotation_error,
         );
         let of_b = self.in_b.window(
             b_center - views.of_a.point(a_center),
@@ -351,7 +362,7 @@ impl Measure for Windows<'_> {
                 a,
                 (b_center, b_half),
                 &views.of_b,
-                self.skew,
+                self.rotation_error,
                 (self.in_a.velocity, self.in_a.margin),
             );
             (enter, leave) = (enter.max(of_edges[0] - SLOP), leave.min(of_edges[1] + SLOP));
@@ -426,7 +437,7 @@ impl Measure for Windows<'_> {
         &self,
         lanes: L,
         facing: &Facing,
-        alive: u32,
+        active: u32,
         triangles: impl FnOnce() -> Triangles<'t>,
         keys: &mut Keys,
     ) -> u64 {
@@ -435,7 +446,7 @@ impl Measure for Windows<'_> {
         let (node, boxes) = (facing.nodes[1], facing.children(lanes, 1));
         let ends = drift.ends(lanes, &boxes, Some(drift.extra), sign);
         let (planes, mut pairs) = (Planes::new(lanes, &triangles), 0);
-        for i in bits(alive).map(|i| i % WIDTH) {
+        for i in bits(active).map(|i| i % WIDTH) {
             let plane = planes.at(i);
             let box_of = drift.ends_of_triangle(lanes, &plane, sign);
             let of_axes = self.compare(lanes, &ends, &box_of);

@@ -3,12 +3,12 @@
 //! There is no second tree. A pair consists of a node and, in place of the other node, the
 //! parameter at which the ray enters its box, as the bits of a positive `f32`, which are ordered
 //! like the numbers. Nodes are finished depth-first, of siblings the one entered first; nodes
-//! entered after the nearest hit are dropped. Triangles of a cluster are tested in `f32` together.
+//! entered after the nearest hit are dropped. Triangles of a leaf are tested in `f32` together.
 //! Those that this test cannot exclude are tested in `f64`, one at a time, and exactly if in doubt.
 //!
 //! The rays of a batch are cast one after another in the same run.
 
-use super::state::{RayHit, RayMode, Suspect};
+use super::state::{Candidate, RayHit, RayMode};
 use crate::model::cost::{
     MAX_STEP_WORK, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_NODE,
     WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
@@ -70,7 +70,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
 
     #[inline(always)]
     fn next_pair(&mut self) -> Option<(Pair, Origin)> {
-        match self.workspace.front.pop_stack() {
+        match self.workspace.frontier.pop_stack() {
             Some(pair) => Some((pair, Origin::Stack)),
             None => self.next_ray(),
         }
@@ -89,7 +89,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
                 None => return,
                 Some(next) if left > 0 => pair = next,
                 Some(next) => {
-                    self.workspace.front.push(next);
+                    self.workspace.frontier.push(next);
                     return;
                 }
             }
@@ -98,7 +98,7 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
 
     #[inline(always)]
     fn waits(&self, _any: bool) -> bool {
-        !self.workspace.rays.suspects.is_empty()
+        !self.workspace.rays.candidates.is_empty()
     }
 
     #[inline(always)]
@@ -107,11 +107,11 @@ impl Visitor for Traversal<'_, '_, Cast<'_>> {
         if self.question.mode == RayMode::All && state.hits.len() == state.hits.capacity() {
             return Some(StopReason::PairsFull);
         }
-        let suspect = state.suspects.pop();
-        self.workspace.testing = !self.workspace.rays.suspects.is_empty();
-        suspect
-            .filter(|suspect| suspect.enter <= self.workspace.rays.beam.to)
-            .and_then(|suspect| self.examine(suspect))
+        let candidate = state.candidates.pop();
+        self.workspace.testing = !self.workspace.rays.candidates.is_empty();
+        candidate
+            .filter(|candidate| candidate.enter <= self.workspace.rays.local_ray.to)
+            .and_then(|candidate| self.examine(candidate))
     }
 }
 
@@ -121,13 +121,13 @@ impl Traversal<'_, '_, Cast<'_>> {
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, pair: Pair) -> Option<Pair> {
         let (index, entry) = (pair.nodes[0], entry(&pair));
-        if entry > self.workspace.rays.beam.to {
+        if entry > self.workspace.rays.local_ray.to {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             return None;
         }
         let node = &self.a.nodes()[index as usize];
-        let beam = &self.workspace.rays.beam;
-        let (enter, entered) = beam.enter(lanes, node, entry);
+        let local_ray = &self.workspace.rays.local_ray;
+        let (enter, entered) = local_ray.enter(lanes, node, entry);
         let stats = &mut self.workspace.run.stats;
         stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] +=
             u64::from(node.children);
@@ -135,7 +135,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         if entered == 0 {
             return None;
         }
-        if !node.is_cluster {
+        if !node.is_leaf {
             return Some(self.push(node.first_child, entered, &enter));
         }
         let count = u64::from(node.children);
@@ -144,12 +144,12 @@ impl Traversal<'_, '_, Cast<'_>> {
         let found = candidates(
             lanes,
             expand::rows(self.a, node),
-            &beam.shaft,
-            [beam.from, beam.to],
+            &local_ray.shaft,
+            [local_ray.from, local_ray.to],
         );
         for lane in bits(found.may_meet & entered) {
             let (triangle, faces) = (node.first_child + lane as u32, found.faces(lane));
-            self.workspace.rays.suspects.push(Suspect {
+            self.workspace.rays.candidates.push(Candidate {
                 triangle,
                 enter: enter[lane],
                 faces,
@@ -174,17 +174,17 @@ impl Traversal<'_, '_, Cast<'_>> {
         // pair is popped.
         let nodes = self.a.nodes();
         let waiting = |pair: Pair| Pair {
-            alive: [nodes[pair.nodes[0] as usize].is_cluster.into(), 0],
+            active: [nodes[pair.nodes[0] as usize].is_leaf.into(), 0],
             ..pair
         };
-        let front = &mut self.workspace.front;
+        let frontier = &mut self.workspace.frontier;
         let first = next();
         if count == 1 {
             return pair(first);
         }
         let second = next();
         if count == 2 {
-            front.push(waiting(pair(first.max(second))));
+            frontier.push(waiting(pair(first.max(second))));
             return pair(first.min(second));
         }
         let mut sorted = [first.max(second), first.min(second), 0, 0, 0, 0, 0, 0];
@@ -199,7 +199,7 @@ impl Traversal<'_, '_, Cast<'_>> {
             i += 1;
         }
         for &key in &sorted[..count - 1] {
-            front.push(waiting(pair(key)));
+            frontier.push(waiting(pair(key)));
         }
         pair(sorted[(count - 1) % WIDTH])
     }
@@ -208,9 +208,9 @@ impl Traversal<'_, '_, Cast<'_>> {
     #[inline(always)]
     fn examine(
         &mut self,
-        Suspect {
+        Candidate {
             triangle, faces, ..
-        }: Suspect,
+        }: Candidate,
     ) -> Option<StopReason> {
         let id = self.a.ids()[triangle as usize];
         let (found, was_exact) =
@@ -235,11 +235,11 @@ impl Traversal<'_, '_, Cast<'_>> {
             state.hit = Some(hit);
         }
         match self.question.mode {
-            RayMode::Nearest => state.beam.cut(t),
+            RayMode::Nearest => state.local_ray.cut(t),
             RayMode::All => state.hits.push(hit),
             RayMode::Any => {
-                state.suspects.clear();
-                workspace.front.clear();
+                state.candidates.clear();
+                workspace.frontier.clear();
                 workspace.testing = false;
             }
         }
@@ -261,7 +261,7 @@ impl Traversal<'_, '_, Cast<'_>> {
             state.hit = None;
         }
         (state.done, state.after) = (state.done + 1, rest.len() - 1);
-        state.beam.follow(self.a.unit(), &rest[0]);
+        state.local_ray.follow(self.a.unit(), &rest[0]);
         *rays = rest;
         Some((entered(ROOT, 0.0), Origin::Stack))
     }
@@ -271,7 +271,7 @@ impl Traversal<'_, '_, Cast<'_>> {
 mod tests {
     use crate::mesh::shapes;
     use crate::query::expand;
-    use crate::query::ray::beam::Beam;
+    use crate::query::ray::local_ray::LocalRay;
     use crate::tree::{Node, Tree};
     use glam::DVec3;
     use punctual_geom::Ray;
@@ -280,19 +280,19 @@ mod tests {
     use punctual_geom::triangle::ray::batch::{Candidates, candidates};
     use robust::{Coord3D, orient3d};
 
-    struct Cluster<'r>(&'r Tree, &'r Node, &'r Beam);
+    struct Leaf<'r>(&'r Tree, &'r Node, &'r LocalRay);
 
-    impl Kernel for Cluster<'_> {
+    impl Kernel for Leaf<'_> {
         type Output = Candidates;
 
         #[inline(always)]
         fn run<L: Lanes>(self, lanes: L) -> Candidates {
-            let Self(tree, node, beam) = self;
+            let Self(tree, node, local_ray) = self;
             candidates(
                 lanes,
                 expand::rows(tree, node),
-                &beam.shaft,
-                [beam.from, beam.to],
+                &local_ray.shaft,
+                [local_ray.from, local_ray.to],
             )
         }
     }
@@ -316,7 +316,7 @@ mod tests {
         let mut random = Random::new(7);
         let tree = Tree::new(shapes::torus_knot(2, 3, 0.2, 30));
         let (mut certain, mut in_doubt) = (0, 0);
-        for node in tree.nodes().iter().filter(|node| node.is_cluster) {
+        for node in tree.nodes().iter().filter(|node| node.is_leaf) {
             let corners = |lane: u32| {
                 tree.mesh()
                     .triangle(tree.ids()[(node.first_child + lane) as usize] as usize)
@@ -330,12 +330,12 @@ mod tests {
                 let [a, b, _] = corners(0);
                 let (origin, off) = (a + vector() * far, vector());
                 let target = a.lerp(b, off.x * 0.5 + 0.5) + off * 0.5_f64.powi(power);
-                let beam = Beam::new(
+                let local_ray = LocalRay::new(
                     tree.unit(),
                     &Ray::segment(origin, target).expect("another point"),
                 );
                 for instructions in [Instructions::detect(), Instructions::PORTABLE] {
-                    let found = instructions.run(Cluster(&tree, node, &beam));
+                    let found = instructions.run(Leaf(&tree, node, &local_ray));
                     for lane in 0..node.children.into() {
                         let exact = exact_sides([origin, target], corners(lane));
                         match found.faces(lane as usize) {

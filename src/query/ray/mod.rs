@@ -1,10 +1,10 @@
 //! Ray casts: a tree, a ray and a budget in, [`RayBounds`] out; and batches of rays.
 //!
-//! [`cast`] is the question that the traversal answers, [`beam`] a ray among the boxes of a tree,
+//! [`cast`] is the question that the traversal answers, [`local_ray`] a ray among the boxes of a tree,
 //! and [`state`] what is kept between calls.
 
-mod beam;
 mod cast;
+mod local_ray;
 pub(super) mod state;
 
 use crate::query::budget::Budget;
@@ -13,14 +13,14 @@ use crate::query::flushing;
 use crate::query::memory::PairMemory;
 use crate::query::outcome::StopReason;
 use crate::query::question::{Ask, Query, Question};
+use crate::query::relative_pose::RelativePose;
 use crate::query::strategy::Strategy;
 use crate::query::traversal::traverse;
-use crate::query::views::Relation;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
-use beam::Beam;
 use cast::{Cast, ROOT, entered, entry};
 use core::{mem, slice};
+use local_ray::LocalRay;
 use punctual_geom::{Pose, Ray};
 pub use state::{RayHit, RayMode};
 
@@ -212,7 +212,7 @@ fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, mode: RayMode) {
     }
     state.after = count.saturating_sub(1);
     if count > 0 && !tree.nodes().is_empty() {
-        workspace.front.push(entered(ROOT, 0.0));
+        workspace.frontier.push(entered(ROOT, 0.0));
     }
 }
 
@@ -247,13 +247,13 @@ fn advance(
     } else {
         let (mode, hit) = (workspace.rays.mode, workspace.rays.hit);
         let question = Cast::new(&rays[done..], mode, &mut hits[done..]);
-        let beam = &mut workspace.rays.beam;
-        beam.follow(tree.unit(), &rays[done]);
+        let local_ray = &mut workspace.rays.local_ray;
+        local_ray.follow(tree.unit(), &rays[done]);
         if let (RayMode::Nearest, Some(hit)) = (mode, hit) {
-            beam.cut(hit.t);
+            local_ray.cut(hit.t);
         }
-        let (b_in_a, relation) = (&Pose::IDENTITY, &Relation::BLIND);
-        traverse(question, [tree; 2], b_in_a, relation, workspace, deadline)
+        let (b_in_a, relative) = (&Pose::IDENTITY, &RelativePose::BLIND);
+        traverse(question, [tree; 2], b_in_a, relative, workspace, deadline)
     };
     let state = &mut workspace.rays;
     if stop.is_final() {
@@ -267,10 +267,14 @@ fn advance(
 
 /// Ray parameter before which the run in the workspace has left no hit to find.
 fn open_from(tree: &Tree, workspace: &Workspace, ray: &Ray) -> f64 {
-    let entries = workspace.front.iter().map(|pair| entry(&pair));
-    let suspects = workspace.rays.suspects.iter().map(|suspect| suspect.enter);
-    let first = entries.chain(suspects).fold(f32::INFINITY, f32::min);
-    Beam::new(tree.unit(), ray).t(first)
+    let entries = workspace.frontier.iter().map(|pair| entry(&pair));
+    let candidates = workspace
+        .rays
+        .candidates
+        .iter()
+        .map(|candidate| candidate.enter);
+    let first = entries.chain(candidates).fold(f32::INFINITY, f32::min);
+    LocalRay::new(tree.unit(), ray).t(first)
 }
 
 /// The answer to a ray query.

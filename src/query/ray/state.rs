@@ -1,6 +1,6 @@
 //! The state of a ray query: its options, the current ray of a batch, and the hits.
 
-use super::beam::Beam;
+use super::local_ray::LocalRay;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use punctual_geom::Ray;
@@ -62,7 +62,7 @@ impl RayHit {
 /// A triangle (tree order) that `f32` could not exclude, and the parameter at which the ray enters
 /// its box.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Suspect {
+pub(crate) struct Candidate {
     pub triangle: u32,
     pub enter: f32,
     /// The side on which the line passes all three edges, if `f32` is certain of it.
@@ -80,9 +80,9 @@ pub(crate) struct RayState {
     pub after: usize,
     /// The best hit of the current ray so far.
     pub hit: Option<RayHit>,
-    pub suspects: ArrayVec<Suspect, 8>,
+    pub candidates: ArrayVec<Candidate, 8>,
     /// The current ray in the unit coordinates of the tree.
-    pub beam: Beam,
+    pub local_ray: LocalRay,
     /// The hits of [`RayMode::All`], in order of discovery.
     pub hits: Vec<RayHit>,
     /// The hits of a batch, one for each ray.
@@ -97,8 +97,8 @@ impl Default for RayState {
             done: 0,
             after: 0,
             hit: None,
-            suspects: ArrayVec::new(),
-            beam: Beam::BLIND,
+            candidates: ArrayVec::new(),
+            local_ray: LocalRay::BLIND,
             hits: Vec::new(),
             first_hits: Vec::new(),
         }
@@ -112,7 +112,7 @@ impl RayState {
         self.hit = None;
         self.done = 0;
         self.after = 0;
-        self.suspects.clear();
+        self.candidates.clear();
         self.hits.clear();
         self.first_hits.clear();
     }

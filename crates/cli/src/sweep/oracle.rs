@@ -3,7 +3,7 @@
 //! It knows the truth: which node pairs lead to intersections, how many, and at what cost. It chooses the order in which node
 //! pairs are opened, and never opens one that leads nowhere. It pays, at the engine's own weights of work, all that no order
 //! can avoid: for each pair that it opens, the tests of all its children's boxes, also of those that lead nowhere; for each
-//! pair of clusters, the tests of all triangle pairs that the boxes leave, also of those that do not meet. (Tests in doubt,
+//! pair of leaves, the tests of all triangle pairs that the boxes leave, also of those that do not meet. (Tests in doubt,
 //! which are then made exactly, are not charged: the oracle is a little too good.)
 //!
 //! Of all such orders it takes the best for each budget: no order finds more pairs by then. That is a known problem, jobs

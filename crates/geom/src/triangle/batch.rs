@@ -34,7 +34,7 @@ pub struct Placement {
     /// `linear` in `f32`, for edges.
     pub rotation: [[f32; 3]; 3],
     /// Error bound of a transformed corner, beyond its rounding to `f32`, in A's units.
-    pub slop: f32,
+    pub position_error: f32,
     /// Error bound of a transformed edge of B, in A's units, divided by [`ROUNDING`].
     pub edge_slop: f32,
 }
@@ -124,9 +124,9 @@ fn test_part<L: Lanes>(
     // Bounds are computed from sizes, relative to `ROUNDING`. So an absolute error of a corner or
     // an edge, divided by `ROUNDING`, is added to its size.
     let sizes = [
-        largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_SLOP),
+        largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_ERROR),
         largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),
-        largest(q) + F8::splat(lanes, placement.slop * (1.0 / ROUNDING)),
+        largest(q) + F8::splat(lanes, placement.position_error * (1.0 / ROUNDING)),
     ];
     let bounds = Bounds::new(sizes, ROUNDING, F8::splat(lanes, UNDERFLOW));
     certain(
@@ -276,11 +276,11 @@ impl<N: Column> Bounds<N> {
 }
 
 /// Absolute error of an edge, 2^-52, divided by [`ROUNDING`].
-pub const EDGE_SLOP: f32 = ROUNDING / 16.0;
+pub const EDGE_ERROR: f32 = ROUNDING / 16.0;
 
 /// Least amount by which bounds enlarge an edge: 2^-50. Then the parts of an edge and of its
 /// products that are flushed to zero are less than their rounding.
-pub const LEAST_EDGE_SLOP: f32 = ROUNDING / (1 << 26) as f32;
+pub const LEAST_EDGE_ERROR: f32 = ROUNDING / (1 << 26) as f32;
 
 /// Upper bound of the underflow error of a value, with or without flush to zero: 85 times the least
 /// normal number.

@@ -1,12 +1,12 @@
 //! Predicates of two triangles. Intersection: a fast filter that leaves pairs in doubt ([`batch`]),
-//! the same filter in `f64` ([`again`]), and exact signs ([`exact`]). Distance: proven bounds
+//! the same filter in `f64` ([`filter64`]), and exact signs ([`exact`]). Distance: proven bounds
 //! ([`distance`]).
 
-pub mod again;
 pub mod batch;
 pub mod curve;
 pub mod distance;
 mod exact;
+pub mod filter64;
 pub mod ray;
 pub mod swept;
 

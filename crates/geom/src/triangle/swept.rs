@@ -30,11 +30,11 @@ pub struct Glide {
     pub pull: [f32; 4],
     pub change: [f32; 4],
     /// Largest change of a component of `turn` during the substep; 0 if `change` is 0.
-    pub wobble: f32,
+    pub turn_error: f32,
     /// Upper bound of the angle by which B turns in half of the substep, in radians.
     pub spin: f32,
     /// Upper bound of any further deviation of B from this motion, in A's units.
-    pub bulge: f32,
+    pub arc_error: f32,
     /// True if separating directions turn with B. This pays if B turns more than it moves
     /// otherwise.
     pub swings: bool,
@@ -47,9 +47,9 @@ impl Glide {
         turn: [0.0; 4],
         pull: [0.0; 4],
         change: [0.0; 4],
-        wobble: 0.0,
+        turn_error: 0.0,
         spin: 0.0,
-        bulge: 0.0,
+        arc_error: 0.0,
         swings: false,
     };
 }

@@ -95,13 +95,13 @@ impl Scores {
         if sample.lead == Lead::Curves {
             return self.add_marching(sample);
         }
-        let front = &sample.front;
+        let frontier = &sample.frontier;
         let history = sample.last.map(|last| last.history);
-        let chance = probability(front, history.as_ref(), DEFAULT_PRIOR);
+        let chance = probability(frontier, history.as_ref(), DEFAULT_PRIOR);
         let previous = sample.last.map(|last| last.bv_tests);
         let left = match sample.mode {
-            Mode::All => all_left(front, previous),
-            Mode::Any => any_left(front, chance, previous),
+            Mode::All => all_left(frontier, previous),
+            Mode::Any => any_left(frontier, chance, previous),
         };
         let costs = match (sample.mode, sample.stop, sample.last) {
             (Mode::All, None, None) => Some(&mut self.all),
@@ -113,7 +113,7 @@ impl Scores {
             _ => None,
         };
         if let Some(costs) = costs {
-            costs.add(sample.front.bv_tests, sample.total.bv_tests, left);
+            costs.add(sample.frontier.bv_tests, sample.total.bv_tests, left);
         }
         match (sample.mode, sample.stop) {
             (Mode::Any, _) => self.add_chance(sample, chance),
@@ -193,14 +193,14 @@ impl Scores {
             self.recalls_after_history.push(error);
         } else {
             self.recalls.push(error);
-            if sample.front.found > 0.0 {
+            if sample.frontier.found > 0.0 {
                 self.recalls_with_hits.push(error);
             }
         }
     }
 
     fn add_marching(&mut self, sample: &Sample) {
-        if sample.stop.is_some() && sample.front.found > 0.0 {
+        if sample.stop.is_some() && sample.frontier.found > 0.0 {
             self.recalls_marching.push(recall_error(sample));
         }
     }
@@ -248,7 +248,7 @@ impl Scores {
 
 /// By how much the told recall of a stopped query is off.
 fn recall_error(sample: &Sample) -> f64 {
-    (recall(&sample.front, sample.lead) - sample.front.found / sample.hits as f64).abs()
+    (recall(&sample.frontier, sample.lead) - sample.frontier.found / sample.hits as f64).abs()
 }
 
 /// Columns of a cost: median and 90 % quantile of `|log2(predicted / actual)|`, shares of actual costs not above the predicted

@@ -1,7 +1,7 @@
 //! Queries of known truth, stopped on the way: what the model sees, and what came of it.
 
 use punctual::clock::ManualClock;
-use punctual::internals::{FrontSummary, Lead, pair_cost};
+use punctual::internals::{FrontierSummary, Lead, pair_cost};
 use punctual::intersection::{Intersection, Order};
 use punctual::prediction::{Counts, History};
 use punctual::{Answer, Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
@@ -21,7 +21,7 @@ pub struct Sample {
     pub mode: Mode,
     /// The share of the work of a complete query after which it was stopped; `None` before it began.
     pub stop: Option<f64>,
-    pub front: FrontSummary,
+    pub frontier: FrontierSummary,
     /// Counts of the finished query, of the same mode.
     pub total: Counts,
     /// Number of intersecting pairs in truth.
@@ -46,7 +46,7 @@ pub struct Last {
 impl Sample {
     /// BV tests that were left.
     pub fn left(&self) -> f64 {
-        self.total.bv_tests - self.front.bv_tests
+        self.total.bv_tests - self.frontier.bv_tests
     }
 
     pub fn is_hit(&self) -> bool {
@@ -65,10 +65,10 @@ pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
     let mut memories = [PairMemory::new(), PairMemory::new()];
     for (number, &pose) in case.poses.iter().enumerate() {
         let query = Query::intersection(&case.a, &case.b, pose);
-        let marching = query.mode(Mode::All);
-        let complete = run(&marching, &mut sampler.workspace, None, None);
+        let tracing = query.mode(Mode::All);
+        let complete = run(&tracing, &mut sampler.workspace, None, None);
         // For all pairs, as runs that nothing is expected to cut.
-        let modes = [marching.order(Order::DepthFirst), query];
+        let modes = [tracing.order(Order::DepthFirst), query];
         for ((mode, query), memory) in [Mode::All, Mode::Any]
             .into_iter()
             .zip(modes)
@@ -78,7 +78,7 @@ pub fn samples(case_number: usize, case: &Case) -> Vec<Sample> {
             if !case.is_motion || number % THINNED == 0 {
                 sampler.sample(&query, mode, &complete, None, false);
                 if mode == Mode::All {
-                    sampler.sample(&marching, mode, &complete, None, true);
+                    sampler.sample(&tracing, mode, &complete, None, true);
                 }
             }
             if case.is_motion {
@@ -118,11 +118,11 @@ impl Sampler<'_> {
         let lead = if marches { Lead::Curves } else { Lead::Nothing };
         let roots = [&self.case.a, &self.case.b]
             .map(|tree| tree.root().map_or(0.0, |root| root.self_cost()));
-        let sample = |stop, front, end: &Answer<Verdict>| Sample {
+        let sample = |stop, frontier, end: &Answer<Verdict>| Sample {
             case: self.number,
             mode,
             stop,
-            front,
+            frontier,
             total: end.stats.counts(),
             hits: complete.stats.found,
             root_cost: pair_cost(roots, 1.0).into(),
@@ -133,7 +133,7 @@ impl Sampler<'_> {
         let whole = run(query, &mut self.workspace, memory.cloned().as_mut(), None);
         let before = self.samples.len();
         self.samples
-            .push(sample(None, query.front_before(), &whole));
+            .push(sample(None, query.frontier_before(), &whole));
         for stop in STOPS {
             let limit = (stop * complete.stats.work as f64) as u64;
             let outcome = run(
@@ -143,10 +143,10 @@ impl Sampler<'_> {
                 Some(limit),
             );
             if outcome.stop == StopReason::WorkLimit
-                && let Ok(front) = query.front(&self.workspace)
+                && let Ok(frontier) = query.frontier(&self.workspace)
             {
                 let end = resume(query, &mut self.workspace, outcome, None);
-                self.samples.push(sample(Some(stop), front, &end));
+                self.samples.push(sample(Some(stop), frontier, &end));
             } else {
                 self.samples[before].decided += 1;
             }

@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 
 use punctual::Mode;
-use punctual::internals::{FrontSummary, Lead};
+use punctual::internals::{FrontierSummary, Lead};
 use punctual::internals::{between_features, closing_features, features_of_all, features_of_any};
 use punctual::internals::{
-    history_features, hit_features, marching_features, passing_features, recall_features,
+    history_features, hit_features, passing_features, recall_features, tracing_features,
 };
 
 use super::Data;
@@ -27,17 +27,22 @@ const PULL: f64 = 1e-3;
 
 /// Fits the constants: Rust source, to be put in the place of `src/model/constants.rs`.
 pub fn fit(data: &Data) -> String {
-    let open = data.samples.iter().filter(|sample| !sample.front.is_done());
-    let (marching, open): (Vec<&Sample>, Vec<&Sample>) =
+    let open = data
+        .samples
+        .iter()
+        .filter(|sample| !sample.frontier.is_done());
+    let (tracing, open): (Vec<&Sample>, Vec<&Sample>) =
         open.partition(|sample| sample.lead == Lead::Curves);
     let (remembering, alone): (Vec<&Sample>, Vec<&Sample>) =
         open.into_iter().partition(|sample| sample.last.is_some());
     // Before a query and after a part of it are two questions; one answer to both would be the worse for each.
     let hit = [false, true].map(|begun| {
-        // Of a front that leaves nothing the answer is known.
+        // Of a frontier that leaves nothing the answer is known.
         let moments = of(&alone, Mode::Any)
-            .filter(|sample| sample.front.is_begun() == begun && !sample.front.is_clear());
-        regression(moments, |s| (hit_features(&s.front), f64::from(s.is_hit())))
+            .filter(|sample| sample.frontier.is_begun() == begun && !sample.frontier.is_clear());
+        regression(moments, |s| {
+            (hit_features(&s.frontier), f64::from(s.is_hit()))
+        })
     });
     [
         header(data),
@@ -45,7 +50,7 @@ pub fn fit(data: &Data) -> String {
         changes(&remembering),
         other_counts(data),
         chances(&alone, &remembering, &hit),
-        recall(&alone, &marching),
+        recall(&alone, &tracing),
         distances(&data.moments),
         motions(&data.motions),
     ]
@@ -64,20 +69,20 @@ type Hit = [[f64; 13]; 2];
 
 fn logit(hit: &Hit, sample: &Sample) -> f64 {
     dot(
-        &hit[usize::from(sample.front.is_begun())],
-        &hit_features(&sample.front),
+        &hit[usize::from(sample.frontier.is_begun())],
+        &hit_features(&sample.frontier),
     )
 }
 
 fn bv_tests_left(alone: &[&Sample], hit: &Hit) -> String {
     let all = quantiles(of(alone, Mode::All), |s| {
-        (features_of_all(&s.front), log_left(s))
+        (features_of_all(&s.frontier), log_left(s))
     });
     let roots = of(alone, Mode::All).filter(|sample| sample.stop.is_none());
     let [_, _, root_most] = quantiles(roots, |s| ([1.0, s.root_cost.max(1.0).log2()], log_left(s)));
     let chance = |s: &Sample| sigmoid(logit(hit, s));
     let any = quantiles(of(alone, Mode::Any), |s| {
-        (features_of_any(&s.front, chance(s)), log_left(s))
+        (features_of_any(&s.frontier, chance(s)), log_left(s))
     });
     let of_roots = "90 % quantile of log2 of the BV tests of a whole query: intercept, and slope in log2 of the pair\n/// cost of the roots at their deepest penetration.";
     [
@@ -130,11 +135,11 @@ fn other_counts(data: &Data) -> String {
 
 fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
     let moved = of(remembering, Mode::Any)
-        .filter(|sample| sample.stop.is_some() && !sample.front.is_clear());
+        .filter(|sample| sample.stop.is_some() && !sample.frontier.is_clear());
     let after_history = regression(moved, |s| {
         let features = s
             .last
-            .map(|last| history_features(logit(hit, s), s.front.deepest, &last.history));
+            .map(|last| history_features(logit(hit, s), s.frontier.deepest, &last.history));
         (features.unwrap_or_default(), f64::from(s.is_hit()))
     });
     let poses: Vec<&Sample> = of(alone, Mode::Any)
@@ -167,7 +172,7 @@ fn chances(alone: &[&Sample], remembering: &[&Sample], hit: &Hit) -> String {
     .concat()
 }
 
-fn recall(alone: &[&Sample], marching: &[&Sample]) -> String {
+fn recall(alone: &[&Sample], tracing: &[&Sample]) -> String {
     [
         list(
             "RECALL",
@@ -175,9 +180,9 @@ fn recall(alone: &[&Sample], marching: &[&Sample]) -> String {
             "Logit of the recall: weights of `recall_features`.",
         ),
         list(
-            "RECALL_MARCHING",
-            &recall_weights(marching.iter().copied(), marching_features),
-            "Logit of the recall of queries that trace curves: weights of `marching_features`.",
+            "RECALL_TRACING",
+            &recall_weights(tracing.iter().copied(), tracing_features),
+            "Logit of the recall of queries that trace curves: weights of `tracing_features`.",
         ),
     ]
     .concat()
@@ -357,11 +362,11 @@ fn sigmoid(logit: f64) -> f64 {
 /// over error.
 fn recall_weights<'s, const N: usize>(
     samples: impl Iterator<Item = &'s Sample>,
-    features: fn(&FrontSummary) -> [f64; N],
+    features: fn(&FrontierSummary) -> [f64; N],
 ) -> [f64; N] {
-    let found = samples.filter(|sample| sample.front.found > 0.0);
+    let found = samples.filter(|sample| sample.frontier.found > 0.0);
     let (x, y): (Vec<_>, Vec<_>) = found
-        .map(|s| (features(&s.front), s.front.found / s.hits as f64))
+        .map(|s| (features(&s.frontier), s.frontier.found / s.hits as f64))
         .unzip();
     let mut weights = vec![1.0; x.len()];
     let mut best = (f64::INFINITY, [0.0; N]);

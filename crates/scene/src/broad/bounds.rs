@@ -23,12 +23,14 @@ pub(crate) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
     let deviation = rotation_deviation(from.rotation()) + rotation_deviation(to.rotation());
     let angle = (turn(from.rotation(), to.rotation()) + 4.0 * deviation + TURN_ROUNDING).min(PI);
     let radius = length(max - min) * (1.0 + deviation);
-    let bulge = angle / 8.0 * (distance * (angle / 2.0) / libm::sin(angle / 2.0) + radius * angle);
+    let arc_error =
+        angle / 8.0 * (distance * (angle / 2.0) / libm::sin(angle / 2.0) + radius * angle);
     // A matrix that is not exactly a rotation deviates from the screw motion.
-    let bulge = DVec3::splat((bulge + 4.0 * deviation * (distance + radius)) * (1.0 + 1e-9));
+    let arc_error =
+        DVec3::splat((arc_error + 4.0 * deviation * (distance + radius)) * (1.0 + 1e-9));
     Aabb {
-        min: ends.min - bulge,
-        max: ends.max + bulge,
+        min: ends.min - arc_error,
+        max: ends.max + arc_error,
     }
 }
 
@@ -51,11 +53,11 @@ pub(crate) fn on_way(tree: &Tree, motion: &Motion) -> Aabb {
     let radius = length((motion.turn() / angle).cross(arm)) + length(max - min) * stretch;
     let lengths =
         length(motion.arm()) + length(motion.velocity()) + length(start.translation()) + radius;
-    let bulge =
+    let arc_error =
         radius * (angle * angle / 8.0).min(2.0) * (1.0 + 1e-9) + 512.0 * f64::EPSILON * lengths;
     Aabb {
-        min: ends.min - bulge,
-        max: ends.max + bulge,
+        min: ends.min - arc_error,
+        max: ends.max + arc_error,
     }
 }
 

@@ -17,7 +17,7 @@ use crate::cost::{LEAST_WORK, WORK_PER_PLANE, WORK_PER_QUERY, WORK_PER_ROOT_TEST
 use crate::facts::Facts;
 use crate::id::{PairKey, bodies_of};
 use crate::spot::Spot;
-use punctual::engine::Parting;
+use punctual::engine::SeparatingPlane;
 use punctual::engine::root_test;
 use punctual::{Mode, Verdict};
 use punctual_geom::Pose;
@@ -94,7 +94,8 @@ impl Turn {
     /// short, only if one did the last time.
     #[inline]
     pub fn may_part(&mut self, desk: &mut Desk) -> bool {
-        let did = self.state.in_vain == 0 && self.state.parting != Parting::default();
+        let did =
+            self.state.in_vain == 0 && self.state.separating_plane != SeparatingPlane::default();
         let is_likely = self.kind == TurnKind::Meet
             && self.state.verdict == Verdict::Separated
             && self.state.search > LONG_SEARCH
@@ -142,10 +143,10 @@ impl Turn {
     #[inline(never)]
     pub fn a_plane_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
         let trees = pair.map(|placed| &*placed.body.tree);
-        let (low, tried) = self
-            .state
-            .parting
-            .distance(trees, b_in_a, PLANES, desk.workspace);
+        let (low, tried) =
+            self.state
+                .separating_plane
+                .distance(trees, b_in_a, PLANES, desk.workspace);
         let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, desk.round.frame);
         desk.deadline.spend(work);
         self.spent.work += work;

@@ -12,8 +12,8 @@ use glam::DVec3;
 use punctual::Tree;
 use punctual::engine::{Deadline, flushing_matters};
 use punctual_geom::lanes::Instructions;
-use punctual_geom::triangle::again::{Again, Columns};
 use punctual_geom::triangle::batch::Verdicts;
+use punctual_geom::triangle::filter64::{Columns, Filter64};
 use punctual_geom::triangles_intersect;
 use punctual_geom::{Pose, bits};
 
@@ -217,7 +217,7 @@ impl<'b> Retest<'b> {
 
 /// Mask of the first `count` pairs of triangles that meet.
 fn meeting(instructions: Instructions, [a, b]: &[Columns; 2], count: usize) -> u32 {
-    let Verdicts { hit, doubt } = instructions.run(Again {
+    let Verdicts { hit, doubt } = instructions.run(Filter64 {
         a,
         b,
         count,

@@ -9,7 +9,7 @@ use crate::body::{Bodies, triangle_ids};
 use crate::id::PairKey;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
-use punctual::engine::Parting;
+use punctual::engine::SeparatingPlane;
 use punctual::prediction::Calibration;
 use punctual::{PairMemory, Verdict};
 
@@ -229,7 +229,7 @@ pub(crate) struct PairState {
     pub proves_from: u16,
     /// The last plane that separated them; the number of failures in a row; and the number of next
     /// turns without planes.
-    pub parting: Parting,
+    pub separating_plane: SeparatingPlane,
     pub in_vain: u8,
     pub without_planes: u8,
     /// Their contact points, if these were ever requested.
@@ -254,7 +254,7 @@ impl PairState {
             said: Said::Estimates(ArrayVec::new()),
             apart: 0.0,
             proves_from: 0,
-            parting: Parting::default(),
+            separating_plane: SeparatingPlane::default(),
             in_vain: 0,
             without_planes: 0,
             touch: None,

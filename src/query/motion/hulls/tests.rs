@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::query::expand::{Sink, expand};
-use crate::query::motion::course::{Course, Piece};
+use crate::query::motion::relative_motion::{RelativeMotion, Substep};
 use crate::query::motion::windows::glide;
 use crate::query::outcome::Stats;
 use crate::query::queue::Pair;
@@ -41,10 +41,10 @@ impl Sink for Found {
     }
 }
 
-/// Two triangles that meet at `time`, in lengths of the piece from its middle.
+/// Two triangles that meet at `time`, in lengths of the substep from its middle.
 struct Meeting<'t> {
     trees: [&'t Tree; 2],
-    relation: &'t Relation,
+    relative: &'t RelativePose,
     span: &'t Span,
     triangles: [u32; 2],
     time: f32,
@@ -61,7 +61,7 @@ impl Kernel for &Meeting<'_> {
                 self.triangles[side],
             );
             let is_alive =
-                || !node.is_cluster || pair.alive[side] >> (i - node.first_triangle) & 1 != 0;
+                || !node.is_leaf || pair.active[side] >> (i - node.first_triangle) & 1 != 0;
             node.triangle_range().contains(&(i as usize)) && is_alive()
         };
         let (mut pair, mut key) = (Pair::new(0, 0), f32::NEG_INFINITY);
@@ -73,7 +73,7 @@ impl Kernel for &Meeting<'_> {
                 lanes,
                 pair,
                 self.trees,
-                self.relation,
+                self.relative,
                 &mut hulls,
                 keys,
                 &mut found,
@@ -115,20 +115,26 @@ impl Kernel for &InLanes<'_> {
     }
 }
 
-/// Checks the result for two triangles that meet at a time: in `f32` for the whole piece and for
+/// Checks the result for two triangles that meet at a time: in `f32` for the whole substep and for
 /// its eighths, and in `f64`.
-fn check_triangles(trees: [&Tree; 2], course: &Course, piece: &Piece, pair: [u32; 2], time: f64) {
+fn check_triangles(
+    trees: [&Tree; 2],
+    relative_motion: &RelativeMotion,
+    substep: &Substep,
+    pair: [u32; 2],
+    time: f64,
+) {
     let [a, b] = trees;
-    let relation = Relation::new(a, b, &course.pose(piece.middle));
+    let relative = RelativePose::new(a, b, &relative_motion.pose(substep.middle));
     let (local, all) = (
-        piece.local(time),
-        glide(course, piece, &relation, a.unit().origin, 0.0),
+        substep.local(time),
+        glide(relative_motion, substep, &relative, a.unit().origin, 0.0),
     );
     for (swings, spread) in [(true, false), (true, true), (false, false), (false, true)] {
         let glide = &Glide { swings, ..all };
         let said = InLanes {
             trees,
-            placement: &relation.triangles,
+            placement: &relative.triangles,
             glide,
             pair,
             spread,
@@ -140,10 +146,10 @@ fn check_triangles(trees: [&Tree; 2], course: &Course, piece: &Piece, pair: [u32
         }
         .min(7);
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
-            let (enter, alive) = instructions.run(&said);
+            let (enter, active) = instructions.run(&said);
             assert!(
-                alive >> part & 1 != 0 && enter[part] <= local,
-                "{swings} {spread}: {local} {enter:?} {alive:b}"
+                active >> part & 1 != 0 && enter[part] <= local,
+                "{swings} {spread}: {local} {enter:?} {active:b}"
             );
         }
     }
@@ -158,12 +164,12 @@ fn check_triangles(trees: [&Tree; 2], course: &Course, piece: &Piece, pair: [u32
             span / 2.0,
             (time + span / 3.0).clamp(span / 2.0, 1.0 - span / 2.0),
         );
-        let (twist, pose) = (course.twist(middle), course.pose(middle));
+        let (twist, pose) = (relative_motion.twist(middle), relative_motion.pose(middle));
         let of_b = corners(1).map(|corner| pose.transform_point(corner));
-        let error = course.bend_besides(half) + 2.0 * course.rounding;
+        let error = relative_motion.bend_besides(half) + 2.0 * relative_motion.rounding;
         let (velocities, bends) = (
             of_b.map(|corner| twist.at(corner)),
-            course.bends(&twist, &of_b, half),
+            relative_motion.bends(&twist, &of_b, half),
         );
         let window =
             Swept::new(&corners(0), &of_b, velocities, bends, error, half).window(f64::INFINITY);
@@ -232,43 +238,43 @@ fn what_meets_in_a_span_is_found_and_not_taken_for_later() {
         let place = at - from_axis - velocity * time + arm;
         let motion =
             Motion::with_arm(Pose::unchecked(start, place), velocity, axis * angle, arm).unwrap();
-        let course = Course::new(a, b, None, &motion);
-        let piece = course.piece(0);
-        if course.pieces != 1 || !piece.is_on_the_spot {
+        let relative_motion = RelativeMotion::new(a, b, None, &motion);
+        let substep = relative_motion.substep(0);
+        if relative_motion.substeps != 1 || !substep.is_on_the_spot {
             continue;
         }
         let until = random.between(time, 1.0);
-        let relation = Relation::new(a, b, &piece.pose);
+        let relative = RelativePose::new(a, b, &substep.pose);
         let setting = Setting {
             trees: [a, b],
-            course: &course,
-            piece: &piece,
-            relation: &relation,
+            relative_motion: &relative_motion,
+            substep: &substep,
+            relative: &relative,
             margin: 0.0,
         };
         let mut span = Span::new(&setting, until).unwrap();
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
             let meeting = Meeting {
                 trees: [a, b],
-                relation: &relation,
+                relative: &relative,
                 span: &span,
                 triangles,
-                time: piece.local(time),
+                time: substep.local(time),
             };
             assert!(
                 instructions.run(&meeting),
                 "round {round}: they meet at {time}"
             );
         }
-        check_triangles([a, b], &course, &piece, triangles, time);
+        check_triangles([a, b], &relative_motion, &substep, triangles, time);
         met += 1;
-        (span.turn, span.bulge) = (0.0, 0.0);
+        (span.turn, span.arc_error) = (0.0, 0.0);
         let straight = Meeting {
             trees: [a, b],
-            relation: &relation,
+            relative: &relative,
             span: &span,
             triangles,
-            time: piece.local(time),
+            time: substep.local(time),
         };
         lost_without += usize::from(!Instructions::PORTABLE.run(&straight));
     }

@@ -5,7 +5,7 @@ use super::four::{Face, Features};
 use crate::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
 use crate::tolerance::ROUNDING;
 use crate::triangle::batch::{
-    EDGE_SLOP, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate,
+    EDGE_ERROR, Placement, Rows, Transposed, UNDERFLOW, first_corner, rotate,
 };
 
 /// Bounds of the distances of eight pairs, in A's units.
@@ -156,7 +156,7 @@ impl<L: Lanes> Pair<L> {
         let (reach_p, reach_f, reach_b) = (reach(p), reach(f), reach([b.edge1, b.edge2]));
         let absolute = F8::splat(
             lanes,
-            placement.slop + ROUNDING * (placement.edge_slop + EDGE_SLOP),
+            placement.position_error + ROUNDING * (placement.edge_slop + EDGE_ERROR),
         );
         let error = per_axis!(k => {
             let turned = dot(per_axis!(j => F8::splat(lanes, rotation[k][j].abs())), reach_b);

@@ -452,7 +452,7 @@ const PLACEMENT: Placement = Placement {
     linear: [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]],
     translation: [0.5, -0.25, 0.125],
     rotation: [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]],
-    slop: 1e-12,
+    position_error: 1e-12,
     edge_slop: 3e-8,
 };
 

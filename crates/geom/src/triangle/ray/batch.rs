@@ -8,7 +8,7 @@
 
 use crate::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, sub};
 use crate::tolerance::ROUNDING;
-use crate::triangle::batch::{EDGE_SLOP, Rows, Transposed, UNDERFLOW, largest};
+use crate::triangle::batch::{EDGE_ERROR, Rows, Transposed, UNDERFLOW, largest};
 
 /// A ray in unit coordinates, near the mesh.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ pub struct Shaft {
     /// Its components are below 2 in magnitude.
     pub direction: [f32; 3],
     /// Error bound of the origin beyond its rounding.
-    pub slop: f32,
+    pub position_error: f32,
 }
 
 /// Largest parameter that a test may ask for.
@@ -60,11 +60,11 @@ pub fn candidates<L: Lanes>(
     let (det, u, v) = (dot(across, e), dot(across, s), dot(turned, d));
     let w = det - u - v;
 
-    let (edge, reach) = (largest(e).max(largest(f)) + splat(EDGE_SLOP), largest(s));
+    let (edge, reach) = (largest(e).max(largest(f)) + splat(EDGE_ERROR), largest(s));
     let error = edge
         * (edge * splat(136.0 * ROUNDING)
             + reach * splat(264.0 * ROUNDING)
-            + splat(88.0 * ROUNDING + 26.0 * shaft.slop))
+            + splat(88.0 * ROUNDING + 26.0 * shaft.position_error))
         + splat(UNDERFLOW);
     let (least, most) = (u.min(v).min(w), u.max(v).max(w));
     let is_outside = error.less(most).and(least.less(-error));
@@ -72,7 +72,7 @@ pub fn candidates<L: Lanes>(
 
     let square = edge * edge;
     let error = square
-        * (reach * splat(56.0 * ROUNDING) + splat(600.0 * ROUNDING + 7.0 * shaft.slop))
+        * (reach * splat(56.0 * ROUNDING) + splat(600.0 * ROUNDING + 7.0 * shaft.position_error))
         + splat(UNDERFLOW);
     let is_back = det.less(splat(0.0));
     let faces = |x: F8<L>| is_back.select(-x, x);

@@ -24,12 +24,12 @@ pub fn windows<L: Lanes>(
     if spread {
         pair.spread(lanes);
     }
-    let (enter, alive) = if glide.swings {
+    let (enter, active) = if glide.swings {
         Ends::<L, true>::new(lanes, &pair).window(lanes, &pair, cut)
     } else {
         Ends::<L, false>::new(lanes, &pair).window(lanes, &pair, cut)
     };
-    (enter.store(), alive)
+    (enter.store(), active)
 }
 
 /// Eight pairs; the triangles of B move.
@@ -51,7 +51,7 @@ impl<L: Lanes> Gliding<L> {
     fn new(lanes: L, mut of: Pair<L>, first: V8<L>, glide: &Glide) -> Self {
         let half = F8::splat(lanes, 0.5);
         let mut way = per_axis!(k => F8::splat(lanes, 0.5 * glide.shift[k]));
-        let mut error = F8::splat(lanes, glide.bulge);
+        let mut error = F8::splat(lanes, glide.arc_error);
         let zero = F8::splat(lanes, 0.0);
         let (mut ways, mut acceleration) = ([way; 3], [zero; 3]);
         if glide.spin > 0.0 {
@@ -62,7 +62,7 @@ impl<L: Lanes> Gliding<L> {
                 per_axis!(k => F8::splat(lanes, 0.25 * glide.pull[k])),
                 cross(turn, turned),
             );
-            if glide.wobble > 0.0 {
+            if glide.turn_error > 0.0 {
                 let change = per_axis!(k => F8::splat(lanes, 0.25 * glide.change[k]));
                 acceleration = add(acceleration, cross(change, at));
             }
@@ -75,7 +75,7 @@ impl<L: Lanes> Gliding<L> {
             ];
             error = error
                 + sum(turn) * sum(size) * F8::splat(lanes, 0.5 * glide.spin)
-                + sum(size) * F8::splat(lanes, 0.25 * glide.wobble)
+                + sum(size) * F8::splat(lanes, 0.25 * glide.turn_error)
                 + sum(turn) * sum(at) * F8::splat(lanes, 64.0 * ROUNDING);
         }
         of.error = per_axis!(k => {
@@ -126,12 +126,12 @@ impl<L: Lanes> Gliding<L> {
     /// Start of each window, rounded down, and a bit mask of the windows that are not empty and
     /// start before `cut`.
     #[inline(always)]
-    fn alive(&self, lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
-        let slop = F8::splat(lanes, 8.0 * ROUNDING);
-        let from = self.middle + enter * self.length - slop;
-        // Comparisons with NaN are false, so a lane with NaN stays alive.
-        let gone = (leave + slop)
-            .less(enter - slop)
+    fn active(&self, lanes: L, [enter, leave]: [F8<L>; 2], cut: f32) -> (F8<L>, u32) {
+        let position_error = F8::splat(lanes, 8.0 * ROUNDING);
+        let from = self.middle + enter * self.length - position_error;
+        // Comparisons with NaN are false, so a lane with NaN stays active.
+        let gone = (leave + position_error)
+            .less(enter - position_error)
             .or(F8::splat(lanes, cut).less(from));
         (from, !gone.mask() & 0xff)
     }
@@ -149,7 +149,7 @@ struct Ends<L: Lanes, const SWINGS: bool> {
     bend: V8<L>,
     /// How far the first corner's projection may deviate from linear interpolation between both
     /// ends: the dot product of this vector with the change of the direction.
-    sag: V8<L>,
+    bend_error: V8<L>,
     /// The error bound of a gap is the dot product of `error` with the magnitudes of the
     /// direction's components, plus that of `give` with the magnitudes of the direction's change.
     error: V8<L>,
@@ -157,7 +157,7 @@ struct Ends<L: Lanes, const SWINGS: bool> {
     /// An edge's two ends would project to one point on the exact cross product of this edge and
     /// another one. This bounds the distance of their projections on the rounded product, for two
     /// edges of A, two of B, and one of each.
-    slop: [F8<L>; 3],
+    position_error: [F8<L>; 3],
 }
 
 /// Length of the longest of three vectors.
@@ -214,30 +214,34 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
             longest(p),
             longest(middle) + longest([turned[0], turned[1], sub(turned[1], turned[0])]),
         );
-        let slop = |x: F8<L>, y: F8<L>| {
+        let position_error = |x: F8<L>, y: F8<L>| {
             x * y * (x + y) * F8::splat(lanes, 4.0 * ROUNDING) + F8::splat(lanes, UNDERFLOW)
         };
         Self {
-            slop: [slop(x, x), slop(y, y), slop(x, y)],
+            position_error: [
+                position_error(x, x),
+                position_error(y, y),
+                position_error(x, y),
+            ],
             p,
             q: [sub(*q, ways[0]), add(*q, ways[0])],
             f: [e, f],
             middle,
             bend: *bend,
-            sag: per_axis!(k => ways[0][k] * F8::splat(lanes, -0.5)),
+            bend_error: per_axis!(k => ways[0][k] * F8::splat(lanes, -0.5)),
             give: per_axis!(k => error[k] + bend[k].abs() + swing[k] * F8::splat(lanes, 0.51)),
             error,
         }
     }
 
-    /// Start of the window in which each pair may meet, and the bit mask of [`Gliding::alive`].
+    /// Start of the window in which each pair may meet, and the bit mask of [`Gliding::active`].
     #[inline(always)]
     fn window(&self, lanes: L, pair: &Gliding<L>, cut: f32) -> (F8<L>, u32) {
         let all = [F8::splat(lanes, -0.5), F8::splat(lanes, 0.5)];
         let mut window = self.on_normal_of_b(lanes, self.on_normal_of_a(lanes, all));
         let mut i = 0;
         while i < 3 {
-            if pair.alive(lanes, window, cut).1 == 0 {
+            if pair.active(lanes, window, cut).1 == 0 {
                 return (F8::splat(lanes, f32::INFINITY), 0);
             }
             let mut j = 0;
@@ -247,7 +251,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
             }
             i += 1;
         }
-        pair.alive(lanes, window, cut)
+        pair.active(lanes, window, cut)
     }
 
     /// Extents of B along a direction, relative to its first corner, at the start and at the end.
@@ -268,7 +272,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
             [n; 2],
             [[zero; 2]; 2],
             self.extents_of_b(lanes, n),
-            self.slop[0],
+            self.position_error[0],
             window,
         )
     }
@@ -283,7 +287,14 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
                 extent(lanes, dot(p, m), dot(q, m)),
                 extent(lanes, dot(p, n), dot(q, n)),
             ];
-            self.on(lanes, [m, n], of_a, [[zero; 2]; 2], self.slop[1], window)
+            self.on(
+                lanes,
+                [m, n],
+                of_a,
+                [[zero; 2]; 2],
+                self.position_error[1],
+                window,
+            )
         } else {
             let n = cross(self.middle[0], self.middle[1]);
             let of_a = extent(lanes, dot(p, n), dot(q, n));
@@ -292,7 +303,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
                 [n; 2],
                 [of_a; 2],
                 self.extents_of_b(lanes, n),
-                self.slop[1],
+                self.position_error[1],
                 window,
             )
         }
@@ -315,7 +326,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
                 to_corner(lanes, dot(e[beside], m)),
                 to_corner(lanes, dot(f[beside], n)),
             ];
-            self.on(lanes, [m, n], of_a, of_b, self.slop[2], window)
+            self.on(lanes, [m, n], of_a, of_b, self.position_error[2], window)
         } else {
             let n = cross(edge, self.middle[j % 3]);
             let of_a = to_corner(lanes, dot(p, n));
@@ -324,7 +335,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
                 [n; 2],
                 [of_a; 2],
                 self.extents_of_b(lanes, n),
-                self.slop[2],
+                self.position_error[2],
                 window,
             )
         }
@@ -332,7 +343,7 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
 
     /// Narrows a window by a direction of any length that changes from `m` to `n`. `of_a` and
     /// `of_b` are the extents of the triangles at the start and at the end. Their error is at most
-    /// `slop`.
+    /// `position_error`.
     #[inline(always)]
     fn on(
         &self,
@@ -340,18 +351,18 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         [m, n]: [V8<L>; 2],
         of_a: [[F8<L>; 2]; 2],
         of_b: [[F8<L>; 2]; 2],
-        slop: F8<L>,
+        position_error: F8<L>,
         [enter, leave]: [F8<L>; 2],
     ) -> [F8<L>; 2] {
         let (zero, half) = (F8::splat(lanes, 0.0), F8::splat(lanes, 0.5));
-        let mut error = dot(per_axis!(k => m[k].abs()), self.error) + slop;
-        let (bend, mut sag) = (dot(self.bend, m), zero);
+        let mut error = dot(per_axis!(k => m[k].abs()), self.error) + position_error;
+        let (bend, mut bend_error) = (dot(self.bend, m), zero);
         if SWINGS {
             let change = sub(n, m);
             error = error + dot(per_axis!(k => change[k].abs()), self.give);
-            sag = dot(self.sag, change);
+            bend_error = dot(self.bend_error, change);
         }
-        let (up, down) = (bend.min(sag) - error, bend.max(sag) + error);
+        let (up, down) = (bend.min(bend_error) - error, bend.max(bend_error) + error);
         let (b, c) = (dot(self.q[0], m), dot(self.q[1], n));
         // Gaps at the start and at the end: of B above A, and of B below A. In between, each gap is
         // at least its linear interpolation.

@@ -9,7 +9,7 @@
 //! is in `docs/numerics.md`, "A plane between two surfaces".
 
 use super::flushing;
-use super::views::Relation;
+use super::relative_pose::RelativePose;
 use super::workspace::Workspace;
 use crate::tree::{Tree, xyz};
 use arrayvec::ArrayVec;
@@ -21,9 +21,9 @@ use wide::f32x4;
 
 /// Normal of the last plane: unit vector from A to B in A's frame; 0 if there was none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Parting([f32; 3]);
+pub struct SeparatingPlane([f32; 3]);
 
-impl Parting {
+impl SeparatingPlane {
     /// Returns a lower bound of the distance of two meshes that keep their extremes, in their
     /// length unit, and the number of planes tried, starting with the last one. The bound is 0 if
     /// none of `most` planes separates them. `O(1)` on average: a few dozen corners per plane.
@@ -38,9 +38,9 @@ impl Parting {
         if !a.has_extremes() || !b.has_extremes() || flushing::matters(a, b, b_in_a) {
             return (0.0, 0);
         }
-        let relation = &Relation::new(a, b, b_in_a);
+        let relative = &RelativePose::new(a, b, b_in_a);
         if *self == Self::default() {
-            self.0 = relation
+            self.0 = relative
                 .middle()
                 .try_normalize()
                 .unwrap_or(DVec3::X)
@@ -49,11 +49,11 @@ impl Parting {
         }
         let (gap, tried) = workspace.instructions.run(Search {
             trees,
-            relation,
+            relative,
             most,
             direction: &mut self.0,
         });
-        (f64::from(gap / LONGEST) * relation.unit, tried)
+        (f64::from(gap / LONGEST) * relative.unit, tried)
     }
 }
 
@@ -65,7 +65,7 @@ const LEFT_OUT: f32 = 96.0 * ROUNDING;
 
 struct Search<'s> {
     trees: [&'s Tree; 2],
-    relation: &'s Relation,
+    relative: &'s RelativePose,
     most: u32,
     direction: &'s mut [f32; 3],
 }
@@ -77,17 +77,17 @@ impl Kernel for Search<'_> {
     fn run<L: Lanes>(self, lanes: L) -> (f32, u32) {
         let Self {
             trees: [a, b],
-            relation,
+            relative,
             direction,
             ..
         } = self;
-        let (linear, middle) = (relation.linear(), relation.middle());
-        let [in_a, in_b] = relation.place.margin.map(|margin| margin.as_array()[0]);
-        let margin = in_a.min(in_b) + LEFT_OUT * (1.0 + relation.scale);
+        let (linear, middle) = (relative.linear(), relative.middle());
+        let [in_a, in_b] = relative.place.margin.map(|margin| margin.as_array()[0]);
+        let margin = in_a.min(in_b) + LEFT_OUT * (1.0 + relative.scale);
         let mut simplex = Simplex::default();
         for tried in 1..=self.most {
             let [x, y, z] = *direction;
-            let (of_b, place) = relation.of_b(f32x4::new([x, y, z, 0.0]));
+            let (of_b, place) = relative.of_b(f32x4::new([x, y, z, 0.0]));
             let (end_a, p) = a.extremes().farthest(lanes, *direction);
             let (end_b, q) = b.extremes().farthest(lanes, xyz(-of_b));
             let gap = place - end_a - end_b - margin;

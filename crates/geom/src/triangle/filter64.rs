@@ -53,7 +53,7 @@ impl Columns {
 }
 
 /// Up to eight pairs of triangles.
-pub struct Again<'c> {
+pub struct Filter64<'c> {
     pub a: &'c Columns,
     pub b: &'c Columns,
     /// Number of pairs. They occupy the columns from 0 on.
@@ -62,7 +62,7 @@ pub struct Again<'c> {
     pub crossings: Option<&'c mut Crossings>,
 }
 
-impl Kernel for Again<'_> {
+impl Kernel for Filter64<'_> {
     type Output = Verdicts;
 
     /// Tests four pairs at a time, as many as a register holds.
@@ -191,7 +191,7 @@ mod tests {
             }
             let mut crossings = [Crossings::default(); 2];
             let [first, second] = &mut crossings;
-            let verdicts = Instructions::detect().run(Again {
+            let verdicts = Instructions::detect().run(Filter64 {
                 a: &a,
                 b: &b,
                 count: 8,
@@ -199,7 +199,7 @@ mod tests {
             });
             assert_eq!(
                 verdicts,
-                Portable {}.run(Again {
+                Portable {}.run(Filter64 {
                     a: &a,
                     b: &b,
                     count: 8,

@@ -1,10 +1,10 @@
-//! The relative motion of B as seen from A, cut into pieces of time in which it is nearly straight.
+//! The relative motion of B as seen from A, cut into substeps of time in which it is nearly straight.
 //!
-//! In a piece B is assumed to keep the orientation that it has in the middle of the piece, and each
+//! In a substep B is assumed to keep the orientation that it has in the middle of the substep, and each
 //! part of B to move along a straight line with the velocity that its own middle has then. The
 //! neglected motion is bounded: `docs/numerics.md`, "Motion".
 
-use crate::query::views::Relation;
+use crate::query::relative_pose::RelativePose;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::{Motion, Pose, smaller};
@@ -33,13 +33,13 @@ impl Twist {
 /// The motion of B in A from time 0 to 1, with bounds for all points of B. Lengths in the unit of
 /// the meshes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course<'m> {
+pub(super) struct RelativeMotion<'m> {
     of_a: Option<&'m Motion>,
     of_b: &'m Motion,
     /// Upper bound of the angular speed of B relative to A, radians per unit of time.
     pub spin: f64,
     /// Upper bound of the rate of change of a component of B's angular velocity.
-    pub wobble: f64,
+    pub turn_error: f64,
     /// Upper bounds of the speed and of the acceleration of B's points.
     pub speed: f64,
     pub acceleration: f64,
@@ -52,20 +52,20 @@ pub(super) struct Course<'m> {
     pub drift: f64,
     /// The radii of both meshes about the middles of their boxes; that of B as placed in A.
     radii: [f64; 2],
-    pub pieces: u32,
+    pub substeps: u32,
 }
 
-/// Length of the path of a piece, relative to the sizes of both meshes together, and its turn in
+/// Length of the path of a substep, relative to the sizes of both meshes together, and its turn in
 /// radians. `TURN_OF_FAR` applies if the whole motion is as long as the meshes are large, `TURN` if
 /// it moves no farther and turns no more than in a frame: nearby node pairs are opened again in
-/// each piece. Longer turns are cut finer, because the bend of a piece grows with the square of its
+/// each substep. Longer turns are cut finer, because the bend of a substep grows with the square of its
 /// turn.
 const WAY: f64 = 16.0;
 const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;
 const MOST_PIECES: f64 = 4_096.0;
 
-/// Upper limit of the change of acceleration in a piece, times the square of its length, relative
+/// Upper limit of the change of acceleration in a substep, times the square of its length, relative
 /// to the sizes of both meshes together: bodies may turn fast together, and slowly relative to each
 /// other.
 const BEND: f64 = 5e-3;
@@ -79,7 +79,7 @@ const TURNING: f64 = 0.25;
 /// only (`Pose::new`).
 const STRETCH: f64 = 1.01;
 
-impl<'m> Course<'m> {
+impl<'m> RelativeMotion<'m> {
     pub fn new(a: &Tree, b: &Tree, of_a: Option<&'m Motion>, of_b: &'m Motion) -> Self {
         let [box_a, box_b] = [a, b].map(|tree| {
             let middle = tree.unit().origin;
@@ -100,18 +100,18 @@ impl<'m> Course<'m> {
                 + largest(motion.velocity())
                 + largest(motion.arm()) * angle * (1.0 + angle)
         };
-        let mut course = Self {
+        let mut relative_motion = Self {
             of_a,
             of_b,
             spin: spin_b,
-            wobble: 0.0,
+            turn_error: 0.0,
             speed: length + around,
             acceleration: spin_b * around,
             jerk: spin_b * spin_b * around,
             rounding: far(of_b) + (1.0 + spin_b) * (3.0 * largest(box_b.0) + 2.0 * box_b.1),
             drift: 0.0,
             radii: [box_a.1, box_b.1],
-            pieces: 1,
+            substeps: 1,
         };
         if let Some(of_a) = of_a {
             let spin_a = of_a.turn().length();
@@ -124,60 +124,64 @@ impl<'m> Course<'m> {
                 + arm
                 + of_b.arm().length();
             let apart = from_axis + arm + between + way;
-            course.rounding = (course.rounding + 2.0 * far(of_a) + (1.0 + spin_a) * apart) * 2.0;
+            relative_motion.rounding =
+                (relative_motion.rounding + 2.0 * far(of_a) + (1.0 + spin_a) * apart) * 2.0;
             // Speed at which A's turn would carry B's points along.
             let along = of_a.turn().cross(from_axis_of_a).length()
-                + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * course.rounding);
+                + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * relative_motion.rounding);
             let together = spin_a + spin_b;
-            course.spin = (of_b.turn() - of_a.turn()).length() + 4.0 * f64::EPSILON * together;
-            course.wobble = spin_a * course.spin;
-            course.speed = own + along;
-            course.acceleration += spin_a * (2.0 * own + along);
-            course.jerk +=
-                3.0 * spin_a * spin_b * around + spin_a * spin_a * (2.0 * own + course.speed);
-            course.drift = 4.0 * of_a.deviation() * (together * apart + course.acceleration);
+            relative_motion.spin =
+                (of_b.turn() - of_a.turn()).length() + 4.0 * f64::EPSILON * together;
+            relative_motion.turn_error = spin_a * relative_motion.spin;
+            relative_motion.speed = own + along;
+            relative_motion.acceleration += spin_a * (2.0 * own + along);
+            relative_motion.jerk += 3.0 * spin_a * spin_b * around
+                + spin_a * spin_a * (2.0 * own + relative_motion.speed);
+            relative_motion.drift =
+                4.0 * of_a.deviation() * (together * apart + relative_motion.acceleration);
         }
-        let size = course.radii[0] + course.radii[1];
-        course.rounding = 16.0 * f64::EPSILON * (course.rounding + largest(box_a.0) + box_a.1)
-            + f64::MIN_POSITIVE;
-        course.spin *= STRETCH;
-        course.speed *= STRETCH;
-        course.acceleration *= STRETCH;
-        course.jerk *= STRETCH;
+        let size = relative_motion.radii[0] + relative_motion.radii[1];
+        relative_motion.rounding =
+            16.0 * f64::EPSILON * (relative_motion.rounding + largest(box_a.0) + box_a.1)
+                + f64::MIN_POSITIVE;
+        relative_motion.spin *= STRETCH;
+        relative_motion.speed *= STRETCH;
+        relative_motion.acceleration *= STRETCH;
+        relative_motion.jerk *= STRETCH;
         let bounds = [
-            course.spin,
-            course.wobble,
-            course.speed,
-            course.acceleration,
+            relative_motion.spin,
+            relative_motion.turn_error,
+            relative_motion.speed,
+            relative_motion.acceleration,
         ];
-        let others = [course.jerk, course.drift, size];
+        let others = [relative_motion.jerk, relative_motion.drift, size];
         if !bounds.iter().chain(&others).all(|bound| bound.is_finite()) {
-            course.rounding = f64::INFINITY;
+            relative_motion.rounding = f64::INFINITY;
         }
-        course.pieces = course.count_pieces(size);
-        course
+        relative_motion.substeps = relative_motion.count_pieces(size);
+        relative_motion
     }
 
-    /// Number of pieces of a motion of meshes with this total size.
+    /// Number of substeps of a motion of meshes with this total size.
     fn count_pieces(&self, size: f64) -> u32 {
         let (spin, speed) = (self.spin, self.speed);
         // `max` and `min` of `f64` ignore NaN, which occurs if sizes overflow.
         let far = (speed / (size + f64::MIN_POSITIVE)).min(1.0);
         let turn = spin / TURN;
-        let pieces = (far * spin / TURN_OF_FAR).max(speed / (WAY * size + f64::MIN_POSITIVE));
-        // In each piece A turns by at most a radian.
-        let pieces = pieces.max(self.wobble / spin);
+        let substeps = (far * spin / TURN_OF_FAR).max(speed / (WAY * size + f64::MIN_POSITIVE));
+        // In each substep A turns by at most a radian.
+        let substeps = substeps.max(self.turn_error / spin);
         let bends = self.jerk / (BEND * size + f64::MIN_POSITIVE);
-        if turn <= 1.0 && pieces <= 1.0 && bends <= 1.0 {
+        if turn <= 1.0 && substeps <= 1.0 && bends <= 1.0 {
             return 1;
         }
-        let pieces = pieces.max(libm::round(turn * libm::sqrt(turn)));
-        let pieces = if bends > 1.0 {
-            pieces.max(libm::cbrt(bends))
+        let substeps = substeps.max(libm::round(turn * libm::sqrt(turn)));
+        let substeps = if bends > 1.0 {
+            substeps.max(libm::cbrt(bends))
         } else {
-            pieces
+            substeps
         };
-        (libm::ceil(pieces.min(MOST_PIECES)) as u32).max(1)
+        (libm::ceil(substeps.min(MOST_PIECES)) as u32).max(1)
     }
 
     /// The pose of B in A.
@@ -218,22 +222,22 @@ impl<'m> Course<'m> {
         }
     }
 
-    /// Start time of piece `i`; all pieces have the same length.
+    /// Start time of substep `i`; all substeps have the same length.
     fn begin(&self, i: u32) -> f64 {
-        f64::from(i) / f64::from(self.pieces)
+        f64::from(i) / f64::from(self.substeps)
     }
 
-    /// The number of the first piece that ends after `time`; for time 1 the number of pieces.
+    /// The number of the first substep that ends after `time`; for time 1 the number of substeps.
     pub fn piece_at(&self, time: f64) -> u32 {
-        let i = (time * f64::from(self.pieces)) as u32;
+        let i = (time * f64::from(self.substeps)) as u32;
         if time < 1.0 {
-            i.min(self.pieces - 1)
+            i.min(self.substeps - 1)
         } else {
-            self.pieces
+            self.substeps
         }
     }
 
-    pub fn piece(&self, i: u32) -> Piece {
+    pub fn substep(&self, i: u32) -> Substep {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
         let (middle, length) = (begin + (end - begin) / 2.0, end - begin);
         let (speed, spin, radii) = (self.speed, self.spin, self.radii);
@@ -242,7 +246,7 @@ impl<'m> Course<'m> {
             && speed * length < near
             && (spin * radii[1] > TURNING * speed || spin > 0.0 && speed < near);
         let at = if is_on_the_spot { begin } else { middle };
-        Piece {
+        Substep {
             begin,
             end,
             middle,
@@ -288,31 +292,32 @@ impl<'m> Course<'m> {
         STRETCH * STRETCH * across / (self.spin + f64::MIN_POSITIVE)
     }
 
-    /// True if the meshes are too far apart to meet in a piece.
-    pub fn is_clear(&self, piece: &Piece, trees: [&Tree; 2], margin: f64) -> bool {
+    /// True if the meshes are too far apart to meet in a substep.
+    pub fn is_clear(&self, substep: &Substep, trees: [&Tree; 2], margin: f64) -> bool {
         let [a, b] = trees.map(|tree| tree.unit().origin);
-        let apart = (piece.pose.transform_point(b) - a).length_squared();
-        let reach = self.radii[0] + self.radii[1] + self.speed * (piece.end - piece.at) + margin;
+        let apart = (substep.pose.transform_point(b) - a).length_squared();
+        let reach =
+            self.radii[0] + self.radii[1] + self.speed * (substep.end - substep.at) + margin;
         let reach = reach + 4.0 * self.rounding;
         apart * (1.0 - 1e-9) > reach * reach
     }
 }
 
-/// A piece of the motion.
+/// A substep of the motion.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
+pub(super) struct Substep {
     pub begin: f64,
     pub end: f64,
     pub middle: f64,
     /// True if B moves little, compared with the size of the meshes, and much of that by turning.
     pub is_on_the_spot: bool,
-    /// Reference time of the piece: its begin if on the spot, else its middle. Then the pose of B
+    /// Reference time of the substep: its begin if on the spot, else its middle. Then the pose of B
     /// in A at that time.
     pub at: f64,
     pub pose: Pose,
 }
 
-impl Piece {
+impl Substep {
     pub fn length(&self) -> f64 {
         self.end - self.begin
     }
@@ -324,7 +329,7 @@ impl Piece {
         smaller(end, self.end)
     }
 
-    /// A time in lengths of the piece from its middle.
+    /// A time in lengths of the substep from its middle.
     pub fn local(&self, time: f64) -> f32 {
         ((time - self.middle) / self.length()) as f32
     }
@@ -336,14 +341,14 @@ impl Piece {
     }
 }
 
-/// The setting of a run: a piece of the motion of two trees.
+/// The setting of a run: a substep of the motion of two trees.
 #[derive(Clone, Copy)]
 pub(super) struct Setting<'q> {
     pub trees: [&'q Tree; 2],
-    pub course: &'q Course<'q>,
-    pub piece: &'q Piece,
-    /// The pose of B at the reference time of the piece.
-    pub relation: &'q Relation,
+    pub relative_motion: &'q RelativeMotion<'q>,
+    pub substep: &'q Substep,
+    /// The pose of B at the reference time of the substep.
+    pub relative: &'q RelativePose,
     /// Sum of the margins of both surfaces.
     pub margin: f64,
 }
@@ -377,32 +382,33 @@ mod tests {
                 Motion::with_arm(start, next(2.0), next(3.0), next(5.0)).unwrap()
             };
             let (of_a, of_b) = (motion(), motion());
-            let course = Course::new(&tree, &tree, (round % 2 == 0).then_some(&of_a), &of_b);
+            let relative_motion =
+                RelativeMotion::new(&tree, &tree, (round % 2 == 0).then_some(&of_a), &of_b);
             for vertex in vertices {
                 let (time, step) = (random.between(0.05, 0.95), 1e-4);
                 let [before, now, after] = [time - step, time, time + step]
-                    .map(|time| course.pose(time).transform_point(vertex));
+                    .map(|time| relative_motion.pose(time).transform_point(vertex));
                 let velocity = (after - before) / (2.0 * step);
                 let acceleration = (after - 2.0 * now + before) / (step * step);
-                let twist = course.twist(time);
+                let twist = relative_motion.twist(time);
                 assert!(
-                    (velocity - twist.at(now)).length() < 1e-5 * course.speed,
+                    (velocity - twist.at(now)).length() < 1e-5 * relative_motion.speed,
                     "{velocity} {twist:?}"
                 );
                 let off = acceleration - twist.acceleration(now);
                 assert!(
-                    off.length() < 1e-5 * (course.acceleration + course.speed),
+                    off.length() < 1e-5 * (relative_motion.acceleration + relative_motion.speed),
                     "{acceleration} {off} {twist:?}"
                 );
                 let later = time + 1e-3;
-                let later = course
+                let later = relative_motion
                     .twist(later)
-                    .acceleration(course.pose(later).transform_point(vertex));
+                    .acceleration(relative_motion.pose(later).transform_point(vertex));
                 let jerk = (later - twist.acceleration(now)) / 1e-3;
                 let shares = [
-                    velocity.length() / course.speed,
-                    acceleration.length() / course.acceleration,
-                    jerk.length() / course.jerk,
+                    velocity.length() / relative_motion.speed,
+                    acceleration.length() / relative_motion.acceleration,
+                    jerk.length() / relative_motion.jerk,
                 ];
                 closest = core::array::from_fn(|i| closest[i].max(shares[i]));
             }

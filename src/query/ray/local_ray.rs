@@ -15,7 +15,7 @@ use wide::f32x4;
 
 /// A ray near a mesh.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Beam {
+pub(crate) struct LocalRay {
     pub shaft: Shaft,
     /// Only hits between these local parameters matter.
     pub from: f32,
@@ -43,15 +43,15 @@ const LARGEST_SLOP: f64 = 0.01;
 /// Least component of a direction.
 const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
-impl Beam {
+impl LocalRay {
     #[inline(always)]
     pub fn new(unit: &Unit, ray: &Ray) -> Self {
-        let mut beam = Self::BLIND;
-        beam.follow(unit, ray);
-        beam
+        let mut local_ray = Self::BLIND;
+        local_ray.follow(unit, ray);
+        local_ray
     }
 
-    /// Makes this the beam of another ray. In place, because returning one of two cases takes
+    /// Makes this the local_ray of another ray. In place, because returning one of two cases takes
     /// thirty more instructions.
     #[inline(always)]
     pub fn follow(&mut self, unit: &Unit, ray: &Ray) {
@@ -59,8 +59,8 @@ impl Beam {
         let exponent = unit.exponent - aim.exponent;
         let (origin, direction) = (unit.point(ray.origin()), aim.direction);
         let reach = largest_size(origin);
-        let slop = 8.0 * f64::EPSILON * reach;
-        if !(aim.is_plain() && exponent.abs() <= 1000 && slop <= LARGEST_SLOP) {
+        let position_error = 8.0 * f64::EPSILON * reach;
+        if !(aim.is_plain() && exponent.abs() <= 1000 && position_error <= LARGEST_SLOP) {
             self.blind();
             return;
         }
@@ -75,7 +75,7 @@ impl Beam {
         if reach > NEAR {
             // If a component is 0 and the origin is in a plane of the cube, these are NaN and
             // change nothing.
-            let side = DVec3::splat(1.0 + CUBE_MARGIN + 2.0 * slop);
+            let side = DVec3::splat(1.0 + CUBE_MARGIN + 2.0 * position_error);
             let inverse = 1.0 / direction;
             let (one, other) = ((-side - origin) * inverse, (side - origin) * inverse);
             entry = later(
@@ -93,7 +93,7 @@ impl Beam {
         let left = last - entry + slack;
         self.shaft.origin = (origin + direction * entry).as_vec3().to_array();
         self.shaft.direction = direction.as_vec3().to_array();
-        self.shaft.slop = slop as f32;
+        self.shaft.position_error = position_error as f32;
         self.from = ((t_min * per_unit - entry - slack) as f32).clamp(0.0, LARGEST_PARAMETER);
         let left = left as f32;
         self.to = if left > 0.0 {
@@ -102,7 +102,7 @@ impl Beam {
             -1.0
         };
         (self.entry, self.unit, self.slack) = (entry, unit, slack);
-        self.margin = MARGIN + slop as f32;
+        self.margin = MARGIN + position_error as f32;
     }
 
     #[cold]
@@ -117,7 +117,7 @@ impl Beam {
         shaft: Shaft {
             origin: [0.0; 3],
             direction: [1.0; 3],
-            slop: 1e30,
+            position_error: 1e30,
         },
         from: 0.0,
         to: LARGEST_PARAMETER,

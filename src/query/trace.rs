@@ -8,7 +8,7 @@
 //! the traversal reaches them ([`known`](super::known)). The traversal still goes everywhere, so
 //! the answer does not depend on the tracing. A step costs more than the test that it saves, and is
 //! worth more the earlier it finds a pair. So a run traces curves only in its first part
-//! ([`Marching`](super::strategy::Marching)).
+//! ([`Tracing`](super::strategy::Tracing)).
 //!
 //! This module holds the waiting hits and ends; the steps are in [`follow`](super::follow).
 
@@ -23,7 +23,7 @@ const HITS: usize = 64;
 
 /// The state of curve tracing in a workspace.
 #[derive(Clone, Debug)]
-pub(super) struct March {
+pub(super) struct Trace {
     pub known: Known,
     /// Number of pairs found along curves, and of those that the traversal has reached since.
     pub followed: u64,
@@ -88,7 +88,7 @@ impl End {
     };
 }
 
-impl March {
+impl Trace {
     pub fn new(capacity: usize) -> Self {
         Self {
             known: Known::new(capacity),
@@ -125,7 +125,7 @@ impl March {
         !self.known.is_empty() && self.known.has(first(trees, pair), pair)
     }
 
-    /// Returns `hits` without the known pairs of two clusters, and counts these as reached by the
+    /// Returns `hits` without the known pairs of two leaves, and counts these as reached by the
     /// traversal.
     #[inline(always)]
     pub fn pass(&mut self, hits: u64, first: [u32; 2]) -> u64 {
@@ -149,10 +149,10 @@ impl March {
     }
 }
 
-/// The first triangles of the clusters of a pair.
+/// The first triangles of the leaves of a pair.
 #[inline(always)]
 pub(super) fn first([a, b]: [&Tree; 2], pair: [u32; 2]) -> [u32; 2] {
-    [a.first_of_cluster(pair[0]), b.first_of_cluster(pair[1])]
+    [a.first_of_leaf(pair[0]), b.first_of_leaf(pair[1])]
 }
 
 /// A pose as three columns and a translation.

@@ -8,7 +8,7 @@ use punctual_geom::lanes::{Column, F8, Lanes, dot, per_axis};
 use punctual_geom::largest;
 use punctual_geom::rotation_deviation;
 use punctual_geom::tolerance::ROUNDING;
-use punctual_geom::triangle::batch::{EDGE_SLOP, LEAST_EDGE_SLOP, Placement};
+use punctual_geom::triangle::batch::{EDGE_ERROR, LEAST_EDGE_ERROR, Placement};
 use wide::f32x4;
 
 /// An entry for each axis and a fourth of 0, or two such vectors in halves.
@@ -104,19 +104,19 @@ impl Place {
     };
 
     /// From the vector from the middle of A's box to that of B's, in A's units, and its error bound
-    /// `slop`. `deviation` is that of B's matrix from a rotation.
+    /// `position_error`. `deviation` is that of B's matrix from a rotation.
     fn new(
         scale: f64,
         pose: &Pose,
         translation: DVec3,
         distance: f64,
-        slop: f64,
+        position_error: f64,
         deviation: f64,
     ) -> Option<Self> {
         let u = f64::from(ROUNDING);
-        let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + slop;
+        let margin_a = u * (32.0 + 192.0 * scale + 32.0 * distance) + position_error;
         let margin_b =
-            u * (192.0 + 32.0 * scale + 32.0 * distance) + slop + 8.0 * deviation * scale;
+            u * (192.0 + 32.0 * scale + 32.0 * distance) + position_error + 8.0 * deviation * scale;
         (margin_a < 1e6 && margin_b < 1e6 * scale).then(|| Self {
             rotation: pose
                 .rotation()
@@ -168,14 +168,14 @@ pub(super) struct Places {
 /// The relative pose of B in A, in the unit coordinates of both, with bounds on all rounding. Boxes
 /// of both are compared in A's units.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Relation {
+pub(super) struct RelativePose {
     pub place: Place,
     /// Length of A's unit, in the length unit of the meshes.
     pub unit: f64,
     /// Length of B's unit in A's units: a power of two.
     pub scale: f32,
     /// Error bound of a direction, of either side, relative to its length.
-    pub skew: f32,
+    pub rotation_error: f32,
     /// Deviation of B's matrix from a rotation.
     deviation: f64,
     /// Factor for the square of a gap: [`super::gaps::Gaps::shrink`].
@@ -202,19 +202,26 @@ fn offset([a, b]: [&Unit; 2], b_in_a: &Pose, scale: f64, per_unit: f64) -> (DVec
     )
 }
 
-impl Relation {
+impl RelativePose {
     pub fn new(a: &Tree, b: &Tree, b_in_a: &Pose) -> Self {
         let (ua, ub) = (a.unit(), b.unit());
         let [of_a, of_b] = Unit::exponents([ua, ub]);
         let exponent = of_b - of_a;
         let per_unit = power_of_two(-of_a);
         let scale = power_of_two(exponent.clamp(-1000, 1000));
-        let (translation, slop) = offset([ua, ub], b_in_a, scale, per_unit);
+        let (translation, position_error) = offset([ua, ub], b_in_a, scale, per_unit);
         let deviation = rotation_deviation(b_in_a.rotation());
 
         let distance = translation.length();
-        let place = Place::new(scale, b_in_a, translation, distance, slop, deviation)
-            .filter(|_| exponent.abs() <= LARGEST_SCALE);
+        let place = Place::new(
+            scale,
+            b_in_a,
+            translation,
+            distance,
+            position_error,
+            deviation,
+        )
+        .filter(|_| exponent.abs() <= LARGEST_SCALE);
         let Some(place) = place else {
             return Self {
                 unit: power_of_two(of_a),
@@ -228,7 +235,7 @@ impl Relation {
             place,
             unit: power_of_two(of_a),
             scale: scale as f32,
-            skew: 224.0 * ROUNDING + 16.0 * deviation as f32,
+            rotation_error: 224.0 * ROUNDING + 16.0 * deviation as f32,
             deviation,
             shrink: 1.0 - 64.0 * ROUNDING - 4.0 * deviation as f32,
             least_gap: f32x4::splat(margin_a.min(margin_b) * LEAST_GAP),
@@ -236,8 +243,8 @@ impl Relation {
                 linear,
                 translation: translation.to_array(),
                 rotation: linear.map(|row| row.map(|x| x as f32)),
-                slop: slop as f32,
-                edge_slop: (8.0 * EDGE_SLOP * scale as f32).max(LEAST_EDGE_SLOP),
+                position_error: position_error as f32,
+                edge_slop: (8.0 * EDGE_ERROR * scale as f32).max(LEAST_EDGE_ERROR),
             },
         }
     }
@@ -245,11 +252,19 @@ impl Relation {
     /// The pose of B at another time of the same motion.
     pub fn place_at(&self, [a, b]: [&Tree; 2], b_in_a: &Pose) -> Place {
         let scale = f64::from(self.scale);
-        let (translation, slop) = offset([a.unit(), b.unit()], b_in_a, scale, 1.0 / self.unit);
+        let (translation, position_error) =
+            offset([a.unit(), b.unit()], b_in_a, scale, 1.0 / self.unit);
         // Upper bound of its length, without a root.
         let distance = translation.abs().element_sum();
-        Place::new(scale, b_in_a, translation, distance, slop, self.deviation)
-            .unwrap_or(Place::BLIND)
+        Place::new(
+            scale,
+            b_in_a,
+            translation,
+            distance,
+            position_error,
+            self.deviation,
+        )
+        .unwrap_or(Place::BLIND)
     }
 
     /// `least_gap` minus the margin, which is negative.
@@ -288,7 +303,7 @@ impl Relation {
         place: Place::BLIND,
         unit: 1.0,
         scale: 1.0,
-        skew: 1.0,
+        rotation_error: 1.0,
         deviation: 1.0,
         shrink: 0.0,
         least_gap: f32x4::splat(1e6),
@@ -296,7 +311,7 @@ impl Relation {
             linear: [[0.0; 3]; 3],
             translation: [0.0; 3],
             rotation: [[0.0; 3]; 3],
-            slop: 1e6,
+            position_error: 1e6,
             edge_slop: 1e6,
         },
     };
@@ -506,8 +521,8 @@ impl Views<[f32; 8]> {
 
 impl Views {
     #[inline(always)]
-    pub fn between(a: &Node, b: &Node, relation: &Relation) -> Self {
-        let (place, in_a) = (&relation.place, relation.place.rows(&b.rows));
+    pub fn between(a: &Node, b: &Node, relative: &RelativePose) -> Self {
+        let (place, in_a) = (&relative.place, relative.place.rows(&b.rows));
         let rows = per_axis!(i => combined(per_axis!(k => a.rows[k].spread(i)), &in_a));
         let origin = combined(place.translation, &a.rows);
         Self {

@@ -1,10 +1,10 @@
-//! A front in numbers: all that the model knows of a query that has begun or is about to begin.
+//! A frontier in numbers: all that the model knows of a query that has begun or is about to begin.
 
-/// Work done and work left of a query, after a probe has opened the costliest pairs of its front.
+/// Work done and work left of a query, after a probe has opened the costliest pairs of its frontier.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub struct FrontSummary {
+pub struct FrontierSummary {
     /// BV tests made.
     pub bv_tests: f64,
     /// Triangle pairs tested.
@@ -37,7 +37,7 @@ pub struct FrontSummary {
     pub crossing: f64,
 }
 
-impl FrontSummary {
+impl FrontierSummary {
     /// True if the query has done anything yet.
     pub fn is_begun(&self) -> bool {
         self.bv_tests + self.triangle_tests > 0.0
@@ -58,8 +58,8 @@ impl FrontSummary {
 /// BV tests of a node against a copy of itself, averaged over placements. `p` is the relative
 /// penetration of the boxes, 0 to 1.
 ///
-/// The exponents are rounded from a fit of the sums over 47,000 fronts (`docs/model.md`). The tests
-/// that a front still needs are predicted from its sum, with weights fitted separately.
+/// The exponents are rounded from a fit of the sums over 47,000 frontiers (`docs/model.md`). The tests
+/// that a frontier still needs are predicted from its sum, with weights fitted separately.
 #[inline(always)]
 pub fn pair_cost(self_costs: [f32; 2], penetration: f32) -> f32 {
     let p = penetration;
