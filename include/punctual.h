@@ -17,10 +17,11 @@
  *   11. Contacts: where do they touch?
  *   12. Motion: until when are they free?
  *   13. Push-out: what parts them?
- *   14. Rays: what do they hit?
- *   15. Points: are they inside a solid?
- *   16. Scenes: many bodies, one budget a frame
- *   17. Calibration: probabilities that learn
+ *   14. Penetration: how deep are they?
+ *   15. Rays: what do they hit?
+ *   16. Points: are they inside a solid?
+ *   17. Scenes: many bodies, one budget a frame
+ *   18. Calibration: probabilities that learn
  *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
@@ -2801,7 +2802,7 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_batch_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 15. Points: are they inside a solid?
+ * 16. Points: are they inside a solid?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2935,7 +2936,7 @@ punctual_status punctual_points_resume(const struct punctual_tree *tree,
                                        struct punctual_points_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 16. Scenes: many bodies, one budget a frame
+ * 17. Scenes: many bodies, one budget a frame
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -3974,7 +3975,7 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
                                                        float importance);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 17. Calibration: probabilities that learn
+ * 18. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
