@@ -17,9 +17,11 @@
  *   11. Contacts: where do they touch?
  *   12. Motion: until when are they free?
  *   13. Push-out: what parts them?
- *   14. Rays: what do they hit?
- *   15. Scenes: many bodies, one budget a frame
- *   16. Calibration: probabilities that learn
+ *   14. Penetration: how deep are they?
+ *   15. Rays: what do they hit?
+ *   16. Points: are they inside a solid?
+ *   17. Scenes: many bodies, one budget a frame
+ *   18. Calibration: probabilities that learn
  *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
@@ -476,6 +478,36 @@ typedef uint32_t punctual_effort;
 #endif // __cplusplus
 
 /**
+ * What a mesh bounds. Rooms, terrain and shells bound nothing.
+ */
+enum punctual_solid
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * A surface without an inside; the default.
+   */
+  PUNCTUAL_SOLID_NO = 0,
+  /**
+   * A solid, oriented as its triangles are.
+   */
+  PUNCTUAL_SOLID_KEEP = 1,
+  /**
+   * A solid of which parts that are inside out are reversed: the second and third corner of their triangles change
+   * places.
+   */
+  PUNCTUAL_SOLID_FLIP = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_solid punctual_solid;
+#else
+typedef uint32_t punctual_solid;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * The bounding volume tree of one mesh. Any number of threads may read it and query it, as long as none refits or frees it.
  */
 typedef struct punctual_tree punctual_tree;
@@ -505,6 +537,10 @@ typedef struct punctual_build_options {
    * Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
    */
   size_t threads;
+  /**
+   * A `punctual_solid`: what the mesh bounds.
+   */
+  size_t solid;
 } punctual_build_options;
 
 /**
@@ -525,13 +561,13 @@ typedef struct punctual_tree_facts {
    */
   size_t triangles;
   /**
-   * Nodes, clusters included.
+   * Nodes, leaves included.
    */
   size_t nodes;
   /**
    * Nodes whose children are triangles.
    */
-  size_t clusters;
+  size_t leaves;
   /**
    * Levels of nodes; 0 for an empty mesh.
    */
@@ -577,7 +613,7 @@ PUNCTUAL_INLINE punctual_build_options punctual_build_options_default(void) {
 /**
  * Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
  *
- * Fails with BAD_ARGUMENT if `options->effort` is unknown.
+ * Fails with BAD_ARGUMENT if `options->effort` or `options->solid` is unknown.
  */
 punctual_status punctual_tree_new(const struct punctual_mesh *mesh,
                                   const struct punctual_build_options *options,
@@ -647,7 +683,7 @@ punctual_status punctual_tree_levels(const struct punctual_tree *tree,
                                      size_t *count);
 
 /**
- * Checks that every triangle is in one cluster and inside every box above it. Takes linear time and allocates.
+ * Checks that every triangle is in one leaf and inside every box above it. Takes linear time and allocates.
  *
  * Fails with BAD_TREE if not, which no tree that was built here does.
  */
@@ -999,6 +1035,11 @@ enum punctual_verdict
    * scene of which one has a margin. Whether some triangles share a point is not said.
    */
   PUNCTUAL_VERDICT_WITHIN = 3,
+  /**
+   * Proven: the surfaces do not meet, but one body is inside the other: A if the first number of the witness is 0, B
+   * if it is 1. Said only of two solids of which the outer one is closed, and not in scenes.
+   */
+  PUNCTUAL_VERDICT_CONTAINED = 4,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -2281,7 +2322,141 @@ punctual_status punctual_push_out_query_run(const struct punctual_push_out_query
                                             struct punctual_push_out *push);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 14. Rays: what do they hit?
+ * 14. Penetration: how deep are they?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * Every buffer that a penetration query needs, about 2 MB, and what the last one left open. Allocated once: queries do not
+ * allocate. One thread at a time may use it.
+ */
+typedef struct punctual_penetration_workspace punctual_penetration_workspace;
+
+/**
+ * The question how far B has to be moved, at least, until the bodies are apart. Plain data, made by
+ * `punctual_penetration_query_new`, one for each pose; it borrows the trees. To resume a query, all of it must be what it was.
+ */
+typedef struct punctual_penetration_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a body inside of the other
+   * penetrates it. 0 by default.
+   */
+  uint32_t solid;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Finished as soon as high <= (1 + this) low; 0.001 by default. Negative values and NaN count as 0.
+   */
+  double relative_tolerance;
+} punctual_penetration_query;
+
+/**
+ * The answer: low <= depth <= high, both proven, also where a budget ended the query. Lengths are in the unit of the meshes.
+ */
+typedef struct punctual_penetration {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Whether a push is known; if not, the bodies are apart, or the budget ended before one was found, and the direction is
+   * zeros.
+   */
+  bool has_push;
+  /**
+   * Where B moves to, a unit vector in A's frame.
+   */
+  struct punctual_point direction;
+  /**
+   * No shorter translation of B parts the bodies.
+   */
+  double low;
+  /**
+   * The length of the push; 0 if they are apart, infinite if none is known.
+   */
+  double high;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Units of work, resumed calls included.
+   */
+  uint64_t work;
+  /**
+   * Time in nanoseconds, resumed calls included; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_penetration;
+
+/**
+ * Makes a workspace.
+ */
+punctual_status punctual_penetration_workspace_new(struct punctual_penetration_workspace **workspace);
+
+/**
+ * Frees a workspace; null is fine.
+ */
+void punctual_penetration_workspace_free(struct punctual_penetration_workspace *workspace);
+
+/**
+ * What `punctual_penetration_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_penetration_query_init(struct punctual_penetration_query *query,
+                                     size_t size,
+                                     const struct punctual_tree *a,
+                                     const struct punctual_tree *b,
+                                     struct punctual_pose b_in_a);
+
+/**
+ * The question how deep `a` and `b` penetrate each other, with the default options. Checked when it is run.
+ */
+PUNCTUAL_INLINE punctual_penetration_query punctual_penetration_query_new(const struct punctual_tree *a,
+                                                                          const struct punctual_tree *b,
+                                                                          struct punctual_pose b_in_a) {
+  punctual_penetration_query query;
+  punctual_penetration_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
+
+/**
+ * Bounds the depth within a budget. It does not allocate, lock or panic. `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_penetration_query_run(const struct punctual_penetration_query *query,
+                                               struct punctual_penetration_workspace *workspace,
+                                               struct punctual_budget budget,
+                                               const struct punctual_clock *clock,
+                                               struct punctual_penetration *penetration);
+
+/**
+ * Continues the stopped run that the workspace holds, with a fresh budget.
+ *
+ * Fails as `punctual_penetration_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query or is complete.
+ */
+punctual_status punctual_penetration_query_resume(const struct punctual_penetration_query *query,
+                                                  struct punctual_penetration_workspace *workspace,
+                                                  struct punctual_budget budget,
+                                                  const struct punctual_clock *clock,
+                                                  struct punctual_penetration *penetration);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 15. Rays: what do they hit?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2627,7 +2802,141 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_batch_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 15. Scenes: many bodies, one budget a frame
+ * 16. Points: are they inside a solid?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * Whether a point is inside a solid, or on its surface.
+ */
+enum punctual_inside
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Not known: the budget ended first, or the winding number of an open solid is 1/2 to its error.
+   */
+  PUNCTUAL_INSIDE_UNDECIDED = 0,
+  /**
+   * It is.
+   */
+  PUNCTUAL_INSIDE_YES = 1,
+  /**
+   * It is not.
+   */
+  PUNCTUAL_INSIDE_NO = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_inside punctual_inside;
+#else
+typedef uint32_t punctual_inside;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What is proven about a point and a solid.
+ */
+typedef struct punctual_point_bounds {
+  /**
+   * How often the surface winds around the point: a whole number, exactly, if the solid is closed. On the surface that of
+   * the points just beside it. NaN if it is not known.
+   */
+  double winding;
+  /**
+   * Bound of its error: 0 for closed solids, infinite if it is not known.
+   */
+  double error;
+  /**
+   * The signed distance, negative inside, is within `low` and `high`, if it was asked for; else both are 0, and they are
+   * infinite for an empty mesh.
+   */
+  double low;
+  /**
+   * See `low`.
+   */
+  double high;
+  /**
+   * The nearest point of the surface that was found, if distances were asked for.
+   */
+  struct punctual_point nearest;
+  /**
+   * The triangle that has it, id of the input mesh; PUNCTUAL_NO_TRIANGLE without one.
+   */
+  uint32_t triangle;
+  /**
+   * Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on the surface.
+   */
+  punctual_inside inside;
+  /**
+   * 1 if the point is on the surface, exactly; else 0.
+   */
+  uint32_t is_on_surface;
+  /**
+   * Not used; 0.
+   */
+  uint32_t reserved;
+} punctual_point_bounds;
+
+/**
+ * The answer for many points; what is known of each is in the caller's array.
+ */
+typedef struct punctual_points_outcome {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * The first so many points are done and their bounds are written.
+   */
+  size_t done;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done for all points.
+   */
+  struct punctual_stats stats;
+} punctual_points_outcome;
+
+/**
+ * Asks about `count` points, in the frame of the tree's mesh, one after the other within one budget, and writes what is known of
+ * those that are done to `bounds`, which has room for all. `measures`: 0 for winding numbers only, else distances too. The first
+ * call for so many points in a workspace makes room for them, about 100 bytes each. It does not lock or panic. `clock` may be
+ * null: the clock of the system.
+ *
+ * Fails with NULL, BAD_ARGUMENT if the tree was not built as a solid or for a point that is not finite, which it names,
+ * OUT_OF_MEMORY or POISONED before it has begun.
+ */
+punctual_status punctual_points_run(const struct punctual_tree *tree,
+                                    const struct punctual_point *points,
+                                    size_t count,
+                                    uint32_t measures,
+                                    struct punctual_workspace *workspace,
+                                    struct punctual_budget budget,
+                                    const struct punctual_clock *clock,
+                                    struct punctual_point_bounds *bounds,
+                                    struct punctual_points_outcome *outcome);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget; the points must be what they were. What is known of
+ * all points that are done is written, those of earlier calls again.
+ *
+ * Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was not of these points or is complete.
+ */
+punctual_status punctual_points_resume(const struct punctual_tree *tree,
+                                       const struct punctual_point *points,
+                                       size_t count,
+                                       uint32_t measures,
+                                       struct punctual_workspace *workspace,
+                                       struct punctual_budget budget,
+                                       const struct punctual_clock *clock,
+                                       struct punctual_point_bounds *bounds,
+                                       struct punctual_points_outcome *outcome);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 17. Scenes: many bodies, one budget a frame
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -3666,7 +3975,7 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
                                                        float importance);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 16. Calibration: probabilities that learn
+ * 18. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**

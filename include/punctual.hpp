@@ -540,6 +540,30 @@ struct RayBatch : punctual_ray_batch {
   }
 };
 
+/** Which of many points are inside a solid? Distances too if `measures` is set. The tree and the points must outlive it. */
+struct Points {
+  const Tree &tree;
+  const punctual_point *points;
+  std::size_t count;
+  bool measures;
+
+  Points(const Tree &of, const punctual_point *where, std::size_t point_count, bool with_distances = false) noexcept
+      : tree(of), points(where), count(point_count), measures(with_distances) {}
+  Points(const Tree &&, const punctual_point *, std::size_t, bool = false) = delete;
+
+  /** `bounds` has room for all points; those of the points that are done are written. */
+  Result<punctual_points_outcome> run(Workspace &workspace, punctual_budget budget, punctual_point_bounds *bounds,
+                                      const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_points_outcome>(punctual_points_run, tree.get(), points, count, measures ? 1U : 0U,
+                                                   workspace.get(), budget, clock, bounds);
+  }
+  Result<punctual_points_outcome> resume(Workspace &workspace, punctual_budget budget, punctual_point_bounds *bounds,
+                                         const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_points_outcome>(punctual_points_resume, tree.get(), points, count,
+                                                   measures ? 1U : 0U, workspace.get(), budget, clock, bounds);
+  }
+};
+
 class Patches : public detail::Handle<punctual_patches, punctual_patches_free> {
 public:
   using Handle::Handle;

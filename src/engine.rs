@@ -10,3 +10,4 @@ pub use crate::query::{
     Ask, Deadline, QueryWithMemory, Question, Remembers, SYSTEM, SeparatingPlane, displacement,
     flushing_matters,
 };
+pub use crate::tree::inside::{Count, crossings, inside};

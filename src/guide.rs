@@ -33,6 +33,7 @@ page!(robots, "guide/robots.md");
 page!(motion, "guide/motion.md");
 page!(contacts, "guide/contacts.md");
 page!(rays, "guide/rays.md");
+page!(solids, "guide/solids.md");
 page!(push_out, "guide/push_out.md");
 page!(scenes, "scene.md");
 page!(performance, "performance.md");

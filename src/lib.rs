@@ -109,7 +109,7 @@ pub mod clock {
 
 /// Which triangles of two surfaces intersect: [`Query::intersection`], [`Query::all_pairs`].
 pub mod intersection {
-    pub use crate::query::{Intersection, Mode, Order, Verdict};
+    pub use crate::query::{Intersection, Mode, Operand, Order, Verdict};
 }
 
 /// The distance of two surfaces, with bounds: [`Query::distance`].
@@ -132,6 +132,11 @@ pub mod impact {
 pub mod rays {
     pub use crate::query::{RayBounds, RayCast, RayHit, RayMode, Rays};
     pub use punctual_geom::Side;
+}
+
+/// Points and solids: [`Query::winding`], [`Query::signed_distance`].
+pub mod points {
+    pub use crate::query::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 }
 
 /// What a query will cost, what a stopped one has found, and the unit of work.

@@ -19,8 +19,12 @@ use punctual::glam::{DVec3, Vec3};
 use punctual::impact::Impact;
 use punctual::intersection::Intersection;
 use punctual::rays::RayMode;
-use punctual::{Budget, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
-use punctual_depenetrate::PushOutQuery;
+use punctual::tree::Solid;
+use punctual::{
+    Budget, BuildOptions, Mesh, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace,
+    shapes,
+};
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace, PushOutQuery};
 
 #[test]
 fn the_counter_counts() {
@@ -276,6 +280,35 @@ fn pushes() {
     }
 }
 
+#[test]
+fn penetrations() {
+    let options = BuildOptions::default().solid(Solid::Keep);
+    let [knot, gear] = [shapes::torus_knot(2, 3, 0.2, 32), shapes::gear(12, 3)]
+        .map(|mesh| Tree::with_options(mesh, &options));
+    let (mut workspace, clock) = (
+        PenetrationWorkspace::new(),
+        ManualClock::ticking(Duration::from_micros(1)),
+    );
+    for ([a, b], solid) in [
+        ([&knot, &gear], false),
+        ([&knot, &gear], true),
+        ([&knot, &knot], true),
+    ] {
+        let query = PenetrationQuery::new(a, b, Pose::IDENTITY).solid(solid);
+        for budget in [
+            Budget::work(20_000),
+            Budget::time(Duration::from_micros(90)),
+            Budget::work(3_000_000),
+        ] {
+            let calls = allocator_calls(|| {
+                let _ = black_box(query.run(&mut workspace, budget.clock(&clock)));
+                let _ = black_box(query.resume(&mut workspace, budget.clock(&clock)));
+            });
+            assert_eq!(calls, 0, "{query:?}");
+        }
+    }
+}
+
 /// Room for hits is made once, or beforehand.
 #[test]
 fn rays() {
@@ -302,6 +335,40 @@ fn rays() {
         let _ = Query::rays(&tree, &rays).run(&mut workspace, Budget::unlimited().clock(&clock));
     });
     assert_eq!(calls, 0);
+}
+
+/// Of a closed and of an open solid, after the first batch, and one solid in another.
+#[test]
+fn points_and_solids() {
+    let options = BuildOptions::default().solid(Solid::Keep);
+    let ball = shapes::icosphere(3);
+    let vertices = || (0..ball.vertex_count()).map(|i| ball.vertex(i));
+    let open = Mesh::from_f64(vertices(), ball.triangles()[9..].iter().copied()).unwrap();
+    let small = Mesh::from_f64(
+        vertices().map(|x| x * 0.1),
+        ball.triangles().iter().copied(),
+    );
+    let small = Tree::with_options(small.unwrap(), &options);
+    let points: Vec<[f64; 3]> = (0..50).map(|i| [0.05 * f64::from(i), 0.1, 0.2]).collect();
+    for mesh in [ball.clone(), open] {
+        let tree = Tree::with_options(mesh, &options);
+        let mut workspace = Workspace::new();
+        let batch = Query::signed_distances(&tree, &points).unwrap();
+        let _ = batch.run(&mut workspace, Budget::work(0));
+        let calls = allocator_calls(|| {
+            let _ = batch.run(&mut workspace, Budget::work(5_000));
+            let _ = batch.resume(&mut workspace, Budget::unlimited());
+            for &point in &points {
+                let query = Query::winding(&tree, point).unwrap();
+                let _ = query.run(&mut workspace, Budget::unlimited());
+            }
+            let query = Query::intersection(&tree, &small, Pose::IDENTITY);
+            let _ = query.run(&mut workspace, Budget::unlimited());
+            let query = Query::distance(&tree, &small, Pose::IDENTITY);
+            let _ = query.run(&mut workspace, Budget::unlimited());
+        });
+        assert_eq!(calls, 0);
+    }
 }
 
 #[test]

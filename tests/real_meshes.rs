@@ -55,6 +55,7 @@ fn assert_answers(a: &Tree, b: &Tree, pose: Pose, pairs: u64, workspace: &mut Wo
                 Verdict::Intersecting { .. } => assert!(pairs > 0, "false hit, {}", at()),
                 Verdict::Separated => assert!(pairs == 0, "missed {pairs}, {}", at()),
                 Verdict::Within { .. } => panic!("a query without margins"),
+                Verdict::Contained { .. } => panic!("surfaces contain nothing"),
                 Verdict::Undecided => panic!("undecided after {:?}", outcome.stop),
             }
             if mode == Mode::All {

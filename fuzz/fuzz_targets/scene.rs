@@ -188,6 +188,7 @@ impl Model {
                         assert!(truth.binary_search(&witness).is_ok(), "{a} {b}")
                     }
                     Verdict::Within { .. } => panic!("{a} and {b} have no margins"),
+                    Verdict::Contained { .. } => panic!("{a} and {b} are no solids"),
                     Verdict::Separated => assert!(truth.is_empty(), "{a} and {b} meet"),
                     Verdict::Undecided => {
                         assert!(budget != Budget::unlimited(), "{a} and {b} are undecided")

@@ -24,7 +24,8 @@ use vertices::{all_in_use, check_vertex, is_f32_exact};
 /// nodes of a binary tree below 2^31.
 const TRIANGLE_LIMIT: usize = 1 << 30;
 
-/// An indexed triangle surface with finite vertices. Only [`crate::Tree::refit`] changes it.
+/// An indexed triangle surface with finite vertices. Only [`crate::Tree::refit`] and
+/// [`crate::tree::Solid::Flip`] change it.
 ///
 /// All coordinates are in one length unit, chosen by the caller, and in the frame of the mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -269,6 +270,11 @@ impl Mesh {
     #[inline]
     pub fn is_f32(&self) -> bool {
         matches!(self.vertices, Vertices::F32(_))
+    }
+
+    /// Reverses triangles: their second and third corners change places.
+    pub(crate) fn reverse(&mut self, triangles: impl Iterator<Item = usize>) {
+        triangles.for_each(|i| self.triangles[i].swap(1, 2));
     }
 
     /// Heap memory, in bytes.

@@ -2,6 +2,7 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
+use super::contained::Operand;
 use super::deadline::Deadline;
 use super::halves::Halves;
 use super::interval::{Interval, Tolerance};
@@ -261,6 +262,13 @@ impl Ask<Distance> for Query<'_, Distance> {
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
+        // Of solids it is asked first whether one has a vertex in the other.
+        if self.is_open_in(workspace) {
+            let stop = self.ask_containment(&self.asked.b_in_a, workspace, deadline);
+            if self.is_open_in(workspace) {
+                return stop;
+            }
+        }
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
         let relative = RelativePose::new(self.a, self.b, b_in_a);
         let question = Nearness::new(&relative, &workspace.search.interval);
@@ -277,7 +285,12 @@ impl Ask<Distance> for Query<'_, Distance> {
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> Bounds {
         let interval = &workspace.search.interval;
-        let [low, high] = self.bounds(interval);
+        let within = workspace.run.containment.inner();
+        let [low, high] = match within {
+            Some(_) => [0.0; 2],
+            None if self.is_open_in(workspace) => [0.0, f64::INFINITY],
+            None => self.bounds(interval),
+        };
         let nearest = interval.nearest().map(|(pair, found)| Nearest {
             triangles: ids([self.a, self.b], pair),
             points: [
@@ -297,6 +310,7 @@ impl Ask<Distance> for Query<'_, Distance> {
             high,
             nearest,
             closer,
+            within,
         }
     }
 }
@@ -353,4 +367,8 @@ pub struct Bounds {
     /// undecided, or no limit was set. It stays undecided if `f64` cannot resolve it: if the
     /// distance equals the limit up to 4e-14 times the diagonal of the box around both meshes.
     pub closer: Option<bool>,
+    /// Proven: this body, a solid, has a vertex inside the other, a closed solid. So the solids
+    /// meet, and their distance is 0, whether or not their surfaces meet. How deep they are is
+    /// another question. `None` for surfaces and where no first vertex of a component is inside.
+    pub within: Option<Operand>,
 }

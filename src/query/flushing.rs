@@ -29,15 +29,27 @@ pub(super) fn matters_to_rays(tree: &Tree, rays: &[Ray]) -> bool {
     }
 }
 
+/// [`matters`] for points.
+#[inline(always)]
+pub(super) fn matters_to_points(tree: &Tree, points: &[[f64; 3]]) -> bool {
+    denormals::are_flushed()
+        && !(is_tree_far_from_denormal(tree)
+            && points
+                .iter()
+                .all(|point| denormals::none_below(point, LEAST)))
+}
+
+#[inline(always)]
+fn is_tree_far_from_denormal(tree: &Tree) -> bool {
+    tree.mesh().least_exponent() >= LEAST && tree.unit().exponent >= LEAST_UNIT
+}
+
 #[inline(always)]
 fn is_ray_far_from_denormal(tree: &Tree, ray: &Ray) -> bool {
     let is_far = |v: DVec3| denormals::none_below(&v.to_array(), LEAST);
     // The direction of a segment is the difference of its target and origin.
     let [_, target] = ray.exact_direction();
-    tree.mesh().least_exponent() >= LEAST
-        && tree.unit().exponent >= LEAST_UNIT
-        && is_far(ray.origin())
-        && is_far(target)
+    is_tree_far_from_denormal(tree) && is_far(ray.origin()) && is_far(target)
 }
 
 #[inline(always)]

@@ -5,6 +5,7 @@
 
 use super::budget::Budget;
 use super::certificate::Place;
+use super::contained::Containment;
 use super::deadline::Deadline;
 use super::meeting::Meeting;
 use super::memory::{Before, PairMemory, WITNESSES};
@@ -40,6 +41,8 @@ use punctual_geom::{Pose, nanoseconds};
 /// match answer.value {
 ///     // `Within` is what a scene says of bodies with margins.
 ///     Verdict::Intersecting { witness } | Verdict::Within { witness, .. } => println!("triangles {witness:?} meet"),
+///     // For solids only.
+///     Verdict::Contained { inner } => println!("{inner} is inside the other"),
 ///     Verdict::Separated => println!("no contact"),
 ///     Verdict::Undecided => println!("not known yet"),
 /// }
@@ -61,6 +64,11 @@ impl Remembers for Intersection {}
 impl<'t> Query<'t, Intersection> {
     /// Asks whether the surfaces of `a` and `b` intersect, where `b_in_a` maps B's coordinates into
     /// A's. It stops at the first pair of triangles that intersect.
+    ///
+    /// If both trees are solids ([`crate::BuildOptions::solid`]) and their surfaces do not meet, it
+    /// also asks whether a component of one is inside the other, if that is closed:
+    /// [`Verdict::Contained`]. That takes a ray for each component, if its first vertex is in the
+    /// other mesh's box.
     #[must_use]
     pub fn intersection(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
         let asked = Intersection {
@@ -246,7 +254,17 @@ impl Ask<Intersection> for Query<'_, Intersection> {
         } else {
             Counts::default()
         };
-        let stop = self.search(workspace, memory, deadline);
+        let stop = if workspace.run.containment == Containment::Open {
+            self.search(workspace, memory, deadline)
+        } else {
+            StopReason::Finished
+        };
+        let are_apart = stop == StopReason::Finished && workspace.run.stats.found == 0;
+        let stop = if are_apart && self.may_contain() {
+            self.ask_containment(&self.asked.b_in_a, workspace, deadline)
+        } else {
+            stop
+        };
         if let Some(elapsed) = deadline.elapsed() {
             let done = workspace.counts().since(&before);
             workspace.cost_model = workspace.cost_model.learned(&done, nanoseconds(elapsed));
@@ -255,7 +273,10 @@ impl Ask<Intersection> for Query<'_, Intersection> {
     }
 
     fn answer(&self, workspace: &Workspace, stop: StopReason) -> Verdict {
-        workspace.verdict(stop)
+        match workspace.run.containment.inner() {
+            Some(inner) => Verdict::Contained { inner },
+            None => workspace.verdict(stop),
+        }
     }
 }
 

@@ -10,6 +10,7 @@
 //! | contacts, asked as one of these two | [`contacts`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
+//! | points and solids; one solid in another | [`point`]; [`contained`] |
 //! | the children that replace a node pair, for every question | [`expand`]; [`boxes`], [`overlap`], [`edge_axes`], [`relative_pose`] |
 //! | tests without a query | [`root_test`], [`separating_plane`] |
 //! | the frontier | [`queue`], by [`order`]; [`triangle_pairs`] |
@@ -27,6 +28,7 @@ mod clearance;
 mod close_boxes;
 mod closest_pairs;
 mod contacts;
+mod contained;
 mod corners;
 mod deadline;
 mod distance;
@@ -52,6 +54,7 @@ mod options;
 mod order;
 mod outcome;
 mod overlap;
+mod point;
 mod probe;
 mod question;
 mod queue;
@@ -74,6 +77,7 @@ pub use budget::{Budget, Clock, ManualClock};
 pub use certificate::Certificate;
 pub use clearance::displacement;
 pub use contacts::{ContactBounds, Contacts};
+pub use contained::Operand;
 pub use deadline::Deadline;
 pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
@@ -84,6 +88,7 @@ pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
+pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
 pub use separating_plane::SeparatingPlane;

@@ -1,5 +1,6 @@
 //! The answer of a query.
 
+use super::contained::Operand;
 use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
 use core::fmt;
 use core::str::FromStr;
@@ -32,8 +33,15 @@ pub enum Verdict {
         /// margins not subtracted. Above 0, and at most the sum of the margins.
         distance: f64,
     },
+    /// Proven: the surfaces do not meet, but this body, or a component of it, is inside the other.
+    /// Occurs only if both trees are solids, and the outer one is closed; not in scenes.
+    Contained {
+        /// The body that is inside the other.
+        inner: Operand,
+    },
     /// Proven: no triangle of A shares a point with one of B. For bodies with margins, also none is
-    /// within the margins.
+    /// within the margins. For solids, also no component of one is inside the other, if that is
+    /// closed.
     Separated,
     /// The budget ended before the answer was known. [`crate::Query::certificate`] bounds what is
     /// left open.
@@ -52,20 +60,25 @@ impl Verdict {
         }
     }
 
-    /// Name in files, without the witness: `intersecting`, `within`, `separated` or `undecided`.
+    /// Name in files, without the witness: `intersecting`, `within`, `contained`, `separated`
+    /// or `undecided`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Intersecting { .. } => "intersecting",
             Self::Within { .. } => "within",
+            Self::Contained { .. } => "contained",
             Self::Separated => "separated",
             Self::Undecided => "undecided",
         }
     }
 
     /// True if it is proven that the surfaces, thickened by their margins, meet: `Intersecting` or
-    /// `Within`.
+    /// `Within`, or `Contained`.
     pub const fn meets(self) -> bool {
-        matches!(self, Self::Intersecting { .. } | Self::Within { .. })
+        matches!(
+            self,
+            Self::Intersecting { .. } | Self::Within { .. } | Self::Contained { .. }
+        )
     }
 
     /// Upper bound of the distance of the witness, margins not subtracted; 0 if it intersects.
@@ -73,7 +86,7 @@ impl Verdict {
         match self {
             Self::Intersecting { .. } => Some(0.0),
             Self::Within { distance, .. } => Some(distance),
-            Self::Separated | Self::Undecided => None,
+            Self::Contained { .. } | Self::Separated | Self::Undecided => None,
         }
     }
 
@@ -81,14 +94,15 @@ impl Verdict {
     pub const fn witness(self) -> Option<[u32; 2]> {
         match self {
             Self::Intersecting { witness } | Self::Within { witness, .. } => Some(witness),
-            Self::Separated | Self::Undecided => None,
+            Self::Contained { .. } | Self::Separated | Self::Undecided => None,
         }
     }
 }
 
-const VERDICTS: [&str; 4] = [
+const VERDICTS: [&str; 5] = [
     "intersecting(A, B)",
     "within(A, B, distance)",
+    "contained(a or b)",
     "separated",
     "undecided",
 ];
@@ -103,6 +117,7 @@ impl fmt::Display for Verdict {
                 witness: [a, b],
                 distance,
             } => write!(f, "within({a}, {b}, {distance})"),
+            Self::Contained { inner } => write!(f, "contained({inner})"),
             Self::Separated => f.pad(separated),
             Self::Undecided => f.pad(undecided),
         }
@@ -137,12 +152,19 @@ impl FromStr for Verdict {
                 distance,
             })
         };
+        let contained = || {
+            let inner = name.strip_prefix("contained(")?.strip_suffix(')')?;
+            Some(Self::Contained {
+                inner: inner.parse().ok()?,
+            })
+        };
         let [.., separated, undecided] = VERDICTS;
         match name {
             _ if name == separated => Ok(Self::Separated),
             _ if name == undecided => Ok(Self::Undecided),
             _ => intersecting()
                 .or_else(within)
+                .or_else(contained)
                 .ok_or_else(|| UnknownName::new(name, &VERDICTS)),
         }
     }
@@ -281,4 +303,12 @@ pub struct Answer<T> {
     pub stop: StopReason,
     /// The work of the query.
     pub stats: Stats,
+}
+
+impl<T> Answer<T> {
+    /// The answer of a caller of several queries.
+    #[doc(hidden)]
+    pub fn of(value: T, stop: StopReason, stats: Stats) -> Self {
+        Self { value, stop, stats }
+    }
 }

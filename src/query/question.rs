@@ -27,6 +27,8 @@ pub struct Query<'t, Q> {
     pub(super) b: &'t Tree,
     pub(super) asked: Q,
     pub(super) fault: Option<OptionError>,
+    /// False if the question is about the surfaces even of solids.
+    pub(super) solids: bool,
 }
 
 /// The question of a [`Query`], with the type of its answer.
@@ -78,6 +80,7 @@ impl<'t, Q> Query<'t, Q> {
             b,
             asked,
             fault: None,
+            solids: true,
         }
     }
 

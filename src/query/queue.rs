@@ -6,7 +6,7 @@
 //! are not empty: constant time, and a total order (bucket, then last in first out) that depends
 //! only on the input.
 
-use crate::tree::MAX_HEIGHT;
+use crate::tree::{MAX_HEIGHT, Node, WIDTH};
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
@@ -147,6 +147,57 @@ impl Frontier {
         for bit in bits(mask) {
             self.push(pair(bit as u32));
         }
+    }
+
+    /// Pushes the children of a mask on the stack, each as a pair of a node and the bits of its key,
+    /// which is positive. The one with the largest key is the first. Returns the one with the least
+    /// key instead.
+    #[inline(always)]
+    pub fn push_nearest(
+        &mut self,
+        nodes: &[Node],
+        first_child: u32,
+        mut children: u32,
+        keys: &[f32; WIDTH],
+    ) -> Pair {
+        let count = children.count_ones() as usize;
+        // Sort key: the key, then the index.
+        let mut next = || {
+            let i = children.trailing_zeros();
+            children &= children.wrapping_sub(1);
+            u64::from(keys[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
+        };
+        let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
+        // This copy of the kind is never read. Making it loads the node into the cache before the
+        // pair is popped.
+        let waiting = |pair: Pair| Pair {
+            active: [nodes[pair.nodes[0] as usize].is_leaf.into(), 0],
+            ..pair
+        };
+        let first = next();
+        if count == 1 {
+            return pair(first);
+        }
+        let second = next();
+        if count == 2 {
+            self.push(waiting(pair(first.max(second))));
+            return pair(first.min(second));
+        }
+        let mut sorted = [first.max(second), first.min(second), 0, 0, 0, 0, 0, 0];
+        let mut i = 2;
+        while i < count {
+            let (key, mut at) = (next(), i);
+            while at > 0 && sorted[(at - 1) % WIDTH] < key {
+                sorted[at % WIDTH] = sorted[(at - 1) % WIDTH];
+                at -= 1;
+            }
+            sorted[at % WIDTH] = key;
+            i += 1;
+        }
+        for &key in &sorted[..count - 1] {
+            self.push(waiting(pair(key)));
+        }
+        pair(sorted[(count - 1) % WIDTH])
     }
 
     /// Replaces the pair at a position of the stack.

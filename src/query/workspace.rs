@@ -1,10 +1,13 @@
 //! All buffers of a query, owned by the caller.
 
+use super::contained::Containment;
 use super::corners::Corners;
 use super::known;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::outcome::{Stats, StopReason, Verdict};
+use super::point::PointBounds;
+use super::point::state::{Phase, PointState};
 use super::queue::{Frontier, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
 use super::refinement::Refinement;
@@ -58,6 +61,7 @@ pub struct Workspace {
     /// The state of a motion query.
     pub(super) motion: MotionState,
     pub(super) rays: RayState,
+    pub(super) points: PointState,
     pub(super) contacts: ContactList,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
@@ -75,6 +79,7 @@ pub(super) struct Run {
     pub stats: Stats,
     /// The first pair found: ids of the input meshes.
     pub witness: Option<[u32; 2]>,
+    pub containment: Containment,
 }
 
 impl Run {
@@ -86,6 +91,7 @@ impl Run {
         self.stopped = false;
         self.stats.clear();
         self.witness = None;
+        self.containment = Containment::Open;
     }
 
     /// An error unless the run is of this query.
@@ -122,6 +128,7 @@ const NO_RUN: Run = Run {
     stopped: false,
     stats: Stats::NONE,
     witness: None,
+    containment: Containment::Open,
 };
 
 /// A sample of the pairs found, in tree order: every `2^skips`-th. Once it has been full, it is at
@@ -193,6 +200,8 @@ pub enum Asked {
     Contacts(ContactOptions),
     /// The rays are in the [`RayState`].
     Ray,
+    /// The points are in the [`PointState`].
+    Points,
 }
 
 impl Workspace {
@@ -223,6 +232,7 @@ impl Workspace {
             search: Search::new(),
             motion: MotionState::NOTHING,
             rays: RayState::default(),
+            points: PointState::default(),
             contacts: ContactList::default(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
@@ -276,6 +286,19 @@ impl Workspace {
     /// for a ray without a hit or not finished.
     pub fn first_hits(&self) -> &[Option<RayHit>] {
         &self.rays.first_hits
+    }
+
+    /// What the last query found about points, if it was one about points: one for each point done,
+    /// in the order of the points.
+    pub fn points(&self) -> &[PointBounds] {
+        &self.points.found
+    }
+
+    /// Reserves room for the answers about at least so many points. The first query for a larger
+    /// batch of points reserves room for it, and the first about an open solid 24 bytes for each
+    /// vertex on an open edge.
+    pub fn reserve_points(&mut self, points: usize) {
+        self.points.reserve(points);
     }
 
     /// Removes and returns the hits of a ray, so that a query stopped with
@@ -352,8 +375,9 @@ impl Workspace {
     }
 
     /// Work of the last query.
+    #[doc(hidden)]
     #[inline]
-    pub(super) fn stats(&self) -> Stats {
+    pub fn stats(&self) -> Stats {
         Stats {
             bv_tests: self.run.stats.bv_tests_of_levels(),
             queue_peak: self.frontier.peak(),
@@ -375,6 +399,7 @@ impl Workspace {
             && self.motion.followed.is_none()
             && self.rays.candidates.is_empty()
             && self.rays.after == 0
+            && self.points.phase == Phase::Idle
     }
 
     /// The triangle pairs (tree order) of an intersection query that wait for a test.
@@ -405,6 +430,7 @@ impl Workspace {
         self.search.clear();
         self.motion.followed = None;
         self.rays.clear();
+        self.points.clear();
         self.contacts.clear();
         self.found.clear();
     }
@@ -418,6 +444,8 @@ impl Clone for Workspace {
         let mut rays = self.rays.clone();
         rays.reserve(self.rays.hits.capacity());
         rays.reserve_batch(self.rays.first_hits.capacity());
+        let mut points = self.points.clone();
+        points.reserve(self.points.found.capacity());
         Self {
             frontier: self.frontier.clone(),
             waiting: self.waiting.clone(),
@@ -430,6 +458,7 @@ impl Clone for Workspace {
             search: self.search.clone(),
             motion: self.motion.clone(),
             rays,
+            points,
             contacts: self.contacts.clone(),
             found,
             ..*self

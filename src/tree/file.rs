@@ -8,13 +8,13 @@
 //! Everything that the file states is checked. Bytes with wrong content and a correct checksum are
 //! either refused, or they are another valid tree of the mesh that they contain, with true answers.
 //!
-//! Version 1, all numbers little-endian:
+//! Version 2, all numbers little-endian:
 //!
 //! | bytes | content |
 //! |---:|---|
 //! | 8 | `PUNCTREE` |
-//! | 4 | version, 1 |
-//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; + 256 is ignored |
+//! | 4 | version, 2; version 1 is read too, and has no solids |
+//! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; + 1024 for a solid; + 256 is ignored |
 //! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
 //! | 12 or 24 a vertex | coordinates |
@@ -36,7 +36,7 @@ use super::profile::Profiles;
 use super::update::update;
 use super::validate::{TreeFault, dense, each_once};
 use super::wide::{Node, WIDTH};
-use super::{Tree, Unit};
+use super::{BuildOptions, Solid, Tree, Unit};
 use crate::mesh::{Mesh, MeshError, TRIANGLE_BYTES};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -44,12 +44,13 @@ use core::fmt;
 use glam::{Mat3, Mat3A};
 
 const MAGIC: [u8; 8] = *b"PUNCTREE";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Flags added to the size of a coordinate. `IGNORED` has no meaning. `HAS_EXTREMES` is set if the
-/// tree keeps extremes, which loading recomputes.
+/// tree keeps extremes, `IS_SOLID` if it is one of a solid; loading recomputes what they stand for.
 const IGNORED: u32 = 1 << 8;
 const HAS_EXTREMES: u32 = 1 << 9;
+const IS_SOLID: u32 = 1 << 10;
 const HEADER: usize = 52;
 const CHECKSUM: usize = 4;
 const ORIENTATION: usize = 36;
@@ -69,7 +70,7 @@ pub enum TreeFileError {
     Version {
         /// Format version of the bytes.
         found: u32,
-        /// The only supported version.
+        /// The newest supported version.
         supported: u32,
     },
     /// The number of bytes differs from the header's.
@@ -163,6 +164,7 @@ impl From<TreeFault> for TreeFileError {
 struct Header {
     is_f64: bool,
     has_extremes: bool,
+    is_solid: bool,
     vertices: u64,
     triangles: u64,
     nodes: u64,
@@ -175,7 +177,8 @@ impl Header {
         bytes.extend_from_slice(&MAGIC);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
         let extremes = if self.has_extremes { HAS_EXTREMES } else { 0 };
-        bytes.extend_from_slice(&(extremes | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
+        let flags = extremes | if self.is_solid { IS_SOLID } else { 0 };
+        bytes.extend_from_slice(&(flags | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
         for count in [self.vertices, self.triangles, self.nodes, self.orientations] {
             bytes.extend_from_slice(&count.to_le_bytes());
         }
@@ -199,21 +202,23 @@ impl Header {
             .map(|&word| u32::from_le_bytes(word));
         let mut word = || words.next().unwrap_or_default();
         let version = word();
-        if version != VERSION {
+        if !(1..=VERSION).contains(&version) {
             return Err(TreeFileError::Version {
                 found: version,
                 supported: VERSION,
             });
         }
         let kind = word();
-        let (size, has_extremes) = (kind & !(IGNORED | HAS_EXTREMES), kind & HAS_EXTREMES != 0);
+        let known = IGNORED | HAS_EXTREMES | if version > 1 { IS_SOLID } else { 0 };
+        let (size, kind) = (kind & !known, kind & known);
         let mut count = || u64::from(word()) | u64::from(word()) << 32;
         let [vertices, triangles, nodes, orientations] = [count(), count(), count(), count()];
         let cost = f32::from_bits(word());
         match size {
             4 | 8 => Ok(Self {
                 is_f64: size == 8,
-                has_extremes,
+                has_extremes: kind & HAS_EXTREMES != 0,
+                is_solid: kind & IS_SOLID != 0,
                 vertices,
                 triangles,
                 nodes,
@@ -290,6 +295,7 @@ impl Tree {
         Header {
             is_f64: !self.mesh.is_f32(),
             has_extremes: self.has_extremes(),
+            is_solid: self.solid.is_some(),
             vertices: self.mesh.vertex_count() as u64,
             triangles: self.mesh.len() as u64,
             nodes: self.nodes.len() as u64,
@@ -363,7 +369,15 @@ impl Tree {
             profiles,
             placed,
             ids,
-            header.has_extremes,
+            &BuildOptions {
+                extremes: header.has_extremes,
+                solid: if header.is_solid {
+                    Solid::Keep
+                } else {
+                    Solid::No
+                },
+                ..BuildOptions::default()
+            },
         );
         Ok(Self {
             built_cost: header.cost,

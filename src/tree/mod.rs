@@ -10,7 +10,8 @@
 //   repeated (`refit`).
 //
 // The tree stores the neighbors of each triangle (`adjacency`) and, on request, the corners that
-// may be the farthest along a direction (`extremes`). The file of a tree (`mod@file`) contains
+// may be the farthest along a direction (`extremes`) and the components and open edges of a solid
+// (`solid`). The file of a tree (`mod@file`) contains
 // what cannot be recomputed: the mesh, the order of the triangles and the orientations.
 
 mod adjacency;
@@ -27,12 +28,15 @@ mod extremes;
 mod file;
 mod fit;
 mod fork;
+pub(crate) mod inside;
+pub(crate) mod local_ray;
 mod moments;
 mod options;
 mod orientation;
 mod place;
 mod profile;
 mod refit;
+mod solid;
 mod unit;
 mod update;
 mod validate;
@@ -42,6 +46,7 @@ pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
 pub use options::{BuildOptions, Effort};
 pub use profile::LevelProfile;
+pub use solid::{Component, Solid, SolidError, Solidity};
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
 pub(crate) use wide::{MAX_HEIGHT, Node, WIDTH, xyz};
@@ -74,6 +79,8 @@ pub struct Tree {
     neighbors: Box<[Neighbors]>,
     /// Empty if they were not requested, and after a refit.
     extremes: Extremes,
+    /// `None` if not requested.
+    solid: Option<Solidity>,
     /// SAH cost after the build.
     built_cost: f32,
     identity: usize,
@@ -110,6 +117,8 @@ pub struct TreeStats {
     pub bytes_neighbors: usize,
     /// Bytes of the corners that may be the farthest along a direction.
     pub bytes_extremes: usize,
+    /// Bytes of the components and open edges of a solid.
+    pub bytes_solid: usize,
 }
 
 impl TreeStats {
@@ -122,6 +131,7 @@ impl TreeStats {
             bytes_profiles,
             bytes_neighbors,
             bytes_extremes,
+            bytes_solid,
             ..
         } = self;
         bytes_nodes
@@ -130,6 +140,7 @@ impl TreeStats {
             + bytes_profiles
             + bytes_neighbors
             + bytes_extremes
+            + bytes_solid
     }
 }
 
@@ -181,7 +192,7 @@ impl Tree {
             profiles,
             placed,
             binary.order.into(),
-            options.extremes,
+            options,
         )
     }
 
@@ -193,16 +204,16 @@ impl Tree {
         profiles: Profiles,
         Placed { corners, triangles }: Placed,
         ids: Box<[u32]>,
-        keep_extremes: bool,
+        options: &BuildOptions,
     ) -> Self {
         let neighbors = adjacency::neighbors(&corners, &nodes);
-        let extremes = match keep_extremes {
+        let extremes = match options.extremes {
             true => Extremes::of(&mesh, &unit, &corners),
             false => Extremes::default(),
         };
         let (built_cost, identity) = (profiles.cost, next_identity());
         let lineage = identity;
-        let tree = Self {
+        let mut tree = Self {
             mesh,
             unit,
             nodes,
@@ -212,10 +223,12 @@ impl Tree {
             profiles,
             neighbors,
             extremes,
+            solid: None,
             built_cost,
             identity,
             lineage,
         };
+        tree.make_solid(options.solid);
         debug_assert_eq!(tree.validate(), Ok(()));
         tree
     }
@@ -277,6 +290,7 @@ impl Tree {
             bytes_profiles: size_of_val(&*self.profiles.levels),
             bytes_neighbors: size_of_val(&*self.neighbors),
             bytes_extremes: self.extremes.bytes(),
+            bytes_solid: self.solid.as_ref().map_or(0, Solidity::bytes),
         }
     }
 
@@ -358,7 +372,8 @@ impl Tree {
 
     /// A number that differs between any two trees built or refitted in this process, except
     /// clones.
-    pub(crate) fn identity(&self) -> usize {
+    #[doc(hidden)]
+    pub fn identity(&self) -> usize {
         self.identity
     }
 

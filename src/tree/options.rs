@@ -1,5 +1,7 @@
 //! Options of a build.
 
+use super::solid::Solid;
+
 /// Options of a build. Nodes have at most eight children in any case, because the kernels are made
 /// for eight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +22,10 @@ pub struct BuildOptions {
     /// search, if the bodies are close or almost touch and are convex there. A refit discards the
     /// corners. A round mesh of more than about 100,000 triangles keeps none.
     pub extremes: bool,
+    /// What the mesh bounds. For solids the tree keeps its components, its open edges and its
+    /// volumes ([`crate::Tree::solid`]): 4 bytes per triangle if there are several components, and
+    /// 12 to 16 bytes per open edge. [`Solid::No`] by default.
+    pub solid: Solid,
     /// Maximum number of threads that build at once, the caller's included; 1 by default. More than
     /// one are used only with the feature `parallel`, and only for large meshes. The tree is the
     /// same to the bit for any number of threads.
@@ -46,6 +52,7 @@ impl Default for BuildOptions {
             effort: Effort::Normal,
             orientations: true,
             extremes: false,
+            solid: Solid::No,
             threads: 1,
         }
     }
@@ -74,6 +81,12 @@ impl BuildOptions {
     #[must_use]
     pub fn extremes(self, extremes: bool) -> Self {
         Self { extremes, ..self }
+    }
+
+    /// Sets what the mesh bounds.
+    #[must_use]
+    pub fn solid(self, solid: Solid) -> Self {
+        Self { solid, ..self }
     }
 
     /// Sets the maximum number of threads.

@@ -3,6 +3,7 @@
 
 use super::extremes::Extremes;
 use super::fork::Pieces;
+use super::solid::Solid;
 use super::update::update;
 use super::{Tree, Unit, next_identity};
 use crate::mesh::MeshError;
@@ -14,8 +15,9 @@ impl Tree {
     /// the new shape; see [`degradation`](Self::degradation). `vertices` are all vertices of the
     /// mesh, in its order and length unit.
     ///
-    /// Takes `O(n)` time, a small part of a build, and allocates nothing. Queries that were stopped
-    /// before cannot be resumed.
+    /// Takes `O(n)` time, a small part of a build, and allocates nothing. For a solid, its
+    /// components, open edges and volumes are computed anew; that allocates, and triangles are not
+    /// reversed. Queries that were stopped before cannot be resumed.
     ///
     /// # Errors
     /// [`MeshError::VertexCount`] if the number of vertices differs from the mesh's. Otherwise the
@@ -75,6 +77,9 @@ impl Tree {
             Pieces::ONE,
         );
         self.extremes = Extremes::default();
+        if self.solid.is_some() {
+            self.make_solid(Solid::Keep);
+        }
         // A query stopped with the old boxes must not continue with the new ones.
         self.identity = next_identity();
         debug_assert_eq!(self.validate(), Ok(()));

@@ -87,6 +87,7 @@ pub fn assert_sound(outcome: &Answer<Verdict>, pairs: &[[u32; 2]], truth: &[[u32
     match outcome.value {
         Verdict::Intersecting { witness } => assert!(known(&witness), "false witness {witness:?}"),
         Verdict::Within { .. } => panic!("a query without margins"),
+        Verdict::Contained { .. } => panic!("surfaces contain nothing"),
         Verdict::Separated => {
             assert!(truth.is_empty(), "false Separated, truth {}", truth.len());
             assert_eq!(outcome.stop, StopReason::Finished);

@@ -3,6 +3,7 @@
 use crate::sized::grows;
 use crate::workspace::punctual_triangle_pair;
 use core::time::Duration;
+use punctual::intersection::Operand;
 use punctual::prediction::{LEVELS, Quantiles};
 use punctual::{Certificate, Stats, StopReason, Verdict};
 
@@ -25,6 +26,9 @@ pub enum punctual_verdict {
     /// of a
     /// scene of which one has a margin. Whether some triangles share a point is not said.
     Within = 3,
+    /// Proven: the surfaces do not meet, but one body is inside the other: A if the first number of the witness is 0, B
+    /// if it is 1. Said only of two solids of which the outer one is closed, and not in scenes.
+    Contained = 4,
 }
 
 /// Why a query returned.
@@ -115,6 +119,10 @@ pub(crate) fn verdict(verdict: Verdict) -> (punctual_verdict, punctual_triangle_
         Verdict::Undecided => (punctual_verdict::Undecided, [0; 2].into()),
         Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness.into()),
         Verdict::Within { witness, .. } => (punctual_verdict::Within, witness.into()),
+        Verdict::Contained { inner } => (
+            punctual_verdict::Contained,
+            [u32::from(inner == Operand::B), 0].into(),
+        ),
         Verdict::Separated => (punctual_verdict::Separated, [0; 2].into()),
     }
 }

@@ -5,6 +5,7 @@ use core::cell::RefCell;
 use core::ffi::c_char;
 use core::fmt::{self, Write};
 use punctual::geom::{MotionError, RayError};
+use punctual::points::PointError;
 use punctual::tree::{TreeFault, TreeFileError};
 use punctual::{MeshError, PoseError, ResumeError};
 use punctual_io::{FileError, ReadError};
@@ -83,6 +84,7 @@ pub(crate) enum Fault {
     MeshFile(FileError),
     MeshBytes(ReadError),
     Thread(io::Error),
+    Points(PointError),
 }
 
 impl Fault {
@@ -99,6 +101,7 @@ impl Fault {
             | Self::Number(..)
             | Self::Negative(..)
             | Self::Ray(..)
+            | Self::Points(_)
             | Self::NotUtf8(_) => punctual_status::BadArgument,
             Self::OutOfMemory => punctual_status::OutOfMemory,
             Self::Poisoned(_) => punctual_status::Poisoned,
@@ -167,6 +170,7 @@ impl fmt::Display for Fault {
             Self::MeshFile(error) => error.fmt(f),
             Self::MeshBytes(error) => error.fmt(f),
             Self::Thread(error) => error.fmt(f),
+            Self::Points(error) => error.fmt(f),
         }
     }
 }
@@ -191,7 +195,8 @@ fault_from!(
     TreeFile(TreeFileError),
     MeshFile(FileError),
     MeshBytes(ReadError),
-    Thread(io::Error)
+    Thread(io::Error),
+    Points(PointError)
 );
 
 /// Runs the work of the call `name`. No panic leaves it.

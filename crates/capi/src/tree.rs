@@ -6,7 +6,7 @@ use crate::mesh::punctual_mesh;
 use crate::sized::{begin, grows, place, read, rows};
 use crate::status::{Fault, door, free, given, punctual_status, value_of};
 use core::mem::MaybeUninit;
-use punctual::tree::Effort;
+use punctual::tree::{Effort, Solid};
 use punctual::{BuildOptions, Tree};
 use std::sync::Arc;
 
@@ -47,9 +47,24 @@ pub struct punctual_build_options {
     pub extremes: u32,
     /// Most threads to build in; more than one only for large meshes. The tree is the same, to the bit.
     pub threads: usize,
+    /// A `punctual_solid`: what the mesh bounds.
+    pub solid: usize,
 }
 
-grows!(punctual_build_options: size, effort..threads);
+grows!(punctual_build_options: size, effort..solid);
+
+/// What a mesh bounds. Rooms, terrain and shells bound nothing.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_solid {
+    /// A surface without an inside; the default.
+    No = 0,
+    /// A solid, oriented as its triangles are.
+    Keep = 1,
+    /// A solid of which parts that are inside out are reversed: the second and third corner of their triangles change
+    /// places.
+    Flip = 2,
+}
 
 /// Numbers that describe a tree.
 #[repr(C)]
@@ -102,6 +117,7 @@ impl Default for punctual_build_options {
             frames: orientations.into(),
             extremes: extremes.into(),
             threads,
+            solid: punctual_solid::No as usize,
         }
     }
 }
@@ -118,7 +134,7 @@ pub unsafe extern "C" fn punctual_build_options_init(
 
 /// Builds the tree of a mesh, of which it keeps a copy. `options` may be null: the defaults. Takes `n log n` time.
 ///
-/// Fails with BAD_ARGUMENT if `options->effort` is unknown.
+/// Fails with BAD_ARGUMENT if `options->effort` or `options->solid` is unknown.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_tree_new(
     mesh: Option<&punctual_mesh>,
@@ -151,7 +167,12 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
     let mut chosen = BuildOptions::default();
     (chosen.effort, chosen.orientations, chosen.threads) =
         (effort, options.frames != 0, options.threads);
-    Ok(chosen.extremes(options.extremes != 0))
+    let solid = value_of(
+        u32::try_from(options.solid).unwrap_or(u32::MAX),
+        "options->solid",
+        &[Solid::No, Solid::Keep, Solid::Flip],
+    )?;
+    Ok(chosen.extremes(options.extremes != 0).solid(solid))
 }
 
 /// The tree as bytes for `punctual_tree_from_bytes`, on any machine: as many as `capacity` allows are written to `bytes`, and

@@ -13,6 +13,10 @@ mod contacts;
 mod distances;
 #[path = "capi/motions.rs"]
 mod motions;
+#[path = "capi/penetration.rs"]
+mod penetration;
+#[path = "capi/points.rs"]
+mod points;
 #[path = "capi/queries.rs"]
 mod queries;
 #[path = "capi/rays.rs"]

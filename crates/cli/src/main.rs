@@ -8,10 +8,12 @@
 mod approach;
 mod compare;
 mod contacts;
+mod depth;
 mod distance;
 mod fit;
 mod info;
 mod input;
+mod inside;
 mod motion;
 mod pair;
 mod paper;
@@ -44,7 +46,9 @@ enum Command {
     Distance(distance::Args),
     Motion(motion::Args),
     Contacts(contacts::Args),
+    Depth(depth::Args),
     Rays(rays::Args),
+    Inside(inside::Args),
     Triangles(triangles::Args),
     Robot(robot::Args),
     Info(info::Args),
@@ -75,7 +79,9 @@ fn main() -> ExitCode {
         Command::Distance(args) => distance::run(args, &mut out),
         Command::Motion(args) => motion::run(args, &mut out),
         Command::Contacts(args) => contacts::run(args, &mut out),
+        Command::Depth(args) => depth::run(args, &mut out),
         Command::Rays(args) => rays::run(args, &mut out),
+        Command::Inside(args) => inside::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
         Command::Robot(args) => robot::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use punctual::intersection::{Intersection, Order};
 use punctual::prediction::CostModel;
+use punctual::tree::Solid;
 use punctual::{BuildOptions, Mode, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
@@ -22,7 +23,7 @@ use sweep::{PairsFile, Row, Sweeper};
 ///
 /// Prints CSV, a line for each pose: hit is 1 only if an intersection is proven; pairs is the number of intersecting
 /// triangle pairs found (-1 with --mode any); ns is the least time of all sweeps, pose update included; verdict is
-/// intersecting, separated (proven), undecided (the budget ended first) or error; upper_bound is a number of
+/// intersecting, contained (with --solid), separated (proven), undecided (the budget ended first) or error; upper_bound is a number of
 /// intersecting pairs that is proven not to be exceeded. Then what the model says: before the query, the median and the
 /// 90 % quantile of its BV tests, and the median time in ns; at its end, the BV tests still to be made, the probability of
 /// an intersection, and with --mode all the expected share of the pairs that was found. All but ns are of the first sweep.
@@ -38,6 +39,10 @@ pub struct Args {
     /// Which node pair of the front is visited next.
     #[arg(long, value_enum, default_value = "penetration")]
     order: OrderName,
+    /// Take both meshes for solids: contained says that a part of one is inside the other, which is closed, although the
+    /// surfaces do not meet. Parts that are inside out are taken as they are.
+    #[arg(long)]
+    solid: bool,
     /// Take the poses as consecutive frames: carry what one tells the next.
     #[arg(long)]
     memory: bool,
@@ -88,7 +93,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         .as_deref()
         .map(CalibrationFile::read)
         .transpose()?;
-    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
+    let LoadedInput { a, b, build, poses } = args.input.load(&args.build_options())?;
     let mut pairs_out = args
         .pairs_out
         .as_deref()
@@ -136,6 +141,11 @@ impl Args {
             ModeName::Any => Mode::Any,
             ModeName::All => Mode::All,
         }
+    }
+
+    fn build_options(&self) -> BuildOptions {
+        let solid = if self.solid { Solid::Keep } else { Solid::No };
+        BuildOptions::default().solid(solid)
     }
 
     fn query<'t>(&self, a: &'t Tree, b: &'t Tree, pose: Pose) -> Query<'t, Intersection> {

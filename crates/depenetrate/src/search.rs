@@ -158,7 +158,9 @@ impl<'q, 'c> Search<'q, 'c> {
     /// Sums over the segments of the contacts; `None` if the surfaces do not intersect.
     fn contacts(&mut self) -> Step<Option<Segments>> {
         let PushOutQuery { a, b, b_in_a, .. } = *self.asked;
-        let query = Query::all_pairs(a, b, b_in_a).pair_limit(CONTACTS);
+        let query = Query::all_pairs(a, b, b_in_a)
+            .surfaces()
+            .pair_limit(CONTACTS);
         let Some([x, _]) = self.witness(&query, false)? else {
             self.best = Some(Push {
                 direction: DVec3::X,
@@ -294,7 +296,10 @@ impl<'q, 'c> Search<'q, 'c> {
         let Some(pose) = self.pushed(direction, distance) else {
             return Ok(false);
         };
-        let witness = self.witness(&Query::intersection(self.asked.a, self.asked.b, pose), true)?;
+        let witness = self.witness(
+            &Query::intersection(self.asked.a, self.asked.b, pose).surfaces(),
+            true,
+        )?;
         if let Some(pair) = witness {
             self.block(pair)?;
         }

@@ -12,7 +12,7 @@ use crate::report::Failure;
 pub struct Listed<T> {
     /// Its line in the file, counted from 1.
     pub line: usize,
-    /// The pose, motion or ray, or why it is none.
+    /// The pose, motion, ray or point, or why it is none.
     pub entry: Result<T, String>,
 }
 
@@ -63,6 +63,24 @@ pub fn motions(file: &Path) -> Result<Vec<Listed<Motion>>, FileError> {
 /// If the file cannot be read; lines that hold no ray are listed with the others.
 pub fn rays(file: &Path, are_segments: bool) -> Result<Vec<Listed<Ray>>, FileError> {
     listed(file, |fields| parse_ray(fields, are_segments))
+}
+
+/// Reads a list of points: 3 numbers a line; `#` comments and blank lines are skipped.
+///
+/// # Errors
+/// If the file cannot be read; lines that hold no point are listed with the others.
+pub fn points(file: &Path) -> Result<Vec<Listed<[f64; 3]>>, FileError> {
+    listed(file, |fields| {
+        let point: [f64; 3] = numbers(fields)?;
+        let limit = f64::exp2(1000.0);
+        match point.iter().position(|x| x.is_nan() || x.abs() > limit) {
+            None => Ok(point),
+            Some(axis) => Err(format!(
+                "{} is not finite or exceeds 2^1000",
+                ["x", "y", "z"][axis]
+            )),
+        }
+    })
 }
 
 fn parse_ray(fields: &[&str], is_segment: bool) -> Result<Ray, String> {

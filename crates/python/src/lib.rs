@@ -23,6 +23,7 @@ mod interrupt;
 mod limit;
 mod memory;
 mod motion;
+mod penetration;
 mod push_out;
 mod query;
 mod query_batch;
@@ -59,6 +60,8 @@ mod _punctual3d {
     use super::memory::Memory;
     #[pymodule_export]
     use super::motion::{MotionQuery, Passage, motion};
+    #[pymodule_export]
+    use super::penetration::{Penetration, penetration};
     #[pymodule_export]
     use super::push_out::{PushOut, push_out};
     #[pymodule_export]

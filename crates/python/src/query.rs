@@ -160,6 +160,7 @@ fn estimate(
 /// The verdict as a number for arrays.
 pub fn code(verdict: Verdict) -> i8 {
     match verdict {
+        Verdict::Contained { .. } => 3,
         Verdict::Within { .. } => 2,
         Verdict::Intersecting { .. } => 1,
         Verdict::Separated => 0,

@@ -8,6 +8,7 @@ use crate::errors::value_error;
 use crate::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
 use crate::memory::Memory;
 use crate::motion::Passage;
+use crate::penetration::Penetration;
 use crate::push_out::PushOut;
 use crate::query::Collision;
 use crate::query_batch::CollisionBatch;
@@ -64,7 +65,14 @@ macro_rules! records {
 
 records!(
     [
-        Collision, Distance, Contacts, Passage, PushOut, RayHits, BodyHits
+        Collision,
+        Distance,
+        Contacts,
+        Passage,
+        Penetration,
+        PushOut,
+        RayHits,
+        BodyHits
     ],
     [
         BodyContacts,

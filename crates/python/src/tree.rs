@@ -1,10 +1,14 @@
 //! Meshes with their trees.
 
-use crate::arrays::{mesh, table, vectors};
+use crate::arrays::{column, mesh, table, vectors, vectors_or_one};
 use crate::errors::value_error;
 use crate::interrupt::in_background;
-use numpy::PyArray2;
-use punctual::{BuildOptions, Mesh};
+use crate::limit::Limit;
+use crate::query::with_workspace;
+use numpy::{PyArray1, PyArray2};
+use punctual::points::PointBounds;
+use punctual::tree::Solid;
+use punctual::{Budget, BuildOptions, Mesh, Query};
 use punctual_io::Loaded;
 use pyo3::exceptions::{PyOSError, PyTypeError, PyUserWarning};
 use pyo3::intern;
@@ -21,9 +25,10 @@ use std::sync::Arc;
 /// vertices: (V, 3) numbers, in one unit of length, kept as f32 where that is exact and as f64 otherwise. faces: (F, 3)
 /// integers of any type. effort: "fast", "normal" or "best", how much time the build may take. extremes: whether to
 /// keep the corners that may be the farthest along a direction, so that a `Scene` tells convex bodies that are close apart
-/// without a search.
+/// without a search. solid: whether closed components bound solids; those that are inside out are turned.
 ///
-/// A mesh is a surface: no inside, degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.
+/// solid: "no", a surface without an inside; "keep", a solid, oriented as its triangles are; "flip", a solid of which parts that
+/// are inside out are reversed. Degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.
 /// Raises ValueError for an index out of range and for coordinates that are not finite, with the place.
 #[pyclass(module = "punctual3d")]
 pub struct Tree {
@@ -48,7 +53,7 @@ impl From<punctual::Tree> for Tree {
     }
 }
 
-fn options(effort: &str, extremes: bool) -> PyResult<BuildOptions> {
+fn options(effort: &str, extremes: bool, solid: &str) -> PyResult<BuildOptions> {
     let options = match effort {
         "fast" => BuildOptions::fast_build(),
         "normal" => BuildOptions::default(),
@@ -59,7 +64,10 @@ fn options(effort: &str, extremes: bool) -> PyResult<BuildOptions> {
             )));
         }
     };
-    Ok(options.extremes(extremes))
+    let solid: Solid = solid
+        .parse()
+        .map_err(|error| value_error(format_args!("solid: {error}")))?;
+    Ok(options.extremes(extremes).solid(solid))
 }
 
 /// A build of a smaller mesh takes less time than the user waits for the end of a call.
@@ -77,6 +85,28 @@ fn built(py: Python<'_>, mesh: Mesh, options: BuildOptions) -> PyResult<punctual
     } else {
         Ok(py.detach(build))
     }
+}
+
+/// What is known of many points.
+fn points_of(
+    py: Python<'_>,
+    tree: &punctual::Tree,
+    points: &Bound<'_, PyAny>,
+    measures: bool,
+) -> PyResult<Vec<PointBounds>> {
+    let points = vectors_or_one(points, "points")?;
+    let query = if measures {
+        Query::signed_distances(tree, &points)
+    } else {
+        Query::windings(tree, &points)
+    };
+    let query = query.map_err(value_error)?;
+    Limit::None.run(py, |clock| {
+        with_workspace(|workspace| {
+            let _ = query.run(workspace, Budget::unlimited().clock(clock));
+            workspace.points().to_vec()
+        })
+    })
 }
 
 /// An argument that is a tree, or a mesh that one is built from for this call.
@@ -119,15 +149,16 @@ impl<'py> FromPyObject<'_, 'py> for Surface<'py> {
 #[pymethods]
 impl Tree {
     #[new]
-    #[pyo3(signature = (vertices, faces, *, effort="normal", extremes=false))]
+    #[pyo3(signature = (vertices, faces, *, effort="normal", extremes=false, solid="no"))]
     fn build(
         py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
         effort: &str,
         extremes: bool,
+        solid: &str,
     ) -> PyResult<Self> {
-        let options = options(effort, extremes)?;
+        let options = options(effort, extremes, solid)?;
         built(py, mesh(vertices, faces)?, options).map(Self::from)
     }
 
@@ -135,30 +166,32 @@ impl Tree {
     /// place of a
     /// tree, but then it is built in each of them.
     #[classmethod]
-    #[pyo3(signature = (mesh, *, effort="normal", extremes=false))]
+    #[pyo3(signature = (mesh, *, effort="normal", extremes=false, solid="no"))]
     fn from_trimesh(
         _: &Bound<'_, PyType>,
         mesh: &Bound<'_, PyAny>,
         effort: &str,
         extremes: bool,
+        solid: &str,
     ) -> PyResult<Self> {
         let (vertices, faces) = (mesh.getattr("vertices")?, mesh.getattr("faces")?);
-        Self::build(mesh.py(), &vertices, &faces, effort, extremes)
+        Self::build(mesh.py(), &vertices, &faces, effort, extremes, solid)
     }
 
     /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz. Warns (UserWarning) of
     /// what was
     /// passed over in it, one line a kind. Raises OSError if it cannot be read or is damaged, with the place.
     #[classmethod]
-    #[pyo3(signature = (path, *, effort="normal", extremes=false))]
+    #[pyo3(signature = (path, *, effort="normal", extremes=false, solid="no"))]
     fn load(
         _: &Bound<'_, PyType>,
         py: Python<'_>,
         path: PathBuf,
         effort: &str,
         extremes: bool,
+        solid: &str,
     ) -> PyResult<Self> {
-        let options = options(effort, extremes)?;
+        let options = options(effort, extremes, solid)?;
         let file = path.clone();
         let load = move || {
             punctual_io::load(&file).map(|Loaded { mesh, notices, .. }| {
@@ -247,6 +280,52 @@ impl Tree {
     #[getter]
     fn depth(&self) -> usize {
         self.arc.root().map_or(0, |root| root.height())
+    }
+
+    /// Whether points are inside the solid, or on its surface: (N,) bool. Exact for closed meshes; of open ones, whether
+    /// the winding number is above 1/2, and False where that cannot be told.
+    ///
+    /// points: (N, 3), in the frame of the mesh. Raises ValueError if the tree is no solid,
+    /// and for a point that is not finite, with the row.
+    fn contains<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'_, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let found = points_of(py, &self.arc, points, false)?;
+        let inside = found.iter().map(|point| point.inside == Some(true));
+        Ok(column(py, inside.collect()))
+    }
+
+    /// Distances of points from the surface, negative inside the solid: (N,) float64, off by no more than some roundings. NaN
+    /// where it cannot be told whether a point is inside, and infinite for a mesh without triangles.
+    ///
+    /// points: (N, 3), in the frame of the mesh. Raises ValueError if the tree is no solid,
+    /// and for a point that is not finite, with the row. trimesh has the other sign.
+    fn signed_distance<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'_, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let found = points_of(py, &self.arc, points, true)?;
+        let distance = |point: &PointBounds| match (point.inside, point.distance) {
+            (None, _) => f64::NAN,
+            (_, None) => f64::INFINITY,
+            (_, Some(distance)) => 0.5 * (distance.low + distance.high),
+        };
+        Ok(column(py, found.iter().map(distance).collect()))
+    }
+
+    /// Number of edges of the solid without an opposite one, 0 if it is closed; None if the tree is no solid.
+    #[getter]
+    fn open_edges(&self) -> Option<usize> {
+        self.arc.solid().map(|solid| solid.open_edges())
+    }
+
+    /// Volume of the solid, negative if it is inside out; None if the tree is no solid.
+    #[getter]
+    fn volume(&self) -> Option<f64> {
+        self.arc.solid().map(|solid| solid.volume())
     }
 
     /// Number of triangles.

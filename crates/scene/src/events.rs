@@ -118,7 +118,9 @@ fn older(contact: &BodyContact, phase: ContactPhase) -> BodyContact {
 /// The contact of a pair that is in the report; `None` if it has none.
 fn listed(pair: &PairReport, before: Option<&BodyContact>) -> Option<BodyContact> {
     let phase = match pair.verdict {
-        Verdict::Intersecting { .. } | Verdict::Within { .. } => ContactPhase::Persists,
+        Verdict::Intersecting { .. } | Verdict::Within { .. } | Verdict::Contained { .. } => {
+            ContactPhase::Persists
+        }
         Verdict::Separated => ContactPhase::Ended,
         Verdict::Undecided => ContactPhase::Undecided,
     };

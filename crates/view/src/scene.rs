@@ -78,7 +78,7 @@ impl Known {
                 continue;
             };
             match verdict {
-                Verdict::Intersecting { .. } => pairs[0].push([a, b]),
+                Verdict::Intersecting { .. } | Verdict::Contained { .. } => pairs[0].push([a, b]),
                 Verdict::Within { .. } => pairs[1].push([a, b]),
                 Verdict::Undecided => pairs[2].push([a, b]),
                 Verdict::Separated => {}

@@ -15,6 +15,7 @@ mod windows;
 use crate::model::cost::WORK_PER_SUBSTEP;
 use crate::query::budget::Budget;
 use crate::query::certificate::Place;
+use crate::query::contained::Operand;
 use crate::query::deadline::Deadline;
 use crate::query::memory::PairMemory;
 use crate::query::options::{MotionOptions, OptionError, thickness};
@@ -312,6 +313,13 @@ impl Ask<Impact> for Query<'_, Impact> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let relative_motion = &self.relative_motion();
+        // Of solids it is asked first whether one begins with a vertex in the other.
+        if self.is_open_in(workspace) {
+            let stop = self.ask_containment(&relative_motion.pose(0.0), workspace, deadline);
+            if self.is_open_in(workspace) {
+                return stop;
+            }
+        }
         let mut stop = StopReason::Finished;
         while workspace.motion.substep < relative_motion.substeps {
             stop = self.spend_on_piece(relative_motion, workspace, deadline);
@@ -336,11 +344,21 @@ impl Ask<Impact> for Query<'_, Impact> {
 
     fn answer(&self, workspace: &Workspace, _: StopReason) -> TimeOfImpact {
         let state = &workspace.motion;
+        let within = workspace.run.containment.inner();
+        if self.is_open_in(workspace) {
+            return TimeOfImpact {
+                lower: 0.0,
+                upper: within.map(|_| 0.0),
+                triangles: None,
+                within,
+            };
+        }
         let contact = state.contact();
         TimeOfImpact {
             lower: state.free_until(),
             upper: contact.map(|contact| contact.time),
             triangles: contact.map(|contact| ids([self.a, self.b], contact.pair)),
+            within,
         }
     }
 }
@@ -379,4 +397,7 @@ pub struct TimeOfImpact {
     pub upper: Option<f64>,
     /// The triangles that meet at `upper`: triangle of A, triangle of B, ids of the input meshes.
     pub triangles: Option<[u32; 2]>,
+    /// Proven: this body, a solid, begins with a vertex inside the other, a closed solid. Then
+    /// `upper` is 0, and `triangles` is `None`. `None` for surfaces.
+    pub within: Option<Operand>,
 }

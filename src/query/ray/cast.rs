@@ -136,7 +136,8 @@ impl Traversal<'_, '_, Cast<'_>> {
             return None;
         }
         if !node.is_leaf {
-            return Some(self.push(node.first_child, entered, &enter));
+            let (nodes, frontier) = (self.a.nodes(), &mut self.workspace.frontier);
+            return Some(frontier.push_nearest(nodes, node.first_child, entered, &enter));
         }
         let count = u64::from(node.children);
         stats.primitive_tests += count;
@@ -156,52 +157,6 @@ impl Traversal<'_, '_, Cast<'_>> {
             });
         }
         None
-    }
-
-    /// Pushes children on the stack, the last to be entered first, and returns the one entered
-    /// first.
-    #[inline(always)]
-    fn push(&mut self, first_child: u32, mut children: u32, enter: &[f32; WIDTH]) -> Pair {
-        let count = children.count_ones() as usize;
-        // Sort key: the parameter of entry, then the index.
-        let mut next = || {
-            let i = children.trailing_zeros();
-            children &= children.wrapping_sub(1);
-            u64::from(enter[i as usize % WIDTH].to_bits()) << 32 | u64::from(first_child + i)
-        };
-        let pair = |key: u64| Pair::new(key as u32, (key >> 32) as u32);
-        // This copy of the kind is never read. Making it loads the node into the cache before the
-        // pair is popped.
-        let nodes = self.a.nodes();
-        let waiting = |pair: Pair| Pair {
-            active: [nodes[pair.nodes[0] as usize].is_leaf.into(), 0],
-            ..pair
-        };
-        let frontier = &mut self.workspace.frontier;
-        let first = next();
-        if count == 1 {
-            return pair(first);
-        }
-        let second = next();
-        if count == 2 {
-            frontier.push(waiting(pair(first.max(second))));
-            return pair(first.min(second));
-        }
-        let mut sorted = [first.max(second), first.min(second), 0, 0, 0, 0, 0, 0];
-        let mut i = 2;
-        while i < count {
-            let (key, mut at) = (next(), i);
-            while at > 0 && sorted[(at - 1) % WIDTH] < key {
-                sorted[at % WIDTH] = sorted[(at - 1) % WIDTH];
-                at -= 1;
-            }
-            sorted[at % WIDTH] = key;
-            i += 1;
-        }
-        for &key in &sorted[..count - 1] {
-            frontier.push(waiting(pair(key)));
-        }
-        pair(sorted[(count - 1) % WIDTH])
     }
 
     /// Tests a triangle in `f64`.
@@ -271,7 +226,7 @@ impl Traversal<'_, '_, Cast<'_>> {
 mod tests {
     use crate::mesh::shapes;
     use crate::query::expand;
-    use crate::query::ray::local_ray::LocalRay;
+    use crate::tree::local_ray::LocalRay;
     use crate::tree::{Node, Tree};
     use glam::DVec3;
     use punctual_geom::Ray;

@@ -1,10 +1,8 @@
 //! Ray casts: a tree, a ray and a budget in, [`RayBounds`] out; and batches of rays.
 //!
-//! [`cast`] is the question that the traversal answers, [`local_ray`] a ray among the boxes of a tree,
-//! and [`state`] what is kept between calls.
+//! [`cast`] is the question that the traversal answers, and [`state`] what is kept between calls.
 
 mod cast;
-mod local_ray;
 pub(super) mod state;
 
 use crate::query::budget::Budget;
@@ -18,9 +16,9 @@ use crate::query::strategy::Strategy;
 use crate::query::traversal::traverse;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
+use crate::tree::local_ray::LocalRay;
 use cast::{Cast, ROOT, entered, entry};
 use core::{mem, slice};
-use local_ray::LocalRay;
 use punctual_geom::{Pose, Ray};
 pub use state::{RayHit, RayMode};
 

@@ -1,6 +1,6 @@
 //! The state of a ray query: its options, the current ray of a batch, and the hits.
 
-use super::local_ray::LocalRay;
+use crate::tree::local_ray::LocalRay;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use punctual_geom::Ray;

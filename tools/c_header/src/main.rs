@@ -9,7 +9,7 @@ use std::{env, error::Error, fs, iter};
 
 /// The sections of the header, each with the sources that it is made of. What a section needs stands in those before
 /// it.
-const SECTIONS: [(&str, &[&str]); 16] = [
+const SECTIONS: [(&str, &[&str]); 18] = [
     ("Errors, and the version", &["status"]),
     ("Points, boxes and poses", &["pose"]),
     ("Meshes", &["mesh", "shapes"]),
@@ -29,7 +29,9 @@ const SECTIONS: [(&str, &[&str]); 16] = [
     ("Contacts: where do they touch?", &["contacts", "patches"]),
     ("Motion: until when are they free?", &["motion"]),
     ("Push-out: what parts them?", &["push_out"]),
+    ("Penetration: how deep are they?", &["penetration"]),
     ("Rays: what do they hit?", &["rays"]),
+    ("Points: are they inside a solid?", &["points"]),
     (
         "Scenes: many bodies, one budget a frame",
         &["body", "scene", "scene_answers", "scene_groups"],
@@ -41,9 +43,10 @@ const SECTIONS: [(&str, &[&str]); 16] = [
 const WIDTH: usize = 120;
 
 /// Enumerations that are passed as numbers, since C may pass any.
-const NUMBERS: [&str; 9] = [
+const NUMBERS: [&str; 10] = [
     "punctual_format",
     "punctual_effort",
+    "punctual_solid",
     "punctual_mode",
     "punctual_pair_question",
     "punctual_ray_mode",

@@ -62,6 +62,31 @@ static void many_rays(const punctual_tree *cube, punctual_workspace *workspace) 
         "punctual_ray_batch_run: batch->rays[7]: y of the ray's origin is not finite");
 }
 
+static void points_in_a_solid(const punctual_mesh *mesh, punctual_workspace *workspace) {
+  punctual_build_options options = punctual_build_options_default();
+  punctual_tree *solid;
+  punctual_point points[20];
+  punctual_point_bounds bounds[20];
+  punctual_points_outcome outcome = {.size = sizeof outcome};
+  options.solid = PUNCTUAL_SOLID_KEEP;
+  OK(punctual_tree_new(mesh, &options, &solid));
+  for (int i = 0; i < 20; i++)
+    points[i] = at(0.125 * i, 0.1, 0);
+  OK(punctual_points_run(solid, points, COUNT(points), 1, workspace, punctual_budget_work(1500), NULL, bounds, &outcome));
+  for (; outcome.stop != PUNCTUAL_STOP_REASON_FINISHED;)
+    OK(punctual_points_resume(solid, points, COUNT(points), 1, workspace, punctual_budget_work(1500), NULL, bounds,
+                              &outcome));
+  CHECK(outcome.done == COUNT(points));
+  for (int i = 0; i < 20; i++) { /* the half edge is 1 */
+    CHECK((bounds[i].inside == PUNCTUAL_INSIDE_YES) == (i <= 8) && bounds[i].is_on_surface == (i == 8));
+    CHECK(i < 8 ? bounds[i].high < 0 : bounds[i].low <= 0.125 * i - 1 && bounds[i].high >= 0.125 * i - 1);
+  }
+  points[3].z = HUGE_VAL;
+  FAILS(punctual_points_run(solid, points, COUNT(points), 0, workspace, punctual_budget_unlimited(), NULL, bounds, &outcome),
+        BAD_ARGUMENT, "punctual_points_run: point 3 is not finite along axis 2");
+  punctual_tree_free(solid);
+}
+
 static void clearance_and_push_out(const punctual_tree *cube, punctual_workspace *workspace) {
   punctual_pose pose = punctual_pose_identity();
   pose.m[3] = 1.9, pose.m[7] = 0.1;
@@ -98,6 +123,7 @@ void rays(void) {
   OK(punctual_workspace_new(&workspace));
   one_ray(cube, workspace);
   many_rays(cube, workspace);
+  points_in_a_solid(mesh, workspace);
   clearance_and_push_out(cube, workspace);
   punctual_workspace_free(workspace);
   punctual_tree_free(cube);

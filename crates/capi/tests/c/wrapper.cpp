@@ -42,6 +42,8 @@ static_assert(std::is_constructible_v<punctual::RayQuery, const Tree &, punctual
 static_assert(!std::is_constructible_v<punctual::RayQuery, Tree, punctual_ray>);
 static_assert(std::is_constructible_v<punctual::RayBatch, const Tree &, const punctual_ray *, std::size_t>);
 static_assert(!std::is_constructible_v<punctual::RayBatch, Tree, const punctual_ray *, std::size_t>);
+static_assert(std::is_constructible_v<punctual::Points, const Tree &, const punctual_point *, std::size_t>);
+static_assert(!std::is_constructible_v<punctual::Points, Tree, const punctual_point *, std::size_t>);
 static_assert(std::is_constructible_v<punctual::Body, const Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::Body, Tree, Pose>);
 

@@ -47,6 +47,10 @@ pub fn told(verdict: Verdict) -> (punctual_verdict, [u32; 2]) {
         Verdict::Separated => (punctual_verdict::Separated, [0; 2]),
         Verdict::Intersecting { witness } => (punctual_verdict::Intersecting, witness),
         Verdict::Within { witness, .. } => (punctual_verdict::Within, witness),
+        Verdict::Contained { inner } => {
+            let inner = u32::from(inner == punctual::intersection::Operand::B);
+            (punctual_verdict::Contained, [inner, 0])
+        }
     }
 }
 

@@ -148,6 +148,7 @@ impl<'a> Sweeper<'a> {
     /// Whether the surfaces meet at a pose, found out aside.
     fn meets(&mut self, pose: Pose) -> bool {
         let outcome = Query::intersection(self.a, self.b, pose)
+            .surfaces()
             .mode(Mode::Any)
             .run(&mut self.aside, Budget::unlimited());
         outcome.value != Verdict::Separated

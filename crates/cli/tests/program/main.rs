@@ -4,10 +4,12 @@ mod calibration;
 mod cases;
 mod contacts;
 mod damage;
+mod depth;
 mod distance;
 #[allow(dead_code, reason = "the library's tests use the rest")]
 #[path = "../../../../tests/common/files.rs"]
 mod files;
+mod inside;
 mod motion;
 mod paper;
 mod poses;

@@ -19,6 +19,7 @@
 //! - [`Four`]: four pairs at a time in `f64`, with the points. It has a result only if the features
 //!   that `f32` found are indeed the closest.
 //! - [`closest`]: one pair in `f64`, with the points.
+//! - [`closest_to_point`]: a triangle and a point in `f64`.
 //!
 //! `docs/numerics.md` derives all error bounds. Every routine takes constant time.
 
@@ -32,6 +33,7 @@ mod pair;
 #[cfg(all(test, feature = "std"))]
 #[path = "../../../../tests/common/pairs.rs"]
 mod pairs;
+mod point;
 #[cfg(all(test, feature = "std"))]
 mod tests;
 
@@ -41,4 +43,6 @@ pub use exhaustive::closest_or_meeting;
 #[cfg(all(test, feature = "std"))]
 pub use four::Face;
 pub use four::{Features, Four};
+use pair::clamped;
 pub use pair::{Closest, closest};
+pub use point::closest_to_point;

@@ -7,6 +7,7 @@
 //!
 //! Cost: `docs/performance.md`. It is bounded for all coordinates, and nothing is allocated.
 
+pub mod crossing;
 pub(super) mod line;
 mod segment;
 mod sign;

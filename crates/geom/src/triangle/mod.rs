@@ -10,6 +10,8 @@ pub mod filter64;
 pub mod ray;
 pub mod swept;
 
+pub use exact::crossing;
+
 use glam::DVec3;
 
 /// True if two closed triangles share at least one point, exactly for the given coordinates.

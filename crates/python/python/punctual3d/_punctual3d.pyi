@@ -8,6 +8,7 @@ from typing_extensions import TypeAlias
 
 _Mode: TypeAlias = Literal["any", "all"]
 _Effort: TypeAlias = Literal["fast", "normal", "best"]
+_Solid: TypeAlias = Literal["no", "keep", "flip"]
 
 _Real: TypeAlias = SupportsFloat | SupportsIndex
 _Integer: TypeAlias = SupportsIndex
@@ -37,19 +38,36 @@ class Tree:
         *,
         effort: _Effort = "normal",
         extremes: _Flag = False,
+        solid: _Solid = "no",
     ) -> Tree: ...
     @classmethod
     def from_trimesh(
-        cls, mesh: _HasMesh, *, effort: _Effort = "normal", extremes: _Flag = False
+        cls,
+        mesh: _HasMesh,
+        *,
+        effort: _Effort = "normal",
+        extremes: _Flag = False,
+        solid: _Solid = "no",
     ) -> Tree: ...
     @classmethod
     def load(
-        cls, path: str | PathLike[str], *, effort: _Effort = "normal", extremes: _Flag = False
+        cls,
+        path: str | PathLike[str],
+        *,
+        effort: _Effort = "normal",
+        extremes: _Flag = False,
+        solid: _Solid = "no",
     ) -> Tree: ...
     @classmethod
     def from_bytes(cls, bytes: bytes) -> Tree: ...
     def to_bytes(self) -> bytes: ...
     def refit(self, vertices: ArrayLike) -> None: ...
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]: ...
+    def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]: ...
+    @property
+    def open_edges(self) -> int | None: ...
+    @property
+    def volume(self) -> float | None: ...
     @property
     def vertices(self) -> NDArray[np.float64]: ...
     @property
@@ -250,6 +268,15 @@ class MotionQuery:
     def predict(self, *, memory: Memory | None = None) -> Quantiles: ...
     def estimate(self, *, memory: Memory | None = None) -> Quantiles: ...
     def certificate(self) -> Certificate: ...
+
+@final
+class Penetration(Answer):
+    @property
+    def low(self) -> float: ...
+    @property
+    def high(self) -> float: ...
+    @property
+    def direction(self) -> NDArray[np.float64] | None: ...
 
 @final
 class PushOut(Answer):
@@ -622,6 +649,16 @@ def motion(
     work: _Integer | None = None,
     memory: Memory | None = None,
 ) -> Passage: ...
+def penetration(
+    a: _Surface,
+    b: _Surface,
+    T: ArrayLike | None = None,
+    *,
+    solid: _Flag = False,
+    relative_tolerance: _Real | None = None,
+    budget: _Real | None = None,
+    work: _Integer | None = None,
+) -> Penetration: ...
 def push_out(
     a: _Surface,
     b: _Surface,

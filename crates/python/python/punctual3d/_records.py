@@ -26,6 +26,7 @@ _NAMES = [
     "PairPassages",
     "Passage",
     "Prediction",
+    "Penetration",
     "PushOut",
     "Quantiles",
     "RayHits",

@@ -84,7 +84,11 @@ impl<'t> Question<'t> {
             None
         };
         special.unwrap_or_else(|| {
-            Self::Meet(Query::intersection(&a.body.tree, &b.body.tree, b_in_a).mode(mode))
+            Self::Meet(
+                Query::intersection(&a.body.tree, &b.body.tree, b_in_a)
+                    .surfaces()
+                    .mode(mode),
+            )
         })
     }
 
@@ -98,7 +102,9 @@ impl<'t> Question<'t> {
     ) -> Option<Self> {
         let trees = [&*a.body.tree, &*b.body.tree];
         let margins = [a.body.margin, b.body.margin];
-        let distance = Query::distance(trees[0], trees[1], b_in_a).margins(margins);
+        let distance = Query::distance(trees[0], trees[1], b_in_a)
+            .surfaces()
+            .margins(margins);
         match bodies.distance_requests.wanted(key) {
             Some(DistanceRequest {
                 tolerance, ceiling, ..
@@ -106,7 +112,9 @@ impl<'t> Question<'t> {
                 distance.absolute_tolerance(tolerance).below(ceiling),
             )),
             None if bodies.is_moving(key) => Some(Self::Motion(
-                Query::impact_of_both(trees, [a.motion(), b.motion()]).margins(margins),
+                Query::impact_of_both(trees, [a.motion(), b.motion()])
+                    .surfaces()
+                    .margins(margins),
             )),
             None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
             None => None,
@@ -116,7 +124,7 @@ impl<'t> Question<'t> {
     /// Are the bodies of a pair closer than `limit`?
     #[cold]
     pub fn apart([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
-        let query = Query::distance(&a.body.tree, &b.body.tree, b_in_a);
+        let query = Query::distance(&a.body.tree, &b.body.tree, b_in_a).surfaces();
         Self::Distance(
             query
                 .margins([a.body.margin, b.body.margin])

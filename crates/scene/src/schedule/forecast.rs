@@ -41,7 +41,7 @@ impl Forecast {
             {
                 LEAST_OF_LOST + (MOST_OF_LOST - LEAST_OF_LOST) * saturating(part, HALF_PART)
             }
-            Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+            Verdict::Intersecting { .. } | Verdict::Within { .. } | Verdict::Contained { .. } => {
                 (1.0 - PARTED * age).max(LEAST_OF_MET)
             }
             Verdict::Undecided => saturating(part * part, NEVER_DECIDED),

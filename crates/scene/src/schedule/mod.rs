@@ -167,7 +167,7 @@ impl Schedule {
         mode: Mode,
     ) -> Option<PairCertificate> {
         // A stopped run of another question does not belong to this query.
-        let query = Query::intersection(a, b, b_in_a).mode(mode);
+        let query = Query::intersection(a, b, b_in_a).surfaces().mode(mode);
         let mut held = self
             .batches
             .iter()

@@ -64,7 +64,9 @@ fn assert_true(scene: &Scene, gaps: &BTreeMap<[BodyId; 2], f64>, complete: bool)
         pair.into_iter()
             .for_each(|pair| assert_witness(scene, pair));
         match pair.map(|pair| pair.verdict) {
-            Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => {
+            Some(
+                Verdict::Intersecting { .. } | Verdict::Within { .. } | Verdict::Contained { .. },
+            ) => {
                 assert!(gap <= ROUNDING, "{gap} {pair:?}")
             }
             Some(Verdict::Separated) => assert!(gap >= -ROUNDING, "{gap} {pair:?}"),

@@ -138,7 +138,9 @@ fn groups_are_bounded_in_every_frame() {
             let gap = apart(&scene, pair.a, pair.b, &mut workspace);
             assert_witness(&scene, pair);
             match pair.verdict {
-                Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+                Verdict::Intersecting { .. }
+                | Verdict::Within { .. }
+                | Verdict::Contained { .. } => {
                     assert!(gap <= ROUNDING, "{gap} {pair:?}")
                 }
                 Verdict::Separated => {

@@ -217,7 +217,7 @@ fn assert_sound(report: &Report, truth: &[(usize, usize, u64)], complete: bool) 
             .find(|&&(a, b, _)| (a, b) == key)
             .map_or(0, |&(.., found)| found);
         match pair.verdict {
-            Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+            Verdict::Intersecting { .. } | Verdict::Within { .. } | Verdict::Contained { .. } => {
                 assert!(found >= pair.found && pair.found > 0, "{key:?} {pair:?}");
             }
             Verdict::Separated => assert_eq!(found, 0, "{key:?} is not apart"),

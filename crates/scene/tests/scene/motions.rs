@@ -107,7 +107,9 @@ fn nothing_meets_before_it_is_said_to() {
                 assert!(!unlimited || found.touching_at.is_some() == truth.value.upper.is_some());
                 assert!(!unlimited || found.touching_at.is_some() || found.free_until == 1.0);
                 match report.pair(a.0, b.0).unwrap().verdict {
-                    Verdict::Intersecting { .. } | Verdict::Within { .. } => {
+                    Verdict::Intersecting { .. }
+                    | Verdict::Within { .. }
+                    | Verdict::Contained { .. } => {
                         assert_eq!(truth.value.upper, Some(0.0))
                     }
                     Verdict::Separated => assert_ne!(truth.value.upper, Some(0.0)),

@@ -32,6 +32,9 @@ pub struct Candidates {
     /// [`super::Side::Front`]. `back`: it certainly passes all three clockwise.
     pub front: u32,
     pub back: u32,
+    /// The line certainly meets the plane after the origin, given that it passes all three edges on
+    /// one side.
+    pub after: u32,
 }
 
 impl Candidates {
@@ -83,5 +86,6 @@ pub fn candidates<L: Lanes>(
         may_meet: !is_outside.or(is_off).mask() & 0xff,
         front,
         back,
+        after: error.less(above).mask(),
     }
 }

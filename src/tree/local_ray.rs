@@ -4,7 +4,7 @@
 //! direction whose largest component is between 1 and 2. So all numbers are near 1, wherever the
 //! ray begins. The margin of the boxes covers all rounding: `docs/numerics.md`, "Rays".
 
-use crate::tree::{Node, Unit, WIDTH, power_of_two};
+use super::{Node, Unit, WIDTH, power_of_two};
 use glam::DVec3;
 use punctual_geom::Ray;
 use punctual_geom::lanes::{Column, F8, Lanes, per_axis};
@@ -51,7 +51,7 @@ impl LocalRay {
         local_ray
     }
 
-    /// Makes this the local_ray of another ray. In place, because returning one of two cases takes
+    /// Makes this the local ray of another ray. In place, because returning one of two cases takes
     /// thirty more instructions.
     #[inline(always)]
     pub fn follow(&mut self, unit: &Unit, ray: &Ray) {
@@ -109,6 +109,19 @@ impl LocalRay {
     #[inline(never)]
     fn blind(&mut self) {
         *self = Self::BLIND;
+    }
+
+    /// A local ray that also covers rays whose origin and direction are off by so much, in units.
+    pub fn widened(mut self, position_error: f64) -> Self {
+        // Parameters are less than 4.
+        let position_error = 4.0 * position_error;
+        if !(position_error <= LARGEST_SLOP) {
+            return Self::BLIND;
+        }
+        self.shaft.position_error += position_error as f32;
+        self.margin += position_error as f32;
+        self.from = 0.0;
+        self
     }
 
     /// For what is out of the range of `f32`: enters every box at once, and every triangle is in

@@ -1,0 +1,221 @@
+//! Points and solids: a tree and points in; which are inside, and how far from the surface, out.
+
+use crate::arrays::{array, find_room, room};
+use crate::budget::{punctual_budget, punctual_clock};
+use crate::outcome::{punctual_stats, punctual_stop_reason};
+use crate::pose::punctual_point;
+use crate::query::answer;
+use crate::sized::grows;
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::punctual_workspace;
+use punctual::Query;
+use punctual::points::PointBounds;
+
+/// Whether a point is inside a solid, or on its surface.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_inside {
+    /// Not known: the budget ended first, or the winding number of an open solid is 1/2 to its error.
+    Undecided = 0,
+    /// It is.
+    Yes = 1,
+    /// It is not.
+    No = 2,
+}
+
+/// What is proven about a point and a solid.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_point_bounds {
+    /// How often the surface winds around the point: a whole number, exactly, if the solid is closed. On the surface that of
+    /// the points just beside it. NaN if it is not known.
+    pub winding: f64,
+    /// Bound of its error: 0 for closed solids, infinite if it is not known.
+    pub error: f64,
+    /// The signed distance, negative inside, is within `low` and `high`, if it was asked for; else both are 0, and they are
+    /// infinite for an empty mesh.
+    pub low: f64,
+    /// See `low`.
+    pub high: f64,
+    /// The nearest point of the surface that was found, if distances were asked for.
+    pub nearest: punctual_point,
+    /// The triangle that has it, id of the input mesh; PUNCTUAL_NO_TRIANGLE without one.
+    pub triangle: u32,
+    /// Inside: the winding number is at least 1, of an open solid above 1/2, or the point is on the surface.
+    pub inside: punctual_inside,
+    /// 1 if the point is on the surface, exactly; else 0.
+    pub is_on_surface: u32,
+    /// Not used; 0.
+    pub reserved: u32,
+}
+
+/// The answer for many points; what is known of each is in the caller's array.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct punctual_points_outcome {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// The first so many points are done and their bounds are written.
+    pub done: usize,
+    /// Why it returned.
+    pub stop: punctual_stop_reason,
+    /// What it has done for all points.
+    pub stats: punctual_stats,
+}
+
+grows!(punctual_points_outcome: size, done..stats);
+
+/// Asks about `count` points, in the frame of the tree's mesh, one after the other within one budget, and writes what is known of
+/// those that are done to `bounds`, which has room for all. `measures`: 0 for winding numbers only, else distances too. The first
+/// call for so many points in a workspace makes room for them, about 100 bytes each. It does not lock or panic. `clock` may be
+/// null: the clock of the system.
+///
+/// Fails with NULL, BAD_ARGUMENT if the tree was not built as a solid or for a point that is not finite, which it names,
+/// OUT_OF_MEMORY or POISONED before it has begun.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_points_run(
+    tree: Option<&punctual_tree>,
+    points: *const punctual_point,
+    count: usize,
+    measures: u32,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    bounds: *mut punctual_point_bounds,
+    outcome: *mut punctual_points_outcome,
+) -> punctual_status {
+    let asked = Asked {
+        tree,
+        points,
+        count,
+        measures: measures != 0,
+        resumes: false,
+    };
+    door("punctual_points_run", || {
+        // SAFETY: the contract of the header for arrays and clocks.
+        unsafe { asked.spend(workspace, budget, clock, bounds, outcome) }
+    })
+}
+
+/// Goes on with the stopped run that the workspace holds, with a fresh budget; the points must be what they were. What is known of
+/// all points that are done is written, those of earlier calls again.
+///
+/// Fails as `punctual_points_run`, and with NOT_RESUMABLE if the last run in this workspace was not of these points or is complete.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_points_resume(
+    tree: Option<&punctual_tree>,
+    points: *const punctual_point,
+    count: usize,
+    measures: u32,
+    workspace: Option<&mut punctual_workspace>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    bounds: *mut punctual_point_bounds,
+    outcome: *mut punctual_points_outcome,
+) -> punctual_status {
+    let asked = Asked {
+        tree,
+        points,
+        count,
+        measures: measures != 0,
+        resumes: true,
+    };
+    door("punctual_points_resume", || {
+        // SAFETY: the contract of the header for arrays and clocks.
+        unsafe { asked.spend(workspace, budget, clock, bounds, outcome) }
+    })
+}
+
+struct Asked<'t> {
+    tree: Option<&'t punctual_tree>,
+    points: *const punctual_point,
+    count: usize,
+    measures: bool,
+    resumes: bool,
+}
+
+impl Asked<'_> {
+    /// # Safety
+    /// The contract of the header for the points, the bounds and the clock.
+    unsafe fn spend(
+        self,
+        workspace: Option<&mut punctual_workspace>,
+        budget: punctual_budget,
+        clock: Option<&punctual_clock>,
+        bounds: *mut punctual_point_bounds,
+        outcome: *mut punctual_points_outcome,
+    ) -> Result<(), Fault> {
+        let tree = given(self.tree, "tree")?.0.get("tree")?;
+        // SAFETY: the caller's promise; a point is three numbers.
+        let (points, written) = unsafe {
+            (
+                array(self.points.cast::<[f64; 3]>(), self.count, "points")?,
+                room(bounds, self.count, "bounds")?,
+            )
+        };
+        let query = if self.measures {
+            Query::signed_distances(tree, points)?
+        } else {
+            Query::windings(tree, points)?
+        };
+        // SAFETY: the caller's promise.
+        unsafe {
+            answer(
+                workspace,
+                None,
+                budget,
+                clock,
+                outcome,
+                |workspace, _, budget| {
+                    if self.count > workspace.points().len() {
+                        find_room([(self.count, size_of::<PointBounds>())])?;
+                    }
+                    let answer = if self.resumes {
+                        query.resume(workspace, budget)?
+                    } else {
+                        query.run(workspace, budget)
+                    };
+                    for (place, bounds) in written.iter_mut().zip(workspace.points()) {
+                        place.write(self.told(bounds));
+                    }
+                    Ok(answer)
+                },
+            )
+        }
+    }
+
+    fn told(&self, bounds: &PointBounds) -> punctual_point_bounds {
+        let nothing = if self.measures { f64::INFINITY } else { 0.0 };
+        let distance = bounds.distance;
+        punctual_point_bounds {
+            winding: bounds.winding.unwrap_or(f64::NAN),
+            error: bounds.error,
+            low: distance.map_or(nothing, |distance| distance.low),
+            high: distance.map_or(nothing, |distance| distance.high),
+            nearest: distance
+                .map(|distance| distance.point)
+                .unwrap_or_default()
+                .into(),
+            triangle: distance.map_or(crate::PUNCTUAL_NO_TRIANGLE, |distance| distance.triangle),
+            inside: match bounds.inside {
+                Some(true) => punctual_inside::Yes,
+                Some(false) => punctual_inside::No,
+                None => punctual_inside::Undecided,
+            },
+            is_on_surface: bounds.is_on_surface.into(),
+            reserved: 0,
+        }
+    }
+}
+
+impl From<punctual::Answer<usize>> for punctual_points_outcome {
+    fn from(outcome: punctual::Answer<usize>) -> Self {
+        Self {
+            size: Self::SIZE,
+            done: outcome.value,
+            stop: outcome.stop.into(),
+            stats: outcome.stats.into(),
+        }
+    }
+}

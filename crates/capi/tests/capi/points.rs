@@ -1,0 +1,239 @@
+//! Points and solids: the answers of Rust, and everything that is refused.
+
+use std::mem::MaybeUninit;
+use std::ptr::null_mut;
+
+use super::call::*;
+use punctual::points::PointBounds;
+use punctual::tree::Solid;
+use punctual::{Budget, BuildOptions, Mesh, Query, Tree, Workspace, shapes};
+use punctual_capi::{punctual_status as Status, *};
+
+fn solid() -> (Box<punctual_tree>, Tree) {
+    let options = punctual_build_options {
+        solid: punctual_solid::Flip as usize,
+        ..Default::default()
+    };
+    let ours =
+        owned(|tree| unsafe { punctual_tree_new(Some(&knot()), asked(Some(&options)), tree) });
+    let mesh: Mesh = shapes::torus_knot(2, 3, 0.2, 96);
+    let theirs = Tree::with_options(mesh, &BuildOptions::default().solid(Solid::Flip));
+    (ours, theirs)
+}
+
+fn points() -> Vec<[f64; 3]> {
+    (0..40)
+        .map(|i| {
+            let angle = f64::from(i) * 0.4;
+            [
+                angle.cos() * 2.0,
+                angle.sin() * 2.0,
+                0.03 * f64::from(i % 7),
+            ]
+        })
+        .collect()
+}
+
+/// A run, or the next part of one.
+#[allow(clippy::too_many_arguments, reason = "the arguments of the call")]
+fn spend(
+    resumes: bool,
+    tree: Option<&punctual_tree>,
+    points: &[[f64; 3]],
+    measures: u32,
+    workspace: Option<&mut punctual_workspace>,
+    work: u64,
+    bounds: *mut punctual_point_bounds,
+    outcome: Option<&mut MaybeUninit<punctual_points_outcome>>,
+) -> Status {
+    let (points, count) = (points.as_ptr().cast(), points.len());
+    let (budget, out) = (punctual_budget_work(work), slot(outcome));
+    // SAFETY: arrays as long as said, no clock of the caller's.
+    unsafe {
+        match resumes {
+            true => punctual_points_resume(
+                tree, points, count, measures, workspace, budget, None, bounds, out,
+            ),
+            false => punctual_points_run(
+                tree, points, count, measures, workspace, budget, None, bounds, out,
+            ),
+        }
+    }
+}
+
+fn same(ours: &punctual_point_bounds, theirs: &PointBounds) {
+    assert_eq!(Some(ours.winding), theirs.winding);
+    assert_eq!(ours.error, theirs.error);
+    assert_eq!(
+        ours.inside == punctual_inside::Yes,
+        theirs.inside == Some(true)
+    );
+    assert_eq!(ours.is_on_surface != 0, theirs.is_on_surface);
+    match theirs.distance {
+        None => assert_eq!(
+            (ours.low, ours.high, ours.triangle),
+            (0.0, 0.0, PUNCTUAL_NO_TRIANGLE)
+        ),
+        Some(distance) => {
+            assert_eq!((ours.low, ours.high), (distance.low, distance.high));
+            assert_eq!(ours.triangle, distance.triangle);
+            assert_eq!(ours.nearest, distance.point.into());
+        }
+    }
+}
+
+#[test]
+fn points_are_those_of_rust() {
+    let (ours, theirs) = solid();
+    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
+    let points = points();
+    for measures in [0, 1] {
+        let mut bounds = vec![MaybeUninit::<punctual_point_bounds>::uninit(); points.len()];
+        let room = bounds.as_mut_ptr().cast();
+        let (mut resumes, mut calls) = (false, 0);
+        loop {
+            let outcome = made(|out| {
+                let (tree, workspace) = (Some(&*ours), Some(&mut *workspace));
+                spend(resumes, tree, &points, measures, workspace, 2000, room, out)
+            });
+            (resumes, calls) = (true, calls + 1);
+            if outcome.stop == punctual_stop_reason::Finished {
+                assert_eq!(outcome.done, points.len());
+                break;
+            }
+        }
+        assert!(calls > 3);
+        let query = if measures == 0 {
+            Query::windings(&theirs, &points)
+        } else {
+            Query::signed_distances(&theirs, &points)
+        };
+        let answer = query.unwrap().run(&mut other, Budget::unlimited());
+        assert_eq!(answer.value, points.len());
+        for (ours, theirs) in bounds.iter().zip(other.points()) {
+            // SAFETY: the call has written it.
+            same(unsafe { ours.assume_init_ref() }, theirs);
+        }
+    }
+}
+
+#[track_caller]
+fn refused(status: Status, expected: Status, text: &str) {
+    assert_eq!((status, last_error().as_str()), (expected, text));
+}
+
+#[test]
+fn what_is_no_solid_or_no_point_is_refused() {
+    let (ours, _) = solid();
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    let mut bounds = [const { MaybeUninit::<punctual_point_bounds>::uninit() }; 2];
+    let room = bounds.as_mut_ptr().cast();
+    let mut out = MaybeUninit::uninit();
+    let mut points = [[0.0; 3]; 2];
+    let surface = tree_of(&knot());
+    let (some, none) = (Some(&*ours), None);
+    let status = spend(
+        false,
+        Some(&surface),
+        &points,
+        0,
+        Some(&mut workspace),
+        9,
+        room,
+        Some(&mut out),
+    );
+    let text = "punctual_points_run: the tree was not built as a solid";
+    refused(status, Status::BadArgument, text);
+    let status = spend(
+        true,
+        some,
+        &points,
+        0,
+        Some(&mut workspace),
+        9,
+        room,
+        Some(&mut out),
+    );
+    assert_eq!(status, Status::NotResumable);
+    points[1][2] = f64::NAN;
+    let status = spend(
+        false,
+        some,
+        &points,
+        1,
+        Some(&mut workspace),
+        9,
+        room,
+        Some(&mut out),
+    );
+    let text = "punctual_points_run: point 1 is not finite along axis 2";
+    refused(status, Status::BadArgument, text);
+    points[1][2] = 0.0;
+    null_is_seen(
+        spend(
+            false,
+            none,
+            &points,
+            1,
+            Some(&mut workspace),
+            9,
+            room,
+            Some(&mut out),
+        ),
+        "tree",
+    );
+    null_is_seen(
+        spend(false, some, &points, 1, None, 9, room, Some(&mut out)),
+        "workspace",
+    );
+    let nowhere = null_mut();
+    null_is_seen(
+        spend(
+            false,
+            some,
+            &points,
+            1,
+            Some(&mut workspace),
+            9,
+            nowhere,
+            Some(&mut out),
+        ),
+        "bounds",
+    );
+    null_is_seen(
+        spend(false, some, &points, 1, Some(&mut workspace), 9, room, None),
+        "outcome",
+    );
+    let options = punctual_build_options {
+        solid: 7,
+        ..Default::default()
+    };
+    let mut tree = MaybeUninit::uninit();
+    let status =
+        unsafe { punctual_tree_new(Some(&knot()), asked(Some(&options)), Some(&mut tree)) };
+    let text = "punctual_tree_new: options->solid has no value 7";
+    refused(status, Status::BadArgument, text);
+}
+
+#[test]
+fn a_body_inside_another_is_contained() {
+    let options = punctual_build_options {
+        solid: punctual_solid::Keep as usize,
+        ..Default::default()
+    };
+    let solid = |mesh: &punctual_mesh| {
+        owned(|tree| unsafe { punctual_tree_new(Some(mesh), asked(Some(&options)), tree) })
+    };
+    let (small, large) = (
+        solid(&owned(|mesh| punctual_shape_cuboid(0.1, 0.2, 0.1, 1, mesh))),
+        solid(&owned(|mesh| punctual_shape_icosphere(2, mesh))),
+    );
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    for (inner, a, b) in [(0, &small, &large), (1, &large, &small)] {
+        let query = punctual_query_new(Some(a), Some(b), raw(&punctual::Pose::IDENTITY));
+        let budget = punctual_budget_work(1 << 40);
+        let outcome = made(|out| run(&query, Some(&mut workspace), budget, out));
+        assert_eq!(outcome.verdict, punctual_verdict::Contained);
+        assert_eq!(outcome.witness, [inner, 0].into());
+    }
+}

@@ -1,0 +1,126 @@
+//! `punctual inside`: a mesh, a list of points, which are inside and how far from the surface, within a budget.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use punctual::clock::SystemClock;
+use punctual::points::PointBounds;
+use punctual::tree::Solid;
+use punctual::{Answer, BuildOptions, Query, Tree, Workspace};
+use punctual_lab::files::{self, Listed};
+use punctual_lab::report::Failure;
+
+use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times};
+use crate::{Completion, complain};
+
+/// Whether points are inside a solid, and how far from its surface.
+///
+/// Prints CSV, a line for each point: how often the surface winds around it, a whole number for a closed mesh, exactly; inside is
+/// yes, no or undecided, and yes for points on the surface, whose winding is that just beside them; the signed distance,
+/// negative inside, is within low and high, also where a budget ended the query. ns is the least time of all sweeps over the
+/// list; stop tells why the query ended, or error. winding is nan, and inside undecided, where the budget ended first. All but ns
+/// are of the first sweep.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The mesh: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its
+    /// content
+    /// tells.
+    a: PathBuf,
+    /// Points in its frame, one a line: 3 numbers; `#` begins a comment.
+    ///
+    /// A line that holds no point gives a row that says `error` and a message on standard error; the others are answered,
+    /// and the exit status is 1.
+    points: PathBuf,
+    #[command(flatten)]
+    meshes: MeshArgs,
+    /// Reverse the triangles of parts that are inside out. Without it, a message on standard error names the first.
+    #[arg(long)]
+    flip: bool,
+    #[command(flatten)]
+    running: Running,
+}
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    let mesh = args.meshes.load(&args.a)?;
+    let points = files::points(&args.points)?;
+    let solid = if args.flip { Solid::Flip } else { Solid::Keep };
+    let start = Instant::now();
+    let tree = Tree::with_options(mesh, &BuildOptions::default().solid(solid));
+    let build = start.elapsed();
+    let parts = tree.solid().map_or(&[][..], |solid| solid.components());
+    if let Some(part) = parts.iter().find(|part| part.inside_out) {
+        complain(&format!(
+            "{}: the part of triangle {} is inside out; --flip reverses such parts",
+            args.a.display(),
+            part.first_triangle
+        ));
+    }
+    let completion = complain_of_bad_lines(&args.points, "point", &points);
+    let mut workspace = args.running.workspace();
+    let rows = least_times(args.running.reps, || {
+        args.sweep(&tree, &points, &mut workspace)
+    });
+    writeln!(
+        out,
+        "# peer=punctual version={} build_ns={}",
+        env!("CARGO_PKG_VERSION"),
+        build.as_nanos()
+    )?;
+    print(out, &rows)?;
+    Ok(completion)
+}
+
+impl Args {
+    /// All points once.
+    fn sweep(
+        &self,
+        tree: &Tree,
+        points: &[Listed<[f64; 3]>],
+        workspace: &mut Workspace,
+    ) -> Vec<Row<Answer<PointBounds>>> {
+        let clock = SystemClock::default();
+        let mut answer = |&point: &[f64; 3]| {
+            // The points of the list were checked.
+            let query = Query::signed_distance(tree, point).ok()?;
+            let start = Instant::now();
+            let answer = query.run(workspace, self.running.limits.budget().clock(&clock));
+            Some((answer, start.elapsed()))
+        };
+        points
+            .iter()
+            .map(|listed| listed.entry.as_ref().ok().and_then(&mut answer))
+            .collect()
+    }
+}
+
+fn print(out: &mut impl Write, rows: &[Row<Answer<PointBounds>>]) -> io::Result<()> {
+    writeln!(out, "point,winding,inside,low,high,ns,stop")?;
+    for (i, row) in rows.iter().enumerate() {
+        let Some((answer, least)) = row else {
+            writeln!(out, "{i},,,,,0,error")?;
+            continue;
+        };
+        let PointBounds {
+            winding,
+            inside,
+            distance,
+            ..
+        } = answer.value;
+        let inside = match inside {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "undecided",
+        };
+        let bounds = distance.map(|distance| [distance.low, distance.high]);
+        let [low, high] = bounds.unwrap_or([f64::INFINITY; 2]);
+        let winding = winding.map_or("nan".to_owned(), |winding| winding.to_string());
+        writeln!(
+            out,
+            "{i},{winding},{inside},{low},{high},{},{}",
+            least.as_nanos(),
+            answer.stop
+        )?;
+    }
+    Ok(())
+}

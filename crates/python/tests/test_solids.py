@@ -1,0 +1,54 @@
+"""Points and solids: what is inside, how far from the surface, and what is refused."""
+
+import numpy as np
+import punctual3d
+import pytest
+
+
+def cube(solid: str, order: int = 1) -> punctual3d.Tree:
+    corners = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])[:, ::order]
+    return punctual3d.Tree(corners, faces, solid=solid)
+
+
+POINTS = np.array([[0.5, 0.5, 0.75], [0.5, 0.5, 2.0], [1.0, 0.5, 0.5], [-0.25, 0.5, 0.5]])
+
+
+@pytest.mark.parametrize("solid", ["keep", "flip"])
+def test_points_of_a_cube(solid: str) -> None:
+    tree = cube(solid)
+    assert (tree.open_edges, tree.volume) == (0, 1.0)
+    assert tree.contains(POINTS).tolist() == [True, False, True, False]
+    np.testing.assert_allclose(tree.signed_distance(POINTS), [-0.25, 1.0, 0.0, 0.25], atol=1e-13)
+    assert tree.contains(POINTS[0]).tolist() == [True]
+    assert len(tree.contains(np.empty((0, 3)))) == 0
+    assert punctual3d.Tree.from_bytes(tree.to_bytes()).contains(POINTS[:1]).tolist() == [True]
+
+
+def test_what_is_inside_out_is_kept_or_flipped() -> None:
+    kept, flipped = cube("keep", -1), cube("flip", -1)
+    assert kept.volume == -1.0 and not kept.contains(POINTS).tolist()[0]
+    assert flipped.volume == 1.0 and flipped.contains(POINTS).tolist()[0]
+
+
+def test_refusals_name_the_place() -> None:
+    surface = cube("no")
+    assert surface.open_edges is None and surface.volume is None
+    with pytest.raises(ValueError, match="not built as a solid"):
+        surface.contains(POINTS)
+    with pytest.raises(ValueError, match="point 1 is not finite along axis 2"):
+        cube("keep").signed_distance([[0, 0, 0], [0, 0, np.nan]])
+    with pytest.raises(ValueError, match="solid"):
+        cube("yes")
+    with pytest.raises(ValueError, match="points: shape"):
+        cube("keep").contains(np.zeros((2, 2)))
+
+
+def test_a_cube_in_a_cube_collides() -> None:
+    outer = cube("keep")
+    corners = np.asarray(outer.vertices) * 0.5 + 0.25
+    inner = punctual3d.Tree(corners, outer.faces, solid="keep")
+    found = punctual3d.collide(outer, inner)
+    assert found.verdict == "contained"
+    assert punctual3d.distance(outer, inner).high == 0.0

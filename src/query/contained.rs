@@ -1,0 +1,135 @@
+//! Containment: is one solid inside the other, although their surfaces do not meet?
+//!
+//! Where surfaces do not meet, each component of a solid is inside the other or outside as a whole,
+//! so one vertex of each decides. A vertex inside proves that the solids meet whether or not their
+//! surfaces do. The vertices are points of [`super::point`], asked within the run of the pair.
+//!
+//! Only closed solids contain something. A vertex outside of the other mesh's box takes no ray.
+
+use super::deadline::Deadline;
+use super::flushing;
+use super::outcome::StopReason;
+use super::point::{Locate, Source, begin_samples};
+use super::question::Query;
+use super::relative_pose::RelativePose;
+use super::traversal::traverse;
+use super::workspace::Workspace;
+use crate::tree::Tree;
+use core::mem;
+use punctual_geom::{Pose, named};
+
+/// One of the two bodies of a query.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Operand {
+    /// The first tree.
+    A,
+    /// The second tree.
+    B,
+}
+
+named!(Operand { A => "a", B => "b" });
+
+/// What a run knows of containment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Containment {
+    /// Nothing is known yet.
+    Open,
+    /// It is being asked whether this body is inside the other.
+    Asking(Operand),
+    /// This body has a vertex inside the other; none has.
+    Known(Option<Operand>),
+}
+
+impl Containment {
+    /// The body that has a vertex inside the other.
+    pub fn inner(self) -> Option<Operand> {
+        match self {
+            Self::Known(inner) => inner,
+            _ => None,
+        }
+    }
+}
+
+impl<Q> Query<'_, Q> {
+    /// Asks about the surfaces only, also if both trees are solids: a body inside the other then
+    /// does not meet it.
+    #[must_use]
+    pub fn surfaces(mut self) -> Self {
+        self.solids = false;
+        self
+    }
+
+    /// True if one body may contain the other.
+    pub(super) fn may_contain(&self) -> bool {
+        self.solids && (may_hold(self.a, self.b) || may_hold(self.b, self.a))
+    }
+
+    /// True unless it is known in the run that neither body has a vertex inside the other.
+    pub(super) fn is_open_in(&self, workspace: &Workspace) -> bool {
+        self.may_contain() && workspace.run.containment != Containment::Known(None)
+    }
+
+    /// Continues to find out whether one body has a vertex inside the other.
+    /// What the run has in the frontier stays there.
+    #[cold]
+    pub(super) fn ask_containment(
+        &self,
+        b_in_a: &Pose,
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> StopReason {
+        if flushing::matters(self.a, self.b, b_in_a) {
+            workspace.run.stopped = true;
+            return StopReason::FlushedToZero;
+        }
+        loop {
+            let (inner, next) = match workspace.run.containment {
+                Containment::Open => {
+                    workspace.run.containment = Containment::Asking(Operand::B);
+                    begin_samples(workspace, [self.a, self.b]);
+                    continue;
+                }
+                Containment::Known(_) => return StopReason::Finished,
+                Containment::Asking(Operand::B) => (self.b, Containment::Asking(Operand::A)),
+                Containment::Asking(Operand::A) => (self.a, Containment::Known(None)),
+            };
+            let is_b = workspace.run.containment == Containment::Asking(Operand::B);
+            let outer = if is_b { self.a } else { self.b };
+            let source = Source::Samples { inner, is_b };
+            let tests = mem::replace(
+                &mut workspace.testing,
+                !workspace.points.uncertain.is_empty(),
+            );
+            let question = Locate { source };
+            let trees = [outer; 2];
+            let stop = traverse(
+                question,
+                trees,
+                b_in_a,
+                &RelativePose::BLIND,
+                workspace,
+                deadline,
+            );
+            workspace.testing = tests;
+            if !stop.is_final() {
+                return stop;
+            }
+            if workspace.points.is_within {
+                let inner = if is_b { Operand::B } else { Operand::A };
+                workspace.run.containment = Containment::Known(Some(inner));
+            } else {
+                workspace.run.containment = next;
+                if is_b {
+                    begin_samples(workspace, [self.b, self.a]);
+                }
+            }
+        }
+    }
+}
+
+/// True if the first tree can contain the second.
+pub(super) fn may_hold(outer: &Tree, inner: &Tree) -> bool {
+    let is_closed = outer.solid().is_some_and(|solid| solid.is_closed());
+    is_closed && inner.solid().is_some() && !outer.nodes().is_empty()
+}

@@ -1,0 +1,93 @@
+//! The state of a query about points: the current point, and what is known of those before it.
+
+use super::PointBounds;
+use super::near::Near;
+use super::rim::{Seen, Turn};
+use crate::tree::inside::{Count, Probe};
+use crate::tree::{MAX_HEIGHT, WIDTH};
+use alloc::vec::Vec;
+use arrayvec::ArrayVec;
+use glam::DVec3;
+
+/// Most nodes that wait while one is open.
+const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
+
+/// What is being done about the current point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    /// No point is left.
+    Idle,
+    /// The current point has not been looked at.
+    Start,
+    /// A ray is followed.
+    Ray,
+    /// The boundary of an open surface is looked at: vertices first, then edges, `done` of both.
+    Rim { done: usize },
+    /// The nearest triangle is searched.
+    Near,
+}
+
+/// The state of a query about points in its workspace.
+#[derive(Clone, Debug)]
+pub(crate) struct PointState {
+    /// True if distances are asked for too.
+    pub measures: bool,
+    pub phase: Phase,
+    /// True if a point of several components was inside.
+    pub is_within: bool,
+    /// The current point.
+    pub point: DVec3,
+    /// Number of points from the current one on.
+    pub left: usize,
+    /// Nodes that wait, in a run about a pair, whose frontier holds other nodes.
+    pub(super) stack: ArrayVec<u32, ROOM>,
+    /// Triangles (tree order) that wait for a test, each with the bits of its key.
+    pub uncertain: ArrayVec<[u32; 2], WIDTH>,
+    pub(super) probe: Probe,
+    pub(super) count: Count,
+    pub(super) seen: Vec<Seen>,
+    pub(super) turn: Turn,
+    pub(super) near: Near,
+    /// Winding number and its error, once they are known.
+    pub(super) winding: Option<(f64, f64)>,
+    /// The points that are done.
+    pub found: Vec<PointBounds>,
+}
+
+impl Default for PointState {
+    fn default() -> Self {
+        Self {
+            measures: false,
+            phase: Phase::Idle,
+            is_within: false,
+            point: DVec3::ZERO,
+            left: 0,
+            stack: ArrayVec::new_const(),
+            uncertain: ArrayVec::new_const(),
+            probe: Probe::NONE,
+            count: Count::default(),
+            seen: Vec::new(),
+            turn: Turn::NONE,
+            near: Near::NONE,
+            winding: None,
+            found: Vec::new(),
+        }
+    }
+}
+
+impl PointState {
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.phase = Phase::Idle;
+        self.left = 0;
+        self.stack.clear();
+        self.uncertain.clear();
+        self.found.clear();
+    }
+
+    /// Makes room for the bounds of so many points.
+    pub fn reserve(&mut self, points: usize) {
+        self.found
+            .reserve_exact(points.saturating_sub(self.found.len()));
+    }
+}
