@@ -1,4 +1,5 @@
-//! `punctual robot`: a robot, its cell, and lists of configurations or edges: what collides, what is free.
+//! `punctual robot`: a robot, its cell, and lists of configurations or edges: what collides, what
+//! is free.
 
 use std::fs;
 use std::io::{self, Write};
@@ -20,19 +21,21 @@ use crate::{Completion, complain};
 
 /// Which configurations of a robot collide, how much clearance they have, and which edges are free.
 ///
-/// Prints CSV. A line for each configuration: verdict is free, contact or undecided (the budget ended before), both proven;
-/// first_pair names the shapes that meet, with | between. With --clearance: low <= least distance of all pairs <= high, both
-/// proven, in metres, and the pair. With --edges a line for each edge, a straight line in joint space, times as shares of it:
-/// answer is free, contact or undecided; no contact before free_until; contact at touching_at. ns is the time of a call,
-/// kinematics included, the least of all repetitions; with several threads, the time of all divided by their number. stop tells
-/// why a call ended, or error; work is in work units. All but ns are of the first repetition.
+/// Prints CSV. A line for each configuration: verdict is free, contact or undecided (the budget
+/// ended before), both proven; first_pair names the shapes that meet, with | between. With
+/// --clearance: low <= least distance of all pairs <= high, both proven, in metres, and the pair.
+/// With --edges a line for each edge, a straight line in joint space, times as shares of it: answer
+/// is free, contact or undecided; no contact before free_until; contact at touching_at. ns is the
+/// time of a call, kinematics included, the least of all repetitions; with several threads, the
+/// time of all divided by their number. stop tells why a call ended, or error; work is in work
+/// units. All but ns are of the first repetition.
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("asked").required(true))]
 pub struct Args {
     /// The robot, a URDF file. Meshes are .stl, .obj, .ply, .off, .glb or .gltf.
     urdf: PathBuf,
-    /// The SRDF file, whose disabled pairs of links are not asked. Without it, links that are joined by one moving joint
-    /// are not asked.
+    /// The SRDF file, whose disabled pairs of links are not asked. Without it, links that are
+    /// joined by one moving joint are not asked.
     #[arg(long, value_name = "FILE")]
     srdf: Option<PathBuf>,
     /// A folder in which packages of the robot are sought; may be given several times.
@@ -41,7 +44,8 @@ pub struct Args {
     /// A folder of meshes in world coordinates that stand around the robot.
     #[arg(long, value_name = "DIR")]
     env: Option<PathBuf>,
-    /// Configurations: CSV with a header; columns are found by the names of joints, others are passed over.
+    /// Configurations: CSV with a header; columns are found by the names of joints, others are
+    /// passed over.
     #[arg(long, value_name = "FILE", group = "asked")]
     configs: Option<PathBuf>,
     /// Measure the clearance of the configurations.
@@ -50,13 +54,15 @@ pub struct Args {
     /// Width of the bounds of a clearance, in metres; 0 is as close as f64 can tell.
     #[arg(long, value_name = "D", default_value_t = 1e-9, requires = "clearance", value_parser = parse_size, allow_negative_numbers = true)]
     tolerance: f64,
-    /// Edges: CSV with a header; columns from_JOINT and to_JOINT for each joint, others are passed over.
+    /// Edges: CSV with a header; columns from_JOINT and to_JOINT for each joint, others are passed
+    /// over.
     #[arg(long, value_name = "FILE", group = "asked")]
     edges: Option<PathBuf>,
     /// Seek the first contact of an edge, not any.
     #[arg(long, requires = "edges")]
     first_contact: bool,
-    /// Threads; the answers are the same with any number of them, unless a budget of time ends them.
+    /// Threads; the answers are the same with any number of them, unless a budget of time ends
+    /// them.
     #[arg(long, value_name = "N", default_value_t = 1)]
     threads: u16,
     /// Repetitions of the whole list; ns is the least of them.
@@ -169,8 +175,8 @@ struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// Asks about all good rows; each repetition begins with a fresh checker. `one` asks about a row, `all` about many,
-    /// one after the other, on several threads.
+    /// Asks about all good rows; each repetition begins with a fresh checker. `one` asks about a
+    /// row, `all` about many, one after the other, on several threads.
     fn ask<T>(
         &self,
         rows: &[Listed<Vec<f64>>],

@@ -58,12 +58,14 @@ struct Source {
     packages: Vec<PathBuf>,
 }
 
-/// A robot among obstacles: which configurations collide, how much clearance they have, which edges are free.
+/// A robot among obstacles: which configurations collide, how much clearance they have, which edges
+/// are free.
 ///
-/// Made by `from_urdf`. A configuration has one value for each of `joint_names`, in radians or metres; a call takes one,
-/// (J,), or many, (N, J). Meshes are surfaces; boxes, spheres and cylinders are solids, cylinders as prisms around them of
-/// 128 sides. Answers are exact for the poses of `link_poses`. Calls of several threads wait for each other: to use several
-/// cores, give `threads`, or pickle a robot for each process.
+/// Made by `from_urdf`. A configuration has one value for each of `joint_names`, in radians or
+/// metres; a call takes one, (J,), or many, (N, J). Meshes are surfaces; boxes, spheres and
+/// cylinders are solids, cylinders as prisms around them of 128 sides. Answers are exact for the
+/// poses of `link_poses`. Calls of several threads wait for each other: to use several cores, give
+/// `threads`, or pickle a robot for each process.
 #[pyclass(module = "punctual3d", frozen)]
 pub struct Robot {
     /// In a box: Python's objects have less alignment than it needs.
@@ -87,7 +89,8 @@ pub struct RobotCollisions {
     work: Py<PyArray1<u64>>,
 }
 
-/// The least distance of all pairs of shapes, a row for each configuration: low <= distance <= high, in metres.
+/// The least distance of all pairs of shapes, a row for each configuration: low <= distance <=
+/// high, in metres.
 #[pyclass(module = "punctual3d", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub struct RobotClearances {
@@ -251,8 +254,9 @@ impl Robot {
 impl Robot {
     /// Reads a robot from a URDF file.
     ///
-    /// srdf: the SRDF file, whose disabled pairs are not asked; without it, links joined by one moving joint are not.
-    /// packages: folders in which `package://` names are sought, before those above the URDF file.
+    /// srdf: the SRDF file, whose disabled pairs are not asked; without it, links joined by one
+    /// moving joint are not. packages: folders in which `package://` names are sought, before those
+    /// above the URDF file.
     ///
     /// Raises ValueError with the file, the line, and the link or joint.
     #[classmethod]
@@ -278,7 +282,8 @@ impl Robot {
         self.checker().model().joint_names().to_vec()
     }
 
-    /// (J, 2) float64: lower and upper limits of these joints, infinite where there are none. Never enforced.
+    /// (J, 2) float64: lower and upper limits of these joints, infinite where there are none. Never
+    /// enforced.
     #[getter]
     fn joint_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let none = [f64::NEG_INFINITY, f64::INFINITY];
@@ -296,7 +301,8 @@ impl Robot {
             .collect()
     }
 
-    /// Name of a shape by its number: of its link, or of the obstacle. Raises ValueError if it was removed.
+    /// Name of a shape by its number: of its link, or of the obstacle. Raises ValueError if it was
+    /// removed.
     #[pyo3(signature = (number))]
     fn shape_name(&self, number: u32) -> PyResult<String> {
         let checker = self.checker();
@@ -305,11 +311,11 @@ impl Robot {
         Ok(name.to_owned())
     }
 
-    /// Adds an obstacle, and returns its number: one of mesh (a Tree or a trimesh.Trimesh), box (three lengths), sphere
-    /// (radius) and cylinder (radius, length), centred, a cylinder along z.
+    /// Adds an obstacle, and returns its number: one of mesh (a Tree or a trimesh.Trimesh), box
+    /// (three lengths), sphere (radius) and cylinder (radius, length), centred, a cylinder along z.
     ///
-    /// T: (4, 4), its place in the world, or in the frame of link if that is given: then it moves with that link, and is
-    /// not asked with the links of may_touch.
+    /// T: (4, 4), its place in the world, or in the frame of link if that is given: then it moves
+    /// with that link, and is not asked with the links of may_touch.
     #[pyo3(signature = (name, T=None, *, mesh=None, r#box=None, sphere=None, cylinder=None, link=None, may_touch=Vec::new()))]
     #[expect(
         non_snake_case,
@@ -393,8 +399,9 @@ impl Robot {
 
     /// Which configurations collide.
     ///
-    /// Q: (N, J), or one, (J,). budget (seconds) and work are those of each configuration. threads: how many share them;
-    /// answers under a budget of work, or none, are the same on any number of them.
+    /// Q: (N, J), or one, (J,). budget (seconds) and work are those of each configuration. threads:
+    /// how many share them; answers under a budget of work, or none, are the same on any number of
+    /// them.
     #[pyo3(signature = (Q, *, budget=None, work=None, threads=1))]
     #[expect(non_snake_case, reason = "the argument of the Python function")]
     fn collide(
@@ -425,8 +432,8 @@ impl Robot {
         })
     }
 
-    /// How far configurations are from contact: bounds that are `tolerance` (metres) apart, and where. Other arguments as
-    /// those of `collide`.
+    /// How far configurations are from contact: bounds that are `tolerance` (metres) apart, and
+    /// where. Other arguments as those of `collide`.
     #[pyo3(signature = (Q, *, tolerance=1e-6, budget=None, work=None, threads=1))]
     #[expect(non_snake_case, reason = "the argument of the Python function")]
     fn clearance(
@@ -460,11 +467,11 @@ impl Robot {
         })
     }
 
-    /// Whether straight lines in joint space are free, from each row of Q0 to that of Q1. Free is proven for all of the
-    /// line, not at samples.
+    /// Whether straight lines in joint space are free, from each row of Q0 to that of Q1. Free is
+    /// proven for all of the line, not at samples.
     ///
-    /// first: seek the first contact, not any. resolution: shares of the line that are shorter are given up. Other
-    /// arguments as those of `collide`.
+    /// first: seek the first contact, not any. resolution: shares of the line that are shorter are
+    /// given up. Other arguments as those of `collide`.
     #[pyo3(signature = (Q0, Q1, *, first=false, resolution=1e-6, budget=None, work=None, threads=1))]
     #[expect(
         non_snake_case,

@@ -1,5 +1,5 @@
-//! Measures a robot in its cell: `measure DIR [labels [REPETITIONS]]`, with the files of one robot: `robot.urdf`,
-//! `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
+//! Measures a robot in its cell: `measure DIR [labels [REPETITIONS]]`, with the files of one robot:
+//! `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
 
 use std::error::Error;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! Many configurations or edges, on several threads.
 //!
-//! The bits of the answers do not depend on the number of threads: the order of pairs stays the same
-//! during a round, whose length depends on what was seen before, and what a round has learned is a
-//! sum. Each question begins without memory of others.
+//! The bits of the answers do not depend on the number of threads: the order of pairs stays the
+//! same during a round, whose length depends on what was seen before, and what a round has learned
+//! is a sum. Each question begins without memory of others.
 
 use std::sync::Mutex;
 use std::thread;
@@ -28,9 +28,9 @@ pub(crate) struct Worker {
 }
 
 impl Checker {
-    /// [`Checker::collide`] for configurations that lie one after the other, each within the budget,
-    /// on so many threads. Under budgets of work the bits of the answers do not depend on their
-    /// number.
+    /// [`Checker::collide`] for configurations that lie one after the other, each within the
+    /// budget, on so many threads. Under budgets of work the bits of the answers do not depend on
+    /// their number.
     ///
     /// # Errors
     /// [`RobotError::Length`] unless the number of values is a multiple of the joints',

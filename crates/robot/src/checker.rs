@@ -62,9 +62,9 @@ impl Collision {
 /// those of one rigid body, of bodies that stand still in the world, and of links that are allowed
 /// to touch.
 ///
-/// It learns which pairs meet often and cost little, and asks these first. So the pair that is named
-/// and the work depend on the calls before, the rest of a finished answer does not. Lengths are in
-/// metres, angles in radians, if the model's are.
+/// It learns which pairs meet often and cost little, and asks these first. So the pair that is
+/// named and the work depend on the calls before, the rest of a finished answer does not. Lengths
+/// are in metres, angles in radians, if the model's are.
 ///
 /// ```
 /// use punctual::{Budget, Pose, glam::DMat3};
@@ -88,7 +88,8 @@ impl Collision {
 /// let ball = checker.add("ball", ball, Shape::sphere(0.1)?)?;
 /// assert_eq!(checker.collide(&[0.0], Budget::unlimited())?.value, Collision::Free);
 /// let arm = checker.find("arm").unwrap();
-/// assert_eq!(checker.collide(&[1.0], Budget::unlimited())?.value, Collision::Contact([arm, ball]));
+/// let met = checker.collide(&[1.0], Budget::unlimited())?.value;
+/// assert_eq!(met, Collision::Contact([arm, ball]));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -151,8 +152,8 @@ impl Checker {
         (0..self.world.pairs.len() as u32).map(|pair| self.world.ids_of(pair))
     }
 
-    /// Name of a shape: that of its link or of the obstacle, and the number of the shape if the link
-    /// has several (`hand:1`). `None` if the obstacle was removed.
+    /// Name of a shape: that of its link or of the obstacle, and the number of the shape if the
+    /// link has several (`hand:1`). `None` if the obstacle was removed.
     pub fn name(&self, id: ShapeId) -> Option<&str> {
         let at = self.world.ids.binary_search(&id).ok()?;
         Some(&self.world.shapes[at].name)

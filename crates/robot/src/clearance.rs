@@ -75,7 +75,8 @@ pub struct Clearance {
     pub high: f64,
     /// The closest pair found, the lower id first.
     pub pair: Option<[ShapeId; 2]>,
-    /// Its closest points, in the world. The origin if one shape holds the other, or none was found.
+    /// Its closest points, in the world. The origin if one shape holds the other, or none was
+    /// found.
     pub points: [DVec3; 2],
     /// Unit vector from the first of them to the second; 0 if they are one point.
     pub normal: DVec3,
@@ -99,8 +100,8 @@ fn least_of(bounds: &Bounds) -> f64 {
 impl Checker {
     /// The least distance of all pairs of shapes at a configuration.
     ///
-    /// **Guarantee.** `low` and `high` are proven, whenever it stops. Finished, they are as close as
-    /// the tolerance asks. 0 means contact.
+    /// **Guarantee.** `low` and `high` are proven, whenever it stops. Finished, they are as close
+    /// as the tolerance asks. 0 means contact.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].

@@ -3,11 +3,11 @@
 //! The line is halved. At the middle of an interval each pair of shapes has a distance, and a rate
 //! by which it can change ([`Placement::rate`](crate::placement::Placement::rate)). If the distance
 //! exceeds what half of the interval can take, the pair is free on the whole of it. Otherwise both
-//! halves ask the pair again. An open interval keeps the pairs that are not proven on it, so at each
-//! moment all of the line is proven, known to be in contact, or covered by an open interval.
+//! halves ask the pair again. An open interval keeps the pairs that are not proven on it, so at
+//! each moment all of the line is proven, known to be in contact, or covered by an open interval.
 //!
-//! For any contact, five configurations are asked first, and then wide intervals before narrow ones.
-//! For the first contact, intervals are taken from left to right.
+//! For any contact, five configurations are asked first, and then wide intervals before narrow
+//! ones. For the first contact, intervals are taken from left to right.
 
 use std::collections::VecDeque;
 
@@ -459,8 +459,8 @@ impl Checker {
     /// samples. Stopped by its budget, it tells how far it is proven free, and can be resumed
     /// ([`Checker::resume_edge`]). However budgets of work cut it, it ends with the same answer.
     ///
-    /// Takes some 20 distance queries for a free edge of a robot in its cell; more the nearer shapes
-    /// come to each other, by the logarithm of the distance.
+    /// The nearer shapes come to each other, the shorter are the intervals that can be proven, and
+    /// the more of them are needed.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].

@@ -1,7 +1,9 @@
 //! What is wrong with a robot or a call, and where.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+#[cfg(feature = "urdf")]
+use std::path::Path;
+use std::path::PathBuf;
 
 /// Why a robot, an obstacle or a configuration is refused.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,14 +60,6 @@ impl RobotError {
         match self {
             Self::Model(what) => Self::file(file, line, what),
             other => other,
-        }
-    }
-
-    /// The file at fault, if one is.
-    pub fn file_at_fault(&self) -> Option<&Path> {
-        match self {
-            Self::File { file, .. } => Some(file),
-            _ => None,
         }
     }
 }

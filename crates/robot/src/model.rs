@@ -336,7 +336,8 @@ impl Model {
         self.links.iter().map(|link| link.name.as_str())
     }
 
-    /// What was passed over to read the robot, such as allowed pairs of links that it does not have.
+    /// What was passed over to read the robot, such as allowed pairs of links that it does not
+    /// have.
     pub fn notices(&self) -> &[String] {
         &self.notices
     }

@@ -15,7 +15,8 @@ const SMALLEST: f64 = 1e-10;
 /// What the first shape of a pair is for the filter.
 #[derive(Clone, Copy, Debug)]
 enum First {
-    /// A box that stands still: the rows of the rotation into its frame, its centre and half extents.
+    /// A box that stands still: the rows of the rotation into its frame, its centre and half
+    /// extents.
     Box([[f32; 3]; 5]),
     /// A sphere that moves: its column.
     Sphere(usize),

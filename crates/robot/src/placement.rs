@@ -19,8 +19,8 @@ const SLACK: f64 = 1e-11;
 pub(crate) struct Placement {
     version: u64,
     bodies: Vec<Transform>,
-    /// Shapes, each with the placement that it is of: those that move are placed when they are asked
-    /// for. Those that stand still are placed for ever.
+    /// Shapes, each with the placement that it is of: those that move are placed when they are
+    /// asked for. Those that stand still are placed for ever.
     shapes: Vec<(Transform, u64)>,
     /// Bounding spheres in the world: centre and radius.
     spheres: Vec<[f64; 4]>,
@@ -158,11 +158,11 @@ impl Placement {
     /// By so much at most the distance of a pair changes from this configuration on, per unit of
     /// time, if the joint of each body moves at its speed (rad/s or m/s, not negative).
     ///
-    /// A joint moves a point by at most its angle times the distance from its axis. Moving one joint
-    /// after the other, those near the root first, each finds what it moves at the same distances
-    /// from its axis as now, for what lies between has turned rigidly. So distances at this
-    /// configuration suffice, however far the joints move. Joints above both bodies move neither
-    /// relative to the other.
+    /// A joint moves a point by at most its angle times the distance from its axis. Moving one
+    /// joint after the other, those near the root first, each finds what it moves at the same
+    /// distances from its axis as now, for what lies between has turned rigidly. So distances at
+    /// this configuration suffice, however far the joints move. Joints above both bodies move
+    /// neither relative to the other.
     pub fn rate(&mut self, world: &World, pair: &Pair, speeds: &[f64]) -> f64 {
         let of_a = self.rate_of(world, pair.a, pair.common, speeds);
         let of_b = self.rate_of(world, pair.b, pair.common, speeds);

@@ -217,8 +217,8 @@ impl Inner {
     }
 }
 
-/// True if a part of one shape lies inside the other one, which is a solid; `b_in_a` brings `b` into
-/// the frame of `a`. Parts whose surfaces cross may be told or not.
+/// True if a part of one shape lies inside the other one, which is a solid; `b_in_a` brings `b`
+/// into the frame of `a`. Parts whose surfaces cross may be told or not.
 #[inline]
 pub(crate) fn holds_part(a: &Inner, b: &Inner, b_in_a: &Transform) -> bool {
     let in_a = || b.samples.iter().any(|&p| a.holds(b_in_a.point(p)));

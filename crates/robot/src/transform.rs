@@ -83,6 +83,7 @@ impl Transform {
     }
 
     /// A rotation about x, then y, then z, all fixed, and a translation: how URDF states origins.
+    #[cfg(feature = "urdf")]
     pub fn from_rpy([roll, pitch, yaw]: [f64; 3], t: [f64; 3]) -> Self {
         let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
         let r = DMat3::from_cols(

@@ -1,7 +1,7 @@
 //! The promises of the crate, on an arm with every kind of joint and shape.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
@@ -18,16 +18,22 @@ fn file(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// Read once: the tests run at the same time.
 fn arm() -> Arc<Model> {
-    // The package is named `arm`, the folder is not.
-    let packages = std::env::temp_dir().join(format!("punctual-arm-{}", std::process::id()));
-    std::fs::create_dir_all(packages.join("arm")).unwrap();
-    std::fs::copy(file("wedge.obj"), packages.join("arm/wedge.obj")).unwrap();
-    let options = UrdfOptions::default()
-        .srdf(file("arm.srdf"))
-        .packages(&packages);
-    let model = Model::from_urdf(file("arm.urdf"), &options).unwrap();
-    Arc::new(model)
+    static ARM: OnceLock<Arc<Model>> = OnceLock::new();
+    let read = || {
+        // The package is named `arm`, the folder is not.
+        let packages = std::env::temp_dir().join(format!("punctual-arm-{}", std::process::id()));
+        std::fs::create_dir_all(packages.join("arm")).unwrap();
+        std::fs::copy(file("wedge.obj"), packages.join("arm/wedge.obj")).unwrap();
+        let options = UrdfOptions::default()
+            .srdf(file("arm.srdf"))
+            .packages(&packages);
+        let model = Model::from_urdf(file("arm.urdf"), &options).unwrap();
+        std::fs::remove_dir_all(packages).unwrap();
+        Arc::new(model)
+    };
+    Arc::clone(ARM.get_or_init(read))
 }
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
