@@ -17,10 +17,11 @@
  *   11. Contacts: where do they touch?
  *   12. Motion: until when are they free?
  *   13. Push-out: what parts them?
- *   14. Rays: what do they hit?
- *   15. Points: are they inside a solid?
- *   16. Scenes: many bodies, one budget a frame
- *   17. Calibration: probabilities that learn
+ *   14. Penetration: how deep are they?
+ *   15. Rays: what do they hit?
+ *   16. Points: are they inside a solid?
+ *   17. Scenes: many bodies, one budget a frame
+ *   18. Calibration: probabilities that learn
  *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
@@ -560,13 +561,13 @@ typedef struct punctual_tree_facts {
    */
   size_t triangles;
   /**
-   * Nodes, clusters included.
+   * Nodes, leaves included.
    */
   size_t nodes;
   /**
    * Nodes whose children are triangles.
    */
-  size_t clusters;
+  size_t leaves;
   /**
    * Levels of nodes; 0 for an empty mesh.
    */
@@ -682,7 +683,7 @@ punctual_status punctual_tree_levels(const struct punctual_tree *tree,
                                      size_t *count);
 
 /**
- * Checks that every triangle is in one cluster and inside every box above it. Takes linear time and allocates.
+ * Checks that every triangle is in one leaf and inside every box above it. Takes linear time and allocates.
  *
  * Fails with BAD_TREE if not, which no tree that was built here does.
  */
@@ -2482,7 +2483,141 @@ punctual_status punctual_push_out_query_run(const struct punctual_push_out_query
                                             struct punctual_push_out *push);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 14. Rays: what do they hit?
+ * 14. Penetration: how deep are they?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * Every buffer that a penetration query needs, about 2 MB, and what the last one left open. Allocated once: queries do not
+ * allocate. One thread at a time may use it.
+ */
+typedef struct punctual_penetration_workspace punctual_penetration_workspace;
+
+/**
+ * The question how far B has to be moved, at least, until the bodies are apart. Plain data, made by
+ * `punctual_penetration_query_new`, one for each pose; it borrows the trees. To resume a query, all of it must be what it was.
+ */
+typedef struct punctual_penetration_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a body inside of the other
+   * penetrates it. 0 by default.
+   */
+  uint32_t solid;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Finished as soon as high <= (1 + this) low; 0.001 by default. Negative values and NaN count as 0.
+   */
+  double relative_tolerance;
+} punctual_penetration_query;
+
+/**
+ * The answer: low <= depth <= high, both proven, also where a budget ended the query. Lengths are in the unit of the meshes.
+ */
+typedef struct punctual_penetration {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Whether a push is known; if not, the bodies are apart, or the budget ended before one was found, and the direction is
+   * zeros.
+   */
+  bool has_push;
+  /**
+   * Where B moves to, a unit vector in A's frame.
+   */
+  struct punctual_point direction;
+  /**
+   * No shorter translation of B parts the bodies.
+   */
+  double low;
+  /**
+   * The length of the push; 0 if they are apart, infinite if none is known.
+   */
+  double high;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Units of work, resumed calls included.
+   */
+  uint64_t work;
+  /**
+   * Time in nanoseconds, resumed calls included; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_penetration;
+
+/**
+ * Makes a workspace.
+ */
+punctual_status punctual_penetration_workspace_new(struct punctual_penetration_workspace **workspace);
+
+/**
+ * Frees a workspace; null is fine.
+ */
+void punctual_penetration_workspace_free(struct punctual_penetration_workspace *workspace);
+
+/**
+ * What `punctual_penetration_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_penetration_query_init(struct punctual_penetration_query *query,
+                                     size_t size,
+                                     const struct punctual_tree *a,
+                                     const struct punctual_tree *b,
+                                     struct punctual_pose b_in_a);
+
+/**
+ * The question how deep `a` and `b` penetrate each other, with the default options. Checked when it is run.
+ */
+PUNCTUAL_INLINE punctual_penetration_query punctual_penetration_query_new(const struct punctual_tree *a,
+                                                                          const struct punctual_tree *b,
+                                                                          struct punctual_pose b_in_a) {
+  punctual_penetration_query query;
+  punctual_penetration_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
+
+/**
+ * Bounds the depth within a budget. It does not allocate, lock or panic. `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_penetration_query_run(const struct punctual_penetration_query *query,
+                                               struct punctual_penetration_workspace *workspace,
+                                               struct punctual_budget budget,
+                                               const struct punctual_clock *clock,
+                                               struct punctual_penetration *penetration);
+
+/**
+ * Continues the stopped run that the workspace holds, with a fresh budget.
+ *
+ * Fails as `punctual_penetration_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very
+ * query or is complete.
+ */
+punctual_status punctual_penetration_query_resume(const struct punctual_penetration_query *query,
+                                                  struct punctual_penetration_workspace *workspace,
+                                                  struct punctual_budget budget,
+                                                  const struct punctual_clock *clock,
+                                                  struct punctual_penetration *penetration);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 15. Rays: what do they hit?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2828,7 +2963,7 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_batch_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 15. Points: are they inside a solid?
+ * 16. Points: are they inside a solid?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2962,7 +3097,7 @@ punctual_status punctual_points_resume(const struct punctual_tree *tree,
                                        struct punctual_points_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 16. Scenes: many bodies, one budget a frame
+ * 17. Scenes: many bodies, one budget a frame
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -4001,7 +4136,7 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
                                                        float importance);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 17. Calibration: probabilities that learn
+ * 18. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**

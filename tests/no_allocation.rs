@@ -24,7 +24,7 @@ use punctual::{
     Budget, BuildOptions, Mesh, Motion, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace,
     shapes,
 };
-use punctual_depenetrate::PushOutQuery;
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace, PushOutQuery};
 
 #[test]
 fn the_counter_counts() {
@@ -318,6 +318,35 @@ fn pushes() {
         ] {
             let calls =
                 allocator_calls(|| _ = black_box(query.run(&mut workspace, budget.clock(&clock))));
+            assert_eq!(calls, 0, "{query:?}");
+        }
+    }
+}
+
+#[test]
+fn penetrations() {
+    let options = BuildOptions::default().solid(Solid::Keep);
+    let [knot, gear] = [shapes::torus_knot(2, 3, 0.2, 32), shapes::gear(12, 3)]
+        .map(|mesh| Tree::with_options(mesh, &options));
+    let (mut workspace, clock) = (
+        PenetrationWorkspace::new(),
+        ManualClock::ticking(Duration::from_micros(1)),
+    );
+    for ([a, b], solid) in [
+        ([&knot, &gear], false),
+        ([&knot, &gear], true),
+        ([&knot, &knot], true),
+    ] {
+        let query = PenetrationQuery::new(a, b, Pose::IDENTITY).solid(solid);
+        for budget in [
+            Budget::work(20_000),
+            Budget::time(Duration::from_micros(90)),
+            Budget::work(3_000_000),
+        ] {
+            let calls = allocator_calls(|| {
+                let _ = black_box(query.run(&mut workspace, budget.clock(&clock)));
+                let _ = black_box(query.resume(&mut workspace, budget.clock(&clock)));
+            });
             assert_eq!(calls, 0, "{query:?}");
         }
     }

@@ -262,7 +262,7 @@ fn every_fault_is_named() {
     );
 }
 
-/// A chain of inner nodes, each with seven clusters of one triangle and the rest below it: more nodes and levels for so many
+/// A chain of inner nodes, each with seven leaves of one triangle and the rest below it: more nodes and levels for so many
 /// triangles cannot be.
 fn chain(inner: usize) -> Vec<u8> {
     let mut shapes = vec![8];
@@ -318,14 +318,14 @@ fn memory_is_in_proportion_to_the_bytes() {
             .unwrap_err()
     };
     let sparse = |node| TreeFileError::Tree(TreeFault::Sparse(node));
-    // More nodes than 8 for 7 triangles: two children each, as many clusters as triangles.
+    // More nodes than 8 for 7 triangles: two children each, as many leaves as triangles.
     let pairs: Vec<u8> = [2]
         .into_iter()
         .chain([16 + 1, 2].repeat(30))
         .chain([16 + 1, 16 + 1])
         .collect();
     assert_eq!(refused(&pairs, 32), sparse(0));
-    // Few nodes, but an inner one with too few triangles: a build makes a cluster of them.
+    // Few nodes, but an inner one with too few triangles: a build makes a leaf of them.
     assert_eq!(refused(&[2, 16 + 4, 16 + 4], 8), sparse(0));
     assert_eq!(refused(&[2, 16 + 8, 2, 16 + 4, 16 + 4], 16), sparse(2));
     // One with room for more children, but an inner node among those that it has.
@@ -339,7 +339,7 @@ fn memory_is_in_proportion_to_the_bytes() {
 #[test]
 fn nodes_that_are_not_reached_are_refused() {
     let mesh = soup(Family::Uniform, 8, &mut Random::new(74));
-    // The root is a cluster; the others make up the numbers.
+    // The root is a leaf; the others make up the numbers.
     for shapes in [&[16 + 4, 2, 16 + 4][..], &[16 + 6, 2, 16 + 2]] {
         let error = Tree::from_bytes(&file(&mesh, shapes))
             .map(drop)

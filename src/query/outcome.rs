@@ -304,3 +304,11 @@ pub struct Answer<T> {
     /// The work of the query.
     pub stats: Stats,
 }
+
+impl<T> Answer<T> {
+    /// The answer of a caller of several queries.
+    #[doc(hidden)]
+    pub fn of(value: T, stop: StopReason, stats: Stats) -> Self {
+        Self { value, stop, stats }
+    }
+}

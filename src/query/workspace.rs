@@ -389,8 +389,9 @@ impl Workspace {
     }
 
     /// Work of the last query.
+    #[doc(hidden)]
     #[inline]
-    pub(super) fn stats(&self) -> Stats {
+    pub fn stats(&self) -> Stats {
         Stats {
             bv_tests: self.run.stats.bv_tests_of_levels(),
             queue_peak: self.frontier.peak(),

@@ -372,7 +372,8 @@ impl Tree {
 
     /// A number that differs between any two trees built or refitted in this process, except
     /// clones.
-    pub(crate) fn identity(&self) -> usize {
+    #[doc(hidden)]
+    pub fn identity(&self) -> usize {
         self.identity
     }
 

@@ -8,6 +8,7 @@
 mod approach;
 mod compare;
 mod contacts;
+mod depth;
 mod distance;
 mod fit;
 mod info;
@@ -19,6 +20,7 @@ mod paper;
 mod poses;
 mod push;
 mod rays;
+mod robot;
 mod scene;
 mod sweep;
 mod triangles;
@@ -44,9 +46,11 @@ enum Command {
     Distance(distance::Args),
     Motion(motion::Args),
     Contacts(contacts::Args),
+    Depth(depth::Args),
     Rays(rays::Args),
     Inside(inside::Args),
     Triangles(triangles::Args),
+    Robot(robot::Args),
     Info(info::Args),
     Poses(poses::Args),
     Paper(paper::Args),
@@ -75,9 +79,11 @@ fn main() -> ExitCode {
         Command::Distance(args) => distance::run(args, &mut out),
         Command::Motion(args) => motion::run(args, &mut out),
         Command::Contacts(args) => contacts::run(args, &mut out),
+        Command::Depth(args) => depth::run(args, &mut out),
         Command::Rays(args) => rays::run(args, &mut out),
         Command::Inside(args) => inside::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
+        Command::Robot(args) => robot::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Poses(args) => poses::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),

@@ -20,14 +20,14 @@ const WORK_PER_ASKED: u64 = 120;
 
 /// The translations for which one pair of triangles intersects.
 #[derive(Clone, Copy, Debug)]
-struct Blocked {
+pub(super) struct Blocked {
     /// For each pair of parallel faces the normal, of any length, and the offsets of both faces
     /// along it. Zero if there is no such pair.
     slabs: [(DVec3, f64, f64); 11],
 }
 
 impl Blocked {
-    fn of(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
+    pub fn of(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
         let [mut e, mut f] = [a, b].map(|t| [t[1] - t[0], t[2] - t[1], t[0] - t[2]]);
         // With edges up to length 1, their products stay within the range of `f64`.
         let longest = |edges: &[DVec3; 3]| {
@@ -57,8 +57,29 @@ impl Blocked {
         }
     }
 
+    /// True if the triangles meet at a translation, up to rounding.
+    pub fn holds(&self, translation: DVec3) -> bool {
+        self.slabs.iter().all(|&(normal, least, most)| {
+            let offset = normal.dot(translation);
+            least <= offset && offset <= most
+        })
+    }
+
+    /// Half the edge of a cube around 0 in which they meet, up to rounding.
+    pub fn margin(&self) -> f64 {
+        let margin = |&(normal, least, most): &(DVec3, f64, f64)| {
+            let length = normal.abs().element_sum();
+            if length > 0.0 {
+                most.min(-least) / length
+            } else {
+                f64::INFINITY
+            }
+        };
+        self.slabs.iter().map(margin).fold(f64::INFINITY, f64::min)
+    }
+
     /// The lengths at which a push in this direction enters and leaves the polytope.
-    fn along(&self, direction: DVec3) -> [f64; 2] {
+    pub fn along(&self, direction: DVec3) -> [f64; 2] {
         let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
         for &(normal, least, most) in &self.slabs {
             let speed = normal.dot(direction);

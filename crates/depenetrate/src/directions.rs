@@ -81,6 +81,11 @@ impl Segments {
             .collect()
     }
 
+    /// The middle of the box of the segments.
+    pub fn middle(&self) -> DVec3 {
+        self.origin + (self.min + self.max) * (0.5 * self.size)
+    }
+
     /// Length of the box of the segments along a direction.
     pub fn extent(&self, direction: DVec3) -> f64 {
         let extent = direction.abs().dot(self.max - self.min) * self.size;

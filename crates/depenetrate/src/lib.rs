@@ -8,9 +8,17 @@
 #![deny(missing_docs)]
 #![forbid(unsafe_code)]
 
+extern crate alloc;
+
 mod blocked;
+mod cover;
 mod directions;
+mod penetration;
 mod search;
+
+pub use penetration::{
+    MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
+};
 
 use core::time::Duration;
 use glam::DVec3;

@@ -1,7 +1,7 @@
 //! What the library lets `punctual-lab` and `punctual-cli` see of its inside.
 
 use punctual::glam::{DMat3, DVec3};
-use punctual::internals::{FrontSummary, Random, all_left, opened_pairs, pair_cost};
+use punctual::internals::{FrontierSummary, Random, all_left, opened_pairs, pair_cost};
 use punctual::intersection::Order;
 use punctual::prediction::Quantiles;
 use punctual::{Budget, Mesh, Pose, Query, Tree, Workspace, shapes};
@@ -60,8 +60,8 @@ fn the_pair_cost_by_hand() {
 }
 
 /// A front with one open pair that costs this, after so many BV tests.
-fn front(cost: f64, bv_tests: f64) -> FrontSummary {
-    let mut front = FrontSummary::default();
+fn front(cost: f64, bv_tests: f64) -> FrontierSummary {
+    let mut front = FrontierSummary::default();
     (front.node_pairs, front.cost, front.bv_tests) = (1.0, cost, bv_tests);
     front
 }

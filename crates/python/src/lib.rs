@@ -24,11 +24,13 @@ mod limit;
 mod manifolds;
 mod memory;
 mod motion;
+mod penetration;
 mod push_out;
 mod query;
 mod query_batch;
 mod rays;
 mod record;
+mod robot;
 mod scene;
 mod scene_cast;
 mod scene_contacts;
@@ -62,6 +64,8 @@ mod _punctual3d {
     #[pymodule_export]
     use super::motion::{MotionQuery, Passage, motion};
     #[pymodule_export]
+    use super::penetration::{Penetration, penetration};
+    #[pymodule_export]
     use super::push_out::{PushOut, push_out};
     #[pymodule_export]
     use super::query::{Collision, Query, collide};
@@ -71,6 +75,8 @@ mod _punctual3d {
     use super::rays::{RayHits, rays};
     #[pymodule_export]
     use super::record::{_restore, _state};
+    #[pymodule_export]
+    use super::robot::{Robot, RobotClearances, RobotCollisions, RobotEdges};
     #[pymodule_export]
     use super::scene::{Report, Scene};
     #[pymodule_export]

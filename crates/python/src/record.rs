@@ -9,10 +9,12 @@ use crate::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quant
 use crate::manifolds::Manifolds;
 use crate::memory::Memory;
 use crate::motion::Passage;
+use crate::penetration::Penetration;
 use crate::push_out::PushOut;
 use crate::query::Collision;
 use crate::query_batch::CollisionBatch;
 use crate::rays::RayHits;
+use crate::robot::{RobotClearances, RobotCollisions, RobotEdges};
 use crate::scene::Report;
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
@@ -64,7 +66,15 @@ macro_rules! records {
 
 records!(
     [
-        Collision, Distance, Contacts, Manifolds, Passage, PushOut, RayHits, BodyHits
+        Collision,
+        Distance,
+        Contacts,
+        Manifolds,
+        Passage,
+        Penetration,
+        PushOut,
+        RayHits,
+        BodyHits
     ],
     [
         BodyContacts,
@@ -81,6 +91,9 @@ records!(
         Prediction,
         Quantiles,
         Report,
+        RobotClearances,
+        RobotCollisions,
+        RobotEdges,
         View
     ]
 );

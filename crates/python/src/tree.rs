@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// vertices: (V, 3) numbers, in one unit of length, kept as f32 where that is exact and as f64 otherwise. faces: (F, 3)
 /// integers of any type. effort: "fast", "normal" or "best", how much time the build may take. extremes: whether to
 /// keep the corners that may be the farthest along a direction, so that a `Scene` tells convex bodies that are close apart
-/// without a search.
+/// without a search. solid: whether closed components bound solids; those that are inside out are turned.
 ///
 /// solid: "no", a surface without an inside; "keep", a solid, oriented as its triangles are; "flip", a solid of which parts that
 /// are inside out are reversed. Degenerate triangles are what they are. Takes O(F log F), about 1 us a triangle.

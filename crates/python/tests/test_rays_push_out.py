@@ -159,6 +159,28 @@ def test_a_push_parts_the_surfaces(ball, ring, touching):
         punctual3d.push_out(ball, ring, np.zeros((4, 4)))
 
 
+def test_a_penetration_is_bounded_from_both_sides():
+    vertices = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
+    faces += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    cube = punctual3d.Tree(vertices, faces, solid="flip")
+    small = punctual3d.Tree(np.array(vertices) * 0.1, faces, solid="flip")
+    pose = np.eye(4)
+    pose[:3, 3] = [1.75, 0.5, 0.25]
+    for solid in (False, True):
+        depth = punctual3d.penetration(cube, cube, pose, solid=solid, work=10_000_000)
+        assert 0.24 < depth.low <= 0.25 <= depth.high < 0.253 and depth.stop == "finished"
+        assert np.linalg.norm(depth.direction) == pytest.approx(1) and depth.direction[0] > 0.99
+    less = punctual3d.penetration(cube, cube, pose, work=10)
+    assert less.low <= 0.25 <= less.high and less.stop == "work-limit"
+    inside = punctual3d.penetration(cube, small, solid=True, work=3_000_000)
+    assert 0 < inside.low <= 1.1 <= inside.high
+    apart = punctual3d.penetration(cube, small)
+    assert (apart.low, apart.high, apart.direction) == (0, 0, None)
+    with pytest.raises(ValueError, match="T: "):
+        punctual3d.penetration(cube, cube, np.zeros((4, 4)))
+
+
 def test_what_a_memory_knows_of_the_distance(ball, ring):
     memory, pose = punctual3d.Memory(), np.eye(4)
     assert memory.clearance(ball, ring) == 0

@@ -78,6 +78,8 @@ constructors! {
         -> punctual_manifold_query<'t>;
     punctual_push_out_query_new(punctual_push_out_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
         -> punctual_push_out_query<'t>;
+    punctual_penetration_query_new(punctual_penetration_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
+        -> punctual_penetration_query<'t>;
     punctual_motion_query_new(punctual_motion_query_init: a: Shape<'t>, b: Shape<'t>, motion: punctual_motion)
         -> punctual_motion_query<'t>;
     punctual_ray_query_new(punctual_ray_query_init: tree: Shape<'t>, ray: punctual_ray) -> punctual_ray_query<'t>;

@@ -165,8 +165,8 @@ fn trees_are_those_of_rust() {
             native.stats(),
         );
         assert_eq!(
-            [facts.triangles, facts.nodes, facts.clusters],
-            [stats.triangles, stats.nodes, stats.clusters]
+            [facts.triangles, facts.nodes, facts.leaves],
+            [stats.triangles, stats.nodes, stats.leaves]
         );
         assert_eq!(
             (facts.depth, facts.bytes, facts.degradation),

@@ -4,6 +4,7 @@ mod calibration;
 mod cases;
 mod contacts;
 mod damage;
+mod depth;
 mod distance;
 #[allow(dead_code, reason = "the library's tests use the rest")]
 #[path = "../../../../tests/common/files.rs"]
@@ -13,6 +14,7 @@ mod motion;
 mod paper;
 mod poses;
 mod rays;
+mod robot;
 mod run;
 mod scene;
 mod sweep;

@@ -27,10 +27,14 @@ _NAMES = [
     "PairPassages",
     "Passage",
     "Prediction",
+    "Penetration",
     "PushOut",
     "Quantiles",
     "RayHits",
     "Report",
+    "RobotClearances",
+    "RobotCollisions",
+    "RobotEdges",
     "View",
 ]
 

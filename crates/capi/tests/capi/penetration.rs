@@ -1,0 +1,116 @@
+//! Penetration: the answers of Rust, and everything that is refused.
+
+use std::mem::MaybeUninit;
+
+use super::call::*;
+use punctual::glam::DVec3;
+use punctual::tree::Solid;
+use punctual::{Answer, Budget, BuildOptions, Pose, StopReason, Tree, shapes};
+use punctual_capi::{punctual_status as Status, *};
+use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
+
+type Run = unsafe extern "C" fn(
+    *const punctual_penetration_query,
+    Option<&mut punctual_penetration_workspace>,
+    punctual_budget,
+    Option<&punctual_clock>,
+    *mut punctual_penetration,
+) -> Status;
+
+const RUN: Run = punctual_penetration_query_run;
+const RESUME: Run = punctual_penetration_query_resume;
+
+fn call(
+    run: Run,
+    query: &punctual_penetration_query,
+    workspace: Option<&mut punctual_penetration_workspace>,
+    work: u64,
+    out: Option<&mut MaybeUninit<punctual_penetration>>,
+) -> Status {
+    let budget = punctual_budget_work(work);
+    // SAFETY: no clock of the caller's.
+    unsafe { run(asked(Some(query)), workspace, budget, None, slot(out)) }
+}
+
+fn same(said: &punctual_penetration, expected: &Answer<Penetration>) {
+    let Penetration {
+        low,
+        high,
+        direction,
+        ..
+    } = expected.value;
+    let n = direction.unwrap_or(DVec3::ZERO);
+    assert_eq!((said.low, said.high), (low, high));
+    assert_eq!(
+        [said.direction.x, said.direction.y, said.direction.z],
+        n.to_array()
+    );
+    assert_eq!(said.has_push, direction.is_some());
+    assert_eq!((said.work, said.elapsed), (expected.stats.work, -1));
+    assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
+}
+
+#[test]
+fn penetrations_are_those_of_rust() {
+    let options = punctual_build_options {
+        solid: 1,
+        ..punctual_build_options_default()
+    };
+    // SAFETY: the options are as large as said.
+    let ours = owned(|out| unsafe { punctual_tree_new(Some(&knot()), &options, out) });
+    let solid = BuildOptions::default().solid(Solid::Flip);
+    let theirs = Tree::with_options(shapes::torus_knot(2, 3, 0.2, 96), &solid);
+    let mut workspace = owned(|out| punctual_penetration_workspace_new(out));
+    let mut other = PenetrationWorkspace::new();
+    let away = Pose::new(tilted().rotation(), DVec3::new(9.0, 0.0, 0.0)).unwrap();
+    let (mut pushes, mut resumed) = (0, 0);
+    for (pose, work, solid) in [
+        (tilted(), 1_000_000, 0),
+        (tilted(), 1_000_000, 1),
+        (tilted(), 10, 1),
+        (away, 100_000, 0),
+    ] {
+        let mut query = punctual_penetration_query_new(Some(&ours), Some(&ours), raw(&pose));
+        query.solid = solid;
+        let native = PenetrationQuery::new(&theirs, &theirs, pose).solid(solid != 0);
+        let said = made(|out| call(RUN, &query, Some(&mut workspace), work, out));
+        let expected = native.run(&mut other, Budget::work(work));
+        same(&said, &expected);
+        pushes += usize::from(said.has_push);
+        if expected.stop == StopReason::WorkLimit {
+            let said = made(|out| call(RESUME, &query, Some(&mut workspace), 50_000, out));
+            same(
+                &said,
+                &native.resume(&mut other, Budget::work(50_000)).unwrap(),
+            );
+            resumed += 1;
+        }
+    }
+    assert!(pushes == 2 && resumed > 0, "{pushes} {resumed}");
+    punctual_penetration_workspace_free(Some(workspace));
+    punctual_penetration_workspace_free(None);
+}
+
+#[test]
+fn what_no_penetration_query_takes() {
+    let ours = tree_of(&knot());
+    let (tree, mut out) = (Some(&*ours), MaybeUninit::uninit());
+    let mut workspace = owned(|out| punctual_penetration_workspace_new(out));
+    let query = punctual_penetration_query_new(tree, tree, raw(&tilted()));
+    let no_a = punctual_penetration_query { a: None, ..query };
+    null_is_seen(call(RUN, &no_a, None, 1, None), "query->a");
+    let no_b = punctual_penetration_query { b: None, ..query };
+    null_is_seen(call(RUN, &no_b, None, 1, None), "query->b");
+    null_is_seen(call(RUN, &query, None, 1, None), "penetration");
+    null_is_seen(call(RUN, &query, None, 1, Some(&mut out)), "workspace");
+    let mut bad = query;
+    bad.b_in_a.m[0] = 2.0;
+    let status = call(RUN, &bad, Some(&mut workspace), 1, Some(&mut out));
+    assert_eq!(status, Status::BadPose);
+    let status = call(RESUME, &query, Some(&mut workspace), 1, Some(&mut out));
+    assert_eq!(status, Status::NotResumable);
+    null_is_seen(
+        punctual_penetration_workspace_new(None),
+        "the place for the new handle",
+    );
+}

@@ -1,0 +1,100 @@
+//! `punctual depth`: two meshes, a list of poses, how deep they penetrate each other at each, bounded within a budget.
+
+use std::io::{self, Write};
+use std::time::Instant;
+
+use punctual::clock::SystemClock;
+use punctual::tree::Solid;
+use punctual::{Answer, BuildOptions, Pose, Tree};
+use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
+use punctual_lab::files::Listed;
+use punctual_lab::report::Failure;
+
+use crate::Completion;
+use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size};
+
+/// How deep two meshes penetrate each other at each pose of a list: how far B has to be moved, at least, until they are apart.
+///
+/// Prints CSV, a line for each pose: low <= depth <= high, both proven, also where a budget ended the query. n is the unit
+/// direction, in A's frame, in which B has to be moved by high: an exact query, run to its end at that pose, found them apart.
+/// Where they are apart anyway, low and high are 0 and n is empty; where the budget ended before a push was found, high is inf
+/// and n is empty. ns is the least time of all sweeps; stop tells why the query ended, or error; work is in work units. All
+/// but ns are of the first sweep. Lengths are in the unit of the meshes.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// Take closed components as solids: a mesh inside of the other penetrates it, and a push has to lead out of it.
+    #[arg(long)]
+    solid: bool,
+    /// Stop as soon as high <= (1 + E) low.
+    #[arg(long, value_name = "E", value_parser = parse_size, allow_negative_numbers = true)]
+    rel: Option<f64>,
+    #[command(flatten)]
+    running: Running,
+}
+
+pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
+    // Closed components tell inside from outside, which helps surfaces too.
+    let options = BuildOptions::default().solid(Solid::Flip);
+    let LoadedInput { a, b, build, poses } = args.input.load(&options)?;
+    let completion = args.input.complain_of_bad_poses(&poses);
+    let mut workspace = PenetrationWorkspace::with_engine(args.running.workspace());
+    let rows = least_times(args.running.reps, || {
+        args.sweep(&a, &b, &poses, &mut workspace)
+    });
+    writeln!(
+        out,
+        "# peer=punctual version={} build_ns={}",
+        env!("CARGO_PKG_VERSION"),
+        build.as_nanos()
+    )?;
+    print(out, &rows)?;
+    Ok(completion)
+}
+
+impl Args {
+    /// All poses once.
+    fn sweep(
+        &self,
+        a: &Tree,
+        b: &Tree,
+        poses: &[Listed<Pose>],
+        workspace: &mut PenetrationWorkspace,
+    ) -> Vec<Row<Answer<Penetration>>> {
+        let clock = SystemClock::default();
+        let mut answer = |&pose: &Pose| {
+            let start = Instant::now();
+            let query = PenetrationQuery::new(a, b, pose).solid(self.solid);
+            let query = match self.rel {
+                Some(share) => query.relative_tolerance(share),
+                None => query,
+            };
+            let budget = self.running.limits.budget().clock(&clock);
+            (query.run(workspace, budget), start.elapsed())
+        };
+        poses
+            .iter()
+            .map(|listed| listed.entry.as_ref().ok().map(&mut answer))
+            .collect()
+    }
+}
+
+fn print(out: &mut impl Write, rows: &[Row<Answer<Penetration>>]) -> io::Result<()> {
+    writeln!(out, "pose,low,high,nx,ny,nz,ns,stop,work")?;
+    for (i, row) in rows.iter().enumerate() {
+        let Some((said, least)) = row else {
+            writeln!(out, "{i},,,,,,0,error,0")?;
+            continue;
+        };
+        let Penetration { low, high, .. } = said.value;
+        write!(out, "{i},{low},{high},")?;
+        match said.value.direction {
+            Some(n) => write!(out, "{},{},{}", n.x, n.y, n.z)?,
+            None => write!(out, ",,")?,
+        }
+        let (ns, stop, work) = (least.as_nanos(), said.stop, said.stats.work);
+        writeln!(out, ",{ns},{stop},{work}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,106 @@
+//! How deep two meshes penetrate each other.
+
+use crate::answer::Answer;
+use crate::arrays::{Transform, column};
+use crate::limit::Limit;
+use crate::tree::Surface;
+use numpy::PyArray1;
+use punctual::Clock;
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
+use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+
+/// How far B has to be moved, at least, until the bodies are apart: `low <= depth <= high`, both proven.
+#[pyclass(module = "punctual3d", frozen, extends = Answer)]
+#[derive(Serialize, Deserialize)]
+pub struct Penetration(punctual_depenetrate::Penetration);
+
+#[pymethods]
+impl Penetration {
+    /// No shorter translation parts them.
+    #[getter]
+    fn low(&self) -> f64 {
+        self.0.low
+    }
+
+    /// The length of a translation that parts them; 0 if they are apart, inf if none was found yet.
+    #[getter]
+    fn high(&self) -> f64 {
+        self.0.high
+    }
+
+    /// (3,): where B moves to by `high`, a unit vector in A's frame. None: they are apart, or none was found yet.
+    #[getter]
+    fn direction<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.0
+            .direction
+            .map(|direction| column(py, direction.to_array().to_vec()))
+    }
+
+    fn __repr__(&self) -> String {
+        let punctual_depenetrate::Penetration { low, high, .. } = self.0;
+        format!("<punctual3d.Penetration: {low} to {high}>")
+    }
+}
+
+/// How deep a and b penetrate each other: the length of the shortest translation of b after which they are apart, bounded
+/// from both sides whenever the search stops.
+///
+/// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. solid: take the closed components
+/// of trees that were built with `solid="flip"` as solids, so that one inside of the other penetrates it.
+/// relative_tolerance: stop as soon as high <= (1 + relative_tolerance) low. budget: seconds; work: units of work.
+///
+/// Raises ValueError for a T that is not rigid, and TypeError for wrong types.
+#[pyfunction]
+#[pyo3(signature = (a, b, T=None, *, solid=false, relative_tolerance=None, budget=None, work=None))]
+#[expect(
+    non_snake_case,
+    clippy::too_many_arguments,
+    reason = "the names of the arguments in Python"
+)]
+pub fn penetration<'py>(
+    py: Python<'py>,
+    a: Surface<'_>,
+    b: Surface<'_>,
+    T: Option<Transform>,
+    solid: bool,
+    relative_tolerance: Option<f64>,
+    budget: Option<f64>,
+    work: Option<u64>,
+) -> PyResult<Bound<'py, Penetration>> {
+    let limit = Limit::new(budget, work)?;
+    let (a, b) = (&*a.arc, &*b.arc);
+    let query = PenetrationQuery::new(a, b, T.unwrap_or_default().0).solid(solid);
+    let query = match relative_tolerance {
+        Some(share) => query.relative_tolerance(share),
+        None => query,
+    };
+    let run = |clock: &dyn Clock| {
+        with_workspace(|workspace| query.run(workspace, limit.budget().clock(clock)))
+    };
+    let found = limit.run(py, run)?;
+    Bound::new(
+        py,
+        (
+            Penetration(found.value),
+            Answer {
+                stop: found.stop,
+                work: found.stats.work,
+                elapsed: found.stats.elapsed,
+            },
+        ),
+    )
+}
+
+/// Lends the buffers of a thread, which are used again and again.
+fn with_workspace<R>(run: impl FnOnce(&mut PenetrationWorkspace) -> R) -> R {
+    thread_local! {
+        static WORKSPACE: RefCell<Option<Box<PenetrationWorkspace>>> = const { RefCell::new(None) };
+    }
+    WORKSPACE.with(|workspace| match workspace.try_borrow_mut() {
+        Ok(mut workspace) => run(workspace.get_or_insert_with(Box::default)),
+        // The handler of a signal asks while the query that it interrupted has them.
+        Err(_) => run(&mut Box::default()),
+    })
+}
