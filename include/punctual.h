@@ -17,10 +17,11 @@
  *   11. Contacts: where do they touch?
  *   12. Motion: until when are they free?
  *   13. Push-out: what parts them?
- *   14. Rays: what do they hit?
- *   15. Points: are they inside a solid?
- *   16. Scenes: many bodies, one budget a frame
- *   17. Calibration: probabilities that learn
+ *   14. Penetration: how deep are they?
+ *   15. Rays: what do they hit?
+ *   16. Points: are they inside a solid?
+ *   17. Scenes: many bodies, one budget a frame
+ *   18. Calibration: probabilities that learn
  *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
@@ -1830,6 +1831,106 @@ typedef struct punctual_patch {
 } punctual_patch;
 
 /**
+ * The question for the contact manifolds of two solids: triangles are counterclockwise seen from outside. Plain data, made by
+ * `punctual_manifold_query_init`, one for each pose; it borrows the trees. To resume a query, all of it must be what it was.
+ */
+typedef struct punctual_manifold_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Solids apart have points of contact up to this distance, in the unit of the meshes; 0 by default: overlaps alone.
+   */
+  double skin;
+} punctual_manifold_query;
+
+/**
+ * The answer of a query for manifolds. Their points stay in the workspace: `punctual_workspace_manifold_points`.
+ */
+typedef struct punctual_manifolds {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Whether the surfaces are known to intersect.
+   */
+  bool meets;
+  /**
+   * Proven: every contact that is missing is at least this far apart; 0 while overlaps may be missing. Infinite if the query
+   * is finished.
+   */
+  double low;
+  /**
+   * Pairs of triangles within the skin that were reduced, resumed calls included.
+   */
+  uint64_t found;
+  /**
+   * Why the query returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * What it has done.
+   */
+  struct punctual_stats stats;
+} punctual_manifolds;
+
+/**
+ * A point of a contact manifold. All of it is in A's frame, in the unit of the meshes.
+ */
+typedef struct punctual_manifold_point {
+  /**
+   * The id of the point: with a memory the same from frame to frame.
+   */
+  uint64_t id;
+  /**
+   * The id of its manifold.
+   */
+  uint64_t manifold;
+  /**
+   * The point on A and the point on B.
+   */
+  struct punctual_point points[2];
+  /**
+   * Unit vector from B to A; zeros in an overlap without a normal, as of a pin through a plate.
+   */
+  struct punctual_point normal;
+  /**
+   * Signed distance along the normal: negative where the solids are sunk into each other.
+   */
+  double distance;
+  /**
+   * Whether the surfaces intersect in this manifold, 1 or 0.
+   */
+  uint32_t is_overlap;
+  /**
+   * Whether all of the manifold was looked at, 1 or 0; if not, its depth is a lower bound.
+   */
+  uint32_t is_whole;
+  /**
+   * The area of the manifold, seen along the normal.
+   */
+  double area;
+  /**
+   * The middle of the manifold.
+   */
+  struct punctual_point centroid;
+} punctual_manifold_point;
+
+/**
  * What `punctual_contact_query_new` calls: writes as many bytes as the caller's struct has.
  */
 void punctual_contact_query_init(struct punctual_contact_query *query,
@@ -1991,6 +2092,67 @@ punctual_status punctual_patches_points(const struct punctual_patches *patches,
                                         size_t points_size,
                                         size_t capacity,
                                         size_t *count);
+
+/**
+ * What `punctual_manifold_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_manifold_query_init(struct punctual_manifold_query *query,
+                                  size_t size,
+                                  const struct punctual_tree *a,
+                                  const struct punctual_tree *b,
+                                  struct punctual_pose b_in_a);
+
+/**
+ * The question for the manifolds of `a` and `b`, without a skin. Checked when it is run.
+ */
+PUNCTUAL_INLINE punctual_manifold_query punctual_manifold_query_new(const struct punctual_tree *a,
+                                                                    const struct punctual_tree *b,
+                                                                    struct punctual_pose b_in_a) {
+  punctual_manifold_query query;
+  punctual_manifold_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
+
+/**
+ * Runs a query for manifolds within a budget. It keeps its buffers in the workspace, so it allocates only where a query is larger
+ * than those before. It does not lock or panic. `memory` may be null: it keeps the ids from frame to frame; `clock` may be null:
+ * the clock of the system.
+ *
+ * If more pairs intersect than `punctual_workspace_reserve_contacts` has made room for, 4,096 by default, it stops with
+ * PAIRS_FULL; make room and resume it.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_manifold_query_run(const struct punctual_manifold_query *query,
+                                            struct punctual_workspace *workspace,
+                                            struct punctual_memory *memory,
+                                            struct punctual_budget budget,
+                                            const struct punctual_clock *clock,
+                                            struct punctual_manifolds *manifolds);
+
+/**
+ * Goes on with the stopped run that the workspace holds, with a fresh budget. However it is cut into pieces by work budgets, the
+ * manifolds at the end are those of one uninterrupted run.
+ *
+ * Fails as `punctual_manifold_query_run`, and with NOT_RESUMABLE if the last run in this workspace was not of this very query
+ * or is complete.
+ */
+punctual_status punctual_manifold_query_resume(const struct punctual_manifold_query *query,
+                                               struct punctual_workspace *workspace,
+                                               struct punctual_memory *memory,
+                                               struct punctual_budget budget,
+                                               const struct punctual_clock *clock,
+                                               struct punctual_manifolds *manifolds);
+
+/**
+ * The points of the manifolds that the last query found, if it was one for manifolds: those of the deepest first. As many as
+ * `capacity` allows are written to `points`, and how many there are to `count`.
+ */
+punctual_status punctual_workspace_manifold_points(const struct punctual_workspace *workspace,
+                                                   struct punctual_manifold_point *points,
+                                                   size_t points_size,
+                                                   size_t capacity,
+                                                   size_t *count);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 12. Motion: until when are they free?
@@ -2801,7 +2963,7 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_batch_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 15. Points: are they inside a solid?
+ * 16. Points: are they inside a solid?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2935,7 +3097,7 @@ punctual_status punctual_points_resume(const struct punctual_tree *tree,
                                        struct punctual_points_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 16. Scenes: many bodies, one budget a frame
+ * 17. Scenes: many bodies, one budget a frame
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -3974,7 +4136,7 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
                                                        float importance);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 17. Calibration: probabilities that learn
+ * 18. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**

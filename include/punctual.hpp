@@ -341,6 +341,10 @@ public:
   Result<std::size_t> contacts(punctual_contact *contacts, std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_workspace_contacts, get(), contacts, sizeof *contacts, capacity);
   }
+  /** Writes up to `capacity` points of manifolds, those of the deepest first; how many there are. */
+  Result<std::size_t> manifold_points(punctual_manifold_point *points, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_workspace_manifold_points, get(), points, sizeof *points, capacity);
+  }
   [[nodiscard]] punctual_status drain_contacts() noexcept { return punctual_workspace_drain_contacts(get()); }
   [[nodiscard]] punctual_status reserve_contacts(std::size_t contacts) noexcept {
     return punctual_workspace_reserve_contacts(get(), contacts);
@@ -458,6 +462,26 @@ struct MotionQuery : punctual_motion_query {
   Result<std::size_t> open_boxes(const Workspace &workspace, punctual_aabb *boxes,
                                  std::size_t capacity) const noexcept {
     return detail::filled<std::size_t>(punctual_motion_query_open_boxes, this, workspace.get(), boxes, capacity);
+  }
+};
+
+/** What keeps two solids apart? The fields of punctual_manifold_query are public; the trees must outlive it. */
+struct ManifoldQuery : punctual_manifold_query {
+  ManifoldQuery(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept
+      : punctual_manifold_query(punctual_manifold_query_new(tree_a.get(), tree_b.get(), pose_of_b)) {}
+  ManifoldQuery(const Tree &&, const Tree &, const punctual_pose &) = delete;
+  ManifoldQuery(const Tree &, const Tree &&, const punctual_pose &) = delete;
+  ManifoldQuery(const Tree &&, const Tree &&, const punctual_pose &) = delete;
+
+  Result<punctual_manifolds> run(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
+                                 const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_manifolds>(punctual_manifold_query_run, this, workspace.get(),
+                                              memory ? memory->get() : nullptr, budget, clock);
+  }
+  Result<punctual_manifolds> resume(Workspace &workspace, punctual_budget budget, Memory *memory = nullptr,
+                                    const punctual_clock *clock = nullptr) const noexcept {
+    return detail::filled<punctual_manifolds>(punctual_manifold_query_resume, this, workspace.get(),
+                                              memory ? memory->get() : nullptr, budget, clock);
   }
 };
 

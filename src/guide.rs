@@ -17,6 +17,7 @@ macro_rules! page {
         /// [model]: crate::guide::model
         /// [performance]: crate::guide::performance
         /// [real-time]: crate::guide::real_time
+        /// [robots]: crate::guide::robots
         /// [scene-guaranteed]: crate::guide::scenes#what-is-guaranteed
         /// [scene-threads]: crate::guide::scenes#threads
         /// [scenes]: crate::guide::scenes
@@ -28,6 +29,7 @@ macro_rules! page {
 page!(guarantees, "guide/guarantees.md");
 page!(games, "guide/games.md");
 page!(controllers, "guide/controllers.md");
+page!(robots, "guide/robots.md");
 page!(motion, "guide/motion.md");
 page!(contacts, "guide/contacts.md");
 page!(rays, "guide/rays.md");

@@ -47,7 +47,7 @@
 //! # Further
 //!
 //! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`],
-//!   [`contacts::Patches`]. Time of impact: [`Query::impact`]. Ray casts: [`Query::ray`],
+//!   [`contacts::Patches`]; few points with depths for a solver: [`Query::manifolds`]. Time of impact: [`Query::impact`]. Ray casts: [`Query::ray`],
 //!   [`Query::rays`]. A translation that separates the surfaces: the crate `punctual-depenetrate`.
 //! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
@@ -119,8 +119,8 @@ pub mod distance {
 
 /// Contacts, and patches of them for a solver: [`Query::contacts`].
 pub mod contacts {
-    pub use crate::contact::{Contact, Patch, Patches};
-    pub use crate::query::{ContactBounds, Contacts};
+    pub use crate::contact::{Contact, Manifold, ManifoldPoint, Patch, Patches};
+    pub use crate::query::{ContactBounds, Contacts, ManifoldBounds, Manifolds, REGION_LIMIT};
 }
 
 /// Time of impact of a body that moves: [`Query::impact`].

@@ -21,7 +21,7 @@ use common::files::{self, Soup, number};
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::{Budget, Mode, Pose, Tree, Workspace};
 use punctual_scene::{Body, Scene};
-use questions::Answers;
+use questions::{Answers, Frozen};
 
 /// Of each case this many poses, evenly over its list.
 const POSES: usize = 3;
@@ -54,7 +54,7 @@ fn answers_of_case(folder: &Path) -> String {
     };
     if a.triangles.len().max(b.triangles.len()) <= MOST_TRIANGLES {
         let [a, b] = [a, b].map(|soup| Tree::new(soup.mesh().unwrap()));
-        answers.tell("trees", [&a, &b].map(Tree::stats));
+        answers.tell("trees", [&a, &b].map(|tree| Frozen(tree.stats())));
         let poses: Vec<Pose> = files::poses(&folder.join("poses.txt"))
             .into_iter()
             .flatten()

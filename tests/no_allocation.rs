@@ -13,7 +13,7 @@ use allocations::allocator_calls;
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::clock::ManualClock;
-use punctual::contacts::{Contacts, Patches};
+use punctual::contacts::{Contacts, Manifolds, Patches};
 use punctual::distance::Distance;
 use punctual::glam::{DVec3, Vec3};
 use punctual::impact::Impact;
@@ -119,6 +119,49 @@ fn use_motion(query: &Query<Impact>, workspace: &mut Workspace, memory: &mut Pai
                 .unwrap();
         }
         let _ = black_box(said);
+    }
+}
+
+/// The same of a query for manifolds, in a workspace and with a memory that were used before.
+fn use_manifolds(query: &Query<Manifolds>, workspace: &mut Workspace, memory: &mut PairMemory) {
+    let clock = ManualClock::ticking(Duration::from_micros(1));
+    for budget in [
+        Budget::work(0),
+        Budget::work(2_000),
+        Budget::time(Duration::from_micros(3)),
+        Budget::unlimited(),
+    ] {
+        let mut said = query
+            .with_memory(&mut *memory)
+            .run(workspace, budget.clock(&clock));
+        while said.stop != StopReason::Finished {
+            black_box(workspace.manifolds().len());
+            said = query
+                .with_memory(&mut *memory)
+                .resume(workspace, Budget::work(50_000).clock(&clock))
+                .unwrap();
+        }
+        black_box(workspace.manifolds().len());
+    }
+}
+
+#[test]
+fn queries_for_manifolds_do_not_allocate_once_their_buffers_have_grown() {
+    let (a, b) = (
+        Tree::new(shapes::icosphere(3)),
+        Tree::new(shapes::torus(1.0, 0.3, 40)),
+    );
+    let mut random = Random::new(3);
+    let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
+    for _ in 0..5 {
+        let pose = Pose::new(random.rotation(), 0.5 * random.vector()).unwrap();
+        for skin in [0.0, 0.02] {
+            let query = Query::manifolds(&a, &b, pose).skin(skin);
+            use_manifolds(&query, &mut workspace, &mut memory);
+            assert!(!workspace.manifolds().is_empty());
+            let calls = allocator_calls(|| use_manifolds(&query, &mut workspace, &mut memory));
+            assert_eq!(calls, 0, "skin {skin}");
+        }
     }
 }
 

@@ -26,6 +26,8 @@ pub(crate) struct ContactList {
     is_timed: bool,
     /// Maximum number of contacts, if the capacity allows it.
     limit: usize,
+    /// Number of contacts that are kept elsewhere.
+    held: usize,
     /// Triangle pairs no farther apart than this are contacts. `None` if the query does not search
     /// for contacts.
     margin: Option<f64>,
@@ -74,7 +76,13 @@ impl ContactList {
     pub fn clear(&mut self) {
         self.order.clear();
         self.sorted = 0;
+        self.held = 0;
         self.margin = None;
+    }
+
+    /// Counts a contact that is kept elsewhere.
+    pub fn hold(&mut self) {
+        self.held += 1;
     }
 
     /// Starts a search for triangle pairs within `margin`, at most `limit` in the list at a time.
@@ -104,7 +112,7 @@ impl ContactList {
     pub fn room(&self) -> usize {
         self.limit
             .min(self.capacity())
-            .saturating_sub(self.order.len())
+            .saturating_sub(self.order.len() + self.held)
     }
 
     /// Adds a contact; there must be room.
@@ -204,12 +212,14 @@ impl Clone for ContactList {
         let Self {
             sorted,
             limit,
+            held,
             margin,
             ..
         } = *self;
         let mut clone = Self {
             sorted,
             limit,
+            held,
             margin,
             ..Self::default()
         };

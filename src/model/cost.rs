@@ -54,6 +54,12 @@ pub(crate) const WORK_PER_SEGMENT: u64 = 700;
 /// Work of adding a contact to the list.
 pub(crate) const WORK_PER_CONTACT: u64 = 100;
 
+/// Work of one pass over a pair of a contact curve, and over a triangle inside the other surface.
+pub(crate) const WORK_PER_CURVE_PAIR: u64 = 150;
+pub(crate) const WORK_PER_REGION_TRIANGLE: u64 = 100;
+
+const _: () = assert!(MAX_DISTANCE_STEP_WORK >= 4 * WORK_PER_CURVE_PAIR);
+
 /// Work of discarding a pair that needs neither opening nor a test, and of looking up a pair of
 /// leaves in a table.
 pub(crate) const WORK_PER_LOOKUP: u64 = 10;

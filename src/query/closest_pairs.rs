@@ -14,6 +14,7 @@ use super::traversal::Traversal;
 use super::triangle_pairs::{ids, rows};
 use super::workspace::Workspace;
 use crate::contact::Contact;
+use crate::contact::manifold::Shape;
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
     WORK_PER_FEATURES, WORK_PER_FEATURES_ALONE, WORK_PER_LOOKUP, WORK_PER_SEGMENT,
@@ -83,10 +84,23 @@ impl Traversal<'_, '_, Nearness> {
         meet: u32,
         chosen: &Chosen,
     ) {
-        let search = &mut self.workspace.search;
+        let Workspace {
+            search,
+            corners: [of_a, of_b],
+            reduction,
+            ..
+        } = &mut *self.workspace;
         search.interval.pass_rest();
         for i in bits(near) {
             let i = i % WIDTH;
+            if reduction.is_on && meet >> i & 1 == 0 {
+                let a = of_a.of(self.a, pairs[i][0], |v| v);
+                let b = of_b.of(self.b, pairs[i][1], |v| self.b_in_a.transform_point(v));
+                let low = f64::from(low[i]) * self.relative.unit;
+                if reduction.skin.covers([a, b], low) {
+                    continue;
+                }
+            }
             let bounded = Bounded {
                 pair: pairs[i],
                 low: low[i],
@@ -108,8 +122,15 @@ impl Traversal<'_, '_, Nearness> {
             contacts,
             corners,
             run,
+            reduction,
+            overlaps,
             ..
         } = &mut *self.workspace;
+        let shape = Shape {
+            trees: [self.a, self.b],
+            b_in_a: self.b_in_a,
+            has_inside: [true; 2],
+        };
         let count = search.linked.len().min(TOGETHER).min(contacts.room());
         let linked = &search.linked[search.linked.len() - count..];
         let (trees, mut four) = ([self.a, self.b], Four::NONE);
@@ -129,7 +150,15 @@ impl Traversal<'_, '_, Nearness> {
                 continue;
             };
             if found.low.max(f64::from(bounded.low) * self.relative.unit) <= margin {
-                contacts.push(Contact::parted(ids(trees, bounded.pair), &found));
+                if reduction.is_on {
+                    let found_of = Corners::of_pair(corners, trees, self.b_in_a, bounded.pair);
+                    if !reduction.skin.take(shape, bounded.pair, found_of, &found) {
+                        overlaps.take_touching(bounded.pair, found.points[0]);
+                        contacts.hold();
+                    }
+                } else {
+                    contacts.push(Contact::parted(ids(trees, bounded.pair), &found));
+                }
                 run.stats.work += WORK_PER_CONTACT;
                 run.stats.found += 1;
             }
@@ -207,8 +236,31 @@ impl Traversal<'_, '_, Nearness> {
         self.deadline.allow_for_long_step();
         if let Some(margin) = workspace.contacts.margin() {
             if let Some(contact) = contact(ids(trees, pair), [a, b], proven, margin, stats) {
-                workspace.contacts.push(contact);
                 workspace.run.stats.found += 1;
+                if !workspace.reduction.is_on {
+                    workspace.contacts.push(contact);
+                } else if let Some(segment) = contact.segment {
+                    workspace.overlaps.take(pair, [a, b], segment);
+                    workspace.contacts.hold();
+                    workspace.reduction.skin.take_meeting([a, b]);
+                } else {
+                    let found = Closest {
+                        points: contact.points,
+                        direction: contact.normal,
+                        low: proven,
+                        high: contact.distance,
+                        is_tight: true,
+                    };
+                    let shape = Shape {
+                        trees: [self.a, self.b],
+                        b_in_a: self.b_in_a,
+                        has_inside: [true; 2],
+                    };
+                    if !workspace.reduction.skin.take(shape, pair, [a, b], &found) {
+                        workspace.overlaps.take_touching(pair, found.points[0]);
+                        workspace.contacts.hold();
+                    }
+                }
             }
             return;
         }

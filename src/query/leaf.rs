@@ -6,6 +6,7 @@ use super::meeting::Meeting;
 use super::options::Mode;
 use super::traversal::Traversal;
 use super::triangle_pairs::{ids, rows};
+use super::workspace::Workspace;
 use crate::contact::Contact;
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
@@ -171,10 +172,31 @@ impl Traversal<'_, '_, Meeting<'_>> {
             if let Some(contact) = Contact::touching(ids(trees, pair), [a, b]) {
                 stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
                 self.workspace.run.stats.found += 1;
-                self.workspace.contacts.push(contact);
+                if self.workspace.reduction.is_on {
+                    self.take_meeting(pair, &contact);
+                } else {
+                    self.workspace.contacts.push(contact);
+                }
             }
         } else if triangles_intersect(a, b) {
             self.report(pair, || 0);
+        }
+    }
+
+    /// Keeps a pair that intersects for the overlaps of the manifolds.
+    #[inline(never)]
+    fn take_meeting(&mut self, pair: [u32; 2], contact: &Contact) {
+        let Workspace {
+            overlaps,
+            contacts,
+            corners: [of_a, of_b],
+            ..
+        } = &mut *self.workspace;
+        let a = of_a.of(self.a, pair[0], |v| v);
+        let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
+        if let Some(segment) = contact.segment {
+            overlaps.take(pair, [a, b], segment);
+            contacts.hold();
         }
     }
 

@@ -6,6 +6,8 @@ use super::options::Mode;
 use super::outcome::{StopReason, Verdict};
 use super::queue::PATHS;
 use super::workspace::Workspace;
+use crate::contact::Manifold;
+use crate::contact::manifold::ManifoldMemory;
 use crate::model::confidence::History;
 use crate::tree::Tree;
 use alloc::boxed::Box;
@@ -64,6 +66,9 @@ pub struct PairMemory {
     /// memories and do not use it.
     #[cfg_attr(feature = "serde", serde(skip))]
     clearance: Option<Box<Clearance>>,
+    /// The points of the last manifolds. Ids mean nothing in another run of the program.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    manifolds: Option<Box<ManifoldMemory>>,
     last_verdict: Option<bool>,
     last_bv_tests: Option<(Mode, u64)>,
     /// Work of the last finished distance or motion query.
@@ -108,6 +113,7 @@ impl PairMemory {
             witnesses: ArrayVec::new(),
             nearest: None,
             clearance: None,
+            manifolds: None,
             last_verdict: None,
             last_bv_tests: None,
             last_work: None,
@@ -248,6 +254,22 @@ impl PairMemory {
         }
         self.nearest = interval.nearest().map(|(pair, _)| pair).or(self.nearest);
         self.remember_work(Sought::Distance, work);
+    }
+
+    /// Gives ids to manifolds: those of the frame before where points stayed.
+    pub(super) fn remember_manifolds(
+        &mut self,
+        [a, b]: [&Tree; 2],
+        b_in_a: &Pose,
+        manifolds: &mut [Manifold],
+        stop: StopReason,
+    ) {
+        self.bind(a, b);
+        let known = self.manifolds.get_or_insert_default();
+        let to_b = b_in_a.inverse_unchecked();
+        let size = a.size().min(b.size());
+        let to_b = |place| to_b.transform_point(place);
+        known.assign(manifolds, size, to_b, stop.is_final());
     }
 
     /// Updates the memory after a call of a motion query. `work` is the work of the whole query, or

@@ -8,6 +8,7 @@
 //! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`trace`], [`follow`] |
 //! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | contacts, asked as one of these two | [`contacts`] |
+//! | contact manifolds: contacts, reduced; then the overlaps | [`manifolds`]; [`overlaps`] |
 //! | time of impact | [`motion`] |
 //! | ray casts | [`ray`] |
 //! | points and solids; one solid in another | [`point`]; [`contained`] |
@@ -43,6 +44,7 @@ mod intersection;
 mod interval;
 mod known;
 mod leaf;
+mod manifolds;
 mod measure;
 mod meeting;
 mod memory;
@@ -54,6 +56,7 @@ mod options;
 mod order;
 mod outcome;
 mod overlap;
+mod overlaps;
 mod point;
 mod probe;
 mod question;
@@ -83,11 +86,13 @@ pub use distance::{Bounds, Distance, Nearest};
 pub use estimate::{DistanceEstimate, Estimate, Prediction};
 pub use flushing::matters as flushing_matters;
 pub use intersection::Intersection;
+pub use manifolds::{ManifoldBounds, Manifolds};
 pub use memory::PairMemory;
 pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
 pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
+pub use overlaps::REGION_LIMIT;
 pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};

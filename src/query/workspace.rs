@@ -6,6 +6,7 @@ use super::known;
 use super::motion::state::MotionState;
 use super::options::{ContactOptions, DistanceOptions, Options};
 use super::outcome::{Stats, StopReason, Verdict};
+use super::overlaps::{Overlaps, Reduction};
 use super::point::PointBounds;
 use super::point::state::{Phase, PointState};
 use super::queue::{Frontier, PATHS, Pair};
@@ -15,7 +16,7 @@ use super::search::Search;
 use super::strategy::{Strategy, Tracing};
 use super::trace::Trace;
 use super::triangle_pairs::TrianglePairs;
-use crate::contact::{Contact, ContactList};
+use crate::contact::{Contact, ContactList, Manifold};
 use crate::model::confidence::Lead;
 use crate::model::cost::{CostModel, Counts};
 use crate::tree::Tree;
@@ -63,6 +64,9 @@ pub struct Workspace {
     pub(super) rays: RayState,
     pub(super) points: PointState,
     pub(super) contacts: ContactList,
+    pub(super) reduction: Reduction,
+    pub(super) overlaps: Overlaps,
+    pub(super) manifolds: Vec<Manifold>,
     pub(super) found: Vec<[u32; 2]>,
     pub(super) run: Run,
 }
@@ -198,6 +202,7 @@ pub enum Asked {
     /// The options are in the [`MotionState`].
     Motion,
     Contacts(ContactOptions),
+    Manifolds(ContactOptions),
     /// The rays are in the [`RayState`].
     Ray,
     /// The points are in the [`PointState`].
@@ -234,6 +239,9 @@ impl Workspace {
             rays: RayState::default(),
             points: PointState::default(),
             contacts: ContactList::default(),
+            reduction: Reduction::default(),
+            overlaps: Overlaps::default(),
+            manifolds: Vec::new(),
             found: Vec::with_capacity(found.max(1)),
             run: NO_RUN,
         }
@@ -266,6 +274,12 @@ impl Workspace {
     /// [`crate::StopReason::PairsFull`] can be resumed.
     pub fn drain_contacts(&mut self) -> impl ExactSizeIterator<Item = Contact> {
         self.contacts.drain()
+    }
+
+    /// The manifolds of the last query, if it was [one](crate::Query::manifolds), the deepest first.
+    /// Those of a stopped query are incomplete.
+    pub fn manifolds(&self) -> &[Manifold] {
+        &self.manifolds
     }
 
     /// Reserves room for at least `contacts` contacts, 170 bytes each. If there is no room at all,
@@ -432,6 +446,8 @@ impl Workspace {
         self.rays.clear();
         self.points.clear();
         self.contacts.clear();
+        self.reduction.clear();
+        self.manifolds.clear();
         self.found.clear();
     }
 }
@@ -460,6 +476,9 @@ impl Clone for Workspace {
             rays,
             points,
             contacts: self.contacts.clone(),
+            reduction: self.reduction.clone(),
+            overlaps: self.overlaps.clone(),
+            manifolds: self.manifolds.clone(),
             found,
             ..*self
         }

@@ -8,12 +8,12 @@
 //! Everything that the file states is checked. Bytes with wrong content and a correct checksum are
 //! either refused, or they are another valid tree of the mesh that they contain, with true answers.
 //!
-//! Version 2, all numbers little-endian:
+//! All numbers little-endian:
 //!
 //! | bytes | content |
 //! |---:|---|
 //! | 8 | `PUNCTREE` |
-//! | 4 | version, 2; version 1 is read too, and has no solids |
+//! | 4 | version: 2 for a solid, else 1 |
 //! | 4 | bytes of a coordinate, 4 or 8; + 512 if extremes are kept; + 1024 for a solid; + 256 is ignored |
 //! | 4 x 8 | numbers of vertices, triangles, nodes, and orientations |
 //! | 4 | SAH cost after the build, `f32` |
@@ -175,7 +175,9 @@ struct Header {
 impl Header {
     fn write(&self, bytes: &mut Vec<u8>) {
         bytes.extend_from_slice(&MAGIC);
-        bytes.extend_from_slice(&VERSION.to_le_bytes());
+        // Older readers know all but solids.
+        let version = if self.is_solid { VERSION } else { 1 };
+        bytes.extend_from_slice(&version.to_le_bytes());
         let extremes = if self.has_extremes { HAS_EXTREMES } else { 0 };
         let flags = extremes | if self.is_solid { IS_SOLID } else { 0 };
         bytes.extend_from_slice(&(flags | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());

@@ -66,7 +66,7 @@ pub fn answers(workspace: &Workspace) -> String {
     ] {
         answers.case = case;
         answers.tell("tree-fault", tree.validate().err());
-        answers.tell("tree", tree.stats());
+        answers.tell("tree", crate::questions::Frozen(tree.stats()));
         let mut nodes: Vec<Subtree> = tree.root().into_iter().collect();
         let mut boxes = Vec::new();
         while let Some(node) = nodes.pop() {

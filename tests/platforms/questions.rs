@@ -9,6 +9,7 @@ use punctual::distance::Bounds;
 use punctual::glam::DVec3;
 use punctual::impact::TimeOfImpact;
 use punctual::rays::RayMode;
+use punctual::tree::TreeStats;
 use punctual::{
     Answer, Budget, Motion, PairMemory, Pose, Query, Ray, Stats, Tree, Verdict, Workspace,
 };
@@ -49,6 +50,15 @@ impl Answers<'_> {
         let mut hash = Hash(0xcbf2_9ce4_8422_2325);
         hash.bytes(bytes);
         self.lines += &format!("{} {what} {:016x}\n", self.case, hash.0);
+    }
+}
+
+/// Statistics without what was added to them since the answers were frozen, and is 0 for surfaces.
+pub struct Frozen(pub TreeStats);
+
+impl Debug for Frozen {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&format!("{:?}", self.0).replace(", bytes_solid: 0", ""))
     }
 }
 

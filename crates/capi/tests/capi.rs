@@ -11,6 +11,8 @@ mod common;
 mod contacts;
 #[path = "capi/distances.rs"]
 mod distances;
+#[path = "capi/manifolds.rs"]
+mod manifolds;
 #[path = "capi/motions.rs"]
 mod motions;
 #[path = "capi/penetration.rs"]

@@ -5,8 +5,10 @@ use std::time::{Duration, Instant};
 
 use punctual::clock::SystemClock;
 use punctual::contacts::{Contact, ContactBounds, Contacts, Patches};
+use punctual::contacts::{Manifold, ManifoldBounds};
 use punctual::glam::DVec3;
-use punctual::{BuildOptions, Pose, Query, ResumeError, StopReason, Tree, Workspace};
+use punctual::tree::Solid;
+use punctual::{BuildOptions, PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace};
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
@@ -30,6 +32,11 @@ use crate::view::{self, ViewArgs};
 /// sweeps, that of the query on lines of contacts, and of making the patches on lines of patches; stop tells why the query
 /// ended. All but ns is of the first sweep.
 ///
+/// With --solid the meshes are taken as solids: triangles are counterclockwise seen from outside. A line of the kind overlap
+/// follows for each point of each manifold in which they are sunk into each other: the manifold (patch), the points on A and on
+/// B, the normal, 0 0 0 if there is none, and the distance, which is minus the depth there. ns is then the time of all manifolds
+/// with the margin as skin, less that of the query for contacts.
+///
 /// With --push a last line of each pose says which way (n) and how far (distance) B has to be moved until it is free, as proven
 /// by an exact query; 0 if it is, empty if the budget ended before a push was found.
 #[derive(clap::Args)]
@@ -48,6 +55,9 @@ pub struct Args {
     /// frame before. Otherwise numbers begin anew with each pose.
     #[arg(long)]
     memory: bool,
+    /// Take the meshes as solids: print how deep they are sunk into each other, and which way out.
+    #[arg(long)]
+    solid: bool,
     /// Look for the shortest push that parts the surfaces too, within a budget of the same size.
     #[arg(long)]
     push: bool,
@@ -56,7 +66,9 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
-    let LoadedInput { a, b, build, poses } = args.input.load(&BuildOptions::default())?;
+    let solid = if args.solid { Solid::Keep } else { Solid::No };
+    let options = BuildOptions::default().solid(solid);
+    let LoadedInput { a, b, build, poses } = args.input.load(&options)?;
     let completion = args.input.complain_of_bad_poses(&poses);
     let mut sweeper = Sweeper::new(args, &a, &b);
     let mut answers = sweeper.sweep(&poses)?;
@@ -64,6 +76,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         for (answer, again) in answers.iter_mut().zip(sweeper.sweep(&poses)?) {
             if let (Some(answer), Some(again)) = (answer, again) {
                 answer.times = [0, 1].map(|i| answer.times[i].min(again.times[i]));
+                if let (Some(overlaps), Some(again)) = (&mut answer.overlaps, again.overlaps) {
+                    overlaps.time = overlaps.time.min(again.time);
+                }
                 if let (Some(push), Some(again)) = (&mut answer.push, again.push) {
                     push.time = push.time.min(again.time);
                 }
@@ -116,7 +131,15 @@ struct Answer {
     patches: Vec<(u64, [DVec3; 2], f64)>,
     /// Of the query, and of making the patches.
     times: [Duration; 2],
+    overlaps: Option<Overlaps>,
     push: Option<push::Answer>,
+}
+
+/// The manifolds of solids that are sunk into each other.
+struct Overlaps {
+    said: punctual::Answer<ManifoldBounds>,
+    manifolds: Vec<Manifold>,
+    time: Duration,
 }
 
 struct Sweeper<'t> {
@@ -124,6 +147,7 @@ struct Sweeper<'t> {
     trees: [&'t Tree; 2],
     workspace: Workspace,
     patches: Patches,
+    memory: PairMemory,
     clock: SystemClock,
 }
 
@@ -135,6 +159,7 @@ impl<'t> Sweeper<'t> {
             trees: [a, b],
             workspace,
             patches: Patches::new(),
+            memory: PairMemory::new(),
             clock: SystemClock::default(),
         }
     }
@@ -142,6 +167,7 @@ impl<'t> Sweeper<'t> {
     /// All poses once; none where a line holds no pose.
     fn sweep(&mut self, poses: &[Listed<Pose>]) -> Result<Vec<Option<Answer>>, ResumeError> {
         self.patches = Patches::new();
+        self.memory = PairMemory::new();
         poses
             .iter()
             .map(|listed| {
@@ -159,6 +185,7 @@ impl<'t> Sweeper<'t> {
         let [a, b] = self.trees;
         if !self.args.memory {
             self.patches = Patches::new();
+            self.memory = PairMemory::new();
         }
         let start = Instant::now();
         let said = self.ask(pose)?;
@@ -183,6 +210,10 @@ impl<'t> Sweeper<'t> {
         let patches = patches
             .map(|patch| (patch.id, [patch.centroid, patch.normal], patch.distance))
             .collect();
+        let overlaps = match self.args.solid {
+            true => Some(self.overlaps(pose)?),
+            false => None,
+        };
         let Self {
             args,
             workspace,
@@ -197,7 +228,41 @@ impl<'t> Sweeper<'t> {
             contacts,
             patches,
             times,
+            overlaps,
             push,
+        })
+    }
+
+    /// The manifolds of a pose, within a budget of the same size.
+    fn overlaps(&mut self, pose: &Pose) -> Result<Overlaps, ResumeError> {
+        let Self {
+            args,
+            trees: [a, b],
+            workspace,
+            memory,
+            clock,
+            ..
+        } = self;
+        let start = Instant::now();
+        let query = Query::manifolds(a, b, *pose).skin(args.margin);
+        let budget = args.running.limits.budget();
+        let mut said = query
+            .with_memory(&mut *memory)
+            .run(workspace, budget.clock(clock));
+        while said.stop == StopReason::PairsFull {
+            workspace.reserve_contacts(2 * said.stats.found as usize);
+            let left = args
+                .running
+                .limits
+                .budget_left(said.stats.elapsed.unwrap_or_default(), said.stats.work);
+            said = query
+                .with_memory(&mut *memory)
+                .resume(workspace, left.clock(clock))?;
+        }
+        Ok(Overlaps {
+            said,
+            manifolds: workspace.manifolds().to_vec(),
+            time: start.elapsed(),
         })
     }
 
@@ -235,6 +300,7 @@ impl Answer {
             contacts,
             patches,
             times: [asked, made],
+            overlaps,
             push,
         } = self;
         let (low, stop) = (said.value.low, said.stop);
@@ -271,6 +337,20 @@ impl Answer {
                 "{pose},none,,,,,,,,,,,,,,{low},{},{stop}",
                 asked.as_nanos()
             )?;
+        }
+        if let Some(overlaps) = overlaps {
+            let (low, stop) = (overlaps.said.value.low, overlaps.said.stop);
+            let ns = overlaps.time.saturating_sub(*asked).as_nanos();
+            for manifold in overlaps.manifolds.iter().filter(|one| one.is_overlap) {
+                for point in manifold.points() {
+                    let ([p, q], n) = (point.points.map(vector), vector(point.normal));
+                    let (id, distance) = (manifold.id, point.distance);
+                    writeln!(
+                        out,
+                        "{pose},overlap,{id},,,{p},{q},{n},{distance},{low},{ns},{stop}"
+                    )?;
+                }
+            }
         }
         push.as_ref().map_or(Ok(()), |push| push.print(out, pose))
     }

@@ -20,6 +20,7 @@ mod paper;
 mod poses;
 mod push;
 mod rays;
+mod robot;
 mod scene;
 mod sweep;
 mod triangles;
@@ -49,6 +50,7 @@ enum Command {
     Rays(rays::Args),
     Inside(inside::Args),
     Triangles(triangles::Args),
+    Robot(robot::Args),
     Info(info::Args),
     Poses(poses::Args),
     Paper(paper::Args),
@@ -81,6 +83,7 @@ fn main() -> ExitCode {
         Command::Rays(args) => rays::run(args, &mut out),
         Command::Inside(args) => inside::run(args, &mut out),
         Command::Triangles(args) => triangles::run(args, &mut out),
+        Command::Robot(args) => robot::run(args, &mut out),
         Command::Info(args) => info::run(args, &mut out),
         Command::Poses(args) => poses::run(args, &mut out),
         Command::Paper(args) => paper::run(args, &mut out),

@@ -21,6 +21,7 @@ mod errors;
 mod estimate;
 mod interrupt;
 mod limit;
+mod manifolds;
 mod memory;
 mod motion;
 mod penetration;
@@ -29,6 +30,7 @@ mod query;
 mod query_batch;
 mod rays;
 mod record;
+mod robot;
 mod scene;
 mod scene_cast;
 mod scene_contacts;
@@ -56,6 +58,8 @@ mod _punctual3d {
     #[pymodule_export]
     use super::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
     #[pymodule_export]
+    use super::manifolds::{Manifolds, manifolds, overlap};
+    #[pymodule_export]
     use super::memory::Memory;
     #[pymodule_export]
     use super::motion::{MotionQuery, Passage, motion};
@@ -71,6 +75,8 @@ mod _punctual3d {
     use super::rays::{RayHits, rays};
     #[pymodule_export]
     use super::record::{_restore, _state};
+    #[pymodule_export]
+    use super::robot::{Robot, RobotClearances, RobotCollisions, RobotEdges};
     #[pymodule_export]
     use super::scene::{Report, Scene};
     #[pymodule_export]

@@ -48,7 +48,7 @@ impl Penetration {
 /// from both sides whenever the search stops.
 ///
 /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. solid: take the closed components
-/// of trees that were built with `solid=True` as solids, so that one inside of the other penetrates it.
+/// of trees that were built with `solid="flip"` as solids, so that one inside of the other penetrates it.
 /// relative_tolerance: stop as soon as high <= (1 + relative_tolerance) low. budget: seconds; work: units of work.
 ///
 /// Raises ValueError for a T that is not rigid, and TypeError for wrong types.

@@ -6,6 +6,7 @@ use crate::distance::Distance;
 use crate::distance_batch::DistanceBatch;
 use crate::errors::value_error;
 use crate::estimate::{Certificate, DistanceEstimate, Estimate, Prediction, Quantiles};
+use crate::manifolds::Manifolds;
 use crate::memory::Memory;
 use crate::motion::Passage;
 use crate::penetration::Penetration;
@@ -13,6 +14,7 @@ use crate::push_out::PushOut;
 use crate::query::Collision;
 use crate::query_batch::CollisionBatch;
 use crate::rays::RayHits;
+use crate::robot::{RobotClearances, RobotCollisions, RobotEdges};
 use crate::scene::Report;
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
@@ -67,6 +69,7 @@ records!(
         Collision,
         Distance,
         Contacts,
+        Manifolds,
         Passage,
         Penetration,
         PushOut,
@@ -88,6 +91,9 @@ records!(
         Prediction,
         Quantiles,
         Report,
+        RobotClearances,
+        RobotCollisions,
+        RobotEdges,
         View
     ]
 );

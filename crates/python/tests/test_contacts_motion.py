@@ -54,6 +54,30 @@ def test_more_contacts_than_a_workspace_holds(ball):
     assert len(np.unique(found.triangles, axis=0)) == len(found) and (np.diff(found.distances) >= 0).all()
 
 
+def test_manifolds_of_a_crate_in_a_floor():
+    floor = punctual3d.shapes.cuboid([5.0, 5.0, 1.0], 1)
+    crate = punctual3d.shapes.cuboid([1.0, 1.0, 1.0], 3)
+    memory = punctual3d.Memory()
+    first = None
+    for height, distance in ((2.005, 0.005), (1.999, -0.001), (1.75, -0.25)):
+        found = punctual3d.manifolds(floor, crate, moved(0.5, 0.25, height), skin=0.01, memory=memory)
+        assert found.stop == "finished" and found.low == np.inf and found.count == 1 and len(found) == 4
+        assert np.allclose(found.normals, [0, 0, -1]) and np.allclose(found.distances, distance)
+        between = found.points[:, 0] - found.points[:, 1]
+        assert np.allclose(between, found.normals * found.distances[:, None])
+        assert (found.is_overlap == (distance < 0)).all() and np.allclose(found.areas, 4)
+        first = set(found.ids) if first is None else first
+        assert set(found.ids) == first and len(set(found.manifolds)) == 1
+    assert len(punctual3d.overlap(floor, crate, moved(0.5, 0.25, 2.005))) == 0
+    sunk = punctual3d.overlap(floor, crate, moved(0.5, 0.25, 1.75))
+    assert len(sunk) == 4 and sunk.is_overlap.all() and "1 of 4 points" in repr(sunk)
+    stopped = punctual3d.manifolds(floor, crate, moved(0.5, 0.25, 1.75), work=1)
+    assert stopped.stop == "work-limit" and stopped.low == 0
+    for skin in (-1.0, np.nan):
+        with pytest.raises(ValueError, match="skin"):
+            punctual3d.manifolds(floor, crate, skin=skin)
+
+
 def test_a_straight_motion_ends_at_the_wall():
     ball = punctual3d.shapes.icosphere(4)
     wall = punctual3d.shapes.cuboid([0.5, 10.0, 10.0], 1)

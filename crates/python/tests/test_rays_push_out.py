@@ -163,8 +163,8 @@ def test_a_penetration_is_bounded_from_both_sides():
     vertices = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
     faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
     faces += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
-    cube = punctual3d.Tree(vertices, faces, solid=True)
-    small = punctual3d.Tree(np.array(vertices) * 0.1, faces, solid=True)
+    cube = punctual3d.Tree(vertices, faces, solid="flip")
+    small = punctual3d.Tree(np.array(vertices) * 0.1, faces, solid="flip")
     pose = np.eye(4)
     pose[:3, 3] = [1.75, 0.5, 0.25]
     for solid in (False, True):

@@ -3,6 +3,8 @@
 import copy
 import multiprocessing
 import pickle
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import punctual3d
@@ -52,6 +54,21 @@ def records():
     yield from [report, report.contacts, report.distances, report.group_distances, report.passages]
     yield from [scene.contact_points(x, y), scene.cast([9.0, 0.1, 0.2], [-1.0, 0.0, 0.0], mode="all")]
     yield scene.step(work=0)
+    robot = slide()
+    Q = [[0.0], [4.5], [3.75]]
+    yield from [robot.collide(Q), robot.collide(Q, work=0), robot.clearance(Q), robot.edges(Q, Q[::-1])]
+
+
+def slide():
+    """A robot that carries a cube along x towards a wall."""
+    cube = '<link name="cube"><collision><geometry><box size="2 2 2"/></geometry></collision></link>'
+    joint = '<joint name="x" type="prismatic"><parent link="rail"/><child link="cube"/></joint>'
+    with tempfile.TemporaryDirectory() as folder:
+        urdf = Path(folder) / "slide.urdf"
+        urdf.write_text(f'<robot name="slide"><link name="rail"/>{cube}{joint}</robot>')
+        robot = punctual3d.Robot.from_urdf(urdf)
+    robot.add("wall", at(6.0), box=[2.0, 6.0, 6.0])
+    return robot
 
 
 RECORDS = list(records())
@@ -74,7 +91,7 @@ def same(x, y):
 
 
 def test_all_classes_are_here():
-    left = {"Answer", "Tree", "Memory", "Query", "DistanceQuery", "MotionQuery", "Scene", "CollisionManager"}
+    left = {"Answer", "Tree", "Memory", "Query", "DistanceQuery", "MotionQuery", "Scene", "CollisionManager", "Robot"}
     classes = {name for name in punctual3d.__all__ if isinstance(getattr(punctual3d, name), type)}
     classes = {name for name in classes if not issubclass(getattr(punctual3d, name), (Exception, Warning))}
     assert {type(record).__name__ for record in RECORDS} == classes - left

@@ -289,3 +289,32 @@ pub struct RayBounds {
     #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub free_until: f64,
 }
+
+/// Casts a ray within the run of another question, or continues with it: the nearest hit.
+///
+/// # Errors
+/// The reason why the deadline stopped it. Then the frontier holds what is open of the ray.
+pub(super) fn cast_alone(
+    tree: &Tree,
+    ray: &Ray,
+    is_under_way: bool,
+    workspace: &mut Workspace,
+    deadline: &mut Deadline,
+) -> Result<Option<RayHit>, StopReason> {
+    if !is_under_way {
+        workspace.rays.clear();
+        workspace.rays.mode = RayMode::Nearest;
+        if tree.nodes().is_empty() {
+            return Ok(None);
+        }
+        workspace.frontier.push(entered(ROOT, 0.0));
+    }
+    let found = workspace.run.stats.found;
+    let stop = advance(tree, workspace, slice::from_ref(ray), &mut [None], deadline);
+    workspace.run.stats.found = found;
+    if stop.is_final() {
+        Ok(workspace.rays.hit)
+    } else {
+        Err(stop)
+    }
+}

@@ -9,7 +9,7 @@ use std::{env, error::Error, fs, iter};
 
 /// The sections of the header, each with the sources that it is made of. What a section needs stands in those before
 /// it.
-const SECTIONS: [(&str, &[&str]); 17] = [
+const SECTIONS: [(&str, &[&str]); 18] = [
     ("Errors, and the version", &["status"]),
     ("Points, boxes and poses", &["pose"]),
     ("Meshes", &["mesh", "shapes"]),
@@ -26,7 +26,7 @@ const SECTIONS: [(&str, &[&str]); 17] = [
         &["query", "estimate"],
     ),
     ("Distance: how far apart are they?", &["distance"]),
-    ("Contacts: where do they touch?", &["contacts", "patches"]),
+    ("Contacts: where do they touch?", &["contacts", "patches", "manifolds"]),
     ("Motion: until when are they free?", &["motion"]),
     ("Push-out: what parts them?", &["push_out"]),
     ("Penetration: how deep are they?", &["penetration"]),

@@ -253,3 +253,43 @@ fn pushes_of_cubes() {
         "{cut:?}"
     );
 }
+
+#[test]
+fn solids_have_lines_of_their_overlaps() {
+    let folder = Folder::new();
+    folder.write(
+        "floor.obj",
+        write::obj(&cuboid(Vec3::new(5.0, 5.0, 1.0), 1)),
+    );
+    folder.write("crate.obj", write::obj(&cuboid(Vec3::ONE, 2)));
+    let at = |z: f64| format!("1 0 0 0.5 0 1 0 0.25 0 0 1 {z}\n");
+    folder.write(
+        "poses.txt",
+        format!("{}1 0 0\n{}{}", at(1.75), at(2.01), at(1.5)),
+    );
+    for options in ["", "--reps 2", "--margin 0.02", "--budget-work 100000000"] {
+        let answer = folder.run(&format!(
+            "contacts floor.obj crate.obj poses.txt --solid --memory {options}"
+        ));
+        let rows = rows(&answer);
+        for (pose, depth) in [(0, 0.25), (3, 0.5)] {
+            let overlaps = of(&rows, pose, "overlap");
+            assert_eq!(overlaps.len(), 4, "{options}");
+            for row in &overlaps {
+                assert!((row.distance + depth).abs() < 1e-9, "{options}: {row:?}");
+                assert!(
+                    (row.normal + DVec3::Z).length() < 1e-9,
+                    "{options}: {row:?}"
+                );
+                let between = row.points[0] - row.points[1];
+                assert!((between - row.distance * row.normal).length() < 1e-9);
+                assert!(row.patch == overlaps[0].patch && row.stop == "finished");
+                assert!(row.low == f64::INFINITY && row.triangles.is_none());
+            }
+            assert!(!of(&rows, pose, "contact").is_empty());
+        }
+        assert!(of(&rows, 2, "overlap").is_empty(), "{options}");
+    }
+    let without = folder.run("contacts floor.obj crate.obj poses.txt");
+    assert!(rows(&without).iter().all(|row| row.kind != "overlap"));
+}

@@ -14,6 +14,7 @@ mod motion;
 mod paper;
 mod poses;
 mod rays;
+mod robot;
 mod run;
 mod scene;
 mod sweep;

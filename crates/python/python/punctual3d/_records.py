@@ -22,6 +22,7 @@ _NAMES = [
     "DistanceEstimate",
     "Estimate",
     "GroupDistances",
+    "Manifolds",
     "PairDistances",
     "PairPassages",
     "Passage",
@@ -31,6 +32,9 @@ _NAMES = [
     "Quantiles",
     "RayHits",
     "Report",
+    "RobotClearances",
+    "RobotCollisions",
+    "RobotEdges",
     "View",
 ]
 

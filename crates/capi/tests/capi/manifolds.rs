@@ -1,0 +1,150 @@
+//! Contact manifolds: the points, bounds and ids of Rust, and what is refused.
+
+use std::ptr::null_mut;
+
+use super::call::*;
+use super::queries::same_stats;
+use punctual::{Budget, PairMemory, Query, StopReason, Tree, Workspace, shapes};
+use punctual_capi::{punctual_status as Status, *};
+
+const NO_MANIFOLD_POINT: punctual_manifold_point = punctual_manifold_point {
+    id: 0,
+    manifold: 0,
+    points: [NO_POINT; 2],
+    normal: NO_POINT,
+    distance: 0.0,
+    is_overlap: 0,
+    is_whole: 0,
+    area: 0.0,
+    centroid: NO_POINT,
+};
+
+#[test]
+fn manifolds_are_those_of_rust() {
+    let ours = tree_of(&knot());
+    let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
+    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
+    let (mut memory, mut expected) = (owned(|out| punctual_memory_new(out)), PairMemory::new());
+    let (mut stops, mut points) = (0, 0);
+    for skin in [0.0, 0.02] {
+        let mut query = punctual_manifold_query_new(Some(&ours), Some(&ours), raw(&tilted()));
+        assert_eq!(query.skin, 0.0);
+        query.skin = skin;
+        let native = Query::manifolds(&theirs, &theirs, tilted()).skin(skin);
+        let budget = punctual_budget_work(40_000);
+        // SAFETY: no clock of the caller's.
+        let mut said = made(|out| unsafe {
+            punctual_manifold_query_run(
+                asked(Some(&query)),
+                Some(&mut workspace),
+                Some(&mut memory),
+                budget,
+                None,
+                slot(out),
+            )
+        });
+        let mut native_said = native
+            .with_memory(&mut expected)
+            .run(&mut other, Budget::work(40_000));
+        loop {
+            assert_eq!(
+                (said.low, said.meets, said.found),
+                (
+                    native_said.value.low,
+                    native_said.value.meets,
+                    native_said.stats.found
+                )
+            );
+            same_stats(&said.stats, &native_said.stats);
+            let mut room = vec![NO_MANIFOLD_POINT; 400];
+            // SAFETY: there is room for 400.
+            let count = made(|out| unsafe {
+                punctual_workspace_manifold_points(
+                    Some(&workspace),
+                    room.as_mut_ptr(),
+                    size_of::<punctual_manifold_point>(),
+                    400,
+                    out,
+                )
+            });
+            let all = other.manifolds().iter();
+            let all: Vec<_> = all
+                .flat_map(|one| one.points().iter().map(move |point| (one, point)))
+                .collect();
+            assert_eq!(count, all.len());
+            for (ours, (manifold, point)) in room.iter().zip(&all) {
+                let place = |p: punctual_point| [p.x, p.y, p.z];
+                assert_eq!((ours.id, ours.manifold), (point.id, manifold.id));
+                assert_eq!(ours.points.map(place), point.points.map(|p| p.to_array()));
+                assert_eq!(
+                    (place(ours.normal), ours.distance, ours.area),
+                    (point.normal.to_array(), point.distance, manifold.area)
+                );
+                assert_eq!(place(ours.centroid), manifold.centroid.to_array());
+                assert_eq!(
+                    (ours.is_overlap == 1, ours.is_whole == 1),
+                    (manifold.is_overlap, manifold.is_whole)
+                );
+            }
+            points += count;
+            if native_said.stop == StopReason::Finished {
+                break;
+            }
+            stops += 1;
+            // SAFETY: no clock of the caller's.
+            said = made(|out| unsafe {
+                punctual_manifold_query_resume(
+                    asked(Some(&query)),
+                    Some(&mut workspace),
+                    Some(&mut memory),
+                    budget,
+                    None,
+                    slot(out),
+                )
+            });
+            native_said = native
+                .with_memory(&mut expected)
+                .resume(&mut other, Budget::work(40_000))
+                .unwrap();
+        }
+    }
+    assert!(stops > 3 && points > 4, "{stops} stops, {points} points");
+}
+
+#[test]
+fn bad_questions_for_manifolds_are_refused() {
+    let tree = tree_of(&knot());
+    let mut workspace = owned(|out| punctual_workspace_new(out));
+    let budget = punctual_budget_work(1);
+    for (skin, text) in [(-1.0, "-1"), (f64::NAN, "NaN")] {
+        let mut query = punctual_manifold_query_new(Some(&tree), Some(&tree), raw(&tilted()));
+        query.skin = skin;
+        // SAFETY: no clock of the caller's.
+        let status = unsafe {
+            punctual_manifold_query_run(
+                asked(Some(&query)),
+                Some(&mut workspace),
+                None,
+                budget,
+                None,
+                null_mut(),
+            )
+        };
+        let text = format!(
+            "punctual_manifold_query_run: query->skin is {text}, which is negative or no number"
+        );
+        fails(status, Status::BadArgument, &text);
+    }
+    // SAFETY: null is told.
+    let status = unsafe {
+        punctual_manifold_query_run(
+            asked(None),
+            Some(&mut workspace),
+            None,
+            budget,
+            None,
+            null_mut(),
+        )
+    };
+    null_is_seen(status, "query");
+}

@@ -1,0 +1,145 @@
+//! `punctual robot` from outside: its columns, its messages, answers that are known.
+
+use punctual::shapes::cuboid;
+
+use crate::run::{Answer, Folder};
+use crate::write;
+
+/// A slide along x that carries a cube of edge 2 towards a wall, whose face is at x = 5.
+fn slide() -> Folder {
+    let folder = Folder::new();
+    let shape = "<collision><geometry><box size=\"2 2 2\"/></geometry></collision>";
+    folder.write(
+        "robot.urdf",
+        format!(
+            "<robot name=\"slide\"><link name=\"rail\"/><link name=\"cube\">{shape}</link>\n\
+             <joint name=\"x\" type=\"prismatic\"><parent link=\"rail\"/><child link=\"cube\"/>\n\
+             <limit lower=\"-9\" upper=\"9\"/></joint></robot>"
+        ),
+    );
+    folder.write(
+        "allowed.srdf",
+        "<robot><disable_collisions link1=\"rail\" link2=\"none\"/></robot>",
+    );
+    std::fs::create_dir(folder.path().join("env")).unwrap();
+    let mesh = cuboid([1.0, 3.0, 3.0], 2);
+    let moved = (0..mesh.vertex_count())
+        .map(|i| (mesh.vertex(i) + 6.0 * punctual::glam::DVec3::X).to_array());
+    let mesh = punctual::Mesh::from_f64(moved, mesh.triangles().iter().copied()).unwrap();
+    folder.write("env/wall.obj", write::obj(&mesh));
+    folder.write("env/notes.txt", "not a mesh");
+    folder.write("configs.csv", "other,x\n7,0\n7,4.5\n7,oops\n7,3.75\n");
+    folder.write("edges.csv", "edge,from_x,to_x\n0,-3,3\n1,0,8\n2,0\n");
+    folder
+}
+
+fn fields(answer: &Answer, header: &str) -> Vec<Vec<String>> {
+    let row = |line: &str| line.split(',').map(str::to_owned).collect();
+    answer.lines(header).map(row).collect()
+}
+
+#[test]
+fn labels_name_the_pair() {
+    let folder = slide();
+    for options in ["", "--threads 2", "--reps 2", "--budget-work 100000"] {
+        let answer = folder.run(&format!(
+            "robot robot.urdf --env env --configs configs.csv {options}"
+        ));
+        assert_eq!(answer.status, 1);
+        assert!(
+            answer
+                .err
+                .contains("configs.csv:4: configuration 2: x is \"oops\""),
+            "{}",
+            answer.err
+        );
+        let rows = fields(&answer, "config,verdict,first_pair,ns,stop,work");
+        let told: Vec<[&str; 4]> = rows
+            .iter()
+            .map(|r| [0, 1, 2, 4].map(|i| r[i].as_str()))
+            .collect();
+        let want = [
+            ["0", "free", "", "finished"],
+            ["1", "contact", "cube|wall", "finished"],
+            ["2", "", "", "error"],
+            ["3", "free", "", "finished"],
+        ];
+        assert_eq!(told, want, "{options}");
+    }
+    let none = folder.run("robot robot.urdf --env env --configs configs.csv --budget-work 0");
+    assert!(none.out.contains("0,undecided,,") && none.out.contains(",work-limit,0\n"));
+}
+
+#[test]
+fn clearance_is_bounded() {
+    let folder = slide();
+    let answer = folder.run("robot robot.urdf --env env --configs configs.csv --clearance");
+    let rows = fields(&answer, "config,low,high,pair_a,pair_b,ns");
+    for (row, want) in [(0, 4.0), (1, 0.0), (3, 0.25)] {
+        let [low, high] = [1, 2].map(|i| rows[row][i].parse::<f64>().unwrap());
+        assert!(
+            low <= want && want <= high && high - low < 1.1e-9,
+            "{:?}",
+            rows[row]
+        );
+        assert_eq!(rows[row][3..5], ["cube", "wall"]);
+    }
+}
+
+#[test]
+fn edges_are_proven() {
+    let folder = slide();
+    for options in ["", "--first-contact", "--first-contact --threads 2"] {
+        let answer = folder.run(&format!(
+            "robot robot.urdf --env env --edges edges.csv {options}"
+        ));
+        assert_eq!(answer.status, 1);
+        assert!(
+            answer.err.contains("edges.csv:4: edge 2: no value of to_x"),
+            "{}",
+            answer.err
+        );
+        let rows = fields(
+            &answer,
+            "edge,answer,free_until,touching_at,pair_a,pair_b,ns,work",
+        );
+        assert_eq!(rows[0][..6], ["0", "free", "1", "", "", ""]);
+        assert_eq!(
+            (rows[1][1].as_str(), rows[2][1].as_str()),
+            ("contact", "error")
+        );
+        let [free, at] = [2, 3].map(|i| rows[1][i].parse::<f64>().unwrap());
+        assert!(
+            free <= 0.5 && 0.5 <= at && rows[1][4..6] == ["cube", "wall"],
+            "{:?}",
+            rows[1]
+        );
+        assert!(options.is_empty() || at - free < 2e-6, "{:?}", rows[1]);
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let folder = slide();
+    let notice = folder.run("robot robot.urdf --srdf allowed.srdf --edges edges.csv");
+    assert!(
+        notice.err.contains("allowed.srdf:1: there is no link none"),
+        "{}",
+        notice.err
+    );
+    folder.write("bad.csv", "y\n1\n");
+    for (options, words) in [
+        ("robot none.urdf --configs configs.csv", "none.urdf"),
+        (
+            "robot robot.urdf --configs bad.csv",
+            "bad.csv:1: no column x",
+        ),
+        ("robot robot.urdf --configs none.csv", "none.csv"),
+        ("robot robot.urdf --env none --configs configs.csv", "none"),
+        ("robot robot.urdf", "--configs"),
+    ] {
+        let answer = folder.run(options);
+        assert_eq!(answer.status, 2, "{options}");
+        assert!(answer.err.contains(words), "{options}: {}", answer.err);
+    }
+}

@@ -1,0 +1,636 @@
+//! Robots: configurations and edges, many in one call.
+
+use crate::arrays::{Transform, column, points, table};
+use crate::errors::{finite, value_error};
+use crate::limit::Limit;
+use crate::tree::Surface;
+use numpy::{
+    PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
+};
+use punctual::Budget;
+use punctual_robot::{
+    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
+    RobotError, Shape, ShapeId, UrdfOptions,
+};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyType};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Configurations, and edges, that are asked between two looks whether the user cancels the call.
+const BETWEEN_LOOKS: usize = 1 << 14;
+const EDGES_BETWEEN_LOOKS: usize = 1 << 8;
+
+/// What an obstacle was added with, for pickles.
+type Added = (String, Solid, [f64; 12], Option<String>, Vec<String>);
+
+/// A shape, for pickles.
+#[derive(Clone, Serialize, Deserialize)]
+enum Solid {
+    Mesh(Vec<u8>),
+    Box([f64; 3]),
+    Sphere(f64),
+    Cylinder([f64; 2]),
+}
+
+impl Solid {
+    fn shape(&self) -> PyResult<Shape> {
+        let shape = match self {
+            Self::Mesh(bytes) => {
+                let tree = punctual::Tree::from_bytes(bytes).map_err(value_error)?;
+                Ok(Shape::tree(Arc::new(tree)))
+            }
+            Self::Box(size) => Shape::cuboid(*size),
+            Self::Sphere(radius) => Shape::sphere(*radius),
+            Self::Cylinder([radius, length]) => Shape::cylinder(*radius, *length),
+        };
+        shape.map_err(value_error)
+    }
+}
+
+/// Where a robot comes from, for pickles.
+#[derive(Clone, Serialize, Deserialize)]
+struct Source {
+    urdf: PathBuf,
+    srdf: Option<PathBuf>,
+    packages: Vec<PathBuf>,
+}
+
+/// A robot among obstacles: which configurations collide, how much clearance they have, which edges
+/// are free.
+///
+/// Made by `from_urdf`. A configuration has one value for each of `joint_names`, in radians or
+/// metres; a call takes one, (J,), or many, (N, J). Meshes are surfaces; boxes, spheres and
+/// cylinders are solids, cylinders as prisms around them of 128 sides. Answers are exact for the
+/// poses of `link_poses`. Calls of several threads wait for each other: to use several cores, give
+/// `threads`, or pickle a robot for each process.
+#[pyclass(module = "punctual3d", frozen)]
+pub struct Robot {
+    /// In a box: Python's objects have less alignment than it needs.
+    checker: Box<Mutex<Checker>>,
+    added: Mutex<Vec<(ShapeId, Added)>>,
+    source: Source,
+}
+
+/// What robots say of configurations, a row for each.
+#[pyclass(module = "punctual3d", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
+pub struct RobotCollisions {
+    /// (N,) int8: 1 collides, 0 free, both proven; -1 the budget ended first.
+    #[serde(with = "crate::arrays::bytes")]
+    verdict: Py<PyArray1<i8>>,
+    /// (N, 2) int64: numbers of shapes that meet (`Robot.shape_name`); -1 where verdict is not 1.
+    #[serde(with = "crate::arrays::bytes")]
+    pairs: Py<PyArray2<i64>>,
+    /// (N,) uint64: units of work done.
+    #[serde(with = "crate::arrays::bytes")]
+    work: Py<PyArray1<u64>>,
+}
+
+/// The least distance of all pairs of shapes, a row for each configuration: low <= distance <=
+/// high, in metres.
+#[pyclass(module = "punctual3d", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
+pub struct RobotClearances {
+    /// (N,) float64, proven.
+    #[serde(with = "crate::arrays::bytes")]
+    low: Py<PyArray1<f64>>,
+    /// (N,) float64, proven.
+    #[serde(with = "crate::arrays::bytes")]
+    high: Py<PyArray1<f64>>,
+    /// (N, 2) int64: numbers of the closest shapes found; -1 where there are none.
+    #[serde(with = "crate::arrays::bytes")]
+    pairs: Py<PyArray2<i64>>,
+    /// (N, 2, 3) float64: their closest points in the world.
+    #[serde(with = "crate::arrays::bytes")]
+    points: Py<PyArray3<f64>>,
+    /// (N, 3) float64: unit vectors from the first point to the second, 0 where they are one.
+    #[serde(with = "crate::arrays::bytes")]
+    normals: Py<PyArray2<f64>>,
+    /// (N,) uint64: units of work done.
+    #[serde(with = "crate::arrays::bytes")]
+    work: Py<PyArray1<u64>>,
+}
+
+/// What is known of straight lines in joint space, a row for each; times are shares of them.
+#[pyclass(module = "punctual3d", frozen, get_all)]
+#[derive(Serialize, Deserialize)]
+pub struct RobotEdges {
+    /// (N,) int8: 0 free, 1 in contact somewhere, both proven for all times; -1 not known.
+    #[serde(with = "crate::arrays::bytes")]
+    verdict: Py<PyArray1<i8>>,
+    /// (N,) float64: no contact before, proven; 1 for free edges.
+    #[serde(with = "crate::arrays::bytes")]
+    free_until: Py<PyArray1<f64>>,
+    /// (N,) float64: contact then, proven; NaN where none was found.
+    #[serde(with = "crate::arrays::bytes")]
+    touching_at: Py<PyArray1<f64>>,
+    /// (N, 2) int64: numbers of the shapes that meet then; -1 where none was found.
+    #[serde(with = "crate::arrays::bytes")]
+    pairs: Py<PyArray2<i64>>,
+    /// (N,) uint64: units of work done.
+    #[serde(with = "crate::arrays::bytes")]
+    work: Py<PyArray1<u64>>,
+}
+
+fn numbers(pair: Option<[ShapeId; 2]>) -> [i64; 2] {
+    pair.map_or([-1; 2], |pair| pair.map(|id| i64::from(id.number())))
+}
+
+fn count(codes: &Bound<'_, PyArray1<i8>>, code: i8) -> PyResult<usize> {
+    Ok(codes.to_vec()?.iter().filter(|&&c| c == code).count())
+}
+
+/// A row for each configuration: one of a vector, many of a matrix.
+struct Rows<'py>(PyReadonlyArray2<'py, f64>);
+
+impl<'py> FromPyObject<'_, 'py> for Rows<'py> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(array) = given.cast::<PyArray2<f64>>()
+            && array.is_c_contiguous()
+        {
+            return Ok(Self(array.to_owned().try_readonly()?));
+        }
+        let py = given.py();
+        let numpy = py.import(intern!(py, "numpy"))?;
+        let array = numpy.call_method1(
+            intern!(py, "ascontiguousarray"),
+            (&given, numpy::dtype::<f64>(py)),
+        )?;
+        let array = numpy.call_method1(intern!(py, "atleast_2d"), (array,))?;
+        let rows = array.cast_into::<PyArray2<f64>>();
+        Ok(Self(
+            rows.map_err(|_| value_error("configurations: expected (N, J)"))?
+                .try_readonly()?,
+        ))
+    }
+}
+
+impl Robot {
+    fn new(source: Source) -> Result<Self, RobotError> {
+        let mut options = UrdfOptions::default();
+        options.srdf.clone_from(&source.srdf);
+        options.packages.clone_from(&source.packages);
+        let model = Model::from_urdf(&source.urdf, &options)?;
+        Ok(Self {
+            checker: Box::new(Mutex::new(Checker::new(Arc::new(model)))),
+            added: Mutex::default(),
+            source,
+        })
+    }
+
+    fn checker(&self) -> MutexGuard<'_, Checker> {
+        self.checker.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn added(&self) -> MutexGuard<'_, Vec<(ShapeId, Added)>> {
+        self.added.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn insert(&self, added: Added, shape: Shape) -> Result<u32, RobotError> {
+        let (name, _, pose, link, may_touch) = &added;
+        let pose = punctual::Pose::from_row_major(*pose).unwrap_or(punctual::Pose::IDENTITY);
+        let touches: Vec<&str> = may_touch.iter().map(String::as_str).collect();
+        let mut checker = self.checker();
+        let id = match link {
+            Some(link) => checker.attach(name, link, pose, shape, &touches),
+            None => checker.add(name, pose, shape),
+        }?;
+        drop(checker);
+        self.added().push((id, added));
+        Ok(id.number())
+    }
+
+    fn id(&self, number: u32) -> PyResult<ShapeId> {
+        let found = self
+            .added()
+            .iter()
+            .map(|(id, _)| *id)
+            .find(|id| id.number() == number);
+        found.ok_or_else(|| {
+            value_error(format_args!(
+                "obstacle {number}: {}",
+                RobotError::NoObstacle
+            ))
+        })
+    }
+
+    /// Asks in blocks of rows, without the interpreter's lock.
+    fn ask<T: Send>(
+        &self,
+        py: Python<'_>,
+        rows: &Rows<'_>,
+        block: usize,
+        ask: impl Fn(&mut Checker, usize, &[f64]) -> Result<Vec<Outcome<T>>, RobotError> + Sync,
+    ) -> PyResult<Vec<Outcome<T>>> {
+        let (count, width) = (rows.0.shape()[0], rows.0.shape()[1]);
+        let joints = self.checker().model().joint_names().len();
+        if width != joints {
+            let fault =
+                format_args!("configurations: shape ({count}, {width}), expected (N, {joints})")
+                    .to_string();
+            return Err(value_error(fault));
+        }
+        let values = rows.0.as_slice().map_err(value_error)?;
+        let mut answers = Vec::with_capacity(count);
+        for first in (0..count).step_by(block) {
+            let last = count.min(first + block);
+            let part = &values[first * width..last * width];
+            answers.extend(
+                py.detach(|| ask(&mut self.checker(), first, part))
+                    .map_err(value_error)?,
+            );
+            py.check_signals()?;
+        }
+        Ok(answers)
+    }
+}
+
+#[pymethods]
+impl Robot {
+    /// Reads a robot from a URDF file.
+    ///
+    /// srdf: the SRDF file, whose disabled pairs are not asked; without it, links joined by one
+    /// moving joint are not. packages: folders in which `package://` names are sought, before those
+    /// above the URDF file.
+    ///
+    /// Raises ValueError with the file, the line, and the link or joint.
+    #[classmethod]
+    #[pyo3(signature = (urdf, *, srdf=None, packages=Vec::new()))]
+    fn from_urdf(
+        _: &Bound<'_, PyType>,
+        py: Python<'_>,
+        urdf: PathBuf,
+        srdf: Option<PathBuf>,
+        packages: Vec<PathBuf>,
+    ) -> PyResult<Self> {
+        let source = Source {
+            urdf,
+            srdf,
+            packages,
+        };
+        py.detach(|| Self::new(source)).map_err(value_error)
+    }
+
+    /// Names of the joints whose values make a configuration.
+    #[getter]
+    fn joint_names(&self) -> Vec<String> {
+        self.checker().model().joint_names().to_vec()
+    }
+
+    /// (J, 2) float64: lower and upper limits of these joints, infinite where there are none. Never
+    /// enforced.
+    #[getter]
+    fn joint_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let none = [f64::NEG_INFINITY, f64::INFINITY];
+        let limits = self.checker().model().joint_limits().to_vec();
+        table(py, limits.into_iter().map(|limits| limits.unwrap_or(none)))
+    }
+
+    /// Names of the links, in the order of `link_poses`.
+    #[getter]
+    fn link_names(&self) -> Vec<String> {
+        self.checker()
+            .model()
+            .link_names()
+            .map(str::to_owned)
+            .collect()
+    }
+
+    /// Name of a shape by its number: of its link, or of the obstacle. Raises ValueError if it was
+    /// removed.
+    #[pyo3(signature = (number))]
+    fn shape_name(&self, number: u32) -> PyResult<String> {
+        let checker = self.checker();
+        let id = checker.id(number).and_then(|id| checker.name(id));
+        let name = id.ok_or_else(|| value_error(format_args!("there is no shape {number}")))?;
+        Ok(name.to_owned())
+    }
+
+    /// Adds an obstacle, and returns its number: one of mesh (a Tree or a trimesh.Trimesh), box
+    /// (three lengths), sphere (radius) and cylinder (radius, length), centred, a cylinder along z.
+    ///
+    /// T: (4, 4), its place in the world, or in the frame of link if that is given: then it moves
+    /// with that link, and is not asked with the links of may_touch.
+    #[pyo3(signature = (name, T=None, *, mesh=None, r#box=None, sphere=None, cylinder=None, link=None, may_touch=Vec::new()))]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
+    fn add(
+        &self,
+        name: String,
+        T: Option<Transform>,
+        mesh: Option<Surface<'_>>,
+        r#box: Option<[f64; 3]>,
+        sphere: Option<f64>,
+        cylinder: Option<[f64; 2]>,
+        link: Option<String>,
+        may_touch: Vec<String>,
+    ) -> PyResult<u32> {
+        let pose = T.unwrap_or_default().0.to_row_major();
+        let solid = match (mesh.as_ref(), r#box, sphere, cylinder) {
+            (Some(mesh), None, None, None) => Solid::Mesh(mesh.arc.to_bytes()),
+            (None, Some(size), None, None) => Solid::Box(size),
+            (None, None, Some(radius), None) => Solid::Sphere(radius),
+            (None, None, None, Some(size)) => Solid::Cylinder(size),
+            _ => {
+                let fault = "one of mesh, box, sphere and cylinder must be given";
+                return Err(value_error(fault));
+            }
+        };
+        let shape = match &mesh {
+            Some(mesh) => Shape::tree(Arc::clone(&mesh.arc)),
+            None => solid.shape()?,
+        };
+        self.insert((name, solid, pose, link, may_touch), shape)
+            .map_err(value_error)
+    }
+
+    /// Moves an obstacle to another place, in the frame in which it was added.
+    #[pyo3(signature = (number, T))]
+    #[expect(non_snake_case, reason = "the argument of the Python function")]
+    fn r#move(&self, number: u32, T: Transform) -> PyResult<()> {
+        let id = self.id(number)?;
+        self.checker().move_to(id, T.0).map_err(value_error)?;
+        for (other, added) in self.added().iter_mut() {
+            if *other == id {
+                added.2 = T.0.to_row_major();
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes an obstacle.
+    #[pyo3(signature = (number))]
+    fn remove(&self, number: u32) -> PyResult<()> {
+        let id = self.id(number)?;
+        self.checker().remove(id).map_err(value_error)?;
+        self.added().retain(|(other, _)| *other != id);
+        Ok(())
+    }
+
+    /// (N, L, 4, 4) float64: poses of all links in the world.
+    #[pyo3(signature = (Q))]
+    #[expect(non_snake_case, reason = "the argument of the Python function")]
+    fn link_poses<'py>(
+        &self,
+        py: Python<'py>,
+        Q: Rows<'py>,
+    ) -> PyResult<Bound<'py, PyArray4<f64>>> {
+        let model = Arc::clone(self.checker().model());
+        let (count, width) = (Q.0.shape()[0], Q.0.shape()[1]);
+        let values = Q.0.as_slice().map_err(value_error)?;
+        let mut flat = Vec::new();
+        for row in 0..count {
+            let poses = model.link_poses(&values[row * width..][..width]);
+            for pose in poses.map_err(value_error)? {
+                flat.extend(pose.to_row_major());
+                flat.extend([0.0, 0.0, 0.0, 1.0]);
+            }
+        }
+        column(py, flat).reshape([count, model.link_names().len(), 4, 4])
+    }
+
+    /// Which configurations collide.
+    ///
+    /// Q: (N, J), or one, (J,). budget (seconds) and work are those of each configuration. threads:
+    /// how many share them; answers under a budget of work, or none, are the same on any number of
+    /// them.
+    #[pyo3(signature = (Q, *, budget=None, work=None, threads=1))]
+    #[expect(non_snake_case, reason = "the argument of the Python function")]
+    fn collide(
+        &self,
+        py: Python<'_>,
+        Q: Rows<'_>,
+        budget: Option<f64>,
+        work: Option<u64>,
+        threads: usize,
+    ) -> PyResult<RobotCollisions> {
+        let budget = Limit::new(budget, work)?.budget();
+        let rows = self.ask(py, &Q, BETWEEN_LOOKS, |checker, _, part| {
+            checker.collide_batch(part, budget, threads)
+        })?;
+        let code = |row: &Outcome<Collision>| match row.value {
+            Collision::Free => 0,
+            Collision::Contact(_) => 1,
+            Collision::Undecided => -1,
+        };
+        let pair = |row: &Outcome<Collision>| match row.value {
+            Collision::Contact(pair) => numbers(Some(pair)),
+            _ => numbers(None),
+        };
+        Ok(RobotCollisions {
+            verdict: column(py, rows.iter().map(code).collect()).unbind(),
+            pairs: table(py, rows.iter().map(pair))?.unbind(),
+            work: column(py, rows.iter().map(|row| row.work).collect()).unbind(),
+        })
+    }
+
+    /// How far configurations are from contact: bounds that are `tolerance` (metres) apart, and
+    /// where. Other arguments as those of `collide`.
+    #[pyo3(signature = (Q, *, tolerance=1e-6, budget=None, work=None, threads=1))]
+    #[expect(non_snake_case, reason = "the argument of the Python function")]
+    fn clearance(
+        &self,
+        py: Python<'_>,
+        Q: Rows<'_>,
+        tolerance: f64,
+        budget: Option<f64>,
+        work: Option<u64>,
+        threads: usize,
+    ) -> PyResult<RobotClearances> {
+        finite([("tolerance", Some(tolerance))])?;
+        let budget = Limit::new(budget, work)?.budget();
+        let options = ClearanceOptions::default().tolerance(tolerance);
+        let rows = self.ask(py, &Q, BETWEEN_LOOKS, |checker, _, part| {
+            checker.clearance_batch(part, &options, budget, threads)
+        })?;
+        let each = |number: fn(&Clearance) -> f64| {
+            column(py, rows.iter().map(|row| number(&row.value)).collect()).unbind()
+        };
+        let places = rows
+            .iter()
+            .map(|row| row.value.points.map(|p| p.to_array()));
+        Ok(RobotClearances {
+            low: each(|row| row.low),
+            high: each(|row| row.high),
+            pairs: table(py, rows.iter().map(|row| numbers(row.value.pair)))?.unbind(),
+            points: points(py, places)?.unbind(),
+            normals: table(py, rows.iter().map(|row| row.value.normal.to_array()))?.unbind(),
+            work: column(py, rows.iter().map(|row| row.work).collect()).unbind(),
+        })
+    }
+
+    /// Whether straight lines in joint space are free, from each row of Q0 to that of Q1. Free is
+    /// proven for all of the line, not at samples.
+    ///
+    /// first: seek the first contact, not any. resolution: shares of the line that are shorter are
+    /// given up. Other arguments as those of `collide`.
+    #[pyo3(signature = (Q0, Q1, *, first=false, resolution=1e-6, budget=None, work=None, threads=1))]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
+    fn edges(
+        &self,
+        py: Python<'_>,
+        Q0: Rows<'_>,
+        Q1: Rows<'_>,
+        first: bool,
+        resolution: f64,
+        budget: Option<f64>,
+        work: Option<u64>,
+        threads: usize,
+    ) -> PyResult<RobotEdges> {
+        finite([("resolution", Some(resolution))])?;
+        let budget = Limit::new(budget, work)?.budget();
+        if Q0.0.shape() != Q1.0.shape() {
+            return Err(value_error("Q0 and Q1: different shapes"));
+        }
+        let mut options = if first {
+            EdgeOptions::first()
+        } else {
+            EdgeOptions::any()
+        };
+        options.resolution = resolution;
+        let width = Q0.0.shape()[1];
+        let ends = Q1.0.as_slice().map_err(value_error)?;
+        let rows = self.ask(py, &Q0, EDGES_BETWEEN_LOOKS, |checker, at, part| {
+            let ends = &ends[at * width..][..part.len()];
+            checker.edge_batch(part, ends, &options, budget, threads)
+        })?;
+        let code = |row: &Outcome<Edge>| match row.value.answer {
+            EdgeAnswer::Free => 0,
+            EdgeAnswer::Contact => 1,
+            EdgeAnswer::Undecided => -1,
+        };
+        let each = |number: fn(&Edge) -> f64| {
+            column(py, rows.iter().map(|row| number(&row.value)).collect()).unbind()
+        };
+        Ok(RobotEdges {
+            verdict: column(py, rows.iter().map(code).collect()).unbind(),
+            free_until: each(|row| row.free_until),
+            touching_at: each(|row| row.touching_at.unwrap_or(f64::NAN)),
+            pairs: table(py, rows.iter().map(|row| numbers(row.value.pair)))?.unbind(),
+            work: column(py, rows.iter().map(|row| row.work).collect()).unbind(),
+        })
+    }
+
+    /// Whether one configuration, (J,), is free.
+    #[pyo3(signature = (q))]
+    fn is_valid(&self, q: Rows<'_>) -> PyResult<bool> {
+        let q = q.0.as_slice().map_err(value_error)?;
+        let found = self
+            .checker()
+            .collide(q, Budget::unlimited())
+            .map_err(value_error)?;
+        Ok(found.value == Collision::Free)
+    }
+
+    /// Whether the straight line between two configurations, (J,), is proven free.
+    #[pyo3(signature = (q0, q1))]
+    fn is_edge_valid(&self, q0: Rows<'_>, q1: Rows<'_>) -> PyResult<bool> {
+        let [q0, q1] = [&q0, &q1].map(|q| q.0.as_slice().map_err(value_error));
+        let (q0, q1, options) = (q0?, q1?, EdgeOptions::any());
+        let found = self.checker().edge(q0, q1, &options, Budget::unlimited());
+        Ok(found.map_err(value_error)?.value.answer == EdgeAnswer::Free)
+    }
+
+    /// Reads the files again, and adds the obstacles, with their numbers.
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let added: Vec<(u32, Added)> = (self.added().iter())
+            .map(|(id, added)| (id.number(), added.clone()))
+            .collect();
+        let state = postcard::to_allocvec(&(&self.source, added)).map_err(value_error)?;
+        let restore = py.get_type::<Self>().getattr(intern!(py, "_restore"))?;
+        Ok((restore, (PyBytes::new(py, &state),)))
+    }
+
+    /// The robot of a pickle.
+    #[staticmethod]
+    fn _restore(py: Python<'_>, state: &[u8]) -> PyResult<Self> {
+        let damaged = |fault| value_error(format_args!("Robot: the pickle is damaged: {fault}"));
+        let (source, added) =
+            postcard::from_bytes::<(Source, Vec<(u32, Added)>)>(state).map_err(damaged)?;
+        py.detach(|| {
+            let robot = Self::new(source).map_err(value_error)?;
+            for (number, added) in added {
+                let shape = added.1.shape()?;
+                robot.checker().number_next(number);
+                robot.insert(added, shape).map_err(value_error)?;
+            }
+            Ok(robot)
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        let checker = self.checker();
+        let model = checker.model();
+        format!(
+            "<punctual3d.Robot {:?}: {} joint values, {} links, {} pairs>",
+            model.name(),
+            model.joint_names().len(),
+            model.link_names().len(),
+            checker.pair_count()
+        )
+    }
+}
+
+#[pymethods]
+impl RobotCollisions {
+    /// Number of configurations.
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.verdict.bind(py).len())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let codes = self.verdict.bind(py);
+        let [met, free, open] = [1, 0, -1].map(|code| count(codes, code));
+        let (met, free, open) = (met?, free?, open?);
+        Ok(format!(
+            "<punctual3d.RobotCollisions: {met} collide, {free} free, {open} undecided>"
+        ))
+    }
+}
+
+#[pymethods]
+impl RobotClearances {
+    /// Number of configurations.
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.low.bind(py).len())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!(
+            "<punctual3d.RobotClearances: {} configurations>",
+            self.__len__(py)?
+        ))
+    }
+}
+
+#[pymethods]
+impl RobotEdges {
+    /// Number of edges.
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.verdict.bind(py).len())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let codes = self.verdict.bind(py);
+        let [met, free, open] = [1, 0, -1].map(|code| count(codes, code));
+        let (met, free, open) = (met?, free?, open?);
+        Ok(format!(
+            "<punctual3d.RobotEdges: {free} free, {met} blocked, {open} undecided>"
+        ))
+    }
+}

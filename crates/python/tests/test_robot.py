@@ -1,0 +1,124 @@
+"""Robots: configurations, clearance and edges, on the arm of the crate's own tests."""
+
+import pickle
+import shutil
+from pathlib import Path
+
+import numpy as np
+import punctual3d
+import pytest
+
+TESTS = Path(__file__).resolve().parents[2] / "robot/tests"
+CELLS = sorted((TESTS.parents[3] / "shared/robots").glob("*/robot.urdf"))
+
+
+def place(*xyz):
+    T = np.eye(4)
+    T[:3, 3] = xyz
+    return T
+
+
+@pytest.fixture
+def robot(tmp_path):
+    (tmp_path / "arm").mkdir()
+    for name in ("wedge.obj", "arm/wedge.obj"):
+        shutil.copy(TESTS / "wedge.obj", tmp_path / name)
+    urdf = shutil.copy(TESTS / "arm.urdf", tmp_path)
+    return cell(punctual3d.Robot.from_urdf(urdf, srdf=TESTS / "arm.srdf"))
+
+
+def cell(robot):
+    robot.add("board", place(0.9, 0, 0.4), box=(0.6, 0.6, 0.05))
+    robot.add("ball", place(-0.7, 0.3, 0.9), sphere=0.2)
+    robot.add("post", place(0, -0.7, 0.5), cylinder=(0.08, 1.0))
+    robot.add("ring", place(0.2, 0.8, 1.0), mesh=punctual3d.shapes.torus(0.3, 0.08, 24))
+    robot.add("load", place(0, 0, 0.12), box=(0.02, 0.02, 0.2), link="palm", may_touch=["left"])
+    return robot
+
+
+def configurations(count, seed=1):
+    low, high = [-3, -2, -2.5, 0], [3, 2, 2.5, 0.1]
+    return np.random.default_rng(seed).uniform(low, high, (count, 4))
+
+
+def test_names_and_places(robot):
+    assert robot.joint_names == ["pan", "lift", "elbow", "grip"]
+    assert robot.joint_limits.tolist()[:2] == [[-np.inf, np.inf], [-2.0, 2.0]]
+    poses = robot.link_poses(configurations(5))
+    assert poses.shape == (5, len(robot.link_names), 4, 4)
+    assert np.allclose(poses[:, :, :3, :3] @ poses[:, :, :3, :3].swapaxes(-1, -2), np.eye(3))
+    assert np.array_equal(robot.link_poses([0, 0, 0, 0])[0, robot.link_names.index("palm"), :3, 3], [0, 0, 1.5])
+
+
+def test_one_is_as_many(robot):
+    Q = configurations(300)
+    labels = robot.collide(Q)
+    assert labels.verdict.dtype == np.int8 and 30 < labels.verdict.sum() < 270
+    assert [robot.is_valid(q) for q in Q] == (labels.verdict == 0).tolist()
+    named = labels.pairs[labels.verdict == 1]
+    assert all(robot.shape_name(a) and robot.shape_name(b) for a, b in named)
+    assert (labels.pairs[labels.verdict == 0] == -1).all()
+    near = robot.clearance(Q, tolerance=1e-9)
+    assert ((near.low > 0) == (labels.verdict == 0)).all() and (near.low <= near.high).all()
+    gap = np.linalg.norm(near.points[:, 1] - near.points[:, 0], axis=1)
+    solid = [{"base", "post"}.isdisjoint(map(robot.shape_name, pair)) for pair in near.pairs]
+    free = (labels.verdict == 0) & solid
+    assert np.allclose(gap[free], near.high[free], atol=1e-8)
+
+
+def test_threads_and_budgets(robot):
+    Q = configurations(500)
+    for work in (None, 2_000):
+        a, b = (pickle.loads(pickle.dumps(robot)).collide(Q, work=work, threads=threads) for threads in (1, 2))
+        assert a == b and (work is None) == (a.verdict != -1).all()
+    assert (robot.collide(Q, work=0).verdict == -1).all()
+
+
+def test_edges(robot):
+    Q0, Q1 = configurations(60), configurations(60, 2)
+    Q1 = Q0 + 0.3 * (Q1 - Q0)
+    edges, first = robot.edges(Q0, Q1), robot.edges(Q0, Q1, first=True, threads=2)
+    assert (edges.verdict == first.verdict).all() and {0, 1} == set(edges.verdict)
+    assert [robot.is_edge_valid(a, b) for a, b in zip(Q0, Q1)] == (edges.verdict == 0).tolist()
+    for t in np.linspace(0, 1, 101):
+        met = robot.collide(Q0 + t * (Q1 - Q0)).verdict == 1
+        assert not (met & (first.free_until > t)).any() and not (met & (edges.verdict == 0)).any()
+    assert np.isnan(first.touching_at).tolist() == (first.verdict == 0).tolist()
+
+
+def test_obstacles_move_and_go(robot):
+    q = [0, 0, 0, 0]
+    assert robot.is_valid(q)
+    ball = robot.add("near", place(0.1, 0, 0.6), sphere=0.1)
+    assert not robot.is_valid(q) and robot.shape_name(ball) == "near"
+    assert not pickle.loads(pickle.dumps(robot)).is_valid(q)
+    robot.move(ball, place(0.5, 0, 0.6))
+    other = pickle.loads(pickle.dumps(robot))
+    assert robot.is_valid(q) and other.is_valid(q) and other.shape_name(ball) == "near"
+    robot.remove(ball)
+    with pytest.raises(ValueError, match="obstacle"):
+        robot.remove(ball)
+
+
+def test_faults(robot, tmp_path):
+    with pytest.raises(ValueError, match="expected \\(N, 4\\)"):
+        robot.collide([[0, 0, 0]])
+    with pytest.raises(ValueError, match="joint lift"):
+        robot.collide([[0, np.nan, 0, 0]])
+    with pytest.raises(ValueError, match="no link nose"):
+        robot.add("x", sphere=1.0, link="nose")
+    with pytest.raises(ValueError, match="one of mesh, box"):
+        robot.add("x")
+    with pytest.raises(ValueError, match="none.urdf"):
+        punctual3d.Robot.from_urdf(tmp_path / "none.urdf")
+
+
+@pytest.mark.parametrize("urdf", CELLS, ids=lambda urdf: urdf.parent.name)
+def test_no_label_is_wrong(urdf):
+    folder = urdf.parent
+    robot = punctual3d.Robot.from_urdf(urdf, srdf=folder / "robot.srdf")
+    for file in sorted((folder / "env").iterdir()):
+        robot.add(file.stem, mesh=punctual3d.Tree.load(file))
+    Q = np.loadtxt(folder / "configs.csv", delimiter=",", skiprows=1)
+    meets = np.loadtxt(folder / "labels.csv", delimiter=",", skiprows=1)[:, 1]
+    assert np.array_equal(robot.collide(Q, threads=2).verdict, meets)

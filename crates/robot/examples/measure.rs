@@ -1,0 +1,132 @@
+//! Measures a robot in its cell: `measure DIR [labels [REPETITIONS]]`, with the files of one robot:
+//! `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
+
+use std::error::Error;
+use std::path::Path;
+use std::sync::Arc;
+
+use cpu_time::ThreadTime;
+use punctual::{Budget, Pose};
+use punctual_robot::{
+    Checker, ClearanceOptions, Collision, EdgeAnswer, EdgeOptions, Model, Shape, UrdfOptions,
+};
+
+type Table = Vec<Vec<String>>;
+
+fn table(file: &Path) -> Result<Table, Box<dyn Error>> {
+    let text = std::fs::read_to_string(file)?;
+    let row = |line: &str| line.split(',').map(str::to_owned).collect();
+    Ok(text.lines().skip(1).map(row).collect())
+}
+
+fn numbers(row: &[String]) -> Vec<f64> {
+    row.iter().map(|x| x.parse().unwrap_or(f64::NAN)).collect()
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let dir = std::env::args().nth(1).ok_or("the folder of a robot")?;
+    let dir = Path::new(&dir);
+    let options = UrdfOptions::default().srdf(dir.join("robot.srdf"));
+    let model = Arc::new(Model::from_urdf(dir.join("robot.urdf"), &options)?);
+    let mut checker = Checker::new(Arc::clone(&model));
+    let mut files: Vec<_> = std::fs::read_dir(dir.join("env"))?.collect::<Result<_, _>>()?;
+    files.sort_by_key(|file| file.path());
+    for file in files {
+        let name = file
+            .path()
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let mesh = punctual_io::load(&file.path())?.mesh;
+        checker.add(&name, Pose::IDENTITY, Shape::mesh(mesh))?;
+    }
+    let pairs = table(&dir.join("pairs.csv"))?.len();
+    println!("pairs {} of {pairs}", checker.pair_count());
+    let configs: Vec<Vec<f64>> = table(&dir.join("configs.csv"))?
+        .iter()
+        .map(|r| numbers(r))
+        .collect();
+    let labels: Vec<bool> = table(&dir.join("labels.csv"))?
+        .iter()
+        .map(|r| r[1] == "1")
+        .collect();
+    let unlimited = Budget::unlimited();
+    let mut wrong = 0;
+    for (q, &meets) in configs.iter().zip(&labels) {
+        let met = checker.collide(q, unlimited)?.value != Collision::Free;
+        wrong += u32::from(met != meets);
+    }
+    println!("labels wrong {wrong} of {}", labels.len());
+    let repetitions = std::env::args()
+        .nth(3)
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(7);
+    for (name, range) in [("random", 0..2000), ("near contact", 2000..2500)] {
+        let mut least = f64::INFINITY;
+        for _ in 0..repetitions {
+            let start = ThreadTime::now();
+            for q in &configs[range.clone()] {
+                let _ = checker.collide(q, unlimited)?;
+            }
+            least = least.min(start.elapsed().as_secs_f64() * 1e6 / range.len() as f64);
+        }
+        println!("a label, {name}: {least:.2} us");
+    }
+    if std::env::args().nth(2).is_some_and(|what| what == "labels") {
+        return Ok(());
+    }
+    let rows = table(&dir.join("clearance.csv"))?;
+    for tolerance in [1e-9, 1e-4] {
+        let (mut off, mut widest, mut work) = (0f64, 0f64, 0);
+        let options = ClearanceOptions::default().tolerance(tolerance);
+        let start = ThreadTime::now();
+        for row in rows.iter().map(|row| numbers(row)) {
+            let found = checker.clearance(&configs[row[0] as usize], &options, unlimited)?;
+            work += found.work;
+            let found = found.value;
+            off = off.max(found.low - row[2]).max(row[1] - found.high);
+            widest = widest.max(found.high - found.low);
+        }
+        let us = start.elapsed().as_secs_f64() * 1e6 / rows.len() as f64;
+        let work = work / rows.len() as u64;
+        println!(
+            "clearance to {tolerance:e}: {us:.1} us, work {work}, outside by {off:e}, widest {widest:e}"
+        );
+    }
+    let rows = table(&dir.join("edges.csv"))?;
+    let n = model.joint_names().len();
+    for (name, options) in [("any", EdgeOptions::any()), ("first", EdgeOptions::first())] {
+        let (mut contradicted, mut undecided, mut free, mut work) = (0, 0, [0; 2], 0);
+        let (mut late, mut times) = (0f64, [0.0; 2]);
+        for row in &rows {
+            let q = numbers(row);
+            let start = ThreadTime::now();
+            let edge = checker.edge(&q[1..=n], &q[n + 1..=2 * n], &options, unlimited)?;
+            work += edge.work;
+            let is_free = row[2 * n + 2] == "free";
+            times[usize::from(is_free)] += start.elapsed().as_secs_f64() * 1e6;
+            let edge = edge.value;
+            let [low, high] = [q[2 * n + 3], q[2 * n + 4]];
+            free[usize::from(is_free)] += 1;
+            match edge.answer {
+                EdgeAnswer::Free => contradicted += u32::from(!is_free),
+                EdgeAnswer::Contact => contradicted += u32::from(is_free),
+                EdgeAnswer::Undecided => undecided += 1,
+            }
+            let at = edge.touching_at.unwrap_or(1.0);
+            contradicted += u32::from(edge.free_until > high || at < low);
+            if options.first {
+                late = late.max(at - edge.free_until);
+            }
+        }
+        println!(
+            "edges, {name}: {:.0} us; free {:.0}, blocked {:.0}; contradicted {contradicted}, undecided {undecided}, widest {late:e}, work {}",
+            (times[0] + times[1]) / rows.len() as f64,
+            times[1] / f64::from(free[1]),
+            times[0] / f64::from(free[0]),
+            work / rows.len() as u64,
+        );
+    }
+    Ok(())
+}

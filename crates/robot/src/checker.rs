@@ -1,0 +1,390 @@
+//! Whether a configuration collides.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use punctual::clock::ClockedBudget;
+use punctual::engine::Deadline;
+use punctual::{Pose, StopReason};
+
+use crate::batch::Worker;
+use crate::edge::Run;
+use crate::model::{LARGEST, PlacedShape, prefixed};
+use crate::order::{Asked, Fact, Order};
+use crate::search::Search;
+use crate::transform::Transform;
+use crate::world::World;
+use crate::{Model, RobotError, Shape, ShapeId};
+
+/// The answer of a call, which is true whenever it stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
+#[non_exhaustive]
+pub struct Outcome<T> {
+    /// What is proven.
+    pub value: T,
+    /// The reason why the call returned: [`StopReason::Finished`], or the end of its budget.
+    pub stop: StopReason,
+    /// Work of the call, in the unit of [`Budget::work`](punctual::Budget::work). Kinematics and
+    /// filters count too.
+    pub work: u64,
+    /// Duration of the call; measured only under a budget of time.
+    pub elapsed: Option<Duration>,
+}
+
+/// Whether a configuration collides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Collision {
+    /// Proven: no two shapes that are asked meet.
+    Free,
+    /// Proven: these shapes meet.
+    Contact([ShapeId; 2]),
+    /// The budget ended before the answer was known.
+    Undecided,
+}
+
+impl Collision {
+    /// Name in files: `free`, `contact` or `undecided`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Contact(_) => "contact",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// A robot among obstacles, and what one thread needs to ask about it.
+///
+/// Answers are for the poses that [`Model::link_poses`] gives, in f64, and exact for these: no
+/// sampling, no tolerance, no spheres in place of meshes. Each pair of shapes is asked, except
+/// those of one rigid body, of bodies that stand still in the world, and of links that are allowed
+/// to touch.
+///
+/// It learns which pairs meet often and cost little, and asks these first. So the pair that is
+/// named and the work depend on the calls before, the rest of a finished answer does not. Lengths
+/// are in metres, angles in radians, if the model's are.
+///
+/// ```
+/// use punctual::{Budget, Pose, glam::DMat3};
+/// use punctual_robot::{Checker, Collision, Description, Joint, JointKind, Link, Model, Shape};
+/// let shape = |z| Ok::<_, Box<dyn std::error::Error>>(vec![(
+///     Pose::new(DMat3::IDENTITY, [0.0, 0.0, z])?, Shape::cuboid([0.1, 0.1, 1.0])?)]);
+/// let robot = Description {
+///     links: vec![
+///         Link { name: "base".into(), shapes: vec![] },
+///         Link { name: "arm".into(), shapes: shape(0.5)? },
+///     ],
+///     joints: vec![Joint {
+///         name: "elbow".into(), kind: JointKind::Revolute,
+///         parent: "base".into(), child: "arm".into(),
+///         origin: Pose::IDENTITY, axis: [0.0, 1.0, 0.0], limits: Some([-1.0, 1.0]), mimic: None,
+///     }],
+///     ..Description::default()
+/// };
+/// let mut checker = Checker::new(Model::new(&robot)?.into());
+/// let ball = Pose::new(DMat3::IDENTITY, [0.8, 0.0, 0.5])?;
+/// let ball = checker.add("ball", ball, Shape::sphere(0.1)?)?;
+/// assert_eq!(checker.collide(&[0.0], Budget::unlimited())?.value, Collision::Free);
+/// let arm = checker.find("arm").unwrap();
+/// let met = checker.collide(&[1.0], Budget::unlimited())?.value;
+/// assert_eq!(met, Collision::Contact([arm, ball]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Checker {
+    pub(crate) world: World,
+    pub(crate) order: Order,
+    pub(crate) search: Search,
+    pub(crate) run: Run,
+    /// Those of the threads of batches.
+    pub(crate) workers: Vec<Worker>,
+    next: u32,
+}
+
+/// Another checker with the same obstacles and the same learned order.
+impl Clone for Checker {
+    fn clone(&self) -> Self {
+        let world = self.world.clone();
+        let mut search = Search::default();
+        search.sync(&world);
+        Self {
+            world,
+            order: self.order.clone(),
+            search,
+            workers: Vec::new(),
+            run: Run::default(),
+            next: self.next,
+        }
+    }
+}
+
+impl Checker {
+    /// A robot without obstacles.
+    pub fn new(model: Arc<Model>) -> Self {
+        let next = model.shapes.len() as u32;
+        let world = World::new(model);
+        let mut search = Search::default();
+        search.sync(&world);
+        Self {
+            order: Order::new(&world),
+            world,
+            search,
+            workers: Vec::new(),
+            run: Run::default(),
+            next,
+        }
+    }
+
+    /// The robot.
+    pub fn model(&self) -> &Arc<Model> {
+        &self.world.model
+    }
+
+    /// Number of pairs of shapes that are asked.
+    pub fn pair_count(&self) -> usize {
+        self.world.pairs.len()
+    }
+
+    /// The pairs of shapes that are asked, each with the lower id first.
+    pub fn pairs(&self) -> impl Iterator<Item = [ShapeId; 2]> {
+        (0..self.world.pairs.len() as u32).map(|pair| self.world.ids_of(pair))
+    }
+
+    /// Name of a shape: that of its link or of the obstacle, and the number of the shape if the
+    /// link has several (`hand:1`). `None` if the obstacle was removed.
+    pub fn name(&self, id: ShapeId) -> Option<&str> {
+        let at = self.world.ids.binary_search(&id).ok()?;
+        Some(&self.world.shapes[at].name)
+    }
+
+    /// The first shape of this name.
+    pub fn find(&self, name: &str) -> Option<ShapeId> {
+        let at = self
+            .world
+            .shapes
+            .iter()
+            .position(|shape| &*shape.name == name);
+        Some(self.world.ids[at?])
+    }
+
+    /// The shape of this number, if there is one.
+    pub fn id(&self, number: u32) -> Option<ShapeId> {
+        let id = ShapeId(number);
+        self.world.ids.binary_search(&id).ok().map(|_| id)
+    }
+
+    /// Gives the next obstacle this number, unless it was given already: to restore a checker.
+    pub fn number_next(&mut self, number: u32) {
+        self.next = self.next.max(number);
+    }
+
+    /// Adds an obstacle that stands still in the world, at a pose in the world.
+    ///
+    /// # Errors
+    /// If the pose is not a rotation up to 1e-6, or too far away.
+    pub fn add(&mut self, name: &str, pose: Pose, shape: Shape) -> Result<ShapeId, RobotError> {
+        self.insert(name, (0, Transform::IDENTITY), pose, shape, Vec::new())
+    }
+
+    /// Attaches an obstacle to a link, at a pose in the frame of the link. It is asked with all
+    /// shapes but those of the rigid body that it is part of, and of the links that it may touch.
+    ///
+    /// # Errors
+    /// If there is no such link, or the pose is not a rotation up to 1e-6, or too far away.
+    pub fn attach(
+        &mut self,
+        name: &str,
+        link: &str,
+        pose: Pose,
+        shape: Shape,
+        may_touch: &[&str],
+    ) -> Result<ShapeId, RobotError> {
+        let place = self.model().place_of(self.model().link_number(link)?);
+        let touches = may_touch.iter().map(|link| self.model().link_number(link));
+        let touches = touches.collect::<Result<_, _>>()?;
+        self.insert(name, place, pose, shape, touches)
+    }
+
+    fn insert(
+        &mut self,
+        name: &str,
+        (body, frame): (u32, Transform),
+        pose: Pose,
+        shape: Shape,
+        touches: Vec<u32>,
+    ) -> Result<ShapeId, RobotError> {
+        let fail = |error| prefixed(&format!("obstacle {name}"), error);
+        let in_body = frame.then(&Transform::from_pose(&pose).map_err(fail)?);
+        if shape.inner().radius > LARGEST {
+            return Err(fail(RobotError::model(format!("larger than {LARGEST:e}"))));
+        }
+        let id = ShapeId(self.next);
+        self.next += 1;
+        self.change(|world| {
+            world.ids.push(id);
+            world.shapes.push(PlacedShape {
+                name: name.into(),
+                link: None,
+                touches,
+                body,
+                frame,
+                in_body,
+                shape,
+            });
+        });
+        Ok(id)
+    }
+
+    /// Moves an obstacle to another pose, in the frame in which it was added or attached: the world
+    /// or its link.
+    ///
+    /// # Errors
+    /// [`RobotError::NoObstacle`], and those of [`Checker::add`].
+    pub fn move_to(&mut self, id: ShapeId, pose: Pose) -> Result<(), RobotError> {
+        let at = self.world.obstacle(id).ok_or(RobotError::NoObstacle)?;
+        let pose = Transform::from_pose(&pose)?;
+        let shape = &mut self.world.shapes[at];
+        shape.in_body = shape.frame.then(&pose);
+        self.world.version += 1;
+        self.search.sync(&self.world);
+        self.run.forget();
+        Ok(())
+    }
+
+    /// Removes an obstacle.
+    ///
+    /// # Errors
+    /// [`RobotError::NoObstacle`].
+    pub fn remove(&mut self, id: ShapeId) -> Result<(), RobotError> {
+        let at = self.world.obstacle(id).ok_or(RobotError::NoObstacle)?;
+        self.change(|world| {
+            world.ids.remove(at);
+            world.shapes.remove(at);
+        });
+        Ok(())
+    }
+
+    /// Changes the shapes, and lists their pairs anew.
+    fn change(&mut self, change: impl FnOnce(&mut World)) {
+        let before: Vec<_> = self.pairs().collect();
+        change(&mut self.world);
+        self.world.pair();
+        self.world.version += 1;
+        self.order = self.order.repaired(&before, &self.world);
+        self.search.sync(&self.world);
+        self.run.forget();
+    }
+
+    /// Whether a configuration collides; it stops at the first pair that meets.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::JointValue`].
+    pub fn collide<'c>(
+        &mut self,
+        configuration: &[f64],
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Outcome<Collision>, RobotError> {
+        self.world.model.check(configuration)?;
+        let Self {
+            world,
+            order,
+            search,
+            run,
+            ..
+        } = self;
+        run.forget();
+        let outcome = search.collide(
+            world,
+            &order.pairs,
+            &mut order.facts,
+            configuration,
+            budget.into(),
+        );
+        order.count(1);
+        Ok(outcome)
+    }
+
+    /// All pairs that meet, as far as the budget reaches; they replace the content of `pairs`, in
+    /// the order of ids. [`Collision::Free`] and [`Collision::Contact`] are told as by
+    /// [`Checker::collide`]; the list is complete if the stop is [`StopReason::Finished`].
+    ///
+    /// # Errors
+    /// Those of [`Checker::collide`].
+    pub fn collide_all<'c>(
+        &mut self,
+        configuration: &[f64],
+        budget: impl Into<ClockedBudget<'c>>,
+        pairs: &mut Vec<[ShapeId; 2]>,
+    ) -> Result<Outcome<Collision>, RobotError> {
+        self.world.model.check(configuration)?;
+        pairs.clear();
+        let Self {
+            world,
+            order,
+            search,
+            run,
+            ..
+        } = self;
+        run.forget();
+        let mut deadline = Deadline::of(budget.into());
+        search.begin();
+        let mut cursor = 0;
+        let mut find = || {
+            search.put(world, configuration, &mut deadline)?;
+            while let Some(pair) = search.find(
+                world,
+                &order.pairs,
+                &mut order.facts,
+                &mut cursor,
+                &mut deadline,
+            )? {
+                pairs.push(world.ids_of(pair));
+                cursor += 1;
+            }
+            Ok(())
+        };
+        let stop = find().err().unwrap_or(StopReason::Finished);
+        pairs.sort_unstable();
+        let value = match (pairs.first(), stop) {
+            (Some(&pair), _) => Collision::Contact(pair),
+            (None, StopReason::Finished) => Collision::Free,
+            (None, _) => Collision::Undecided,
+        };
+        order.count(1);
+        Ok(search.outcome(value, stop, &deadline))
+    }
+}
+
+impl Search {
+    pub fn collide(
+        &mut self,
+        world: &World,
+        order: &[Asked],
+        facts: &mut [Fact],
+        configuration: &[f64],
+        budget: ClockedBudget<'_>,
+    ) -> Outcome<Collision> {
+        let mut deadline = Deadline::of(budget);
+        self.begin();
+        let found = self
+            .put(world, configuration, &mut deadline)
+            .and_then(|()| self.find(world, order, facts, &mut 0, &mut deadline));
+        let (value, stop) = match found {
+            Ok(Some(pair)) => (Collision::Contact(world.ids_of(pair)), StopReason::Finished),
+            Ok(None) => (Collision::Free, StopReason::Finished),
+            Err(stop) => (Collision::Undecided, stop),
+        };
+        self.outcome(value, stop, &deadline)
+    }
+
+    pub fn outcome<T>(&self, value: T, stop: StopReason, deadline: &Deadline) -> Outcome<T> {
+        Outcome {
+            value,
+            stop,
+            work: self.work,
+            elapsed: deadline.elapsed(),
+        }
+    }
+}

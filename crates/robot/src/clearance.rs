@@ -1,0 +1,253 @@
+//! How far the robot is from contact.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use punctual::StopReason;
+use punctual::clock::ClockedBudget;
+use punctual::engine::Deadline;
+use punctual::glam::DVec3;
+
+use crate::checker::Outcome;
+use crate::order::BOX_WORK;
+use crate::search::Search;
+use crate::shape::holds_part;
+use crate::world::{Pair, World};
+use crate::{Checker, RobotError, ShapeId};
+
+/// Which pairs of shapes count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Scope {
+    /// All that are asked.
+    #[default]
+    All,
+    /// Pairs of the robot's own shapes, attached obstacles included.
+    Robot,
+    /// Pairs of a shape of the robot, or attached to it, and an obstacle that stands still.
+    Obstacles,
+    /// Pairs with this shape.
+    Shape(ShapeId),
+}
+
+/// What is asked of a clearance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ClearanceOptions {
+    /// Width of the bounds, in metres: by default 1e-6. 0 means as close as f64 can resolve.
+    pub tolerance: f64,
+    /// Which pairs count.
+    pub scope: Scope,
+}
+
+impl Default for ClearanceOptions {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            scope: Scope::All,
+        }
+    }
+}
+
+impl ClearanceOptions {
+    /// The same with another tolerance, in metres; what is not above 0 counts as 0.
+    #[must_use]
+    pub fn tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// The same for other pairs.
+    #[must_use]
+    pub fn scope(self, scope: Scope) -> Self {
+        Self { scope, ..self }
+    }
+}
+
+/// The least distance of all pairs, within bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
+#[non_exhaustive]
+pub struct Clearance {
+    /// Proven lower bound, in metres: no pair is closer. Infinite if no pair counts.
+    pub low: f64,
+    /// Proven upper bound, in metres: that of the pair. Infinite if none was measured yet. Wider
+    /// than the tolerance by the bands of cylinders ([`Shape::band`](crate::Shape::band)).
+    pub high: f64,
+    /// The closest pair found, the lower id first.
+    pub pair: Option<[ShapeId; 2]>,
+    /// Its closest points, in the world. The origin if one shape holds the other, or none was
+    /// found.
+    pub points: [DVec3; 2],
+    /// Unit vector from the first of them to the second; 0 if they are one point.
+    pub normal: DVec3,
+}
+
+/// The pairs that are still to be measured, the nearest first: the bits of a lower bound of the
+/// distance (not negative, so they are in order), the pair, and whether boxes gave the bound.
+pub(crate) type Bounds = BinaryHeap<Reverse<(u64, u32, bool)>>;
+
+fn bound(gap: f64, pair: u32, by_boxes: bool) -> Reverse<(u64, u32, bool)> {
+    Reverse((gap.max(0.0).to_bits(), pair, by_boxes))
+}
+
+/// The least bound; infinite without pairs.
+fn least_of(bounds: &Bounds) -> f64 {
+    bounds
+        .peek()
+        .map_or(f64::INFINITY, |bound| f64::from_bits(bound.0.0))
+}
+
+impl Checker {
+    /// The least distance of all pairs of shapes at a configuration.
+    ///
+    /// **Guarantee.** `low` and `high` are proven, whenever it stops. Finished, they are as close
+    /// as the tolerance asks. 0 means contact.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::JointValue`].
+    pub fn clearance<'c>(
+        &mut self,
+        configuration: &[f64],
+        options: &ClearanceOptions,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Outcome<Clearance>, RobotError> {
+        self.world.model.check(configuration)?;
+        self.run.forget();
+        let search = &mut self.search;
+        Ok(search.clearance(&self.world, configuration, options, budget.into()))
+    }
+}
+
+impl Search {
+    pub fn clearance(
+        &mut self,
+        world: &World,
+        configuration: &[f64],
+        options: &ClearanceOptions,
+        budget: ClockedBudget<'_>,
+    ) -> Outcome<Clearance> {
+        let mut deadline = Deadline::of(budget);
+        self.begin();
+        let mut found = Clearance {
+            low: f64::INFINITY,
+            high: f64::INFINITY,
+            pair: None,
+            points: [DVec3::ZERO; 2],
+            normal: DVec3::ZERO,
+        };
+        let stop = self.measure(world, configuration, options, &mut found, &mut deadline);
+        let stop = stop.err().unwrap_or(StopReason::Finished);
+        self.outcome(found, stop, &deadline)
+    }
+
+    fn measure(
+        &mut self,
+        world: &World,
+        configuration: &[f64],
+        options: &ClearanceOptions,
+        found: &mut Clearance,
+        deadline: &mut Deadline,
+    ) -> Result<(), StopReason> {
+        let mut bounds = std::mem::take(&mut self.bounds);
+        let result = self.put(world, configuration, deadline).and_then(|()| {
+            bounds.clear();
+            for number in (0..world.pairs.len() as u32).filter(|&i| counts(world, i, options.scope))
+            {
+                let gap = self.placement.sphere_gap(&world.pairs[number as usize]);
+                bounds.push(bound(gap, number, false));
+            }
+            self.nearest(world, &mut bounds, options.tolerance, found, deadline)
+        });
+        // What is left may be as near as its least bound; before the robot was placed, at 0.
+        let left = if self.work > 0 {
+            least_of(&bounds)
+        } else {
+            0.0
+        };
+        found.low = found.low.min(left);
+        self.bounds = bounds;
+        result
+    }
+
+    /// Measures pairs, the nearest by their bounds first, until no other can be nearer. A pair that
+    /// is not done stays in the heap.
+    fn nearest(
+        &mut self,
+        world: &World,
+        bounds: &mut Bounds,
+        tolerance: f64,
+        found: &mut Clearance,
+        deadline: &mut Deadline,
+    ) -> Result<(), StopReason> {
+        // The least upper bound, before bands are added.
+        let mut least = f64::INFINITY;
+        while let Some(&Reverse((gap, number, by_boxes))) = bounds.peek() {
+            let gap = f64::from_bits(gap);
+            if gap >= least {
+                break;
+            }
+            let pair = &world.pairs[number as usize];
+            let shapes = [pair.a, pair.b].map(|i| world.shapes[i as usize].shape.inner());
+            let b_in_a = self.placement.b_in_a(world, pair);
+            if !by_boxes {
+                self.pay(BOX_WORK, deadline)?;
+                let gap = gap.max(self.placement.box_gap(shapes, &b_in_a));
+                bounds.pop();
+                bounds.push(bound(gap, number, true));
+                continue;
+            }
+            let band = shapes[0].band + shapes[1].band;
+            if holds_part(shapes[0], shapes[1], &b_in_a) {
+                *found = Clearance {
+                    low: 0.0,
+                    high: band,
+                    pair: Some(world.ids_of(number)),
+                    ..*found
+                };
+                return Ok(());
+            }
+            let (measured, stop) = self.distance(
+                world,
+                number,
+                |query| query.absolute_tolerance(tolerance).below(least),
+                deadline,
+            );
+            if measured.high < least {
+                least = measured.high;
+                found.pair = Some(world.ids_of(number));
+                if let Some(nearest) = measured.nearest {
+                    let place = self.placement.shape(world, pair.a);
+                    found.points = nearest.points.map(|p| place.point(p));
+                    if pair.a > pair.b {
+                        found.points.swap(0, 1);
+                    }
+                    let way = found.points[1] - found.points[0];
+                    found.normal = way.normalize_or_zero();
+                }
+            }
+            found.high = found.high.min(measured.high + band);
+            if let Some(stop) = stop {
+                return Err(stop);
+            }
+            found.low = found.low.min(measured.low);
+            bounds.pop();
+        }
+        Ok(())
+    }
+}
+
+/// True if a pair is in the scope.
+fn counts(world: &World, number: u32, scope: Scope) -> bool {
+    match scope {
+        Scope::All => true,
+        Scope::Robot => !is_obstacle_pair(world, number),
+        Scope::Obstacles => is_obstacle_pair(world, number),
+        Scope::Shape(id) => world.ids_of(number).contains(&id),
+    }
+}
+
+/// True for pairs with an obstacle that stands still.
+fn is_obstacle_pair(world: &World, number: u32) -> bool {
+    let Pair { a, a_is_still, .. } = world.pairs[number as usize];
+    a_is_still && a as usize >= world.model.shapes.len()
+}

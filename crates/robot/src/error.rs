@@ -1,0 +1,94 @@
+//! What is wrong with a robot or a call, and where.
+
+use std::fmt;
+#[cfg(feature = "urdf")]
+use std::path::Path;
+use std::path::PathBuf;
+
+/// Why a robot, an obstacle or a configuration is refused.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum RobotError {
+    /// A file cannot be read, or is not what it should be.
+    File {
+        /// The file.
+        file: PathBuf,
+        /// The line, counted from 1, if the fault has one place.
+        line: Option<u32>,
+        /// What is wrong, with the name of the link or joint.
+        what: String,
+    },
+    /// A link, joint or shape is out of order; the text names it.
+    Model(String),
+    /// A configuration has another number of values than the robot has joint values.
+    Length {
+        /// Joint values of the robot.
+        expected: usize,
+        /// Values given.
+        found: usize,
+    },
+    /// A joint value is NaN, infinite, or so large that the robot would leave the range of numbers.
+    JointValue {
+        /// Row of a batch, 0 otherwise.
+        row: usize,
+        /// Name of the joint.
+        joint: String,
+    },
+    /// There is no such obstacle: it was removed, or belongs to another checker.
+    NoObstacle,
+    /// There is no stopped edge to resume.
+    NothingToResume,
+}
+
+impl RobotError {
+    pub(crate) fn model(what: impl Into<String>) -> Self {
+        Self::Model(what.into())
+    }
+
+    #[cfg(feature = "urdf")]
+    pub(crate) fn file(file: &Path, line: Option<u32>, what: impl Into<String>) -> Self {
+        Self::File {
+            file: file.to_owned(),
+            line,
+            what: what.into(),
+        }
+    }
+
+    /// The same, as a fault of a file.
+    #[cfg(feature = "urdf")]
+    pub(crate) fn within(self, file: &Path, line: Option<u32>) -> Self {
+        match self {
+            Self::Model(what) => Self::file(file, line, what),
+            other => other,
+        }
+    }
+}
+
+/// Files as compilers name them: `FILE:LINE: what`.
+impl fmt::Display for RobotError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File { file, line, what } => {
+                write!(f, "{}:", file.display())?;
+                if let Some(line) = line {
+                    write!(f, "{line}:")?;
+                }
+                write!(f, " {what}")
+            }
+            Self::Model(what) => f.write_str(what),
+            Self::Length { expected, found } => {
+                write!(f, "{found} joint values, the robot has {expected}")
+            }
+            Self::JointValue { row, joint } => {
+                write!(
+                    f,
+                    "configuration {row}: the value of joint {joint} is not finite or too large"
+                )
+            }
+            Self::NoObstacle => f.write_str("no such obstacle"),
+            Self::NothingToResume => f.write_str("no stopped edge to resume"),
+        }
+    }
+}
+
+impl std::error::Error for RobotError {}

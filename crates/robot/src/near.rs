@@ -1,0 +1,144 @@
+//! The first filter: which pairs of shapes may be near each other, eight moving shapes at a time.
+
+use punctual::glam::{DMat3, DVec3};
+use punctual_geom::lanes::{Column, F8, Instructions, Kernel, Lanes};
+
+use crate::world::{LANES, World};
+
+/// The slack, relative to the size of what is placed. With `u = 2^-24`, the point in the frame of a
+/// box is off by at most 21 u per axis, what of it is beyond the box by 24 u, its length by 49 u.
+const SLACK: f64 = 64.0 / (1u32 << 24) as f64;
+
+/// In metres: below this size squares in f32 would underflow, and the filter tells nothing.
+const SMALLEST: f64 = 1e-10;
+
+/// What the first shape of a pair is for the filter.
+#[derive(Clone, Copy, Debug)]
+enum First {
+    /// A box that stands still: the rows of the rotation into its frame, its centre and half
+    /// extents.
+    Box([[f32; 3]; 5]),
+    /// A sphere that moves: its column.
+    Sphere(usize),
+}
+
+/// Tells of each pair whether it is near.
+#[derive(Debug)]
+pub(crate) struct Near {
+    instructions: Instructions,
+    /// Spheres of the moving shapes, in lanes: x, y, z and radius.
+    spheres: Vec<[[f32; LANES]; 4]>,
+    firsts: Vec<(u32, First)>,
+    /// For each shape that is the first of a pair a row of bits, one for each moving shape.
+    bits: Vec<u8>,
+    slack: f32,
+}
+
+impl Default for Near {
+    fn default() -> Self {
+        Self {
+            instructions: Instructions::detect(),
+            spheres: Vec::new(),
+            firsts: Vec::new(),
+            bits: Vec::new(),
+            slack: 0.0,
+        }
+    }
+}
+
+impl Near {
+    /// Takes over the pairs of the world; `still` has the boxes of shapes that stand still.
+    pub fn sync(&mut self, world: &World, still: &[Option<(DMat3, DVec3, DVec3)>]) {
+        let chunks = world.stride() / LANES;
+        self.spheres.clear();
+        self.spheres.resize(chunks, [[0.0; LANES]; 4]);
+        self.bits.clear();
+        self.bits.resize(chunks * world.shapes.len(), 0);
+        let mut firsts: Vec<u32> = world.pairs.iter().map(|pair| pair.a).collect();
+        firsts.sort_unstable();
+        firsts.dedup();
+        let first = |shape: u32| match &still[shape as usize] {
+            Some((back, centre, half)) => {
+                let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
+                First::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
+            }
+            None => First::Sphere(world.column(shape)),
+        };
+        let firsts = firsts.into_iter().map(|shape| (shape, first(shape)));
+        self.firsts.clear();
+        self.firsts.extend(firsts);
+    }
+
+    /// Places the sphere of a moving shape.
+    #[inline]
+    pub fn put(&mut self, column: usize, sphere: [f64; 4]) {
+        let lanes = &mut self.spheres[column / LANES];
+        for (lanes, value) in lanes.iter_mut().zip(sphere) {
+            lanes[column % LANES] = value as f32;
+        }
+    }
+
+    /// Tests all pairs. `size` bounds the coordinates and radii of what is placed.
+    pub fn test(&mut self, size: f64) {
+        if size < SMALLEST {
+            return self.bits.fill(u8::MAX);
+        }
+        self.slack = (SLACK * size) as f32;
+        self.instructions.run(self);
+    }
+
+    /// False proves that the pair is apart.
+    #[inline]
+    pub fn is(&self, slot: u32) -> bool {
+        self.bits[slot as usize / LANES] >> (slot as usize % LANES) & 1 > 0
+    }
+}
+
+impl Kernel for &mut Near {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let splat = |x| F8::splat(lanes, x);
+        let (slack, zero) = (splat(self.slack), splat(0.0));
+        for &(shape, first) in &self.firsts {
+            let row = shape as usize * self.spheres.len();
+            // A moving shape is the second of its pairs only with those before it.
+            let begin = match first {
+                First::Sphere(column) => column / LANES,
+                First::Box(_) => 0,
+            };
+            for chunk in begin..self.spheres.len() {
+                let spheres = &self.spheres[chunk];
+                let [x, y, z, r] = [
+                    F8::load(lanes, &spheres[0]),
+                    F8::load(lanes, &spheres[1]),
+                    F8::load(lanes, &spheres[2]),
+                    F8::load(lanes, &spheres[3]),
+                ];
+                let (squared, reach) = match first {
+                    First::Box([u, v, w, c, h]) => {
+                        let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));
+                        let u = splat(u[0]) * x + splat(u[1]) * y + splat(u[2]) * z;
+                        let v = splat(v[0]) * x + splat(v[1]) * y + splat(v[2]) * z;
+                        let w = splat(w[0]) * x + splat(w[1]) * y + splat(w[2]) * z;
+                        let u = (u.abs() - splat(h[0])).max(zero);
+                        let v = (v.abs() - splat(h[1])).max(zero);
+                        let w = (w.abs() - splat(h[2])).max(zero);
+                        (u * u + v * v + w * w, r + slack)
+                    }
+                    First::Sphere(column) => {
+                        let (at, lane) = (&self.spheres[column / LANES], column % LANES);
+                        let x = x - splat(at[0][lane]);
+                        let y = y - splat(at[1][lane]);
+                        let z = z - splat(at[2][lane]);
+                        let radii = r + splat(at[3][lane]);
+                        (x * x + y * y + z * z, radii + slack)
+                    }
+                };
+                // Not a number counts as near.
+                self.bits[row + chunk] = !(reach * reach).less(squared).mask() as u8;
+            }
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! In which order pairs are asked: the chance of contact per cost, learned.
+//!
+//! The order decides which contact is found first and how fast, never whether there is one.
+
+use crate::world::{Pair, ShapeId, World};
+use std::collections::HashMap;
+
+/// What is known of a pair whose spheres met.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Fact {
+    pub asked: u64,
+    pub met: u64,
+    pub work: u64,
+}
+
+impl Fact {
+    pub fn learn(&mut self, met: bool, work: u64) {
+        self.asked += 1;
+        self.met += u64::from(met);
+        self.work += work;
+    }
+
+    pub fn add(&mut self, other: &Self) {
+        self.asked += other.asked;
+        self.met += other.met;
+        self.work += other.work;
+    }
+
+    /// Chance of contact per unit of work, with a prior of one pair in fifty that meets, and the
+    /// work of placing and testing boxes.
+    fn chance(&self) -> f64 {
+        let asked = self.asked as f64 + 1.0;
+        let chance = (self.met as f64 + 0.02) / asked;
+        chance / (self.work as f64 / asked + BOX_WORK as f64)
+    }
+}
+
+/// Work of a test of two boxes, in units of a query's work.
+pub(crate) const BOX_WORK: u64 = 100;
+
+/// Between orders there are at most so many configurations.
+const LONGEST: u64 = 1 << 14;
+const SHORTEST: u64 = 32;
+
+/// A pair, and where the filter by spheres tells whether it is near.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked {
+    pub pair: u32,
+    pub slot: u32,
+}
+
+/// The pairs in the order in which they are asked, with what was learned.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Order {
+    pub pairs: Vec<Asked>,
+    pub facts: Vec<Fact>,
+    /// Configurations seen, and when the next order is due.
+    seen: u64,
+    due: u64,
+}
+
+impl Order {
+    pub fn new(world: &World) -> Self {
+        let asked = |(pair, of): (u32, &Pair)| Asked {
+            pair,
+            slot: of.slot,
+        };
+        Self {
+            pairs: (0..).zip(&world.pairs).map(asked).collect(),
+            facts: vec![Fact::default(); world.pairs.len()],
+            seen: 0,
+            due: SHORTEST,
+        }
+    }
+
+    /// Configurations until the next order.
+    pub fn until_due(&self) -> u64 {
+        self.due - self.seen
+    }
+
+    /// Counts configurations, of which the facts know, and sorts when it is due.
+    pub fn count(&mut self, configurations: u64) {
+        self.seen += configurations;
+        if self.seen >= self.due {
+            self.due = self.seen + self.seen.clamp(SHORTEST, LONGEST);
+            let facts = &self.facts;
+            let chance = |asked: &Asked| facts[asked.pair as usize].chance();
+            self.pairs
+                .sort_unstable_by(|p, q| chance(q).total_cmp(&chance(p)).then(p.pair.cmp(&q.pair)));
+        }
+    }
+
+    /// The order for other pairs: what is known of those that remain is kept.
+    pub fn repaired(&self, before: &[[ShapeId; 2]], world: &World) -> Self {
+        let known: HashMap<_, _> = before.iter().zip(&self.facts).collect();
+        let mut order = Self::new(world);
+        for (pair, fact) in order.facts.iter_mut().enumerate() {
+            if let Some(known) = known.get(&world.ids_of(pair as u32)) {
+                *fact = **known;
+            }
+        }
+        order.count(self.seen);
+        order
+    }
+}

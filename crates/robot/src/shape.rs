@@ -1,0 +1,285 @@
+//! Shapes: a tree with what the filters need to know of it.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use punctual::glam::{DMat3, DVec3};
+use punctual::{Mesh, Tree};
+
+use crate::RobotError;
+use crate::model::LARGEST;
+use crate::transform::Transform;
+
+/// Sides of the prism that stands for a cylinder.
+pub const CYLINDER_SIDES: u32 = 128;
+
+/// Relative slack of stored radii and half extents, for the rounding of their computation.
+const SLACK: f64 = 1e-12;
+
+/// A collision shape in its own frame, in metres. Cheap to clone: clones share the tree.
+///
+/// - **Meshes are surfaces**: a body wholly inside a closed mesh does not meet it.
+/// - **Boxes, spheres and cylinders are solids**: a body inside them meets them.
+/// - **Boxes** are exact: 12 triangles.
+/// - **Spheres** are a point with a margin, exact up to 4e-14 times the size of the pair; what is
+///   closer to touching than that counts as touching.
+/// - **Cylinders** are prisms of [`CYLINDER_SIDES`] sides around the true cylinder, so free is
+///   proven for the true cylinder too. No point of the prism is farther from the cylinder than
+///   [`Shape::band`], 3.02e-4 times the radius: a contact may be that much early, and the upper
+///   bound of a clearance allows for it.
+#[derive(Clone, Debug)]
+pub struct Shape(Arc<Inner>);
+
+#[derive(Debug)]
+pub(crate) struct Inner {
+    pub tree: Arc<Tree>,
+    /// Radius that thickens the surface: that of a sphere, whose surface is a point.
+    pub margin: f64,
+    pub solid: Solid,
+    /// No point of the shape is farther than this from the shape it stands for.
+    pub band: f64,
+    /// Middle of the box, and the radius of a sphere about it that holds the shape.
+    pub centre: DVec3,
+    pub radius: f64,
+    /// A box that holds the shape: its frame and half extents.
+    pub frame: Transform,
+    pub half: DVec3,
+    /// One vertex of each connected part of the surface.
+    pub samples: Vec<DVec3>,
+}
+
+/// What is inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Solid {
+    Surface,
+    Box(DVec3),
+    Sphere(f64),
+    /// Half the length, and the radius of the circle around the prism.
+    Prism(f64, f64),
+}
+
+impl Shape {
+    /// A mesh, as a surface.
+    pub fn mesh(mesh: Mesh) -> Self {
+        Self::tree(Arc::new(Tree::new(mesh)))
+    }
+
+    /// The mesh of a tree, as a surface.
+    pub fn tree(tree: Arc<Tree>) -> Self {
+        Self::new(tree, 0.0, Solid::Surface, 0.0)
+    }
+
+    /// A solid box around the origin with these lengths along x, y and z.
+    ///
+    /// # Errors
+    /// If a length is not above 0, or beyond 1e30.
+    pub fn cuboid(size: [f64; 3]) -> Result<Self, RobotError> {
+        let half = DVec3::from_array(positive("box size", size)?) / 2.0;
+        let corner = |i: u32| {
+            let side = |axis: u32| if i >> axis & 1 > 0 { 1.0 } else { -1.0 };
+            (half * DVec3::new(side(0), side(1), side(2))).to_array()
+        };
+        let quads = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let triangles = quads
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let tree = checked("box", (0..8).map(corner).collect(), triangles.collect())?;
+        Ok(Self::new(tree, 0.0, Solid::Box(half), 0.0))
+    }
+
+    /// A solid sphere around the origin.
+    ///
+    /// # Errors
+    /// If the radius is not above 0, or beyond 1e30.
+    pub fn sphere(radius: f64) -> Result<Self, RobotError> {
+        let [radius] = positive("sphere radius", [radius])?;
+        let tree = checked("sphere", vec![[0.0; 3]], vec![[0; 3]])?;
+        Ok(Self::new(tree, radius, Solid::Sphere(radius), 0.0))
+    }
+
+    /// A solid cylinder along z, its middle in the origin: a prism around it.
+    ///
+    /// # Errors
+    /// If radius or length is not above 0, or beyond 1e30.
+    pub fn cylinder(radius: f64, length: f64) -> Result<Self, RobotError> {
+        let [radius, length] = positive("cylinder radius and length", [radius, length])?;
+        let n = CYLINDER_SIDES;
+        let outer = radius / (PI / f64::from(n)).cos() * (1.0 + SLACK);
+        let corner = |i: u32| {
+            let (s, c) = (2.0 * PI * f64::from(i / 2) / f64::from(n)).sin_cos();
+            let side = if i & 1 > 0 { 0.5 } else { -0.5 };
+            [outer * c, outer * s, side * length]
+        };
+        let mut vertices: Vec<_> = (0..2 * n).map(corner).collect();
+        vertices.extend([[0.0, 0.0, -length / 2.0], [0.0, 0.0, length / 2.0]]);
+        let side = |i: u32| {
+            let (a, b) = (2 * i, 2 * ((i + 1) % n));
+            [
+                [a, b, a + 1],
+                [b, b + 1, a + 1],
+                [2 * n, b, a],
+                [2 * n + 1, a + 1, b + 1],
+            ]
+        };
+        let tree = checked("cylinder", vertices, (0..n).flat_map(side).collect())?;
+        let solid = Solid::Prism(length / 2.0, outer);
+        Ok(Self::new(tree, 0.0, solid, outer - radius + SLACK * radius))
+    }
+
+    /// No point of the shape is farther from the true one than this, in metres: 0 except for
+    /// cylinders.
+    pub fn band(&self) -> f64 {
+        self.0.band
+    }
+
+    /// The tree of the surface: of a sphere, that of its middle.
+    pub fn surface(&self) -> &Tree {
+        &self.0.tree
+    }
+
+    pub(crate) fn inner(&self) -> &Inner {
+        &self.0
+    }
+
+    fn new(tree: Arc<Tree>, margin: f64, solid: Solid, band: f64) -> Self {
+        let mesh = tree.mesh();
+        let corners = || mesh.triangles().iter().flatten();
+        let vertices = || corners().map(|&i| mesh.vertex(i as usize));
+        // The axes of the mesh, or of the tree's root, whichever box has the least surface.
+        let of_root = tree.root().map_or(DMat3::IDENTITY, |root| {
+            let r = root.rotation().as_dmat3();
+            let x = r.x_axis.normalize();
+            let z = x.cross(r.y_axis).normalize();
+            DMat3::from_cols(x, z.cross(x), z)
+        });
+        let fit = |r: DMat3| {
+            let back = r.transpose();
+            let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            let (min, max) = vertices().fold(start, |(min, max), v| {
+                let v = back * v;
+                (min.min(v), max.max(v))
+            });
+            let e = max - min;
+            (e.x * e.y + e.y * e.z + e.z * e.x, r, min, max)
+        };
+        let boxes = [DMat3::IDENTITY, of_root, of_root.transpose()].map(fit);
+        let (_, r, min, max) = boxes
+            .into_iter()
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((0.0, DMat3::IDENTITY, DVec3::ZERO, DVec3::ZERO));
+        let (centre, half) = if mesh.is_empty() {
+            (DVec3::ZERO, DVec3::ZERO)
+        } else {
+            (r * ((min + max) / 2.0), (max - min) / 2.0)
+        };
+        let rounding = SLACK * (centre.abs().max_element() + half.max_element());
+        let radius = vertices().map(|v| v.distance(centre)).fold(0.0, f64::max);
+        let samples = samples(mesh);
+        let frame = Transform { r, t: centre };
+        let (half, radius) = (
+            half + DVec3::splat(margin + rounding),
+            radius + margin + rounding,
+        );
+        Self(Arc::new(Inner {
+            tree,
+            margin,
+            solid,
+            band,
+            centre,
+            radius,
+            frame,
+            half,
+            samples,
+        }))
+    }
+}
+
+impl Inner {
+    /// True if a point in the shape's frame is inside. A prism counts as the cylinder around it,
+    /// which is within the band too.
+    #[inline]
+    fn holds(&self, p: DVec3) -> bool {
+        match self.solid {
+            Solid::Surface => false,
+            Solid::Box(half) => p.abs().cmple(half).all(),
+            Solid::Sphere(radius) => p.length_squared() <= radius * radius,
+            Solid::Prism(half, radius) => {
+                p.z.abs() <= half && p.truncate().length_squared() <= radius * radius
+            }
+        }
+    }
+}
+
+/// True if a part of one shape lies inside the other one, which is a solid; `b_in_a` brings `b`
+/// into the frame of `a`. Parts whose surfaces cross may be told or not.
+#[inline]
+pub(crate) fn holds_part(a: &Inner, b: &Inner, b_in_a: &Transform) -> bool {
+    let in_a = || b.samples.iter().any(|&p| a.holds(b_in_a.point(p)));
+    let in_b = || a.samples.iter().any(|&p| b.holds(b_in_a.point_back(p)));
+    (a.solid != Solid::Surface && in_a()) || (b.solid != Solid::Surface && in_b())
+}
+
+/// One vertex of each connected part; vertices at equal positions count as one.
+fn samples(mesh: &Mesh) -> Vec<DVec3> {
+    let count = mesh.vertex_count();
+    let mut parent: Vec<u32> = (0..count as u32).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    let mut in_use: Vec<u32> = mesh.triangles().iter().flatten().copied().collect();
+    in_use.sort_unstable();
+    in_use.dedup();
+    // 0 and -0 are one position.
+    let key = |&i: &u32| {
+        mesh.vertex(i as usize)
+            .to_array()
+            .map(|c| (c + 0.0).to_bits())
+    };
+    let mut by_place = in_use.clone();
+    by_place.sort_unstable_by_key(key);
+    let same = by_place.windows(2).filter(|w| key(&w[0]) == key(&w[1]));
+    let edges = mesh
+        .triangles()
+        .iter()
+        .flat_map(|t| [[t[0], t[1]], [t[0], t[2]]]);
+    for [i, j] in same.map(|w| [w[0], w[1]]).chain(edges) {
+        let (i, j) = (root(&mut parent, i), root(&mut parent, j));
+        parent[i.max(j) as usize] = i.min(j);
+    }
+    in_use
+        .into_iter()
+        .filter(|&i| parent[i as usize] == i)
+        .map(|i| mesh.vertex(i as usize))
+        .collect()
+}
+
+fn positive<const N: usize>(what: &str, values: [f64; N]) -> Result<[f64; N], RobotError> {
+    let is_fine = |x: &f64| *x > 0.0 && *x <= LARGEST;
+    if values.iter().all(is_fine) {
+        return Ok(values);
+    }
+    Err(RobotError::model(format!(
+        "{what} {values:?}, must be above 0 and at most {LARGEST:e}"
+    )))
+}
+
+fn checked(
+    what: &str,
+    vertices: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+) -> Result<Arc<Tree>, RobotError> {
+    let mesh = Mesh::from_f64(vertices, triangles)
+        .map_err(|error| RobotError::model(format!("{what}: {error}")))?;
+    Ok(Arc::new(Tree::new(mesh)))
+}

@@ -1,0 +1,124 @@
+//! The shapes of the robot and of its surroundings, and the pairs of them that are asked.
+
+use std::sync::Arc;
+
+use crate::model::{Model, PlacedShape, sorted};
+
+/// A shape of the robot, or an obstacle.
+///
+/// The shapes of a model have the numbers from 0 on, by links in the order of the description.
+/// Obstacles have the following numbers, which are never used again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ShapeId(pub(crate) u32);
+
+impl ShapeId {
+    /// The number.
+    pub fn number(self) -> u32 {
+        self.0
+    }
+}
+
+/// Two shapes, by index. If one stands still in the world, it is `a`; otherwise `a < b`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair {
+    pub a: u32,
+    pub b: u32,
+    pub a_is_still: bool,
+    /// Where the filter by spheres tells whether the pair is near.
+    pub slot: u32,
+    /// Number of joints above both bodies: they move neither relative to the other.
+    pub common: u32,
+}
+
+/// Shapes that a filter takes at a time.
+pub(crate) const LANES: usize = 8;
+
+/// What all threads share.
+#[derive(Clone, Debug)]
+pub(crate) struct World {
+    pub model: Arc<Model>,
+    /// Those of the robot, then the obstacles.
+    pub shapes: Vec<PlacedShape>,
+    /// Ids of the shapes, ascending.
+    pub ids: Vec<ShapeId>,
+    pub pairs: Vec<Pair>,
+    /// The shapes that move, by index.
+    pub moving: Vec<u32>,
+    /// Changes with every change of a shape.
+    pub version: u64,
+}
+
+impl World {
+    pub fn new(model: Arc<Model>) -> Self {
+        let shapes = model.shapes.clone();
+        let mut world = Self {
+            ids: (0..shapes.len() as u32).map(ShapeId).collect(),
+            model,
+            shapes,
+            pairs: Vec::new(),
+            moving: Vec::new(),
+            version: 1,
+        };
+        world.pair();
+        world
+    }
+
+    /// Index of an obstacle.
+    pub fn obstacle(&self, id: ShapeId) -> Option<usize> {
+        let at = self.ids.binary_search(&id).ok()?;
+        (at >= self.model.shapes.len()).then_some(at)
+    }
+
+    /// Lists the pairs anew.
+    pub fn pair(&mut self) {
+        self.pairs.clear();
+        let moves = |&i: &u32| self.shapes[i as usize].body != 0;
+        self.moving = (0..self.shapes.len() as u32).filter(moves).collect();
+        let stride = self.stride() as u32;
+        for b in 0..self.shapes.len() {
+            for a in 0..b {
+                if !self.asks([a, b]) {
+                    continue;
+                }
+                let [x, y] = [a, b].map(|i| self.shapes[i].body);
+                let [a, b] = if y == 0 { [b, a] } else { [a, b] };
+                let chains = [x, y].map(|body| &self.model.bodies[body as usize].chain);
+                let common = chains[0].iter().zip(chains[1]).take_while(|(x, y)| x == y);
+                self.pairs.push(Pair {
+                    a: a as u32,
+                    b: b as u32,
+                    a_is_still: x == 0 || y == 0,
+                    slot: a as u32 * stride + self.column(b as u32) as u32,
+                    common: common.count() as u32,
+                });
+            }
+        }
+    }
+
+    /// Number of the shapes that move, filled up to whole lanes.
+    pub fn stride(&self) -> usize {
+        self.moving.len().next_multiple_of(LANES)
+    }
+
+    /// Number of a shape among those that move.
+    pub fn column(&self, shape: u32) -> usize {
+        self.moving.partition_point(|&i| i < shape)
+    }
+
+    fn asks(&self, pair: [usize; 2]) -> bool {
+        let [x, y] = pair.map(|i| &self.shapes[i]);
+        let may_touch =
+            |x: &PlacedShape, y: &PlacedShape| y.link.is_some_and(|link| x.touches.contains(&link));
+        let is_allowed = match [x.link, y.link] {
+            [Some(x), Some(y)] => self.model.allowed.contains(&sorted([x, y])),
+            _ => may_touch(x, y) || may_touch(y, x),
+        };
+        x.body != y.body && !is_allowed
+    }
+
+    /// The shapes of a pair, the lower id first.
+    pub fn ids_of(&self, pair: u32) -> [ShapeId; 2] {
+        let Pair { a, b, .. } = self.pairs[pair as usize];
+        sorted([a, b].map(|i| self.ids[i as usize]))
+    }
+}

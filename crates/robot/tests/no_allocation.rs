@@ -1,0 +1,76 @@
+//! Calls that have seen as many intervals and pairs before touch no allocator.
+
+#[path = "../../../tests/common/allocations.rs"]
+mod allocations;
+
+use allocations::allocator_calls;
+use punctual::glam::DMat3;
+use punctual::{Budget, Pose, StopReason, shapes};
+use punctual_robot::{
+    Checker, ClearanceOptions, Description, EdgeOptions, Joint, JointKind, Link, Model, Shape,
+};
+
+fn at(x: f64, z: f64) -> Pose {
+    Pose::new(DMat3::IDENTITY, [x, 0.0, z]).unwrap()
+}
+
+/// An arm of three turning links among rings.
+fn checker() -> Checker {
+    let name = |i: usize| format!("link{i}");
+    let bar = Shape::cuboid([0.1, 0.1, 0.8]).unwrap();
+    let link = |i: usize| Link {
+        name: name(i),
+        shapes: vec![(at(0.0, 0.5), bar.clone())],
+    };
+    let joint = |i: usize| Joint {
+        name: format!("joint{i}"),
+        kind: JointKind::Revolute,
+        parent: name(i),
+        child: name(i + 1),
+        origin: at(0.0, 1.0),
+        axis: [0.3, 1.0, 0.2 * i as f64],
+        limits: None,
+        mimic: None,
+    };
+    let robot = Description {
+        links: (0..4).map(link).collect(),
+        joints: (0..3).map(joint).collect(),
+        allows_neighbours: true,
+        ..Description::default()
+    };
+    let mut checker = Checker::new(Model::new(&robot).unwrap().into());
+    for (i, x) in [-1.4, 0.9, 1.7].into_iter().enumerate() {
+        let ring = Shape::mesh(shapes::torus(0.4, 0.1, 24));
+        checker
+            .add(&format!("ring{i}"), at(x, 2.0 - x), ring)
+            .unwrap();
+    }
+    checker
+}
+
+fn ask(checker: &mut Checker) {
+    for i in 0..60 {
+        let angle = |k: f64| (f64::from(i) * k).sin();
+        let from = [angle(1.1), angle(2.3), angle(3.7)];
+        let to = [angle(4.9), angle(5.3), angle(6.1)];
+        for budget in [Budget::unlimited(), Budget::work(900)] {
+            let _ = checker.collide(&from, budget).unwrap();
+            let _ = checker
+                .clearance(&from, &ClearanceOptions::default(), budget)
+                .unwrap();
+            for options in [EdgeOptions::any(), EdgeOptions::first()] {
+                let mut edge = checker.edge(&from, &to, &options, budget).unwrap();
+                while edge.stop != StopReason::Finished {
+                    edge = checker.resume_edge(Budget::work(5_000)).unwrap();
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn warm_calls_do_not_allocate() {
+    let mut checker = checker();
+    ask(&mut checker);
+    assert_eq!(allocator_calls(|| ask(&mut checker)), 0);
+}

@@ -1,0 +1,749 @@
+//! The promises of the crate, on an arm with every kind of joint and shape.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use punctual::glam::{DMat3, DVec3};
+use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual_robot::{
+    Checker, ClearanceOptions, Collision, Description, Edge, EdgeAnswer, EdgeOptions, Joint,
+    JointKind, Link, Mimic, Model, RobotError, Scope, Shape, ShapeId, UrdfOptions,
+};
+
+const UNLIMITED: Budget = Budget::unlimited();
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests")
+        .join(name)
+}
+
+/// Read once: the tests run at the same time.
+fn arm() -> Arc<Model> {
+    static ARM: OnceLock<Arc<Model>> = OnceLock::new();
+    let read = || {
+        // The package is named `arm`, the folder is not.
+        let packages = std::env::temp_dir().join(format!("punctual-arm-{}", std::process::id()));
+        std::fs::create_dir_all(packages.join("arm")).unwrap();
+        std::fs::copy(file("wedge.obj"), packages.join("arm/wedge.obj")).unwrap();
+        let options = UrdfOptions::default()
+            .srdf(file("arm.srdf"))
+            .packages(&packages);
+        let model = Model::from_urdf(file("arm.urdf"), &options).unwrap();
+        std::fs::remove_dir_all(packages).unwrap();
+        Arc::new(model)
+    };
+    Arc::clone(ARM.get_or_init(read))
+}
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::new(DMat3::IDENTITY, [x, y, z]).unwrap()
+}
+
+/// The arm among a board, a ball, a post and a torus, with a box in its hand.
+fn cell() -> Checker {
+    let mut checker = Checker::new(arm());
+    let shape = Shape::cuboid([0.6, 0.6, 0.05]).unwrap();
+    checker.add("board", at(0.9, 0.0, 0.4), shape).unwrap();
+    checker
+        .add("ball", at(-0.7, 0.3, 0.9), Shape::sphere(0.2).unwrap())
+        .unwrap();
+    checker
+        .add(
+            "post",
+            at(0.0, -0.7, 0.5),
+            Shape::cylinder(0.08, 1.0).unwrap(),
+        )
+        .unwrap();
+    let torus = Shape::mesh(shapes::torus(0.3, 0.08, 24));
+    checker.add("ring", at(0.2, 0.8, 1.0), torus).unwrap();
+    let load = Shape::cuboid([0.02, 0.02, 0.2]).unwrap();
+    checker
+        .attach("load", "palm", at(0.0, 0.0, 0.12), load, &["left"])
+        .unwrap();
+    checker
+}
+
+/// Numbers from 0 to 1.
+fn random(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+fn configurations(count: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut random = random(seed);
+    let mut row = || {
+        let mut within = |low: f64, high: f64| low + (high - low) * random();
+        vec![
+            within(-3.0, 3.0),
+            within(-2.0, 2.0),
+            within(-2.5, 2.5),
+            within(0.0, 0.1),
+        ]
+    };
+    (0..count).map(|_| row()).collect()
+}
+
+#[test]
+fn links_are_where_the_joints_bring_them() {
+    let arm = arm();
+    assert_eq!(arm.name(), "arm");
+    assert_eq!(arm.joint_names(), ["pan", "lift", "elbow", "grip"]);
+    assert_eq!(arm.joint_limits()[..2], [None, Some([-2.0, 2.0])]);
+    let poses = arm.link_poses(&[1.0, 0.5, -0.7, 0.04]).unwrap();
+    let turn = |axis, angle| DMat3::from_axis_angle(axis, angle);
+    let upper = turn(DVec3::Z, 1.0) * turn(DVec3::Y, 0.5);
+    let fore = upper * turn(DVec3::Y, -0.7);
+    let elbow = DVec3::new(0.0, 0.0, 0.3) + upper * DVec3::new(0.0, 0.0, 0.65);
+    let palm = elbow + fore * DVec3::new(0.0, 0.0, 0.55);
+    let across = fore * turn(DVec3::Z, 1.5) * DVec3::Y;
+    for (link, want) in [
+        ("upper", DVec3::new(0.0, 0.0, 0.3)),
+        ("fore", elbow),
+        ("palm", palm),
+        ("left", palm + across * 0.04),
+        ("right", palm - across * (0.5 * 0.04 + 0.06)),
+    ] {
+        let at = arm.link_names().position(|name| name == link).unwrap();
+        let found = poses[at].translation();
+        assert!(found.distance(want) < 1e-14, "{link}: {found} {want}");
+    }
+}
+
+#[test]
+fn links_that_the_robot_does_not_have_are_noted() {
+    let arm = arm();
+    let [notice] = arm.notices() else {
+        panic!("{:?}", arm.notices())
+    };
+    assert!(
+        notice.contains("arm.srdf:4") && notice.contains("tail"),
+        "{notice}"
+    );
+}
+
+#[test]
+fn neighbours_are_not_asked_without_srdf() {
+    let text = std::fs::read_to_string(file("arm.urdf")).unwrap();
+    let folder = std::env::temp_dir().join(format!("punctual-alone-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("arm")).unwrap();
+    for name in ["wedge.obj", "arm/wedge.obj"] {
+        std::fs::copy(file("wedge.obj"), folder.join(name)).unwrap();
+    }
+    std::fs::write(folder.join("arm.urdf"), text).unwrap();
+    let model = Model::from_urdf(folder.join("arm.urdf"), &UrdfOptions::default()).unwrap();
+    let checker = Checker::new(model.into());
+    let pairs: Vec<_> = checker
+        .pairs()
+        .map(|pair| pair.map(|id| checker.name(id).unwrap()))
+        .collect();
+    let has = |a, b| pairs.contains(&[a, b]);
+    // The palm is fixed to the forearm, so both fingers are its neighbours.
+    assert!(
+        has("base", "fore") && has("base", "upper") && has("left", "right"),
+        "{pairs:?}"
+    );
+    assert!(
+        !has("upper", "fore") && !has("fore", "left") && !has("fore", "right"),
+        "{pairs:?}"
+    );
+}
+
+/// The shapes of the cell, as trees with a margin, and each shape's pose.
+fn shapes_of(checker: &Checker, q: &[f64]) -> Vec<(ShapeId, Tree, f64, Pose)> {
+    let arm = checker.model();
+    let poses = arm.link_poses(q).unwrap();
+    let link = |name: &str| poses[arm.link_names().position(|link| link == name).unwrap()];
+    let wedge = punctual_io::load(&file("wedge.obj")).unwrap().mesh;
+    let wedge = |scale: DVec3| {
+        let vertices = (0..wedge.vertex_count()).map(|i| (wedge.vertex(i) * scale).to_array());
+        let mesh = punctual::Mesh::from_f64(vertices, wedge.triangles().iter().copied());
+        Tree::new(mesh.unwrap())
+    };
+    let boxed = |size: [f64; 3]| Tree::new(shapes::cuboid(size.map(|s| (s / 2.0) as f32), 1));
+    let point = || Tree::new(punctual::Mesh::from_f64([[0.0; 3]], [[0; 3]]).unwrap());
+    let of = |name: &str, tree, margin, frame: Pose, pose: Pose| {
+        let id = checker.find(name).unwrap();
+        (id, tree, margin, frame.compose(&pose).unwrap())
+    };
+    let world = Pose::IDENTITY;
+    vec![
+        of(
+            "upper",
+            boxed([0.1, 0.1, 0.5]),
+            0.0,
+            link("upper"),
+            at(0.0, 0.0, 0.3),
+        ),
+        of(
+            "fore",
+            wedge(DVec3::new(0.05, 0.05, 0.25)),
+            0.0,
+            link("fore"),
+            at(0.0, 0.0, 0.25),
+        ),
+        of("left", point(), 0.03, link("left"), world),
+        of(
+            "right",
+            wedge(DVec3::new(0.02, -0.02, 0.02)),
+            0.0,
+            link("right"),
+            world,
+        ),
+        of(
+            "board",
+            boxed([0.6, 0.6, 0.05]),
+            0.0,
+            world,
+            at(0.9, 0.0, 0.4),
+        ),
+        of("ball", point(), 0.2, world, at(-0.7, 0.3, 0.9)),
+        of(
+            "ring",
+            Tree::new(shapes::torus(0.3, 0.08, 24)),
+            0.0,
+            world,
+            at(0.2, 0.8, 1.0),
+        ),
+        of(
+            "load",
+            boxed([0.02, 0.02, 0.2]),
+            0.0,
+            link("palm"),
+            at(0.0, 0.0, 0.12),
+        ),
+    ]
+}
+
+/// Bounds of the distance of the surfaces of each pair that is asked, without base and post, whose
+/// cylinders are polygons here and there.
+fn surfaces(checker: &Checker, q: &[f64]) -> Vec<([ShapeId; 2], f64)> {
+    let shapes = shapes_of(checker, q);
+    let mut workspace = Workspace::new();
+    let mut found = Vec::new();
+    for pair in checker.pairs() {
+        let get = |id| shapes.iter().find(|shape| shape.0 == id);
+        let (Some(a), Some(b)) = (get(pair[0]), get(pair[1])) else {
+            continue;
+        };
+        let b_in_a = a.3.inverse().unwrap().compose(&b.3).unwrap();
+        let query = Query::distance(&a.1, &b.1, b_in_a)
+            .margins([a.2, b.2])
+            .absolute_tolerance(0.0);
+        found.push((pair, query.run(&mut workspace, UNLIMITED).value.high));
+    }
+    found
+}
+
+#[test]
+fn every_pair_is_asked_exactly() {
+    let mut checker = cell();
+    let (mut free, mut met, mut inside, mut pairs) = (0, 0, 0, Vec::new());
+    for q in configurations(400, 1) {
+        let found = checker.collide_all(&q, UNLIMITED, &mut pairs).unwrap();
+        let any = checker.collide(&q, UNLIMITED).unwrap();
+        assert_eq!(any.value == Collision::Free, pairs.is_empty());
+        assert_eq!(found.value == Collision::Free, pairs.is_empty());
+        if let Collision::Contact(pair) = any.value {
+            assert!(pairs.contains(&pair));
+        }
+        for (pair, distance) in surfaces(&checker, &q) {
+            let says = pairs.contains(&pair);
+            // Boxes are rounded to f32 here, so up to 1e-7 both are right.
+            assert!(distance > 0.0 || says, "{pair:?} {q:?}");
+            inside += u32::from(says && distance > 1e-7);
+            free += u32::from(!says);
+            met += u32::from(says && distance == 0.0);
+        }
+    }
+    // Few are wholly inside a solid.
+    assert!(
+        free > 1000 && met > 40 && inside < 5,
+        "{free} {met} {inside}"
+    );
+}
+
+#[test]
+fn solids_hold_what_is_inside_them_and_surfaces_do_not() {
+    let small = || Shape::mesh(shapes::icosphere(1));
+    let cube = |half: f32| Shape::mesh(shapes::cuboid([half; 3], 1));
+    let slide = |shape: Shape| {
+        let link = |name: &str, shapes| Link {
+            name: name.into(),
+            shapes,
+        };
+        let joint = Joint {
+            name: "slide".into(),
+            kind: JointKind::Prismatic,
+            parent: "base".into(),
+            child: "body".into(),
+            origin: Pose::IDENTITY,
+            axis: [1.0, 0.0, 0.0],
+            limits: None,
+            mimic: None,
+        };
+        let links = vec![
+            link("base", vec![]),
+            link("body", vec![(Pose::IDENTITY, shape)]),
+        ];
+        let description = Description {
+            links,
+            joints: vec![joint],
+            ..Description::default()
+        };
+        Checker::new(Model::new(&description).unwrap().into())
+    };
+    let meets = |robot: Shape, obstacle: Shape, x: f64| {
+        let mut checker = slide(robot);
+        checker.add("it", Pose::IDENTITY, obstacle).unwrap();
+        let found = checker.collide(&[x], UNLIMITED).unwrap().value != Collision::Free;
+        let near = checker
+            .clearance(&[x], &ClearanceOptions::default(), UNLIMITED)
+            .unwrap()
+            .value;
+        assert_eq!(found, near.low == 0.0, "{near:?}");
+        found
+    };
+    assert!(!meets(small(), cube(4.0), 0.0));
+    for solid in [
+        Shape::cuboid([8.0; 3]).unwrap(),
+        Shape::sphere(4.0).unwrap(),
+        Shape::cylinder(4.0, 8.0).unwrap(),
+    ] {
+        assert!(meets(small(), solid.clone(), 0.0) && meets(solid.clone(), small(), 0.0));
+        assert!(!meets(small(), solid.clone(), 5.01) && meets(small(), solid, 4.9));
+    }
+    // Two parts, of which only the second is inside.
+    let mut vertices: Vec<[f64; 3]> = Vec::new();
+    let mut triangles = Vec::new();
+    for x in [10.0, 0.0] {
+        let first = vertices.len() as u32;
+        let ball = shapes::icosphere(0);
+        vertices.extend(
+            (0..ball.vertex_count()).map(|i| (ball.vertex(i) * 0.1 + DVec3::X * x).to_array()),
+        );
+        triangles.extend(ball.triangles().iter().map(|t| t.map(|i| i + first)));
+    }
+    let two =
+        || Shape::mesh(punctual::Mesh::from_f64(vertices.clone(), triangles.clone()).unwrap());
+    assert!(meets(two(), Shape::cuboid([2.0; 3]).unwrap(), 0.0));
+    assert!(!meets(two(), Shape::cuboid([2.0; 3]).unwrap(), 3.0));
+}
+
+#[test]
+fn clearance_is_the_least_distance() {
+    let mut checker = cell();
+    let ids = ["base", "post"].map(|name| checker.find(name).unwrap());
+    let options = ClearanceOptions::default().tolerance(1e-9);
+    let mut measured = 0;
+    for q in configurations(150, 2) {
+        let found = checker.clearance(&q, &options, UNLIMITED).unwrap().value;
+        let all = surfaces(&checker, &q);
+        let least = all.iter().map(|pair| pair.1).fold(f64::INFINITY, f64::min);
+        assert!(
+            found.low <= found.high && found.low <= least + 1e-7,
+            "{found:?} {least}"
+        );
+        if found.low == 0.0 {
+            assert!(checker.collide(&q, UNLIMITED).unwrap().value != Collision::Free);
+            continue;
+        }
+        let pair = found.pair.unwrap();
+        let [p, r] = found.points;
+        assert!((r - p).distance(found.normal * p.distance(r)) < 1e-12);
+        if !ids.iter().any(|id| pair.contains(id)) {
+            let of_pair = all.iter().find(|other| other.0 == pair).unwrap().1;
+            assert!(found.high - found.low <= 1.001e-9 && (of_pair - found.high).abs() < 1e-7);
+            assert!((p.distance(r) - found.high).abs() < 1e-9);
+            measured += 1;
+        }
+    }
+    assert!(measured > 30, "{measured}");
+}
+
+#[test]
+fn scopes_divide_the_pairs() {
+    let mut checker = cell();
+    let load = checker.find("load").unwrap();
+    for q in configurations(50, 3) {
+        let mut of = |scope| {
+            let options = ClearanceOptions::default().tolerance(0.0).scope(scope);
+            checker.clearance(&q, &options, UNLIMITED).unwrap().value
+        };
+        let [all, robot, obstacles] = [Scope::All, Scope::Robot, Scope::Obstacles].map(&mut of);
+        assert_eq!(all.low, robot.low.min(obstacles.low));
+        let load_only = of(Scope::Shape(load));
+        assert!(load_only.pair.is_none_or(|pair| pair.contains(&load)) && load_only.low >= all.low);
+    }
+}
+
+#[test]
+fn what_a_stopped_call_says_is_true() {
+    let mut checker = cell();
+    for q in configurations(40, 4) {
+        let whole = checker.collide(&q, UNLIMITED).unwrap();
+        let least = checker
+            .clearance(&q, &ClearanceOptions::default(), UNLIMITED)
+            .unwrap();
+        assert_eq!(
+            checker.collide(&q, Budget::work(0)).unwrap().value,
+            Collision::Undecided
+        );
+        for work in (0..)
+            .map(|i| 1 << i)
+            .take_while(|&w| w < 2 * (whole.work + least.work))
+        {
+            let part = checker.collide(&q, Budget::work(work)).unwrap();
+            match part.value {
+                Collision::Undecided => assert!(part.stop != punctual::StopReason::Finished),
+                value => assert_eq!(value == Collision::Free, whole.value == Collision::Free),
+            }
+            let part = checker.clearance(&q, &ClearanceOptions::default(), Budget::work(work));
+            let part = part.unwrap().value;
+            assert!(
+                part.low <= least.value.high && part.high >= least.value.low,
+                "{part:?}"
+            );
+        }
+    }
+}
+
+fn edges(count: usize) -> Vec<[Vec<f64>; 2]> {
+    let starts = configurations(count, 5);
+    let ends = configurations(count, 6);
+    let near = |(from, to): (Vec<f64>, Vec<f64>)| {
+        let to = from
+            .iter()
+            .zip(to)
+            .map(|(a, b)| a + 0.3 * (b - a))
+            .collect();
+        [from, to]
+    };
+    starts.into_iter().zip(ends).map(near).collect()
+}
+
+#[test]
+fn edges_are_never_contradicted_by_samples() {
+    let mut checker = cell();
+    let mut counts = [0; 3];
+    for [from, to] in edges(120) {
+        let any = checker
+            .edge(&from, &to, &EdgeOptions::any(), UNLIMITED)
+            .unwrap()
+            .value;
+        let first = checker
+            .edge(&from, &to, &EdgeOptions::first(), UNLIMITED)
+            .unwrap()
+            .value;
+        let mut meets = |t: f64| {
+            let q: Vec<f64> = from.iter().zip(&to).map(|(a, b)| a + t * (b - a)).collect();
+            checker.collide(&q, UNLIMITED).unwrap().value != Collision::Free
+        };
+        let dense = (0..=400).map(|i| f64::from(i) / 400.0).find(|&t| meets(t));
+        for edge in [any, first] {
+            counts[edge.answer as usize] += 1;
+            let at = edge.touching_at;
+            assert_eq!(edge.answer == EdgeAnswer::Contact, at.is_some());
+            assert!(at.is_none_or(&mut meets) && edge.free_until <= at.unwrap_or(1.0));
+            assert!(
+                dense.is_none_or(|dense| edge.free_until <= dense),
+                "{edge:?} {dense:?}"
+            );
+            assert_eq!(
+                edge.answer == EdgeAnswer::Free,
+                edge.free_until == 1.0 && at.is_none()
+            );
+        }
+        if let Some(dense) = dense {
+            assert!(first.touching_at.unwrap() <= dense + 1e-6);
+        }
+    }
+    assert!(
+        counts[0] > 30 && counts[1] > 60 && counts[2] < 5,
+        "{counts:?}"
+    );
+}
+
+#[test]
+fn a_cut_edge_ends_with_the_same_answer() {
+    let mut checker = cell();
+    for options in [EdgeOptions::any(), EdgeOptions::first()] {
+        for [from, to] in edges(25) {
+            // The order must be the same, too.
+            let mut other = checker.clone();
+            let whole = other.edge(&from, &to, &options, UNLIMITED).unwrap();
+            for step in [1, 700, 20_000] {
+                let mut part = checker.clone();
+                let mut known = part.edge(&from, &to, &options, Budget::work(step)).unwrap();
+                let mut free_until = 0.0;
+                while known.stop != punctual::StopReason::Finished {
+                    assert!(
+                        known.value.free_until >= free_until || known.value.touching_at.is_some()
+                    );
+                    free_until = known.value.free_until;
+                    known = part.resume_edge(Budget::work(step)).unwrap();
+                }
+                assert_eq!(known.value, whole.value);
+                assert_eq!(
+                    part.resume_edge(UNLIMITED),
+                    Err(RobotError::NothingToResume)
+                );
+            }
+            let _ = checker.collide(&from, UNLIMITED);
+        }
+    }
+}
+
+#[test]
+fn batches_have_the_same_bits_on_any_number_of_threads() {
+    let rows: Vec<f64> = configurations(700, 7).concat();
+    let [from, to] = [0, 1].map(|end| {
+        edges(60)
+            .into_iter()
+            .flat_map(|mut e| std::mem::take(&mut e[end]))
+            .collect::<Vec<f64>>()
+    });
+    for budget in [UNLIMITED, Budget::work(3_000)] {
+        let all = [1, 2, 3].map(|threads| {
+            let mut checker = cell();
+            let labels = checker.collide_batch(&rows, budget, threads).unwrap();
+            let near =
+                checker.clearance_batch(&rows, &ClearanceOptions::default(), budget, threads);
+            let edges = checker.edge_batch(&from, &to, &EdgeOptions::any(), budget, threads);
+            (labels, near.unwrap(), edges.unwrap())
+        });
+        assert!(all[0] == all[1] && all[0] == all[2]);
+        assert_eq!((all[0].0.len(), all[0].2.len()), (700, 60));
+        let mut checker = cell();
+        for (row, label) in rows.chunks(4).zip(&all[0].0) {
+            let alone = checker.collide(row, UNLIMITED).unwrap().value;
+            let is_free = |value| value == Collision::Free;
+            assert!(label.value == Collision::Undecided || is_free(alone) == is_free(label.value));
+        }
+    }
+}
+
+#[test]
+fn obstacles_come_move_and_go() {
+    let mut checker = Checker::new(arm());
+    let q = [0.0, 0.0, 0.0, 0.0];
+    let verdict = |checker: &mut Checker| checker.collide(&q, UNLIMITED).unwrap().value;
+    assert_eq!(verdict(&mut checker), Collision::Free);
+    let pairs = checker.pair_count();
+    let upper = checker.find("upper").unwrap();
+    let ball = checker
+        .add("ball", at(0.3, 0.0, 0.6), Shape::sphere(0.1).unwrap())
+        .unwrap();
+    assert_eq!(verdict(&mut checker), Collision::Free);
+    checker.move_to(ball, at(0.1, 0.0, 0.6)).unwrap();
+    assert_eq!(verdict(&mut checker), Collision::Contact([upper, ball]));
+    checker.remove(ball).unwrap();
+    assert_eq!(
+        (verdict(&mut checker), checker.pair_count()),
+        (Collision::Free, pairs)
+    );
+    assert_eq!(
+        checker.move_to(ball, at(0.0, 0.0, 0.0)),
+        Err(RobotError::NoObstacle)
+    );
+    assert_eq!(
+        (checker.remove(upper), checker.name(ball)),
+        (Err(RobotError::NoObstacle), None)
+    );
+    // In the hand, it turns with the arm, and hits a wall that the arm does not reach.
+    let rod = Shape::cuboid([0.02, 0.02, 1.0]).unwrap();
+    let rod = checker
+        .attach("rod", "palm", at(0.0, 0.0, 0.6), rod, &["left", "right"])
+        .unwrap();
+    let wall = checker
+        .add(
+            "wall",
+            at(2.0, 0.0, 1.0),
+            Shape::cuboid([0.1, 2.0, 2.0]).unwrap(),
+        )
+        .unwrap();
+    assert_eq!(verdict(&mut checker), Collision::Free);
+    let bent = checker.collide(&[0.0, 1.5, 0.0, 0.0], UNLIMITED).unwrap();
+    assert_eq!(bent.value, Collision::Contact([rod, wall]));
+}
+
+#[test]
+fn cylinders_are_within_their_band() {
+    let shape = Shape::cylinder(0.5, 1.0).unwrap();
+    assert!(shape.band() > 0.0 && shape.band() < 3.03e-4 * 0.5);
+    let mesh = shape.surface().mesh();
+    for t in 0..mesh.len() {
+        let corners = mesh.triangle(t);
+        // The chord of a side comes nearest to the axis.
+        let middles = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| (corners[i] + corners[j]) / 2.0);
+        for p in corners.iter().chain(&middles) {
+            let radius = p.truncate().length();
+            let is_end = (p.z.abs() - 0.5).abs() < 1e-15;
+            assert!(radius <= 0.5 + shape.band());
+            assert!(radius >= 0.5 || (is_end && radius < 0.5), "{radius}");
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let folder = std::env::temp_dir().join(format!("punctual-faults-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let urdf = folder.join("robot.urdf");
+    let link = |shape: &str| {
+        format!("<link name=\"hand\"><collision><geometry>{shape}</geometry></collision></link>")
+    };
+    let joint = |kind: &str, inner: &str| {
+        format!(
+            "<link name=\"hand\"/><link name=\"arm\"/><joint name=\"knee\" type=\"{kind}\">\n\
+             <parent link=\"arm\"/><child link=\"hand\"/>{inner}</joint>"
+        )
+    };
+    for (inside, words) in [
+        (
+            link("<mesh filename=\"none.stl\"/>"),
+            ["robot.urdf:1", "link hand", "none.stl"],
+        ),
+        (
+            link("<mesh filename=\"a.dae\"/>"),
+            ["link hand", "a.dae", "COLLADA"],
+        ),
+        (
+            link("<mesh filename=\"package://p/a.stl\"/>"),
+            ["link hand", "package://p/a.stl", "not found"],
+        ),
+        (
+            link("<capsule radius=\"1\"/>"),
+            ["link hand", "capsule", "robot.urdf:1"],
+        ),
+        (
+            link("<box size=\"1 2\"/>"),
+            ["link hand", "size", "3 numbers"],
+        ),
+        (
+            link("<sphere radius=\"-1\"/>"),
+            ["link hand", "radius", "above 0"],
+        ),
+        (link(""), ["link hand", "without geometry", "robot.urdf:1"]),
+        (
+            joint("planar", ""),
+            ["joint knee", "planar", "robot.urdf:1"],
+        ),
+        (
+            joint("revolute", "<axis xyz=\"0 0 0\"/>"),
+            ["joint knee", "axis", "direction"],
+        ),
+        (
+            joint("revolute", "<mimic joint=\"toe\"/>"),
+            ["joint knee", "mimics toe", "robot.urdf"],
+        ),
+        (
+            joint("revolute", "<mimic joint=\"knee\"/>"),
+            ["joint knee", "mimics itself", "robot.urdf"],
+        ),
+        (
+            joint("fixed", "\n<origin xyz=\"0 x 0\"/>"),
+            ["joint knee", "xyz", "robot.urdf:3"],
+        ),
+        (
+            "<link name=\"a\"/><link name=\"b\"/>".into(),
+            ["links a and b", "not connected", "child of no joint"],
+        ),
+        (
+            "<link name=\"a\"/><link name=\"a\"/>".into(),
+            ["two links", "named a", "robot.urdf"],
+        ),
+        ("<link>".into(), ["robot.urdf:1", "link", "expected"]),
+    ] {
+        std::fs::write(&urdf, format!("<robot name=\"r\">{inside}</robot>")).unwrap();
+        let error = Model::from_urdf(&urdf, &UrdfOptions::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            words.iter().all(|word| error.contains(word)),
+            "{error} {words:?}"
+        );
+    }
+    let error = Model::from_urdf(folder.join("no.urdf"), &UrdfOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("no.urdf"), "{error}");
+    let mut checker = Checker::new(arm());
+    let short = RobotError::Length {
+        expected: 4,
+        found: 3,
+    };
+    assert_eq!(checker.collide(&[0.0; 3], UNLIMITED), Err(short));
+    let error = checker.collide_batch(&[0.0, 0.0, 0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0], UNLIMITED, 1);
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.contains("configuration 1") && error.contains("joint lift"),
+        "{error}"
+    );
+    let error = checker.attach(
+        "x",
+        "nose",
+        Pose::IDENTITY,
+        Shape::sphere(1.0).unwrap(),
+        &[],
+    );
+    assert!(error.unwrap_err().to_string().contains("nose"));
+}
+
+#[test]
+fn mimics_of_mimics_and_of_fixed_joints_follow() {
+    let link = |name: &str| Link {
+        name: name.into(),
+        shapes: vec![],
+    };
+    let joint =
+        |name: &str, kind, parent: &str, child: &str, mimic: Option<(&str, f64, f64)>| Joint {
+            name: name.into(),
+            kind,
+            parent: parent.into(),
+            child: child.into(),
+            origin: Pose::IDENTITY,
+            axis: [0.0, 0.0, 1.0],
+            limits: None,
+            mimic: mimic.map(|(joint, multiplier, offset)| Mimic {
+                joint: joint.into(),
+                multiplier,
+                offset,
+            }),
+        };
+    let slides = JointKind::Prismatic;
+    let model = Model::new(&Description {
+        links: ["w", "a", "b", "c", "d", "e"].map(link).into(),
+        joints: vec![
+            joint("to_b", slides, "w", "b", Some(("to_a", 2.0, 0.5))),
+            joint("to_a", slides, "w", "a", None),
+            joint("to_c", slides, "w", "c", Some(("to_b", -1.0, 0.25))),
+            joint("to_d", JointKind::Fixed, "w", "d", None),
+            joint("to_e", slides, "w", "e", Some(("to_d", 7.0, 0.125))),
+        ],
+        ..Description::default()
+    });
+    let model = model.unwrap();
+    assert_eq!(model.joint_names(), ["to_a"]);
+    let z: Vec<f64> = model
+        .link_poses(&[3.0])
+        .unwrap()
+        .iter()
+        .map(|pose| pose.translation().z)
+        .collect();
+    assert_eq!(z, [0.0, 3.0, 6.5, -6.25, 0.0, 0.125]);
+}
+
+#[test]
+fn models_and_checkers_go_to_threads() {
+    fn goes<T: Send + Sync>() {}
+    goes::<Model>();
+    goes::<Checker>();
+    goes::<Edge>();
+    let [a, b] = [1, 2].map(|_| Shape::cuboid([1.0; 3]).unwrap());
+    let query = Query::intersection(a.surface(), b.surface(), Pose::IDENTITY);
+    assert!(query.run(&mut Workspace::new(), UNLIMITED).value != Verdict::Separated);
+}

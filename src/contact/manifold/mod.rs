@@ -1,0 +1,367 @@
+//! Contact manifolds: what a solver needs of a pair of bodies, at most four points for each piece
+//! of contact, with signed distances and ids that last from frame to frame.
+//!
+//! [`skin`] reduces pairs of triangles that are apart while a query lists them. The overlaps of
+//! sunk surfaces are computed by the query. [`identity`] carries ids over to the next frame.
+
+mod identity;
+mod skin;
+
+use arrayvec::ArrayVec;
+use glam::{DVec2, DVec3};
+pub(crate) use identity::ManifoldMemory;
+use punctual_geom::{larger, smaller};
+pub(crate) use skin::{Shape, Skin};
+
+/// Maximum number of points of a manifold.
+const POINTS: usize = 4;
+
+/// A piece of contact: points that share a direction of contact. Lengths are in the unit of the
+/// meshes, vectors in A's frame.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Manifold {
+    /// Constant from frame to frame while the manifold keeps a point
+    /// ([`Query::with_memory`](crate::Query::with_memory)). Without a memory, its index.
+    pub id: u64,
+    /// Unit vector from B to A: moving A along it separates this piece.
+    ///
+    /// While apart, the normal of the nearest point. Of an overlap, minus the area vector of the
+    /// region of A's surface that is inside B, normalized. That is the direction in which the
+    /// volume of the overlap shrinks the fastest. Zero if the piece has no normal: if the vectors
+    /// of its contact curves cancel out, as for a pin through a plate, or a curve is open.
+    pub normal: DVec3,
+    /// The least signed distance of its points; minus the depth if it is negative.
+    pub distance: f64,
+    /// Area projected along the normal: of an overlap, of the region inside the other surface;
+    /// while apart, of the polygon that holds all points of contact, or most of it.
+    pub area: f64,
+    /// Middle of that area; the middle of the points if there is none.
+    pub centroid: DVec3,
+    /// True if the surfaces intersect in this piece.
+    pub is_overlap: bool,
+    /// True if all of it was looked at. False if the region of an overlap has more than
+    /// [`REGION_LIMIT`](crate::REGION_LIMIT) triangles: then the depth is a lower bound.
+    pub is_whole: bool,
+    points: ArrayVec<ManifoldPoint, POINTS>,
+}
+
+/// A point of a [`Manifold`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct ManifoldPoint {
+    /// Constant from frame to frame while the point stays near its place on A or on B.
+    pub id: u64,
+    /// The point on A and the point on B, in A's frame. Their difference is `distance` times the
+    /// normal, up to rounding.
+    pub points: [DVec3; 2],
+    /// Unit vector from B to A at this point. In an overlap, the normal of the manifold.
+    pub normal: DVec3,
+    /// Signed distance along the normal: negative if the surfaces are sunk into each other.
+    pub distance: f64,
+}
+
+impl Manifold {
+    /// Its points: at least one, at most four. The first has the least distance, up to rounding.
+    #[must_use]
+    pub fn points(&self) -> &[ManifoldPoint] {
+        &self.points
+    }
+
+    /// The manifold of the candidates that stand for them.
+    pub(crate) fn of(normal: DVec3, candidates: &[ManifoldPoint]) -> Self {
+        let points = choose(normal, candidates);
+        let distances = points.iter().map(|point| point.distance);
+        let distance = distances.reduce(f64::min).unwrap_or(0.0);
+        let count = points.len().max(1) as f64;
+        let centroid = points
+            .iter()
+            .map(|point| point.middle() / count)
+            .sum::<DVec3>();
+        Self {
+            id: 0,
+            normal,
+            distance,
+            area: 0.0,
+            centroid,
+            is_overlap: false,
+            is_whole: true,
+            points,
+        }
+    }
+}
+
+impl ManifoldPoint {
+    pub(crate) fn new(points: [DVec3; 2], normal: DVec3, distance: f64) -> Self {
+        Self {
+            id: 0,
+            points,
+            normal,
+            distance,
+        }
+    }
+
+    pub(crate) fn middle(&self) -> DVec3 {
+        0.5 * self.points[0] + 0.5 * self.points[1]
+    }
+}
+
+/// Numbers manifolds and points in their order.
+pub(crate) fn number(manifolds: &mut [Manifold]) {
+    let mut points = 0;
+    for (id, manifold) in (0..).zip(manifolds) {
+        manifold.id = id;
+        for point in &mut manifold.points {
+            point.id = points;
+            points += 1;
+        }
+    }
+}
+
+/// Two unit vectors across a normal, turned so that the eight directions between them are not those
+/// of the edges of a box, which tie.
+pub(crate) fn frame(normal: DVec3) -> [DVec3; 2] {
+    const TURN: [f64; 2] = [0.932_327_345_606_034_2, 0.361_615_431_964_962_4];
+    let (x, y) = normal.any_orthonormal_pair();
+    [x * TURN[0] + y * TURN[1], y * TURN[0] - x * TURN[1]]
+}
+
+/// Four axes in the plane of a frame; with their opposites they are eight directions.
+pub(crate) fn axes([x, y]: [DVec3; 2]) -> [DVec3; 4] {
+    let half = core::f64::consts::FRAC_1_SQRT_2;
+    [x, (x + y) * half, y, (y - x) * half]
+}
+
+/// The farthest of points along eight directions, and one value for each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Octagon<T> {
+    axes: [DVec3; 4],
+    /// Along the four axes, then along their opposites; minus infinity without points.
+    reach: [f64; 8],
+    values: [T; 8],
+}
+
+impl Octagon<DVec3> {
+    pub const NONE: Self = Self {
+        axes: [DVec3::ZERO; 4],
+        reach: [f64::NEG_INFINITY; 8],
+        values: [DVec3::ZERO; 8],
+    };
+}
+
+impl<T: Copy> Octagon<T> {
+    /// No points. `value` stands for those that are missing.
+    pub fn new(normal: DVec3, value: T) -> Self {
+        Self {
+            axes: axes(frame(normal)),
+            reach: [f64::NEG_INFINITY; 8],
+            values: [value; 8],
+        }
+    }
+
+    /// Takes a point with its value.
+    #[inline]
+    pub fn insert(&mut self, place: DVec3, value: T) {
+        self.insert_with(place, 0.0, value);
+    }
+
+    /// Takes a point that counts as farther by `bonus`.
+    #[inline]
+    pub fn insert_with(&mut self, place: DVec3, bonus: f64, value: T) {
+        for k in 0..4 {
+            let along = place.dot(self.axes[k]);
+            for (k, along) in [(k, along + bonus), (k + 4, bonus - along)] {
+                if along > self.reach[k] {
+                    (self.reach[k], self.values[k]) = (along, value);
+                }
+            }
+        }
+    }
+
+    /// True if a point no farther than `radius` from this one, with this bonus, may be beyond the
+    /// others.
+    #[inline(always)]
+    pub fn may_gain(&self, place: DVec3, radius: f64, bonus: f64) -> bool {
+        let more = radius + bonus;
+        (0..4).any(|k| {
+            let along = place.dot(self.axes[k]);
+            along + more > self.reach[k] || more - along > self.reach[k + 4]
+        })
+    }
+
+    /// True if a point in both triangles, seen along the normal, with this bonus, may be beyond the
+    /// others.
+    #[inline(always)]
+    pub fn may_gain_in(&self, [a, b]: [&[DVec3; 3]; 2], bonus: f64) -> bool {
+        (0..4).any(|k| {
+            let axis = self.axes[k];
+            let range = |[p, q, r]: &[DVec3; 3]| {
+                let (x, y, z) = (p.dot(axis), q.dot(axis), r.dot(axis));
+                [smaller(smaller(x, y), z), larger(larger(x, y), z)]
+            };
+            let ([a_low, a_high], [b_low, b_high]) = (range(a), range(b));
+            smaller(a_high, b_high) + bonus > self.reach[k]
+                || bonus - larger(a_low, b_low) > self.reach[k + 4]
+        })
+    }
+
+    /// The values found, each once for each direction.
+    pub fn values(&self) -> impl Iterator<Item = &T> {
+        let known = self.reach.iter().zip(&self.values);
+        known
+            .filter(|(reach, _)| **reach > f64::NEG_INFINITY)
+            .map(|(_, value)| value)
+    }
+}
+
+/// A gain below this counts as rounding, relative to the extent or its square.
+const ROUNDING: f64 = 1e-9;
+
+/// At most four of these points: the one with the least distance, the one farthest from it, and
+/// those that add most to the area of the polygon, seen along the normal. Of equal ones, and of
+/// those whose distances differ by rounding, the first.
+pub(crate) fn choose(
+    normal: DVec3,
+    candidates: &[ManifoldPoint],
+) -> ArrayVec<ManifoldPoint, POINTS> {
+    let [x, y] = frame(normal);
+    let Some(first) = candidates.first() else {
+        return ArrayVec::new();
+    };
+    let plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
+    let extent = candidates
+        .iter()
+        .map(|point| plane(point.middle() - first.middle()).length())
+        .fold(0.0, f64::max);
+    let least = candidates
+        .iter()
+        .map(|point| point.distance)
+        .fold(f64::INFINITY, f64::min);
+    let is_deepest = |point: &&ManifoldPoint| point.distance <= least + ROUNDING * extent;
+    let deepest = candidates.iter().find(is_deepest).unwrap_or(first);
+    let mut chosen: ArrayVec<ManifoldPoint, POINTS> = [*deepest].into_iter().collect();
+    let from = deepest.middle();
+    let place = |point: &ManifoldPoint| plane(point.middle() - from);
+    let mut ring: ArrayVec<DVec2, POINTS> = [DVec2::ZERO].into_iter().collect();
+    while chosen.len() < POINTS {
+        let gain = |point: &ManifoldPoint| {
+            let p = place(point);
+            match ring.len() {
+                1 => p.length() * extent,
+                _ => (0..ring.len())
+                    .map(|i| {
+                        let [from, to] = [ring[i], ring[(i + 1) % ring.len()]];
+                        let gain = (p - from).perp_dot(to - from);
+                        if ring.len() == 2 { gain.abs() } else { gain }
+                    })
+                    .fold(0.0, f64::max),
+            }
+        };
+        let best = candidates
+            .iter()
+            .map(|c| (gain(c), c))
+            .fold(
+                (0.0, deepest),
+                |best, other| if other.0 > best.0 { other } else { best },
+            );
+        if best.0 <= ROUNDING * extent * extent {
+            break;
+        }
+        chosen.push(*best.1);
+        insert(&mut ring, place(best.1));
+    }
+    chosen
+}
+
+/// Inserts a corner into a polygon, between the two corners whose edge it is farthest outside of.
+/// Triangles become counterclockwise.
+fn insert(ring: &mut ArrayVec<DVec2, POINTS>, p: DVec2) {
+    if ring.len() < 2 {
+        return ring.push(p);
+    }
+    if ring.len() == 2 {
+        if (ring[1] - ring[0]).perp_dot(p - ring[0]) < 0.0 {
+            ring.swap(0, 1);
+        }
+        return ring.push(p);
+    }
+    let gain = |i: usize| {
+        let [from, to] = [ring[i], ring[(i + 1) % ring.len()]];
+        (p - from).perp_dot(to - from)
+    };
+    let edge = (0..ring.len()).fold(0, |best, i| if gain(i) > gain(best) { i } else { best });
+    ring.insert(edge + 1, p);
+}
+
+/// The area of the polygon that these points span, seen along the normal, and its middle.
+pub(crate) fn area(normal: DVec3, points: &[ManifoldPoint]) -> Option<(f64, DVec3)> {
+    let [x, y] = frame(normal);
+    let middle = points.iter().map(ManifoldPoint::middle).sum::<DVec3>() / points.len() as f64;
+    let mut places: ArrayVec<(DVec2, DVec3), 16> = points
+        .iter()
+        .take(16)
+        .map(|point| {
+            let v = point.middle() - middle;
+            (DVec2::new(v.dot(x), v.dot(y)), v)
+        })
+        .collect();
+    // Around their middle, the extremes along eight directions are in the order of their angles.
+    places
+        .sort_unstable_by(|(p, _), (q, _)| libm::atan2(p.y, p.x).total_cmp(&libm::atan2(q.y, q.x)));
+    let (mut area, mut moment) = (0.0, DVec3::ZERO);
+    for i in 0..places.len() {
+        let ((p, u), (q, v)) = (places[i], places[(i + 1) % places.len()]);
+        let part = 0.5 * larger(p.perp_dot(q), 0.0);
+        area += part;
+        moment += part / 3.0 * (u + v);
+    }
+    (area > 0.0).then(|| (area, middle + moment / area))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64, y: f64, distance: f64) -> ManifoldPoint {
+        let place = DVec3::new(x, y, 0.0);
+        ManifoldPoint::new([place; 2], DVec3::Z, distance)
+    }
+
+    #[test]
+    fn the_deepest_and_those_that_span_most() {
+        let grid: Vec<_> = (0..49)
+            .map(|i| (f64::from(i % 7), f64::from(i / 7)))
+            .map(|(x, y)| at(x, y, if (x, y) == (0.0, 0.0) { -0.2 } else { -0.1 }))
+            .collect();
+        let chosen = choose(DVec3::Z, &grid);
+        assert_eq!(chosen.len(), 4);
+        assert_eq!(chosen[0].distance, -0.2);
+        for corner in [[0.0, 0.0], [6.0, 0.0], [0.0, 6.0], [6.0, 6.0]] {
+            let is_it = |p: &ManifoldPoint| p.points[0].truncate().to_array() == corner;
+            assert!(chosen.iter().any(is_it), "{corner:?} in {chosen:?}");
+        }
+        let line: Vec<_> = (0..9)
+            .map(|i| at(f64::from(i), 2.0 * f64::from(i), 0.1))
+            .collect();
+        assert_eq!(choose(DVec3::Z, &line).len(), 2);
+        assert_eq!(choose(DVec3::Z, &[at(1.0, 1.0, 0.0); 3]).len(), 1);
+        assert_eq!(choose(DVec3::Z, &[]).len(), 0);
+    }
+
+    #[test]
+    fn the_area_of_a_square_and_its_middle() {
+        let square = [
+            at(0.0, 0.0, 0.0),
+            at(2.0, 2.0, 0.0),
+            at(2.0, 0.0, 0.0),
+            at(0.0, 2.0, 0.0),
+        ];
+        let (area, middle) = area(DVec3::Z, &square).unwrap();
+        assert!(
+            (area - 4.0).abs() < 1e-12 && (middle - DVec3::new(1.0, 1.0, 0.0)).length() < 1e-12
+        );
+        assert_eq!(super::area(DVec3::Z, &[at(1.0, 1.0, 0.0)]), None);
+    }
+}

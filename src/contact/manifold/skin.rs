@@ -1,0 +1,423 @@
+//! Reduces pairs of triangles that are apart, as a query lists them: one pass, no list.
+//!
+//! Points with normals within 45 degrees share a cone. Of a cone only the nearest point is kept,
+//! and the farthest along eight directions across its axis. Where the normal of a pair is that of
+//! one of its faces, the other triangle is cut to the prism over that face ([`clip`]), so the
+//! corners of the common area are points too, although the query finds one point of each pair.
+//!
+//! The closest points of two triangles need not be closest points of the surfaces near them: two
+//! triangles of a flat floor are both close to a corner above, one of them aslant. Such pairs are
+//! dropped: those whose distance falls on the way into a neighbor ([`is_least`]). The pair with
+//! that neighbor is closer, so it is listed too, and the way ends at a pair that stays. Where
+//! surfaces are oriented, pairs on the inner side of one are dropped too.
+
+use super::{Manifold, ManifoldPoint, Octagon, area};
+use crate::tree::Tree;
+use alloc::vec::Vec;
+use arrayvec::ArrayVec;
+use glam::DVec3;
+use punctual_geom::triangle::distance::Closest;
+use punctual_geom::{Pose, larger, smaller};
+
+/// Cosine of the widest angle between the axis of a cone and its normals.
+const CONE: f64 = core::f64::consts::FRAC_1_SQRT_2;
+
+/// Maximum number of cones. Points with other normals go to the nearest one. More cones than this
+/// around a sphere are no farther apart than 45 degrees.
+const CONES: usize = 24;
+
+/// Squared cosine of the largest angle, about .8 degrees, between a normal and a face that it
+/// counts as normal of.
+const FACE: f64 = 0.9998;
+
+/// Squared cosine of the largest angle, 6 degrees, between a normal and two faces that face each
+/// other.
+const FACING: f64 = 0.989;
+
+/// Cosine of the largest angle, 7 degrees, between a normal and the one that it is replaced by:
+/// that of an overlap, or of the nearest point.
+const SAME: f64 = 0.992_5;
+
+/// Of points one above the other the nearer counts as farther out, by this part of the difference.
+const LEAN: f64 = 0.1;
+
+/// Triangles are no nearer than the nearest point of a manifold if their lower bound, which `f32`
+/// has rounded, is this part of its distance.
+const NEAR: f64 = 0.999;
+
+/// Triangles closer than this fraction of their edges have no resolved direction.
+const TOUCH: f64 = 1e-10;
+
+/// Sine of the angle up to which a neighbor counts as lying in the same plane.
+const FLAT: f64 = 1e-4;
+
+/// Barycentric coordinate up to which a point counts as lying on the edge.
+const ON_EDGE: f64 = 1e-8;
+
+/// Maximum number of triangles around a corner that are looked at.
+const FAN: usize = 32;
+
+/// Two trees at a pose, and which of their surfaces have an inner side.
+#[derive(Clone, Copy)]
+pub(crate) struct Shape<'t> {
+    pub trees: [&'t Tree; 2],
+    pub b_in_a: &'t Pose,
+    pub has_inside: [bool; 2],
+}
+
+/// Points of contacts within the skin, reduced.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Skin {
+    pub width: f64,
+    cones: Vec<Cone>,
+}
+
+/// The points whose normals are within 45 degrees of an axis.
+#[derive(Clone, Debug)]
+struct Cone {
+    axis: DVec3,
+    nearest: ManifoldPoint,
+    farthest: Octagon<ManifoldPoint>,
+}
+
+impl Skin {
+    pub fn begin(&mut self, width: f64) {
+        self.width = width;
+        self.cones.clear();
+        self.cones.reserve(CONES);
+    }
+
+    pub fn clear(&mut self) {
+        self.cones.clear();
+    }
+
+    /// Takes two triangles (tree order) with these corners that are apart. Returns false if they
+    /// are so close that they count as touching.
+    pub fn take(
+        &mut self,
+        shape: Shape,
+        pair: [u32; 2],
+        corners: [&[DVec3; 3]; 2],
+        found: &Closest,
+    ) -> bool {
+        let [a, b] = corners;
+        let edges = (a[1] - a[0]).length_squared() + (b[1] - b[0]).length_squared();
+        if found.high * found.high < TOUCH * TOUCH * edges {
+            return false;
+        }
+        let between = || (found.points[0] - found.points[1]).normalize_or_zero();
+        let normal = if found.direction == DVec3::ZERO {
+            between()
+        } else {
+            found.direction
+        };
+        let point = ManifoldPoint::new(found.points, normal, found.high);
+        let cone = self.cone(normal);
+        if cone.is_some_and(|cone| !self.cones[cone].may_gain(&point, corners))
+            || normal == DVec3::ZERO
+        {
+            return true;
+        }
+        let faces = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
+        // Cosines of the angle between the normal and the outer side of each face.
+        let along = [-faces[0].dot(normal), faces[1].dot(normal)];
+        let squares = faces.map(DVec3::length_squared);
+        let is_inner = |side: usize| {
+            along[side] < 0.0 && along[side] * along[side] > FLAT * FLAT * squares[side]
+        };
+        if (0..2).any(|side| shape.has_inside[side] && is_inner(side)) {
+            return true;
+        }
+        let share = |side: usize| along[side] * along[side] / squares[side];
+        let face = usize::from(share(1) >= share(0));
+        let is_least = |side: usize| {
+            let way = if side == 0 { -normal } else { normal };
+            is_least(
+                shape,
+                side,
+                pair[side],
+                corners[side],
+                point.points[side],
+                way,
+            )
+        };
+        if share(face) > FACE && (share(1 - face) > FACING || is_least(1 - face)) {
+            // From B to A.
+            let of_face = faces[face].normalize() * along[face].signum();
+            let normal = if face == 0 { -of_face } else { of_face };
+            self.insert(ManifoldPoint { normal, ..point });
+            self.insert_area(corners, face, normal, point.distance);
+        } else if self.gains(&point) && is_least(0) && is_least(1) {
+            self.insert(point);
+        }
+        true
+    }
+
+    /// True if two triangles that are at least `low` apart need no closer look: they face each
+    /// other across a known manifold, within its points, and are no nearer than its nearest, up to
+    /// a thousandth.
+    #[inline]
+    pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64) -> bool {
+        let [a, b] = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
+        let (square, facing) = (b.length_squared(), -a.dot(b));
+        if facing <= 0.0 || facing * facing < FACING * square * a.length_squared() {
+            return false;
+        }
+        self.cones.iter().any(|cone| {
+            let along = cone.nearest.normal.dot(b);
+            along > 0.0
+                && along * along > FACING * square
+                && low >= NEAR * cone.nearest.distance
+                && !cone.farthest.may_gain_in(corners, -LEAN * low)
+        })
+    }
+
+    /// Takes two triangles that meet: what is apart of them, if they face each other.
+    pub fn take_meeting(&mut self, corners: [&[DVec3; 3]; 2]) {
+        let faces = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
+        let [a, b] = faces.map(DVec3::normalize_or_zero);
+        if self.width > 0.0 && a.dot(b) < 0.0 && a.dot(b) * a.dot(b) > FACING {
+            let face = usize::from(faces[1].length_squared() >= faces[0].length_squared());
+            self.insert_area(corners, face, if face == 0 { -a } else { b }, 0.0);
+        }
+    }
+
+    /// Inserts the corners of the area that both triangles have in common, seen along the normal of
+    /// one of them. They are at least `least` apart.
+    fn insert_area(&mut self, corners: [&[DVec3; 3]; 2], face: usize, normal: DVec3, least: f64) {
+        if self.cone(normal).is_some_and(|cone| {
+            !self.cones[cone]
+                .farthest
+                .may_gain_in(corners, -LEAN * least)
+        }) {
+            return;
+        }
+        let away = if face == 0 { -normal } else { normal };
+        for (point, height) in clip(corners[1 - face], corners[face], away, self.width) {
+            let foot = point - away * height;
+            let points = if face == 0 {
+                [foot, point]
+            } else {
+                [point, foot]
+            };
+            self.insert(ManifoldPoint::new(points, normal, height));
+        }
+    }
+
+    /// The index of the cone for a normal, if there is one.
+    #[inline(always)]
+    fn cone(&self, normal: DVec3) -> Option<usize> {
+        match self.cones.first() {
+            Some(first) if first.axis.dot(normal) >= CONE => Some(0),
+            _ => self.other_cone(normal),
+        }
+    }
+
+    #[inline(never)]
+    fn other_cone(&self, normal: DVec3) -> Option<usize> {
+        let found = self
+            .cones
+            .iter()
+            .position(|cone| cone.axis.dot(normal) >= CONE);
+        if found.is_some() || self.cones.len() < CONES {
+            return found;
+        }
+        let nearest = |i: &usize, j: &usize| {
+            let [x, y] = [i, j].map(|&at| self.cones[at].axis.dot(normal));
+            x.total_cmp(&y)
+        };
+        (0..CONES).max_by(nearest)
+    }
+
+    /// True if the point would be kept.
+    fn gains(&self, point: &ManifoldPoint) -> bool {
+        self.cone(point.normal).is_none_or(|cone| {
+            let cone = &self.cones[cone];
+            point.distance < cone.nearest.distance
+                || cone
+                    .farthest
+                    .may_gain(point.points[0], 0.0, -LEAN * point.distance)
+        })
+    }
+
+    fn insert(&mut self, point: ManifoldPoint) {
+        let at = self.cone(point.normal).unwrap_or_else(|| {
+            self.cones.push(Cone {
+                axis: point.normal,
+                nearest: point,
+                farthest: Octagon::new(point.normal, point),
+            });
+            self.cones.len() - 1
+        });
+        let cone = &mut self.cones[at];
+        if point.distance < cone.nearest.distance {
+            cone.nearest = point;
+        }
+        let bonus = -LEAN * point.distance;
+        cone.farthest.insert_with(point.points[0], bonus, point);
+    }
+
+    /// Adds the manifolds of all points so far to those of overlaps. Normals nearly equal to that
+    /// of an overlap, or else to that of the nearest point, become it: two faces that face each
+    /// other are not quite parallel, and which of both normals a point has is chance.
+    pub fn tell(&self, all: &mut Vec<Manifold>) {
+        let overlaps = all.len();
+        for cone in &self.cones {
+            let turned = |mut point: ManifoldPoint| {
+                let normals = all[..overlaps].iter().map(|overlap| overlap.normal);
+                let is_same = |normal: &DVec3| normal.dot(point.normal) > SAME;
+                if let Some(normal) = normals.chain([cone.nearest.normal]).find(is_same) {
+                    let [on_a, on_b] = point.points;
+                    point.normal = normal;
+                    point.distance = (on_a - on_b).dot(normal).max(0.0);
+                    point.points[1] = on_a - point.distance * normal;
+                }
+                point
+            };
+            let mut points: ArrayVec<ManifoldPoint, 9> =
+                cone.farthest.values().copied().map(turned).collect();
+            let nearest = turned(cone.nearest);
+            let span = area(nearest.normal, &points);
+            points.push(nearest);
+            let mut manifold = Manifold::of(nearest.normal, &points);
+            if let Some((area, centroid)) = span {
+                (manifold.area, manifold.centroid) = (area, centroid);
+            }
+            all.push(manifold);
+        }
+    }
+}
+
+impl Cone {
+    /// True if the common area of two triangles with this point may hold a point to keep.
+    #[inline(always)]
+    fn may_gain(&self, point: &ManifoldPoint, corners: [&[DVec3; 3]; 2]) -> bool {
+        // The area is in both triangles, seen along the normal, so no wider than the smaller one.
+        let radius = |side: usize| {
+            let [p, q, r] = corners[side];
+            let (u, v, w) = (
+                *p - point.points[side],
+                *q - point.points[side],
+                *r - point.points[side],
+            );
+            larger(
+                larger(u.length_squared(), v.length_squared()),
+                w.length_squared(),
+            )
+        };
+        let radius = libm::sqrt(smaller(radius(0), radius(1)));
+        let bonus = -LEAN * point.distance;
+        point.distance < self.nearest.distance
+            || self.farthest.may_gain(point.points[0], radius, bonus)
+                && self.farthest.may_gain_in(corners, bonus)
+    }
+}
+
+/// The corners of the part of a triangle over a face: in the prism along `away`, which is a unit
+/// normal of the face, and at most `most` above it. Each with its height.
+fn clip(
+    triangle: &[DVec3; 3],
+    face: &[DVec3; 3],
+    away: DVec3,
+    most: f64,
+) -> ArrayVec<(DVec3, f64), 8> {
+    let mut polygon: ArrayVec<DVec3, 8> = triangle.iter().copied().collect();
+    let turn = (face[1] - face[0]).cross(face[2] - face[0]);
+    for i in 0..3 {
+        let out = (face[(i + 1) % 3] - face[i]).cross(turn);
+        cut(&mut polygon, |p| out.dot(p - face[i]));
+    }
+    cut(&mut polygon, |p| -away.dot(p - face[0]));
+    cut(&mut polygon, |p| away.dot(p - face[0]) - most);
+    let height = |p: DVec3| away.dot(p - face[0]).clamp(0.0, most);
+    polygon.iter().map(|&p| (p, height(p))).collect()
+}
+
+/// Keeps the part of a convex polygon where `side` is not positive.
+fn cut(polygon: &mut ArrayVec<DVec3, 8>, side: impl Fn(DVec3) -> f64) {
+    let given = core::mem::take(polygon);
+    for i in 0..given.len() {
+        let (p, q) = (given[i], given[(i + 1) % given.len()]);
+        let (x, y) = (side(p), side(q));
+        // A convex polygon has room; rounding may make it less than convex.
+        if x <= 0.0 {
+            let _ = polygon.try_push(p);
+        }
+        if x < 0.0 && y > 0.0 || x > 0.0 && y < 0.0 {
+            let _ = polygon.try_push(p + (q - p) * (x / (x - y)));
+        }
+    }
+}
+
+/// True if the surface around a point of a triangle (tree order) goes nowhere along `way`, except
+/// into the triangle itself.
+fn is_least(
+    Shape { trees, b_in_a, .. }: Shape,
+    side: usize,
+    triangle: u32,
+    corners: &[DVec3; 3],
+    point: DVec3,
+    way: DVec3,
+) -> bool {
+    let tree = trees[side];
+    let goes_on = |vertex: u32| {
+        let place = tree.mesh().vertices().get(vertex as usize);
+        let place = if side == 0 {
+            place
+        } else {
+            b_in_a.transform_point(place)
+        };
+        let step = place - point;
+        let along = step.dot(way);
+        along > 0.0 && along * along > FLAT * FLAT * step.length_squared()
+    };
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    let square = normal.length_squared();
+    // The edge from corner i is opposite to corner i + 2.
+    let is_on = [0, 1, 2].map(|i| {
+        let edge = corners[(i + 1) % 3] - corners[i];
+        normal.dot(edge.cross(point - corners[i])).abs() <= ON_EDGE * square
+    });
+    let vertices = tree.vertices_of(triangle);
+    if let Some(corner) = (0..3).find(|&i| is_on[i] && is_on[(i + 2) % 3]) {
+        return !around(tree, triangle, vertices[corner], goes_on);
+    }
+    (0..3).filter(|&i| is_on[i]).all(|i| {
+        tree.across(triangle, i)
+            .is_none_or(|next| !goes_on(tree.vertex_across(triangle, vertices[(i + 2) % 3], next)))
+    })
+}
+
+/// True if `is_it` is true of a vertex of a triangle around a vertex, except the first triangle.
+fn around(tree: &Tree, first: u32, vertex: u32, is_it: impl Fn(u32) -> bool) -> bool {
+    let start = tree.vertices_of(first);
+    let Some(corner) = start.iter().position(|&v| v == vertex) else {
+        return false;
+    };
+    for edge in [corner, (corner + 2) % 3] {
+        let (mut at, mut edge) = (first, edge);
+        for _ in 0..FAN {
+            let Some(next) = tree.across(at, edge) else {
+                break;
+            };
+            if next == first {
+                return false;
+            }
+            let vertices = tree.vertices_of(next);
+            if vertices.iter().any(|&v| v != vertex && is_it(v)) {
+                return true;
+            }
+            let Some(corner) = vertices.iter().position(|&v| v == vertex) else {
+                break;
+            };
+            let ways = [corner, (corner + 2) % 3];
+            edge = if tree.across(next, ways[0]) == Some(at) {
+                ways[1]
+            } else {
+                ways[0]
+            };
+            at = next;
+        }
+    }
+    false
+}

@@ -1,0 +1,195 @@
+//! Contact manifolds of two meshes: the contacts within a skin, reduced while they are found, and
+//! the overlaps of surfaces that meet.
+//!
+//! The search is that of the contacts ([`contacts`](super::contacts)); what it finds goes to a
+//! [`Reduction`] instead of a list. Pairs that intersect are kept for the overlaps
+//! ([`overlaps`](super::overlap)), which follow in the same run.
+
+use super::budget::Budget;
+use super::deadline::Deadline;
+use super::memory::PairMemory;
+use super::options::{ContactOptions, OptionError};
+use super::outcome::StopReason;
+use super::overlaps::run;
+use super::question::{Ask, Query, Question, Remembers};
+use super::workspace::{Asked, Key, Workspace};
+use crate::contact::manifold::{Manifold, Shape};
+use crate::tree::Tree;
+use core::mem;
+use punctual_geom::Pose;
+
+/// Asks for the contact manifolds of two surfaces ([`Query::manifolds`]): what a solver needs to
+/// keep two bodies apart.
+///
+/// Where the surfaces are apart but within the skin, points of contact have a positive distance.
+/// Where they are sunk into each other, an overlap has negative ones: minus the depth along its
+/// normal. Both kinds are in one list, [`Workspace::manifolds`], the deepest first, each
+/// [`Manifold`] with at most four points. Normals point from B to A.
+///
+/// Meshes are taken as solids: triangles are counterclockwise seen from outside. If both are known
+/// to be closed ([`BuildOptions::solid`](crate::BuildOptions::solid)), what is inside is decided
+/// exactly; else by the side of the nearest hit of a ray.
+///
+/// The work is that of the contacts within the skin, and where surfaces meet about as much again.
+/// The first query of a pair that meets makes room in the workspace: 4 bytes for each triangle and
+/// 8 for each vertex.
+///
+/// **Guarantee.** Each pair of triangles within the skin has been reduced in a finished query, but
+/// for faces that face each other across a manifold and add nothing to its polygon, nor to its
+/// least distance, up to a thousandth. Of a
+/// stopped one, each point in the list is a point of contact; what is missing is at least
+/// [`ManifoldBounds::low`] apart. An overlap is listed when its depth is known. With a
+/// memory ([`Query::with_memory`]) ids last from frame to frame.
+///
+/// ```
+/// use punctual::glam::{DMat3, DVec3, Vec3};
+/// use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
+/// let floor = Tree::new(shapes::cuboid(Vec3::splat(5.0), 1));
+/// let crate_ = Tree::new(shapes::cuboid(Vec3::ONE, 1));
+/// let mut workspace = Workspace::new();
+/// for (height, distance) in [(6.01, 0.01), (5.99, -0.01)] {
+///     let pose = Pose::new(DMat3::IDENTITY, DVec3::Z * height)?;
+///     let query = Query::manifolds(&floor, &crate_, pose).skin(0.02);
+///     let found = query.run(&mut workspace, Budget::unlimited());
+///     assert!(found.value.low == f64::INFINITY);
+///     let [manifold] = workspace.manifolds() else { panic!("one face of the crate") };
+///     assert!((manifold.normal + DVec3::Z).length() < 1e-9 && manifold.points().len() == 4);
+///     assert!(manifold.points().iter().all(|point| (point.distance - distance).abs() < 1e-6));
+/// }
+/// # Ok::<(), punctual::PoseError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Manifolds {
+    b_in_a: Pose,
+    options: ContactOptions,
+}
+
+impl Question for Manifolds {
+    /// The manifolds themselves are in [`Workspace::manifolds`].
+    type Value = ManifoldBounds;
+}
+
+impl Remembers for Manifolds {}
+
+/// The answer to a query for manifolds. Plain data; the manifolds stay in the workspace
+/// ([`Workspace::manifolds`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+#[non_exhaustive]
+pub struct ManifoldBounds {
+    /// Proven: every contact that is not in the list is at least this far apart, in the length unit
+    /// of the meshes. 0 while overlaps may be missing. Infinite if the query is finished.
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
+    pub low: f64,
+    /// True if the surfaces are known to intersect.
+    pub meets: bool,
+}
+
+impl<'t> Query<'t, Manifolds> {
+    /// Asks for the contact manifolds of the meshes of `a` and `b`, where `b_in_a` maps B's
+    /// coordinates into A's. The default skin is 0: only overlaps.
+    #[must_use]
+    pub fn manifolds(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
+        let options = ContactOptions {
+            margin: 0.0,
+            limit: usize::MAX,
+        };
+        Self::of([a, b], Manifolds { b_in_a, options })
+    }
+
+    /// Surfaces no farther apart than this have points of contact, in the length unit of the
+    /// meshes. Negative values and NaN count as 0. The work grows with the number of triangle pairs
+    /// within the skin.
+    #[must_use]
+    pub fn skin(mut self, width: f64) -> Self {
+        OptionError::note(&mut self.fault, "skin", width, f64::INFINITY);
+        self.asked.options.margin = self.contacts_question().margin(width).asked.options.margin;
+        self
+    }
+
+    /// The query that lists the pairs.
+    fn contacts_question(&self) -> Query<'t, super::contacts::Contacts> {
+        let query = Query::contacts(self.a, self.b, self.asked.b_in_a);
+        query.margin(self.asked.options.margin)
+    }
+
+    fn shape(&self) -> Shape<'_> {
+        Shape {
+            trees: [self.a, self.b],
+            b_in_a: &self.asked.b_in_a,
+            has_inside: [true; 2],
+        }
+    }
+
+    /// Writes the list: the deepest first, of equal ones in the order of discovery.
+    fn tell(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, stop: StopReason) {
+        let mut all = mem::take(&mut workspace.manifolds);
+        all.clear();
+        all.extend_from_slice(workspace.overlaps.manifolds());
+        workspace.reduction.skin.tell(&mut all);
+        crate::contact::manifold::number(&mut all);
+        // A stable sort would allocate.
+        all.sort_unstable_by(|x: &Manifold, y| {
+            x.distance.total_cmp(&y.distance).then(x.id.cmp(&y.id))
+        });
+        if let Some(memory) = memory {
+            memory.remember_manifolds([self.a, self.b], &self.asked.b_in_a, &mut all, stop);
+        } else {
+            crate::contact::manifold::number(&mut all);
+        }
+        workspace.manifolds = all;
+    }
+}
+
+impl Ask<Manifolds> for Query<'_, Manifolds> {
+    fn key(&self) -> Key {
+        Key::new(
+            [self.a, self.b],
+            self.asked.b_in_a,
+            Asked::Manifolds(self.asked.options),
+        )
+    }
+
+    fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget) {
+        self.contacts_question().begin(workspace, memory, budget);
+        workspace.run.key = Some(self.key());
+        workspace.reduction.is_on = true;
+        workspace.reduction.skin.begin(self.asked.options.margin);
+        workspace.overlaps.clear();
+        let room = workspace.contacts.capacity();
+        workspace.overlaps.reserve(room);
+    }
+
+    fn advance(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut PairMemory>,
+        deadline: &mut Deadline,
+    ) -> StopReason {
+        let mut stop = StopReason::Finished;
+        if !workspace.reduction.is_listed {
+            stop = self.contacts_question().advance(workspace, None, deadline);
+            workspace.reduction.is_listed = stop.is_final();
+        }
+        if stop.is_final() && !workspace.overlaps.is_done() {
+            let to_b = self.asked.b_in_a.inverse_unchecked();
+            stop = run::advance(self.shape(), &to_b, workspace, deadline);
+        }
+        workspace.run.stopped = !stop.is_final();
+        self.tell(workspace, memory, stop);
+        stop
+    }
+
+    fn answer(&self, workspace: &Workspace, stop: StopReason) -> ManifoldBounds {
+        let meets = workspace.overlaps.meets();
+        let low = if stop.is_final() {
+            f64::INFINITY
+        } else if meets {
+            0.0
+        } else {
+            workspace.search.interval.low()
+        };
+        ManifoldBounds { low, meets }
+    }
+}
