@@ -20,7 +20,9 @@ use punctual::clock::ManualClock;
 use punctual::contacts::Contact;
 use punctual::glam::{DMat3, DQuat, DVec3};
 use punctual::intersection::Order;
-use punctual::{Budget, Certificate, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace};
+use punctual::{
+    Budget, Certificate, Mesh, Mode, PairMemory, Pose, Query, StopReason, Tree, Workspace,
+};
 
 /// How coordinates are read from bytes.
 #[derive(Clone, Copy)]
@@ -155,11 +157,7 @@ pub fn assert_names(certificate: &Certificate, found: u64, missing: &[Contact]) 
 /// Runs a query in pieces of `work` units: sound and certified at every stop, and the truth in the end.
 pub fn assert_query(a: &Tree, b: &Tree, pose: Pose, bytes: &mut Unstructured) -> Result<()> {
     let mode = *bytes.choose(&[Mode::Any, Mode::All])?;
-    let orders = [
-        Order::Penetration,
-        Order::LowAlpha,
-        Order::DepthFirst,
-    ];
+    let orders = [Order::Penetration, Order::LowAlpha, Order::DepthFirst];
     let query = Query::intersection(a, b, pose)
         .mode(mode)
         .order(*bytes.choose(&orders)?)

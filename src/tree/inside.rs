@@ -68,7 +68,7 @@ impl Probe {
                 }
             }
         }
-        let is_outside = !(least >= 0.0 && least < f64::INFINITY);
+        let is_outside = !(0.0..f64::INFINITY).contains(&least);
         let local_ray = match Ray::new(point, heading.vector()) {
             Ok(ray) if !is_outside => LocalRay::new(&tree.unit, &ray),
             _ => LocalRay::BLIND,

@@ -38,7 +38,7 @@ const NEAR: f64 = 2.0;
 const CUBE_MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
 /// Largest error of an origin for which `f32` is useful.
-const LARGEST_SLOP: f64 = 0.01;
+const LARGEST_POSITION_ERROR: f64 = 0.01;
 
 /// Least component of a direction.
 const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
@@ -60,7 +60,7 @@ impl LocalRay {
         let (origin, direction) = (unit.point(ray.origin()), aim.direction);
         let reach = largest_size(origin);
         let position_error = 8.0 * f64::EPSILON * reach;
-        if !(aim.is_plain() && exponent.abs() <= 1000 && position_error <= LARGEST_SLOP) {
+        if !(aim.is_plain() && exponent.abs() <= 1000 && position_error <= LARGEST_POSITION_ERROR) {
             self.blind();
             return;
         }
@@ -111,11 +111,11 @@ impl LocalRay {
         *self = Self::BLIND;
     }
 
-    /// A local ray that also covers rays whose origin and direction are off by so much, in units.
+    /// A local ray that also covers rays whose origin and direction are off by `position_error` units.
     pub fn widened(mut self, position_error: f64) -> Self {
         // Parameters are less than 4.
         let position_error = 4.0 * position_error;
-        if !(position_error <= LARGEST_SLOP) {
+        if position_error.is_nan() || position_error > LARGEST_POSITION_ERROR {
             return Self::BLIND;
         }
         self.shaft.position_error += position_error as f32;

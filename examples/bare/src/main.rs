@@ -14,7 +14,9 @@ use core::time::Duration;
 
 use alloc::format;
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Budget, Clock, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes};
+use punctual::{
+    Budget, Clock, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace, shapes,
+};
 
 /// What this program asks of the outside.
 mod c {

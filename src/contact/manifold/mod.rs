@@ -42,7 +42,7 @@ pub struct Manifold {
     /// True if the surfaces intersect in this piece.
     pub is_overlap: bool,
     /// True if all of it was looked at. False if the region of an overlap has more than
-    /// [`REGION_LIMIT`](crate::REGION_LIMIT) triangles: then the depth is a lower bound.
+    /// [`REGION_LIMIT`](crate::contacts::REGION_LIMIT) triangles: then the depth is a lower bound.
     pub is_whole: bool,
     points: ArrayVec<ManifoldPoint, POINTS>,
 }

@@ -251,8 +251,8 @@ mod tests {
             for _ in 0..2000 {
                 let (mut turn, mut sum) = (Turn::NONE, 0.0);
                 for _ in 0..random.bits() % 40 {
-                    let mut numbers = [[0.0; 4]; 2];
-                    for lane in 0..4 {
+                    let [mut real, mut imaginary] = [[0.0; 4]; 2];
+                    for (real, imaginary) in real.iter_mut().zip(&mut imaginary) {
                         let angle = match random.bits() % 6 {
                             0 => PI * (1.0 - 1e-16 * random.fraction()),
                             1 => -PI * (1.0 - 1e-9 * random.fraction()),
@@ -261,10 +261,10 @@ mod tests {
                         };
                         let size = libm::exp2(200.0 * random.fraction() - 100.0);
                         let (im, re) = libm::sincos(angle);
-                        (numbers[0][lane], numbers[1][lane]) = (size * re, size * im);
+                        (*real, *imaginary) = (size * re, size * im);
                         sum += libm::atan2(size * im, size * re);
                     }
-                    instructions.run(Multiply(&mut turn, numbers));
+                    instructions.run(Multiply(&mut turn, [real, imaginary]));
                 }
                 assert!((turn.winding().0 - sum / TAU).abs() < 1e-13);
             }

@@ -26,7 +26,10 @@ const SECTIONS: [(&str, &[&str]); 18] = [
         &["query", "estimate"],
     ),
     ("Distance: how far apart are they?", &["distance"]),
-    ("Contacts: where do they touch?", &["contacts", "patches", "manifolds"]),
+    (
+        "Contacts: where do they touch?",
+        &["contacts", "patches", "manifolds"],
+    ),
     ("Motion: until when are they free?", &["motion"]),
     ("Push-out: what parts them?", &["push_out"]),
     ("Penetration: how deep are they?", &["penetration"]),

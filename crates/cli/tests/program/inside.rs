@@ -48,10 +48,7 @@ fn said(folder: &Folder, options: &str) -> (Vec<String>, String) {
         );
         [1, 2, 3, 4, 6].map(|i: usize| fields[i]).join(",")
     };
-    (
-        answer.lines(HEADER).into_iter().map(row).collect(),
-        answer.err,
-    )
+    (answer.lines(HEADER).map(row).collect(), answer.err)
 }
 
 #[test]
