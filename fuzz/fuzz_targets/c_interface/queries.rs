@@ -421,6 +421,7 @@ fn start(
     let witness = [outcome.witness.a, outcome.witness.b];
     match outcome.verdict {
         punctual_verdict::Within => panic!("a query without margins"),
+        punctual_verdict::Contained => panic!("trees of surfaces"),
         punctual_verdict::Intersecting => {
             assert!(truth.binary_search(&witness).is_ok(), "a false witness")
         }
@@ -490,7 +491,9 @@ fn left(world: &World, desk: usize, bytes: &mut Unstructured) -> Result<()> {
             "{said:?}"
         );
         match run.outcome.verdict {
-            punctual_verdict::Intersecting | punctual_verdict::Within => {
+            punctual_verdict::Intersecting
+            | punctual_verdict::Within
+            | punctual_verdict::Contained => {
                 assert_eq!(said.probability, 1.0)
             }
             punctual_verdict::Separated => assert_eq!(said.probability, 0.0),

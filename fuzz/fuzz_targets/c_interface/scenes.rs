@@ -405,6 +405,7 @@ impl Stage {
             punctual_verdict::Separated => {
                 assert!(truth.is_empty() && witness == [0; 2], "they meet")
             }
+            punctual_verdict::Contained => panic!("trees of surfaces"),
             punctual_verdict::Undecided => assert!(!unlimited, "undecided"),
         }
         assert!(
