@@ -380,7 +380,7 @@ fn rays() {
     assert_eq!(calls, 0);
 }
 
-/// Of a closed and of an open solid, after the first batch, and one solid in another.
+/// Of a closed and of an open solid, and one solid in another, after the first of each.
 #[test]
 fn points_and_solids() {
     let options = BuildOptions::default().solid(Solid::Keep);
@@ -398,6 +398,8 @@ fn points_and_solids() {
         let mut workspace = Workspace::new();
         let batch = Query::signed_distances(&tree, &points).unwrap();
         let _ = batch.run(&mut workspace, Budget::work(0));
+        let query = Query::intersection(&tree, &small, Pose::IDENTITY);
+        let _ = query.run(&mut workspace, Budget::unlimited());
         let calls = allocator_calls(|| {
             let _ = batch.run(&mut workspace, Budget::work(5_000));
             let _ = batch.resume(&mut workspace, Budget::unlimited());

@@ -136,6 +136,9 @@ const AMONG: usize = 1024;
 /// Maximum number of probes of a group in each of two stages.
 const PROBES: usize = 4;
 
+/// Maximum number of points found in a group: one a probe, and those of its curve.
+const FOUND: usize = 16;
+
 /// A group of no more pairs than this has no probe in its middle if it has vertices.
 const FEW: u32 = 16;
 
@@ -310,6 +313,7 @@ impl Overlaps {
         self.classes.clear();
         self.region.clear();
         self.groups.clear();
+        self.probing.found.reserve(FOUND);
         for (side, tree) in trees.into_iter().enumerate() {
             self.triangles[side].begin(tree.mesh().len(), count + 1);
             let vertices = tree.mesh().vertex_count();
@@ -687,7 +691,7 @@ impl Group {
 
     /// The other probes: those that span most. Around a small region with a vertex, none: points of
     /// its curve, where the depth is 0, are `found` without rays.
-    fn wide_probes(&self, found: &mut ArrayVec<ManifoldPoint, 16>) -> ArrayVec<Probe, PROBES> {
+    fn wide_probes(&self, found: &mut Vec<ManifoldPoint>) -> ArrayVec<Probe, PROBES> {
         if self.cuts <= SMALL && !found.is_empty() {
             let curve = self.farthest[2].values();
             found.extend(curve.map(|&place| ManifoldPoint::new([place; 2], self.normal, 0.0)));
@@ -748,7 +752,7 @@ struct Probing {
     stage: Stage,
     probes: ArrayVec<Probe, PROBES>,
     hits: [Option<RayHit>; RAYS],
-    found: ArrayVec<ManifoldPoint, 16>,
+    found: Vec<ManifoldPoint>,
     /// Probes between whose ends one of the surfaces ends.
     through: u32,
     /// True if a probe is inside both surfaces, but rays did not show where they end, as where
@@ -843,7 +847,7 @@ impl Probing {
             Some((place, back, forth)) => {
                 let points = [place - back * normal, place + forth * normal];
                 let point = ManifoldPoint::new(points, normal, -(back + forth));
-                let _ = self.found.try_push(point);
+                self.found.push(point);
             }
             None if is_through => self.through += 1,
             None => return Some(self.place(probe, normal)),

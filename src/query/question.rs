@@ -106,9 +106,10 @@ where
     ///
     /// Under a budget of time it reads the clock more often the nearer the deadline, in the end
     /// every [`Budget::poll_interval`] units of work. It does not lock or panic. It does not
-    /// allocate, with two exceptions. The first query in a workspace for contacts, or for all hits
-    /// of a ray, makes room for 4,096. The first query for a larger batch of rays than any before
-    /// makes room for their hits. [`Workspace::reserve_contacts`] and
+    /// allocate, with these exceptions. The first query in a workspace for contacts, or for all
+    /// hits of a ray, makes room for 4,096. The first query for a larger batch of rays or points
+    /// than any before makes room for their answers. The first queries for manifolds, and about
+    /// solids of which one may hold the other, make room too. [`Workspace::reserve_contacts`] and
     /// [`Workspace::reserve_ray_hits`] make room in advance.
     pub fn run<'c>(
         &self,

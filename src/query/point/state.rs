@@ -10,7 +10,7 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 
 /// Most nodes that wait while one is open.
-const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
+pub(super) const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
 
 /// What is being done about the current point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,8 +39,9 @@ pub(crate) struct PointState {
     pub point: DVec3,
     /// Number of points from the current one on.
     pub left: usize,
-    /// Nodes that wait, in a run about a pair, whose frontier holds other nodes.
-    pub(super) stack: ArrayVec<u32, ROOM>,
+    /// Nodes that wait, in a run about a pair, whose frontier holds other nodes. The first such
+    /// run makes room for all that can wait.
+    pub(super) stack: Vec<u32>,
     /// Triangles (tree order) that wait for a test, each with the bits of its key.
     pub uncertain: ArrayVec<[u32; 2], WIDTH>,
     pub(super) probe: Probe,
@@ -62,7 +63,7 @@ impl Default for PointState {
             is_within: false,
             point: DVec3::ZERO,
             left: 0,
-            stack: ArrayVec::new_const(),
+            stack: Vec::new(),
             uncertain: ArrayVec::new_const(),
             probe: Probe::NONE,
             count: Count::default(),
