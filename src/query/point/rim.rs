@@ -209,7 +209,8 @@ impl Turn {
 
     /// The part of the winding number, and a bound of its error.
     pub fn winding(&self) -> (f64, f64) {
-        let angle = |i: usize| libm::atan2(self.im[i], self.re[i]) / TAU + self.turns[i];
+        // The sum makes a zero positive: the turns are counted for an argument of pi, not of -pi.
+        let angle = |i: usize| libm::atan2(self.im[i] + 0.0, self.re[i]) / TAU + self.turns[i];
         let worst = self
             .worst
             .iter()
