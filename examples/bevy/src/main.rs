@@ -57,7 +57,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             Verdict::Separated => println!("x = {x}: they do not touch"),
             // Within is what a scene says of bodies with margins.
-            Verdict::Within { .. } | Verdict::Undecided => println!("x = {x}: not known"),
+            Verdict::Within { .. } | Verdict::Contained { .. } | Verdict::Undecided => {
+                println!("x = {x}: not known")
+            }
         }
     }
 

@@ -108,6 +108,17 @@ static void clearance_and_push_out(const punctual_tree *cube, punctual_workspace
   CHECK(depth.has_push && depth.low > 0.09 && depth.high < 0.15 && depth.direction.x > 0.9);
   punctual_penetration_workspace_free(buffers);
 
+  punctual_manifold_query touch = punctual_manifold_query_new(cube, cube, pose);
+  punctual_manifolds manifolds = {.size = sizeof manifolds};
+  punctual_manifold_point points[8];
+  size_t count;
+  OK(punctual_manifold_query_run(&touch, workspace, NULL, punctual_budget_work(1), NULL, &manifolds));
+  CHECK(manifolds.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && manifolds.low == 0);
+  OK(punctual_manifold_query_resume(&touch, workspace, NULL, punctual_budget_unlimited(), NULL, &manifolds));
+  CHECK(manifolds.meets && manifolds.stop == PUNCTUAL_STOP_REASON_FINISHED);
+  OK(punctual_workspace_manifold_points(workspace, points, sizeof points[0], COUNT(points), &count));
+  CHECK(count >= 3 && count <= 4 && points[0].distance < -0.099 && points[0].distance > -0.101);
+
   punctual_memory *memory;
   double clearance;
   pose.m[3] = 5;

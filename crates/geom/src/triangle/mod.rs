@@ -23,8 +23,8 @@ use glam::DVec3;
 /// ```
 /// use punctual::glam::DVec3;
 /// let a = [DVec3::ZERO, DVec3::X, DVec3::Y];
-/// assert!(punctual::triangles_intersect(&a, &a.map(|p| p + DVec3::X)));
-/// assert!(!punctual::triangles_intersect(&a, &a.map(|p| p + DVec3::Z * 5e-324)));
+/// assert!(punctual::geom::triangles_intersect(&a, &a.map(|p| p + DVec3::X)));
+/// assert!(!punctual::geom::triangles_intersect(&a, &a.map(|p| p + DVec3::Z * 5e-324)));
 /// ```
 pub fn triangles_intersect(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
     exact::intersects(a, b)
@@ -45,7 +45,7 @@ pub fn triangles_intersect(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
 /// use punctual::glam::DVec3;
 /// let floor = [DVec3::ZERO, DVec3::X * 3.0, DVec3::Y * 3.0];
 /// let wall = [DVec3::new(1.0, 1.0, -1.0), DVec3::new(1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 1.0)];
-/// let segment = punctual::triangle_segment(&floor, &wall);
+/// let segment = punctual::geom::triangle_segment(&floor, &wall);
 /// assert_eq!(segment, Some([DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, 0.0, 0.0)]));
 /// ```
 pub fn triangle_segment(a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<[DVec3; 2]> {
