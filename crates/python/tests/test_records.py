@@ -31,6 +31,7 @@ def records():
     yield from [punctual3d.collide(ball, ring), punctual3d.collide(ball, ring, at(1.0), budget=10.0)]
     yield from [punctual3d.distance(nothing, ball), punctual3d.closer_than(ball, ring, 0.6)]
     yield from [punctual3d.contacts(ball, ring, at(1.0), margin=0.02), punctual3d.contacts(ball, ring)]
+    yield from [punctual3d.manifolds(ball, ring, at(1.0), skin=0.02), punctual3d.manifolds(ball, ring)]
     yield from [punctual3d.push_out(ball, ring, at(1.0), work=work) for work in (100_000, 1)]
     yield from [punctual3d.penetration(ball, ring, at(1.0), work=work) for work in (100_000, 1)]
     origins = np.random.default_rng(2).normal(size=(50, 3)) * 2
