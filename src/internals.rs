@@ -1,6 +1,5 @@
-//! What `punctual-lab` and `punctual-cli` need to look inside: the model that is fitted, the random numbers of generated
-//! shapes, the node pairs that a query opens.
-//! No promise of stability.
+//! What `punctual-lab` and `punctual-cli` need to look inside: the model that is fitted, the random
+//! numbers of generated shapes, the node pairs that a query opens. No promise of stability.
 
 pub use crate::model::closing::{Closing, between, between_features, closing_features, work_left};
 pub use crate::model::confidence::{

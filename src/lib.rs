@@ -79,6 +79,7 @@ pub mod internals;
 mod mesh;
 mod model;
 mod query;
+mod sets;
 pub mod tree;
 
 /// The version of glam whose vectors and matrices the results contain.

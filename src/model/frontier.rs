@@ -1,6 +1,7 @@
 //! A frontier in numbers: all that the model knows of a query that has begun or is about to begin.
 
-/// Work done and work left of a query, after a probe has opened the costliest pairs of its frontier.
+/// Work done and work left of a query, after a probe has opened the costliest pairs of its
+/// frontier.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -58,8 +59,8 @@ impl FrontierSummary {
 /// BV tests of a node against a copy of itself, averaged over placements. `p` is the relative
 /// penetration of the boxes, 0 to 1.
 ///
-/// The exponents are rounded from a fit of the sums over 47,000 frontiers (`docs/model.md`). The tests
-/// that a frontier still needs are predicted from its sum, with weights fitted separately.
+/// The exponents are rounded from a fit of the sums over 47,000 frontiers (`docs/model.md`). The
+/// tests that a frontier still needs are predicted from its sum, with weights fitted separately.
 #[inline(always)]
 pub fn pair_cost(self_costs: [f32; 2], penetration: f32) -> f32 {
     let p = penetration;

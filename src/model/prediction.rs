@@ -1,8 +1,8 @@
 //! Predicts the BV tests left in a query from the summary of its frontier: a median and a range.
 //!
-//! A quantile `Q` of the tests left is `log2 Q = w . x`, where `x` are a few features of the frontier.
-//! Each quantile has its own weights `w`, fitted by quantile regression. Before a query the frontier
-//! is the pair of roots, and all tests are left.
+//! A quantile `Q` of the tests left is `log2 Q = w . x`, where `x` are a few features of the
+//! frontier. Each quantile has its own weights `w`, fitted by quantile regression. Before a query
+//! the frontier is the pair of roots, and all tests are left.
 
 use super::constants::{
     ALL_AFTER, ALL_LEFT, ANY_AFTER, ANY_LEFT, OPENINGS_OF_BV_TESTS, ROOT_MOST,

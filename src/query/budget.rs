@@ -49,12 +49,13 @@ impl Budget {
     /// [`WORK_PER_EXPANSION`](crate::prediction::WORK_PER_EXPANSION),
     /// [`WORK_PER_EDGE_TEST`](crate::prediction::WORK_PER_EDGE_TEST),
     /// [`WORK_PER_TRIANGLE_TEST`](crate::prediction::WORK_PER_TRIANGLE_TEST) and
-    /// [`WORK_PER_EXACT_TEST`](crate::prediction::WORK_PER_EXACT_TEST). The place where it stops depends on the
-    /// input alone: the same bits on every machine, in every run.
+    /// [`WORK_PER_EXACT_TEST`](crate::prediction::WORK_PER_EXACT_TEST). The place where it stops
+    /// depends on the input alone: the same bits on every machine, in every run.
     ///
     /// The current step is finished, so the query may exceed the limit by up to
-    /// [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK) units (queries of distance, contacts or motion by up
-    /// to [`MAX_DISTANCE_STEP_WORK`](crate::prediction::MAX_DISTANCE_STEP_WORK)). A budget of 0 does nothing.
+    /// [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK) units (queries of distance, contacts or
+    /// motion by up to [`MAX_DISTANCE_STEP_WORK`](crate::prediction::MAX_DISTANCE_STEP_WORK)). A
+    /// budget of 0 does nothing.
     #[inline]
     pub const fn work(limit: u64) -> Self {
         Self {
@@ -64,8 +65,8 @@ impl Budget {
     }
 
     /// Sets the least work between two readings of the clock; readings become more frequent towards
-    /// the deadline. Default [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK). It bounds how late a budget
-    /// of time can end. A frame of a scene uses the default.
+    /// the deadline. Default [`MAX_STEP_WORK`](crate::prediction::MAX_STEP_WORK). It bounds how
+    /// late a budget of time can end. A frame of a scene uses the default.
     pub const fn poll_interval(self, work: u64) -> Self {
         Self {
             poll_interval: work,

@@ -29,8 +29,8 @@ use punctual_geom::tolerance::COORDINATE_LIMIT;
 
 /// Asks where two surfaces intersect, or come within a margin of each other ([`Query::contacts`]).
 ///
-/// The answer is a set of [`Contact`](crate::contacts::Contact)s: all pairs of triangles no farther apart
-/// than the margin. They stay in the workspace, nearest first ([`Workspace::contacts`]).
+/// The answer is a set of [`Contact`](crate::contacts::Contact)s: all pairs of triangles no farther
+/// apart than the margin. They stay in the workspace, nearest first ([`Workspace::contacts`]).
 ///
 /// **Guarantee.** The set of a finished query misses no pair within the margin. With margin 0 the
 /// set has exactly the pairs that intersect. Otherwise it also has pairs that `f64` cannot tell
@@ -103,8 +103,8 @@ impl<'t> Query<'t, Contacts> {
     }
 
     /// The unit normals of a triangle of A and of one of B, by the right-hand rule, in A's frame:
-    /// the orientations of the two faces of a [`Contact`](crate::contacts::Contact). `None` for a triangle
-    /// whose area `f64` cannot resolve.
+    /// the orientations of the two faces of a [`Contact`](crate::contacts::Contact). `None` for a
+    /// triangle whose area `f64` cannot resolve.
     ///
     /// The query need not have been run. Contacts do not store these normals, to stay small.
     ///

@@ -70,6 +70,21 @@ impl<Q> Query<'_, Q> {
         self.may_contain() && workspace.run.containment != Containment::Known(None)
     }
 
+    /// Finds out first whether one body has a vertex inside the other. Returns the reason to stop,
+    /// if one has or the deadline came before.
+    pub(super) fn containment_first(
+        &self,
+        b_in_a: impl FnOnce() -> Pose,
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> Option<StopReason> {
+        if !self.is_open_in(workspace) {
+            return None;
+        }
+        let stop = self.ask_containment(&b_in_a(), workspace, deadline);
+        self.is_open_in(workspace).then_some(stop)
+    }
+
     /// Continues to find out whether one body has a vertex inside the other.
     /// What the run has in the frontier stays there.
     #[cold]

@@ -262,12 +262,8 @@ impl Ask<Distance> for Query<'_, Distance> {
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        // Of solids it is asked first whether one has a vertex in the other.
-        if self.is_open_in(workspace) {
-            let stop = self.ask_containment(&self.asked.b_in_a, workspace, deadline);
-            if self.is_open_in(workspace) {
-                return stop;
-            }
+        if let Some(stop) = self.containment_first(|| self.asked.b_in_a, workspace, deadline) {
+            return stop;
         }
         let (trees, b_in_a) = ([self.a, self.b], &self.asked.b_in_a);
         let relative = RelativePose::new(self.a, self.b, b_in_a);
@@ -343,7 +339,8 @@ pub struct Nearest {
     pub triangles: [u32; 2],
     /// Their closest points in A's frame, rounded, each moved towards the other surface by its
     /// margin. If the triangles intersect, both are one point, whatever the margins: the middle of
-    /// the segment in which they intersect ([`triangle_segment`](crate::geom::triangle_segment)), within
+    /// the segment in which they intersect ([`triangle_segment`](crate::geom::triangle_segment)),
+    /// within
     /// 1e-12 times the largest coordinate of both.
     pub points: [DVec3; 2],
 }

@@ -115,8 +115,8 @@ impl Query<'_, Intersection> {
     /// Estimates what the last run of this query in `workspace` leaves open, using the memory of
     /// the pair. Takes about 3 microseconds, no allocation; the same bits on every machine.
     ///
-    /// Part of this time is spent on opening the costliest pairs of the frontier on trial, which shows
-    /// more than their boxes.
+    /// Part of this time is spent on opening the costliest pairs of the frontier on trial, which
+    /// shows more than their boxes.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.
@@ -128,8 +128,8 @@ impl Query<'_, Intersection> {
         self.estimate_while(workspace, memory, &|| true)
     }
 
-    /// [`Query::estimate`] that samples fewer pairs of the frontier, at least eight, and opens fewer,
-    /// if `goes_on` returns false.
+    /// [`Query::estimate`] that samples fewer pairs of the frontier, at least eight, and opens
+    /// fewer, if `goes_on` returns false.
     #[doc(hidden)]
     pub fn estimate_while(
         &self,
@@ -163,8 +163,8 @@ impl Query<'_, Intersection> {
         })
     }
 
-    /// The numbers that [`Query::estimate`] computes from the frontier that the last run of this query
-    /// left in `workspace`.
+    /// The numbers that [`Query::estimate`] computes from the frontier that the last run of this
+    /// query left in `workspace`.
     ///
     /// # Errors
     /// If the last run in this workspace was not of these trees, this pose and these options.

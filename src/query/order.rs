@@ -3,8 +3,8 @@
 use super::queue::BUCKETS;
 use punctual_geom::named;
 
-/// Decides which node pair of the frontier is visited next. All orders give the same finished answer;
-/// they differ in what is known when a budget ends.
+/// Decides which node pair of the frontier is visited next. All orders give the same finished
+/// answer; they differ in what is known when a budget ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

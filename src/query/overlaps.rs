@@ -18,6 +18,7 @@ pub(super) mod run;
 
 use super::ray::state::RayHit;
 use crate::contact::manifold::{Manifold, ManifoldPoint, Octagon, Shape, Skin, choose};
+use crate::sets::{find, unite};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -236,20 +237,6 @@ impl Default for Overlaps {
             is_casting: false,
         }
     }
-}
-
-fn find(parents: &mut [u32], mut i: u32) -> u32 {
-    while parents[i as usize] != i {
-        let above = parents[parents[i as usize] as usize];
-        parents[i as usize] = above;
-        i = above;
-    }
-    i
-}
-
-fn unite(parents: &mut [u32], i: u32, j: u32) {
-    let (i, j) = (find(parents, i), find(parents, j));
-    parents[i.max(j) as usize] = i.min(j);
 }
 
 fn hash([a, b]: [u32; 2]) -> u64 {

@@ -149,9 +149,9 @@ impl Frontier {
         }
     }
 
-    /// Pushes the children of a mask on the stack, each as a pair of a node and the bits of its key,
-    /// which is positive. The one with the largest key is the first. Returns the one with the least
-    /// key instead.
+    /// Pushes the children of a mask on the stack, each as a pair of a node and the bits of its
+    /// key, which is positive. The one with the largest key is the first. Returns the one with the
+    /// least key instead.
     #[inline(always)]
     pub fn push_nearest(
         &mut self,

@@ -276,8 +276,8 @@ impl Workspace {
         self.contacts.drain()
     }
 
-    /// The manifolds of the last query, if it was [one](crate::Query::manifolds), the deepest first.
-    /// Those of a stopped query are incomplete.
+    /// The manifolds of the last query, if it was [one](crate::Query::manifolds), the deepest
+    /// first. Those of a stopped query are incomplete.
     pub fn manifolds(&self) -> &[Manifold] {
         &self.manifolds
     }

@@ -2,7 +2,8 @@
 //!
 //! The ray goes along that axis on which it leaves the mesh's box soonest. A crossing from the back
 //! counts 1, one from the front -1. Triangles that `f32` leaves in doubt are decided exactly, and
-//! there are no ties ([`punctual_geom::triangle::crossing`]). So the count is exact for closed surfaces.
+//! there are no ties ([`punctual_geom::triangle::crossing`]). So the count is exact for closed
+//! surfaces.
 
 use super::local_ray::LocalRay;
 use super::{MAX_HEIGHT, Node, Tree, WIDTH};

@@ -111,7 +111,8 @@ impl LocalRay {
         *self = Self::BLIND;
     }
 
-    /// A local ray that also covers rays whose origin and direction are off by `position_error` units.
+    /// A local ray that also covers rays whose origin and direction are off by `position_error`
+    /// units.
     pub fn widened(mut self, position_error: f64) -> Self {
         // Parameters are less than 4.
         let position_error = 4.0 * position_error;

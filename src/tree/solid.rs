@@ -11,6 +11,7 @@
 
 use super::{Tree, inside};
 use crate::mesh::Mesh;
+use crate::sets::{find, unite};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cmp::Ordering;
@@ -272,18 +273,8 @@ impl Sets {
         Self((0..count as u32).collect())
     }
 
-    fn root(&mut self, mut at: u32) -> u32 {
-        let parents = &mut self.0;
-        while parents[at as usize] != at {
-            parents[at as usize] = parents[parents[at as usize] as usize];
-            at = parents[at as usize];
-        }
-        at
-    }
-
     fn join(&mut self, one: u32, other: u32) {
-        let (one, other) = (self.root(one), self.root(other));
-        self.0[one.max(other) as usize] = one.min(other);
+        unite(&mut self.0, one, other);
     }
 
     /// The components, in the order of their least ids, and the component of each triangle; of
@@ -291,7 +282,7 @@ impl Sets {
     fn components(mut self, ids: &[u32]) -> (Vec<u32>, Vec<Component>) {
         let mut roots = Vec::new();
         for at in 0..ids.len() as u32 {
-            let root = self.root(at);
+            let root = find(&mut self.0, at);
             self.0[at as usize] = root;
             if root == at {
                 roots.push((u32::MAX, at, 0));

@@ -13,7 +13,7 @@ use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Running, parse_size};
+use crate::input::{Input, LoadedInput, Running, parse_size, print_source};
 use crate::push;
 use crate::view::{self, ViewArgs};
 
@@ -85,12 +85,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
             }
         }
     }
-    writeln!(
-        out,
-        "# peer=punctual version={} build_ns={}",
-        env!("CARGO_PKG_VERSION"),
-        build.as_nanos()
-    )?;
+    print_source(out, build)?;
     writeln!(
         out,
         "pose,kind,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,low,ns,stop"

@@ -11,7 +11,7 @@ use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size};
+use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size, print_source};
 
 /// How deep two meshes penetrate each other at each pose of a list: how far B has to be moved, at least, until they are apart.
 ///
@@ -43,12 +43,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let rows = least_times(args.running.reps, || {
         args.sweep(&a, &b, &poses, &mut workspace)
     });
-    writeln!(
-        out,
-        "# peer=punctual version={} build_ns={}",
-        env!("CARGO_PKG_VERSION"),
-        build.as_nanos()
-    )?;
+    print_source(out, build)?;
     print(out, &rows)?;
     Ok(completion)
 }

@@ -11,7 +11,7 @@ use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size};
+use crate::input::{Input, LoadedInput, Row, Running, least_times, parse_size, print_source};
 use crate::view::{self, ViewArgs};
 
 /// How far apart two meshes are at each pose of a list.
@@ -80,12 +80,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let rows = least_times(args.running.reps, || {
         args.sweep(&a, &b, &poses, &mut workspace)
     });
-    writeln!(
-        out,
-        "# peer=punctual version={} build_ns={}",
-        env!("CARGO_PKG_VERSION"),
-        build.as_nanos()
-    )?;
+    print_source(out, build)?;
     args.print(out, &rows)?;
     args.view.write(
         args.input.meshes.up(),

@@ -2,7 +2,7 @@
 //!
 //! The structs of arguments have no doc comments: these would replace those of the commands.
 
-use std::io::Read;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -208,6 +208,12 @@ pub fn parse_size(text: &str) -> Result<f64, String> {
 
 /// An answer and what it took; none where a line holds nothing to answer.
 pub type Row<T> = Option<(T, Duration)>;
+
+/// The comment above the columns: the program, its version, and the time of the build in nanoseconds.
+pub fn print_source(out: &mut impl Write, build: Duration) -> io::Result<()> {
+    let (version, build) = (env!("CARGO_PKG_VERSION"), build.as_nanos());
+    writeln!(out, "# peer=punctual version={version} build_ns={build}")
+}
 
 /// Sweeps over a list so many times: the answers of the first time, each with the least time that it took.
 pub fn least_times<T>(sweeps: u32, mut sweep: impl FnMut() -> Vec<Row<T>>) -> Vec<Row<T>> {

@@ -11,7 +11,9 @@ use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times, parse_size};
+use crate::input::{
+    MeshArgs, Row, Running, complain_of_bad_lines, least_times, parse_size, print_source,
+};
 use crate::view::{self, ViewArgs};
 
 /// Until when the motions of a list are free, and when the meshes meet.
@@ -67,12 +69,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let rows = least_times(args.running.reps, || {
         args.sweep(&a, &b, &motions, &mut workspace)
     });
-    writeln!(
-        out,
-        "# peer=punctual version={} build_ns={}",
-        env!("CARGO_PKG_VERSION"),
-        build.as_nanos()
-    )?;
+    print_source(out, build)?;
     print(out, &rows)?;
     args.view.write(
         args.meshes.up(),

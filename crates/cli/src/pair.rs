@@ -14,7 +14,7 @@ use punctual::{BuildOptions, Mode, Pose, Query, Tree};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{Input, LoadedInput, Running};
+use crate::input::{Input, LoadedInput, Running, print_source};
 use crate::view::{self, ViewArgs};
 use calibration::CalibrationFile;
 use sweep::{PairsFile, Row, Sweeper};
@@ -109,12 +109,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     if let Some(file) = pairs_out {
         file.finish()?;
     }
-    writeln!(
-        out,
-        "# peer=punctual version={} build_ns={}",
-        env!("CARGO_PKG_VERSION"),
-        build.as_nanos()
-    )?;
+    print_source(out, build)?;
     print_rows(out, &rows, args.mode)?;
     if let Some(file) = calibration {
         file.write()?;

@@ -11,7 +11,7 @@ use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
 use crate::Completion;
-use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times};
+use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times, print_source};
 
 /// What the rays of a list hit.
 ///
@@ -57,12 +57,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let rows = least_times(args.running.reps, || {
         args.sweep(&tree, &rays, &mut workspace)
     });
-    writeln!(
-        out,
-        "# peer=punctual version={} build_ns={}",
-        env!("CARGO_PKG_VERSION"),
-        build.as_nanos()
-    )?;
+    print_source(out, build)?;
     print(out, &rows)?;
     Ok(completion)
 }

@@ -16,7 +16,7 @@ use punctual_robot::{
     Shape, ShapeId, UrdfOptions,
 };
 
-use crate::input::{Limits, Row, complain_of_bad_lines, least_times, parse_size};
+use crate::input::{Limits, Row, complain_of_bad_lines, least_times, parse_size, print_source};
 use crate::{Completion, complain};
 
 /// Which configurations of a robot collide, how much clearance they have, and which edges are free.
@@ -75,12 +75,7 @@ pub struct Args {
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let start = Instant::now();
     let checker = args.checker()?;
-    writeln!(
-        out,
-        "# peer=punctual version={} build_ns={}",
-        env!("CARGO_PKG_VERSION"),
-        start.elapsed().as_nanos()
-    )?;
+    print_source(out, start.elapsed())?;
     let joints = checker.model().joint_names();
     let mut asked = Asked {
         args,

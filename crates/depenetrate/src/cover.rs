@@ -365,8 +365,8 @@ mod tests {
         }
     }
 
-    /// Below the new radius all translations of the cone are blocked, and the radius is not much less
-    /// than it could be.
+    /// Below the new radius all translations of the cone are blocked, and the radius is not much
+    /// less than it could be.
     #[test]
     fn a_pair_advances_a_cone_as_far_as_it_meets() {
         let mut random = Random::new(7);

@@ -1,4 +1,5 @@
-//! Work that a frame charges for what is no query, in units of [`Budget::work`](punctual::Budget::work).
+//! Work that a frame charges for what is no query, in units of
+//! [`Budget::work`](punctual::Budget::work).
 
 use punctual::prediction::{MAX_DISTANCE_STEP_WORK, MAX_STEP_WORK};
 

@@ -1,10 +1,10 @@
 //! Collision detection of many bodies with one budget per frame.
 //!
-//! A [`Scene`] holds bodies: trees of the crate `punctual` at poses. [`Scene::detect`] finds, within
-//! a budget, which of them meet, and its [`Report`] names what it did not reach. Bodies may move
-//! together ([`Scene::insert_compound`]), have margins ([`Body::margin`]), be moved continuously
-//! ([`Scene::set_motion`]), and be asked for distances ([`Scene::measure`]) and contact points
-//! ([`Scene::find_contacts`]). Rays are cast between frames ([`Scene::cast`]).
+//! A [`Scene`] holds bodies: trees of the crate `punctual` at poses. [`Scene::detect`] finds,
+//! within a budget, which of them meet, and its [`Report`] names what it did not reach. Bodies may
+//! move together ([`Scene::insert_compound`]), have margins ([`Body::margin`]), be moved
+//! continuously ([`Scene::set_motion`]), and be asked for distances ([`Scene::measure`]) and
+//! contact points ([`Scene::find_contacts`]). Rays are cast between frames ([`Scene::cast`]).
 //!
 //! The page `docs/scene.md` of `punctual` has the guarantees and measured figures.
 

@@ -21,8 +21,8 @@ pub struct PairReport {
     /// States whether their surfaces, thickened by their [margins](crate::Body::margin), meet in
     /// this frame.
     pub verdict: Verdict,
-    /// Intersecting pairs of triangles found. In [`punctual::Mode::Any`], and for bodies with margins,
-    /// at most 1: the witness.
+    /// Intersecting pairs of triangles found. In [`punctual::Mode::Any`], and for bodies with
+    /// margins, at most 1: the witness.
     pub found: u64,
     /// True if nothing is left to find. In [`punctual::Mode::Any`] the pair is decided, and its
     /// distance or motion is known if requested. In [`punctual::Mode::All`] all intersections have
@@ -31,13 +31,13 @@ pub struct PairReport {
     pub complete: bool,
     /// Probability that the surfaces meet: 1 or 0 if that is decided, whatever else is open; 0.5 if
     /// the pair is complete but undecided. Otherwise, for a pair whose query was stopped, it is
-    /// that of [`punctual::Query::estimate`], corrected by [`crate::Scene::calibration`]. For a pair
-    /// without a turn, or in frames of less than 1 ms, it comes from the pair's history and the
-    /// overlap of the boxes.
+    /// that of [`punctual::Query::estimate`], corrected by [`crate::Scene::calibration`]. For a
+    /// pair without a turn, or in frames of less than 1 ms, it comes from the pair's history and
+    /// the overlap of the boxes.
     pub probability: f64,
     /// Expected share of the intersecting pairs of triangles that was found: 1 if `complete`, 0 if
-    /// nothing was found. Otherwise, for a stopped query, it is that of [`punctual::Query::estimate`],
-    /// or else the share of its expected work that is done.
+    /// nothing was found. Otherwise, for a stopped query, it is that of
+    /// [`punctual::Query::estimate`], or else the share of its expected work that is done.
     pub recall: f64,
     /// Frames since the pair was decided: 0 if in this one. A pair that was never decided counts
     /// from the frame before its boxes met.
@@ -204,8 +204,8 @@ pub struct Report {
     /// True if pairs were left out because the [maximum number](crate::Scene::set_max_pairs) was
     /// reached. Their bodies count as unpaired.
     pub is_full: bool,
-    /// Work of the queries ([`punctual::Budget::work`]), plus 250 units for each query begun. Excludes
-    /// the broad phase.
+    /// Work of the queries ([`punctual::Budget::work`]), plus 250 units for each query begun.
+    /// Excludes the broad phase.
     pub work: u64,
     /// Work of the broad phase: placing bodies, finding pairs and listing them.
     pub broad_phase_work: u64,

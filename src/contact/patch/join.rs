@@ -2,6 +2,7 @@
 
 use crate::contact::Contact;
 use crate::mesh::Mesh;
+use crate::sets::unite;
 use alloc::vec::Vec;
 use glam::DVec3;
 
@@ -119,22 +120,6 @@ impl Joined {
             &self.members[start as usize..self.ends[group] as usize]
         })
     }
-}
-
-/// Returns the root of a group, and halves the path to it.
-fn find(parents: &mut [u32], mut i: u32) -> u32 {
-    while parents[i as usize] != i {
-        let above = parents[parents[i as usize] as usize];
-        parents[i as usize] = above;
-        i = above;
-    }
-    i
-}
-
-/// Unites two groups; the root is the earlier contact.
-fn unite(parents: &mut [u32], i: u32, j: u32) {
-    let (i, j) = (find(parents, i), find(parents, j));
-    parents[i.max(j) as usize] = i.min(j);
 }
 
 /// Finds the first of equal items: a hash table with linear probing.

@@ -72,8 +72,8 @@ impl Planes {
         plane_error.put(&mut self.plane_error);
     }
 
-    /// Extends each box to the box around it and the other, `arc_error` wider. Thickens the planes of
-    /// both by `arc_error` on each side.
+    /// Extends each box to the box around it and the other, `arc_error` wider. Thickens the planes
+    /// of both by `arc_error` on each side.
     #[inline(always)]
     pub fn enclose<L: Lanes>(&mut self, lanes: L, other: &mut Self, arc_error: f32) {
         let arc_error = F8::splat(lanes, arc_error);

@@ -47,8 +47,8 @@ impl<'m> Ahead<'m> {
             })
     }
 
-    /// A box around a part of B during a substep (by default the current one), margins included. `at`
-    /// returns the box of the part at a pose.
+    /// A box around a part of B during a substep (by default the current one), margins included.
+    /// `at` returns the box of the part at a pose.
     pub fn swept(&self, substep: Option<u32>, at: impl FnOnce(&Pose) -> Aabb) -> Aabb {
         let substep = self
             .relative_motion

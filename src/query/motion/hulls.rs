@@ -80,7 +80,8 @@ pub(super) struct Hulls<'s> {
     views: &'s mut Views<[f32; 8]>,
     /// Bound on the bend of paths between the current nodes, plus the position error.
     arc_error: f32,
-    /// `arc_error` plus the margins of the overlap test, in the orientations of A's node and of B's.
+    /// `arc_error` plus the margins of the overlap test, in the orientations of A's node and of
+    /// B's.
     margins: [f32; 2],
     /// True if the own boxes of the current nodes do not meet.
     are_apart: bool,
@@ -137,7 +138,8 @@ impl Passing<'_> {
         }
     }
 
-    /// Ends of boxes, as in [`Slabs`], along axis `k` at the begin, or with entry `4 + k` at the end.
+    /// Ends of boxes, as in [`Slabs`], along axis `k` at the begin, or with entry `4 + k` at the
+    /// end.
     #[inline(always)]
     fn along<L: Lanes>(&self, lanes: L, boxes: &Boxes<L>, k: usize) -> [F8<L>; 2] {
         let row = per_axis!(j => F8::splat(lanes, self.view.columns[j][k]));

@@ -1,8 +1,9 @@
 //! Time of impact: two trees, a motion and a budget in, a proven [`TimeOfImpact`] out.
 //!
-//! [`relative_motion`] cuts the motion into substeps that are nearly straight. For each substep the traversal
-//! runs the question of [`sweep`], with the box test of [`windows`] or [`hulls`]. [`state`] holds
-//! what is proven so far, [`ahead`] bounds what is left, and [`estimate`] predicts its cost.
+//! [`relative_motion`] cuts the motion into substeps that are nearly straight. For each substep the
+//! traversal runs the question of [`sweep`], with the box test of [`windows`] or [`hulls`].
+//! [`state`] holds what is proven so far, [`ahead`] bounds what is left, and [`estimate`] predicts
+//! its cost.
 
 pub(super) mod ahead;
 mod estimate;
@@ -313,12 +314,9 @@ impl Ask<Impact> for Query<'_, Impact> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let relative_motion = &self.relative_motion();
-        // Of solids it is asked first whether one begins with a vertex in the other.
-        if self.is_open_in(workspace) {
-            let stop = self.ask_containment(&relative_motion.pose(0.0), workspace, deadline);
-            if self.is_open_in(workspace) {
-                return stop;
-            }
+        let start = || relative_motion.pose(0.0);
+        if let Some(stop) = self.containment_first(start, workspace, deadline) {
+            return stop;
         }
         let mut stop = StopReason::Finished;
         while workspace.motion.substep < relative_motion.substeps {

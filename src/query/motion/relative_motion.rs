@@ -1,7 +1,8 @@
-//! The relative motion of B as seen from A, cut into substeps of time in which it is nearly straight.
+//! The relative motion of B as seen from A, cut into substeps of time in which it is nearly
+//! straight.
 //!
-//! In a substep B is assumed to keep the orientation that it has in the middle of the substep, and each
-//! part of B to move along a straight line with the velocity that its own middle has then. The
+//! In a substep B is assumed to keep the orientation that it has in the middle of the substep, and
+//! each part of B to move along a straight line with the velocity that its own middle has then. The
 //! neglected motion is bounded: `docs/numerics.md`, "Motion".
 
 use crate::query::relative_pose::RelativePose;
@@ -58,8 +59,8 @@ pub(super) struct RelativeMotion<'m> {
 /// Length of the path of a substep, relative to the sizes of both meshes together, and its turn in
 /// radians. `TURN_OF_FAR` applies if the whole motion is as long as the meshes are large, `TURN` if
 /// it moves no farther and turns no more than in a frame: nearby node pairs are opened again in
-/// each substep. Longer turns are cut finer, because the bend of a substep grows with the square of its
-/// turn.
+/// each substep. Longer turns are cut finer, because the bend of a substep grows with the square of
+/// its turn.
 const WAY: f64 = 16.0;
 const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;

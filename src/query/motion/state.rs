@@ -178,8 +178,8 @@ impl MotionState {
     }
 }
 
-/// The bucket of a time in lengths of the substep. The first bucket is for pairs that may meet at its
-/// begin.
+/// The bucket of a time in lengths of the substep. The first bucket is for pairs that may meet at
+/// its begin.
 pub(super) fn bucket(key: f32) -> usize {
     let steps = (key + 0.5) * (BUCKETS - 2) as f32;
     // Conversions to `i32` need fewer instructions than those to `usize`.

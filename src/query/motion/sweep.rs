@@ -1,9 +1,9 @@
 //! Time of impact of two surfaces: how the traversal handles node pairs and triangle pairs.
 //!
-//! A run covers one substep of the motion. Boxes are compared by time intervals ([`Windows`]), or, if
-//! B turns on the spot, by the hulls of their positions ([`Hulls`]). Pairs whose boxes overlap at
-//! the begin are finished depth-first. Other pairs wait in the queue, ordered by the time at which
-//! they may meet, and are dropped when there is an earlier contact. Triangles are compared in
+//! A run covers one substep of the motion. Boxes are compared by time intervals ([`Windows`]), or,
+//! if B turns on the spot, by the hulls of their positions ([`Hulls`]). Pairs whose boxes overlap
+//! at the begin are finished depth-first. Other pairs wait in the queue, ordered by the time at
+//! which they may meet, and are dropped when there is an earlier contact. Triangles are compared in
 //! `f32`, eight at a time. Those that may meet earlier than all before are *followed* in `f64`, one
 //! at a time, in steps of bounded work: over ever shorter time intervals, until an exact test
 //! proves a contact.
@@ -251,8 +251,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
     }
 
     /// Children that were dropped, of a parent with the known bound `known`, have at least that
-    /// bound and at least the cut, if the cut is that of a contact and not the end of the substep. So
-    /// the result is never less than what an earlier, stopped call has proven.
+    /// bound and at least the cut, if the cut is that of a contact and not the end of the substep.
+    /// So the result is never less than what an earlier, stopped call has proven.
     #[inline(always)]
     fn pass_rest(&mut self, known: f32) {
         if self.workspace.motion.contact().is_some() {

@@ -341,8 +341,8 @@ impl Measure for Windows<'_> {
         if leave < enter.max(BEGIN) || enter >= self.cut {
             return false;
         }
-        // Directions are off by the rotation error of their sum, which may appear shorter by up to the root
-        // of 3.
+        // Directions are off by the rotation error of their sum, which may appear shorter by up to
+        // the root of 3.
         self.in_b = self.drift(
             &way.seen(&views.of_a),
             b_half,

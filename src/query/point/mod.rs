@@ -1,5 +1,5 @@
-//! Points and solids: how often a surface winds around a point, whether the point is inside, and how
-//! far it is from the surface; for one point and for many.
+//! Points and solids: how often a surface winds around a point, whether the point is inside, and
+//! how far it is from the surface; for one point and for many.
 //!
 //! [`visit`] is the question that the traversal answers, [`rim`] what open edges add, [`near`] the
 //! bounds of distances, and [`state`] what is kept between calls.

@@ -2,10 +2,10 @@
 //!
 //! A cone over the boundary closes the surface. Its apex is infinitely far behind the ray, which
 //! then crosses no triangle of the cone. So the winding number is what the ray counts, less the
-//! solid angles of the cone, over `4 pi`. Seen from the point, an edge and the apex span a spherical
-//! triangle. Let the ray go along `x`, let `p` and `r` be the ends as seen from the point, and let
-//! `p_`, `r_` be their components across the ray, as unit vectors. Then half of the solid angle is
-//! the argument of the complex number
+//! solid angles of the cone, over `4 pi`. Seen from the point, an edge and the apex span a
+//! spherical triangle. Let the ray go along `x`, let `p` and `r` be the ends as seen from the
+//! point, and let `p_`, `r_` be their components across the ray, as unit vectors. Then half of the
+//! solid angle is the argument of the complex number
 //!
 //! `tan(P/2) tan(R/2) + p_ . r_  +  i p_ x r_`,
 //!

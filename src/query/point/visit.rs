@@ -1,5 +1,5 @@
-//! Points among the nodes and triangles of one tree: a ray that is counted along, the boundary of an
-//! open surface, and the nearest triangle; one after the other for each point.
+//! Points among the nodes and triangles of one tree: a ray that is counted along, the boundary of
+//! an open surface, and the nearest triangle; one after the other for each point.
 //!
 //! As in ray casts, a pair is a node and a number. For the nearest triangle, that is the key of its
 //! box, as the bits of a positive `f32`. Nodes are finished depth-first.

@@ -1,5 +1,5 @@
-//! The steps of a penetration query, and those that look for a push: contacts give directions, whose
-//! lengths are bisected.
+//! The steps of a penetration query, and those that look for a push: contacts give directions,
+//! whose lengths are bisected.
 
 use super::{
     AXES, Asking, CONTACTS, GROWTH, Heard, Job, Machine, PAIRS, SHORTER, WIDTH, WORK_PER_NEW_PAIR,

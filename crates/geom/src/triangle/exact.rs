@@ -164,7 +164,7 @@ impl<'a> Pair<'a> {
     ///
     /// A projection along an axis is injective on a plane if it maps any area in the plane to a
     /// nonzero area. If neither triangle has an area along any axis, both are segments or points.
-    /// They are apart if rotation_error. Otherwise they lie in one plane, and the projection along at least
+    /// They are apart if skew. Otherwise they lie in one plane, and the projection along at least
     /// one axis is injective on it. A projection never separates what meets, so they meet if and
     /// only if they do along all axes.
     fn coplanar_meet(&self) -> bool {
@@ -183,9 +183,9 @@ impl<'a> Pair<'a> {
                 return !self.separates(axis, a, a_turn, b) && !self.separates(axis, b, b_turn, a);
             }
         }
-        let rotation_error =
+        let skew =
             |i: usize| signs.side([a[i / 3], a[(i / 3 + 1) % 3], b[i % 3]], b[(i + 1) % 3]) != 0;
-        !(0..9).any(rotation_error)
+        !(0..9).any(skew)
             && (0..3).all(|axis| !self.separates(axis, a, 0, b) && !self.separates(axis, b, 0, a))
     }
 

@@ -12,8 +12,8 @@ use punctual_geom::{Aabb, Ray, largest};
 const MARGIN: f64 = 128.0 * f64::EPSILON;
 
 /// Error of a reported parameter, in units of the size of coordinates over the largest component of
-/// the direction: 1e-11 ([`punctual::rays::RayHit::t`]), for coordinates up to sqrt 3 larger and a component
-/// up to sqrt 3 smaller in the frame of the body.
+/// the direction: 1e-11 ([`punctual::rays::RayHit::t`]), for coordinates up to sqrt 3 larger and a
+/// component up to sqrt 3 smaller in the frame of the body.
 const SLACK: f64 = 4e-11;
 
 /// A direction no longer than this is lost in absolute roundings: the ray counts as entering all

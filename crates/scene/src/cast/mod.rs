@@ -32,12 +32,12 @@ impl Scene {
     /// time that grows with the logarithm of their number.
     ///
     /// **Guarantee.** A body is hit where its own [`Query::ray`] reports a hit of the ray,
-    /// [transformed](punctual::Ray::transformed) to the coordinates of its mesh by the inverse of its
-    /// pose. No ray passes between triangles of a body that share an edge. Of several nearest hits
-    /// with equal `t`, the one of the least body counts, then of the least triangle. A cast that is
-    /// cut short has true hits, and [`SceneCast::free_until`] is proven. The same budget of work
-    /// gives the same bits and is never exceeded. It allocates only in a scene with more bodies, or
-    /// for more hits, than any before.
+    /// [transformed](punctual::Ray::transformed) to the coordinates of its mesh by the inverse of
+    /// its pose. No ray passes between triangles of a body that share an edge. Of several nearest
+    /// hits with equal `t`, the one of the least body counts, then of the least triangle. A cast
+    /// that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same budget of
+    /// work gives the same bits and is never exceeded. It allocates only in a scene with more
+    /// bodies, or for more hits, than any before.
     ///
     /// # Errors
     /// [`SceneError::NoRay`].

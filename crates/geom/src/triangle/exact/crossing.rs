@@ -1,11 +1,11 @@
 //! Where a ray along an axis crosses a triangle, exactly and without ties.
 //!
 //! The ray starts at a point `q` and goes along `d = (s, e, e^2)`: the axis with its sign `s`, then
-//! the axes after it in cyclic order, for an `e > 0` that is smaller than any number that occurs. On
-//! which side it passes the edge from `p` to `r` is the sign of `d . ((p - q) x (r - q))`, which is
-//! the sign of the first component that is not zero. All three are zero only if `q` is on the line
-//! through `p` and `r`. So the ray meets no edge and no corner of a triangle that does not hold
-//! `q`: it crosses the triangle inside, or misses it, and nothing has to be cast again.
+//! the axes after it in cyclic order, for an `e > 0` that is smaller than any number that occurs.
+//! On which side it passes the edge from `p` to `r` is the sign of `d . ((p - q) x (r - q))`, which
+//! is the sign of the first component that is not zero. All three are zero only if `q` is on the
+//! line through `p` and `r`. So the ray meets no edge and no corner of a triangle that does not
+//! hold `q`: it crosses the triangle inside, or misses it, and nothing has to be cast again.
 
 use super::sign::Signs;
 use glam::DVec3;

@@ -1,6 +1,7 @@
 //! Each promise of [`punctual_depenetrate::PenetrationQuery`]: its interval holds the depth whenever it stops, it only
 //! shrinks, and it comes within the budget.
 
+#[path = "../../../tests/common/mod.rs"]
 mod common;
 
 use std::time::Duration;
