@@ -151,6 +151,7 @@ impl Traversal<'_, '_, Nearness> {
             };
             if found.low.max(f64::from(bounded.low) * self.relative.unit) <= margin {
                 if reduction.is_on {
+                    reduction.note(bounded.pair, found.high);
                     let found_of = Corners::of_pair(corners, trees, self.b_in_a, bounded.pair);
                     if !reduction.skin.take(shape, bounded.pair, found_of, &found) {
                         overlaps.take_touching(bounded.pair, found.points[0]);
@@ -237,6 +238,9 @@ impl Traversal<'_, '_, Nearness> {
         if let Some(margin) = workspace.contacts.margin() {
             if let Some(contact) = contact(ids(trees, pair), [a, b], proven, margin, stats) {
                 workspace.run.stats.found += 1;
+                if workspace.reduction.is_on {
+                    workspace.reduction.note(pair, contact.distance);
+                }
                 if !workspace.reduction.is_on {
                     workspace.contacts.push(contact);
                 } else if let Some(segment) = contact.segment {

@@ -189,9 +189,11 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let Workspace {
             overlaps,
             contacts,
+            reduction,
             corners: [of_a, of_b],
             ..
         } = &mut *self.workspace;
+        reduction.note(pair, 0.0);
         let a = of_a.of(self.a, pair[0], |v| v);
         let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
         if let Some(segment) = contact.segment {

@@ -84,6 +84,9 @@ pub struct ManifoldBounds {
     pub low: f64,
     /// True if the surfaces are known to intersect.
     pub meets: bool,
+    /// The triangles (ids of the meshes) of the nearest contact found, up to a thousandth, and
+    /// their distance: 0 only if they intersect. `None` if no contact was found.
+    pub nearest: Option<([u32; 2], f64)>,
 }
 
 impl<'t> Query<'t, Manifolds> {
@@ -106,6 +109,13 @@ impl<'t> Query<'t, Manifolds> {
         OptionError::note(&mut self.fault, "skin", width, f64::INFINITY);
         self.asked.options.margin = self.contacts_question().margin(width).asked.options.margin;
         self
+    }
+
+    /// True if a distance is within the skin.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn is_within(&self, distance: f64) -> bool {
+        distance <= self.asked.options.margin
     }
 
     /// The query that lists the pairs.
@@ -190,6 +200,12 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         } else {
             workspace.search.interval.low()
         };
-        ManifoldBounds { low, meets }
+        let nearest = workspace.reduction.nearest;
+        let ids = |[x, y]: [u32; 2]| [self.a.ids()[x as usize], self.b.ids()[y as usize]];
+        ManifoldBounds {
+            low,
+            meets,
+            nearest: nearest.map(|(pair, distance)| (ids(pair), distance)),
+        }
     }
 }

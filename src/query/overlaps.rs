@@ -239,6 +239,10 @@ impl Default for Overlaps {
     }
 }
 
+fn reserve<T>(buffer: &mut Vec<T>, most: usize) {
+    buffer.reserve(most.saturating_sub(buffer.len()));
+}
+
 fn hash([a, b]: [u32; 2]) -> u64 {
     let x = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x ^ x >> 29
@@ -263,7 +267,24 @@ impl Overlaps {
     }
 
     pub fn reserve(&mut self, cuts: usize) {
-        self.cuts.reserve(cuts.saturating_sub(self.cuts.len()));
+        reserve(&mut self.cuts, cuts);
+    }
+
+    /// Reserves room for this many pairs, of meshes of this size at most.
+    pub fn reserve_for(&mut self, cuts: usize, [triangles, vertices]: [usize; 2]) {
+        self.reserve(cuts);
+        reserve(&mut self.parents, cuts);
+        reserve(&mut self.slots.values, (2 * cuts).next_power_of_two());
+        reserve(&mut self.classes, 12 * cuts);
+        reserve(&mut self.region, (2 * triangles).min(REGION_LIMIT));
+        reserve(&mut self.groups, cuts);
+        reserve(&mut self.done, cuts);
+        reserve(&mut self.probing.found, FOUND);
+        for side in 0..2 {
+            reserve(&mut self.triangles[side].values, triangles);
+            reserve(&mut self.vertices[side].values, vertices);
+            reserve(&mut self.taken[side].values, vertices);
+        }
     }
 
     /// Takes two triangles (tree order) that intersect in this segment.
@@ -300,7 +321,8 @@ impl Overlaps {
         self.classes.clear();
         self.region.clear();
         self.groups.clear();
-        self.probing.found.reserve(FOUND);
+        self.probing.found.clear();
+        reserve(&mut self.probing.found, FOUND);
         for (side, tree) in trees.into_iter().enumerate() {
             self.triangles[side].begin(tree.mesh().len(), count + 1);
             let vertices = tree.mesh().vertex_count();
@@ -858,13 +880,22 @@ pub(super) struct Reduction {
     pub skin: Skin,
     /// True when all pairs are listed.
     pub is_listed: bool,
+    /// The nearest of the pairs so far (tree order), and its distance.
+    pub nearest: Option<([u32; 2], f64)>,
 }
 
 impl Reduction {
     pub fn clear(&mut self) {
         if self.is_on {
             self.skin.clear();
-            (self.is_on, self.is_listed) = (false, false);
+            (self.is_on, self.is_listed, self.nearest) = (false, false, None);
+        }
+    }
+
+    /// Records a pair of triangles (tree order) that are this far apart.
+    pub fn note(&mut self, pair: [u32; 2], distance: f64) {
+        if self.nearest.is_none_or(|(_, least)| distance < least) {
+            self.nearest = Some((pair, distance));
         }
     }
 }

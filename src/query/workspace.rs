@@ -289,6 +289,17 @@ impl Workspace {
         self.contacts.reserve(contacts);
     }
 
+    /// Reserves room for the manifolds of meshes of at most so many triangles and vertices, with at
+    /// most `pairs` pairs of triangles that intersect: 4 bytes for each triangle, 8 for each
+    /// vertex, and about 1.5 kB for each pair.
+    pub fn reserve_manifolds(&mut self, pairs: usize, triangles: usize, vertices: usize) {
+        self.reserve_contacts(pairs);
+        self.reduction.skin.reserve();
+        self.overlaps.reserve_for(pairs, [triangles, vertices]);
+        let room = pairs.saturating_sub(self.manifolds.len());
+        self.manifolds.reserve(room);
+    }
+
     /// The hits that the last query found, if it asked for all hits of a ray, without drained ones:
     /// in order of discovery, which is nearly that of `t`.
     pub fn ray_hits(&self) -> &[RayHit] {

@@ -10,7 +10,7 @@ use super::id::{BodyId, CompoundId, PairKey, SceneNumber, bodies_of, pair_key};
 use super::room::reserve;
 use super::spot::Spot;
 use super::waiting::Waiting;
-use crate::cost::{LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_WORK};
+use crate::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
 use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -158,6 +158,8 @@ pub(super) struct Bodies {
     len: usize,
     /// The frame of the last new slot.
     grown: u64,
+    /// The largest numbers of triangles and of vertices of a mesh so far.
+    pub largest_mesh: [usize; 2],
     /// The pairs whose distances are measured.
     pub distance_requests: DistanceRequests,
     /// The pairs whose contacts are requested.
@@ -363,7 +365,11 @@ impl Bodies {
             self.has_special |= facts.is_special;
             self.has_motions |= motion.is_some();
             self.has_filtered |= facts.is_part || facts.filter != Filter::default();
-            facts.size = libm::sqrtf(libm::sqrtf(body.tree.mesh().len() as f32));
+            let mesh = body.tree.mesh();
+            facts.size = libm::sqrtf(libm::sqrtf(mesh.len() as f32));
+            let [triangles, vertices] = &mut self.largest_mesh;
+            *triangles = mesh.len().max(*triangles);
+            *vertices = mesh.vertex_count().max(*vertices);
         }
     }
 
@@ -397,17 +403,18 @@ impl Bodies {
                 .any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
     }
 
+    /// True if all that may be asked of a pair is whether it meets, and where: neither its distance
+    /// nor its time of impact.
+    pub fn asks_only_contact(&self, key: PairKey) -> bool {
+        !self.is_special(key) || !self.distance_requests.has(key) && !self.is_moving(key)
+    }
+
     /// Least work of a turn, for any question that may be asked.
     pub fn least_work(&self) -> u64 {
-        let usual = if self.has_special {
+        if self.has_special || self.contact_requests.any() {
             LEAST_DISTANCE_WORK
         } else {
             LEAST_WORK
-        };
-        if self.contact_requests.any() {
-            LEAST_CONTACT_WORK
-        } else {
-            usual
         }
     }
 

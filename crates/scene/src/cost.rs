@@ -21,17 +21,8 @@ pub const WORK_PER_NEIGHBORS: u64 = 320;
 /// Least work that is useful to a pair: a query and one step.
 pub const LEAST_WORK: u64 = WORK_PER_QUERY + MAX_STEP_WORK;
 
-/// Least work that is useful to a distance query of a pair.
+/// Least work that is useful to a query of a pair for its distance, motion or contacts.
 pub const LEAST_DISTANCE_WORK: u64 = WORK_PER_QUERY + MAX_DISTANCE_STEP_WORK;
-
-/// Work of adding a contact to a patch and of choosing points for it; about what it takes.
-pub const WORK_PER_PATCHED_CONTACT: u64 = 1200;
-
-/// Number of contacts that can always be patched after a contact query.
-pub const LEAST_PATCHED: u64 = 2;
-
-/// Least work that is useful to a pair that asks for contacts.
-pub const LEAST_CONTACT_WORK: u64 = LEAST_DISTANCE_WORK + LEAST_PATCHED * WORK_PER_PATCHED_CONTACT;
 
 /// Work per pair that takes as long as planning another round of a frame.
 pub const WORK_PER_PLANNED_PAIR: u64 = 15;

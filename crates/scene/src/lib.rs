@@ -56,7 +56,7 @@ mod spot;
 mod waiting;
 
 pub use ask::PairQuestion;
-pub use ask::contacts::{ContactPoint, ContactPoints};
+pub use ask::contacts::{ContactPoint, Contacts, PlacedContact};
 pub use body::{Body, BodyKind};
 pub use cast::ray::{BodyHit, SceneCast, SceneRay};
 pub use certificate::PairCertificate;
@@ -215,6 +215,7 @@ impl Scene {
         } else {
             None
         };
+        self.make_room_for_contacts();
         Ok(())
     }
 
@@ -266,7 +267,11 @@ impl Scene {
             motion: None,
             compound,
         };
+        let largest = self.bodies.largest_mesh;
         self.bodies_mut().insert(placed, frame);
+        if self.bodies.largest_mesh != largest {
+            self.make_room_for_contacts();
+        }
         self.broad.reserve(self.bodies.room());
         self.broad.insert(id.index);
         Ok(id)

@@ -157,7 +157,7 @@ fn touch(world: &mut World, frame: usize) {
     }
     world.fly();
     let [a, b] = [0, 1].map(|_| world.ids[world.random.below(BODIES)]);
-    let _ = world.scene.contact_points(a, b);
+    let _ = world.scene.contacts(a, b);
 }
 
 /// A compound of six turns among them.

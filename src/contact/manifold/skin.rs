@@ -84,7 +84,12 @@ impl Skin {
     pub fn begin(&mut self, width: f64) {
         self.width = width;
         self.cones.clear();
-        self.cones.reserve(CONES);
+        self.reserve();
+    }
+
+    /// Makes room for all cones.
+    pub fn reserve(&mut self) {
+        self.cones.reserve(CONES - self.cones.len());
     }
 
     pub fn clear(&mut self) {

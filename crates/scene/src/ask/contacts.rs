@@ -1,68 +1,105 @@
-//! Contact points of bodies: the requests, and the answers.
+//! Contacts of bodies, as a solver needs them: the requests, and the answers.
 
 use crate::Scene;
 use crate::error::SceneError;
 use crate::id::{BodyId, bodies_of};
+use crate::pair::batch;
 use glam::DVec3;
 use punctual::Verdict;
+use punctual_geom::Pose;
 
-/// A contact point of two bodies, in the coordinates of the scene, rounded: one of the few
-/// representative points of a patch of contacts ([`punctual::contacts::Patches`]).
+/// A contact point of two bodies: one of at most four of a [manifold](punctual::contacts::Manifold),
+/// fixed to both bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ContactPoint {
-    /// The id of its patch. Constant from frame to frame while the patch shares a triangle with its
-    /// state when it was last found. No other patch of the pair gets the id as long as the boxes of
-    /// the bodies overlap.
-    pub patch: u64,
-    /// Triangle of the body with the lower index, and of the other one: ids of their meshes.
-    pub triangles: [u32; 2],
-    /// The closest points of these triangles. For triangles that intersect, both are the middle of
-    /// the segment in which they do.
+    /// The id of its manifold. Constant from frame to frame while the manifold keeps a point.
+    pub manifold: u64,
+    /// Constant from frame to frame while the point stays near its place on one of the bodies. No
+    /// other point of the pair gets the id as long as the bodies are not found separated.
+    pub id: u64,
+    /// The point on the body with the lower index, in the coordinates of its mesh; and the point on
+    /// the other one, in those of its own.
     pub points: [DVec3; 2],
-    /// Unit vector: moving the body with the lower index along it separates it from the other.
-    /// [`punctual::contacts::Contact::normal`].
+    /// Unit vector in the coordinates of the first body, from the second to the first: moving the
+    /// first along it separates the bodies here.
     pub normal: DVec3,
-    /// Distance of the triangles, without margins; 0 only if they intersect.
-    /// [`punctual::contacts::Contact::distance`].
+    /// Signed distance along the normal at the poses at which it was found, in the length unit of
+    /// the scene, without margins; negative where the bodies are sunk into each other.
     pub distance: f64,
 }
 
-/// The contact points of two bodies: [`Scene::contact_points`].
+/// A contact point at poses of both bodies, in the coordinates of the scene: [`ContactPoint::at`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct ContactPoints<'s> {
-    /// The points of the nearest patch first, its nearest point first, then those of the next
-    /// patch. At most four per patch, and 16 in total.
+pub struct PlacedContact {
+    /// The point on the first body, and on the second.
+    pub points: [DVec3; 2],
+    /// Unit vector from the second body to the first.
+    pub normal: DVec3,
+    /// Signed distance of the points along the normal, without margins.
+    pub distance: f64,
+}
+
+impl ContactPoint {
+    /// The contact at these poses of both bodies: its points and its normal move with them. As far
+    /// as the bodies have moved since it was found, the distance is an estimate, good for small
+    /// motions.
+    pub fn at(&self, [a, b]: [&Pose; 2]) -> PlacedContact {
+        let points = [
+            a.transform_point(self.points[0]),
+            b.transform_point(self.points[1]),
+        ];
+        let normal = *a.rotation() * self.normal;
+        PlacedContact {
+            points,
+            normal,
+            distance: (points[0] - points[1]).dot(normal),
+        }
+    }
+}
+
+/// What is known of the contacts of two bodies: [`Scene::contacts`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Contacts<'s> {
+    /// At most 16 points, those of the deepest manifold first.
     pub points: &'s [ContactPoint],
-    /// Every contact within the margins that no point represents is at least this far away, up to
-    /// some roundings. Infinite if there is none, and 0 if nothing is known.
+    /// Every contact within the margins that no point stands for was at least this far apart when
+    /// the points were found. Infinite if there was none, and 0 if nothing is known.
     pub low: f64,
-    /// Frames since this was found: 0 if it holds for the poses of the last frame. If nothing is
-    /// known, the number of frames so far.
+    /// Upper bound of how far the surfaces have moved relative to each other since the points were
+    /// found, in the length unit of the scene: 0 if they are those of the present poses, infinite
+    /// if nothing is known.
+    pub drift: f64,
+    /// Frames since they were found. If nothing is known, the number of frames so far.
     pub age: u64,
 }
 
-impl ContactPoints<'_> {
-    /// True if the points represent all contacts.
+impl Contacts<'_> {
+    /// True if the points stand for all contacts at the present poses.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.low == f64::INFINITY
+        self.low == f64::INFINITY && self.drift == 0.0
     }
 }
 
 impl Scene {
-    /// Finds contact points, from the next frame on, for all pairs that meet:
-    /// [`Scene::contact_points`].
+    /// Finds contacts for a solver, from the next frame on, of all pairs whose bodies are within
+    /// the sum of their margins: [`Scene::contacts`]. This *skin* is what makes contacts useful
+    /// before bodies sink into each other; .5 to 2 % of their size is usual.
     ///
-    /// This is a separate question, asked once a pair is known to meet, and it shares the budget of
-    /// the frame with all others ([`Scene::detect`]). Its contacts are all pairs of triangles
-    /// within the sum of the margins of both bodies, or that intersect if that is 0
-    /// ([`punctual::Query::contacts`]), up to 256 per pair. They form patches, of which the nearest
-    /// are reported.
+    /// If nothing else is asked of a pair in [`Mode::Any`](punctual::Mode::Any), the contacts are
+    /// its only question, and also decide whether it meets. Bodies that were proven apart by more
+    /// than they have moved need nothing. Contacts are kept while the bodies have moved relative to
+    /// each other by less than an eighth of the skin. They go on being reported, with their
+    /// [drift](Contacts::drift), and prove that the bodies still meet. Under a budget the pairs of
+    /// which nothing is known go first, then those that have moved the most relative to their
+    /// skins, per expected cost.
     ///
-    /// Takes about 12 kB more for each pair that meets, plus 5 MB.
+    /// Takes about 2 kB more for each pair near contact, plus 15 MB and 200 bytes for each triangle
+    /// of the largest mesh.
     ///
     /// ```
     /// use punctual::glam::{DMat3, Vec3};
@@ -77,9 +114,12 @@ impl Scene {
     /// let place = Pose::new(DMat3::IDENTITY, [0.3, 0.2, 2.005])?;
     /// let id = scene.insert(Body::moving(crate_, place).margin(0.01))?;
     /// scene.detect(Budget::unlimited());
-    /// let found = scene.contact_points(floor, id)?;
-    /// assert!(found.is_complete() && found.age == 0 && found.points.len() == 4);
-    /// assert!(found.points.iter().all(|point| point.normal.z < -0.99 && point.patch == found.points[0].patch));
+    /// let found = scene.contacts(floor, id)?;
+    /// assert!(found.is_complete() && found.points.len() == 4);
+    /// for point in found.points {
+    ///     let now = point.at([&scene.body(floor)?.pose, &scene.body(id)?.pose]);
+    ///     assert!(now.normal.z < -0.99 && (now.distance - 0.005).abs() < 1e-6);
+    /// }
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn find_contacts(&mut self) {
@@ -87,7 +127,8 @@ impl Scene {
         self.make_room_for_contacts();
     }
 
-    /// Finds contact points of two bodies, whenever they meet: [`Scene::find_contacts`].
+    /// Finds contacts of two bodies, whenever they are within their margins:
+    /// [`Scene::find_contacts`].
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.
@@ -98,7 +139,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Stops finding contact points of two bodies, unless [`Scene::find_contacts`] includes them.
+    /// Stops finding contacts of two bodies, unless [`Scene::find_contacts`] includes them.
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.
@@ -110,30 +151,44 @@ impl Scene {
         Ok(())
     }
 
-    fn make_room_for_contacts(&mut self) {
-        self.schedule.make_patches();
+    /// Makes room in the workspaces for the contacts of the largest mesh, if contacts are
+    /// requested.
+    pub(crate) fn make_room_for_contacts(&mut self) {
+        if !self.bodies.contact_requests.any() {
+            return;
+        }
+        self.is_known = false;
+        let mesh = self.bodies.largest_mesh;
+        self.schedule.make_room_for_contacts(mesh);
+        batch::make_room_for_contacts(&mut self.scratch, mesh);
+        #[cfg(feature = "parallel")]
+        if let Some(workers) = &self.workers {
+            workers.make_room_for_contacts(mesh);
+        }
         self.pairs.reserve_touches();
     }
 
-    /// The contact points of two bodies, as far as the frames so far have found them, if requested
-    /// ([`Scene::find_contacts`]). No points if the bodies were found separated.
+    /// What is known of the contacts of two bodies, as far as the frames so far have found them, if
+    /// requested ([`Scene::find_contacts`]). No points if the bodies were found separated.
     ///
-    /// A question that was cut short reports the nearest part of its contacts, and continues in the
-    /// next frame if the bodies rest. Its points stay, with their age, until there are newer ones.
-    /// Costs one search for the pair; nothing is copied within the time of a frame.
+    /// A question that was cut short reports a part of the contacts, and continues in the next
+    /// frame if the bodies rest. Points stay until there are newer ones, with a
+    /// [drift](Contacts::drift). Costs one search for the pair; nothing is copied within the time
+    /// of a frame.
     ///
     /// # Errors
     /// If one of the bodies is not in the scene, or both are the same.
-    pub fn contact_points(&self, x: BodyId, y: BodyId) -> Result<ContactPoints<'_>, SceneError> {
+    pub fn contacts(&self, x: BodyId, y: BodyId) -> Result<Contacts<'_>, SceneError> {
         let (key, frame) = (self.bodies.key(x, y)?, self.report.frame);
         let is_apart = match self.report.pair(x, y) {
             Some(pair) => pair.verdict == Verdict::Separated,
             None => self.is_looked_at(x, y)? && frame > 0,
         };
         if is_apart {
-            return Ok(ContactPoints {
+            return Ok(Contacts {
                 points: &[],
                 low: f64::INFINITY,
+                drift: 0.0,
                 age: 0,
             });
         }
@@ -143,21 +198,18 @@ impl Scene {
             .touch(key)
             .filter(|touch| touch.since > 0 && !is_of_another);
         let Some(touch) = touch else {
-            return Ok(ContactPoints {
+            return Ok(Contacts {
                 points: &[],
                 low: 0.0,
+                drift: f64::INFINITY,
                 age: frame,
             });
         };
-        let age = if touch.since >= self.bodies.last_change(key) {
-            0
-        } else {
-            frame - touch.since
-        };
-        Ok(ContactPoints {
+        Ok(Contacts {
             points: &touch.points,
             low: touch.low,
-            age,
+            drift: self.bodies.drift(key, touch, frame),
+            age: frame - touch.since,
         })
     }
 }

@@ -19,10 +19,16 @@ impl Bodies {
     /// only if some importance was set.
     #[inline]
     pub fn weight(&self, key: PairKey, kind: TurnKind) -> f32 {
-        if self.weights.any {
-            self.weights.of[self.question(key, kind) as usize]
-        } else {
-            0.0
+        if !self.weights.any {
+            return 0.0;
+        }
+        let weight = |question| self.weights.of[question as usize];
+        match self.question(key, kind) {
+            // They also decide whether the pair meets.
+            PairQuestion::Contacts if self.asks_only_contact(key) => {
+                weight(PairQuestion::Contacts).max(weight(PairQuestion::Meet))
+            }
+            question => weight(question),
         }
     }
 

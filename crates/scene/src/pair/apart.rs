@@ -11,7 +11,6 @@ use super::question::Question;
 use super::spent::Spent;
 use super::state::Turn;
 use super::travel::slack;
-use crate::ask::TurnKind;
 use crate::body::{Bodies, Placed, margins};
 use crate::cost::{LEAST_WORK, WORK_PER_PLANE, WORK_PER_QUERY, WORK_PER_ROOT_TEST};
 use crate::facts::Facts;
@@ -84,8 +83,7 @@ impl Turn {
     /// True if the root test is applicable, and likely to separate the bodies.
     #[inline]
     pub fn may_test_roots(&self, desk: &mut Desk) -> bool {
-        self.kind == TurnKind::Meet
-            && !self.state.met()
+        !self.state.met()
             && self.state.search <= LONG_SEARCH
             && self.has_room(WORK_PER_ROOT_TEST, desk)
     }
@@ -96,8 +94,7 @@ impl Turn {
     pub fn may_part(&mut self, desk: &mut Desk) -> bool {
         let did =
             self.state.in_vain == 0 && self.state.separating_plane != SeparatingPlane::default();
-        let is_likely = self.kind == TurnKind::Meet
-            && self.state.verdict == Verdict::Separated
+        let is_likely = self.state.verdict == Verdict::Separated
             && self.state.search > LONG_SEARCH
             && (did || desk.round.kind == RoundKind::Answer)
             && self.has_room(u64::from(PLANES) * WORK_PER_PLANE, desk);
@@ -110,7 +107,9 @@ impl Turn {
     /// bodies meet.
     #[inline(always)]
     fn has_room(&self, work: u64, desk: &mut Desk) -> bool {
-        !desk.held && !desk.bodies.is_special(self.key) && desk.deadline.has_room(work + LEAST_WORK)
+        !desk.held
+            && desk.bodies.asks_only_contact(self.key)
+            && desk.deadline.has_room(work + LEAST_WORK)
     }
 
     /// Runs the root test; true if it separates the bodies, and then records the bound. False also
@@ -119,14 +118,11 @@ impl Turn {
     pub fn root_test_parts(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
         desk.deadline.spend(WORK_PER_ROOT_TEST);
         self.spent.work += WORK_PER_ROOT_TEST;
-        let low = root_test::distance(
-            pair.map(|placed| &*placed.body.tree),
-            b_in_a,
-            desk.workspace,
-        );
+        let trees = pair.map(|placed| &*placed.body.tree);
+        let low = root_test::distance(trees, b_in_a, desk.workspace) - margins(pair);
         let (bodies, key, frame) = (desk.bodies, self.key, desk.round.frame);
         let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
-        if low == 0.0
+        if low <= 0.0
             || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some()
         {
             return false;
@@ -147,10 +143,11 @@ impl Turn {
             self.state
                 .separating_plane
                 .distance(trees, b_in_a, PLANES, desk.workspace);
+        let low = low - margins(pair);
         let (work, frame) = (u64::from(tried) * WORK_PER_PLANE, desk.round.frame);
         desk.deadline.spend(work);
         self.spent.work += work;
-        if low == 0.0 {
+        if low <= 0.0 {
             self.state.without_planes = WITHOUT_PLANES << self.state.in_vain;
             self.state.in_vain = MOST_IN_VAIN.min(self.state.in_vain + 1);
             return false;
@@ -264,7 +261,7 @@ fn reach(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], frame: u64) -> Optio
         .fold(f64::INFINITY, f64::min);
     let limit = (MOST_STEPS * step).min(LARGEST_PART * size);
     let is_slow = limit >= LEAST_STEPS * step;
-    (is_slow && !bodies.distance_requests.has(key) && !bodies.is_moving(key)).then_some(limit)
+    (is_slow && bodies.asks_only_contact(key)).then_some(limit)
 }
 
 /// How far bodies at a proven distance `low`, margins not counted, can move before they may meet.

@@ -7,7 +7,7 @@ use super::question::Question;
 use super::retest::{Retest, Test, WITNESSES};
 use super::spent::Spent;
 use super::state::Turn;
-use super::touch::{MOST_CONTACTS, Touch};
+use super::touch::MOST_CONTACTS;
 use crate::ask::TurnKind;
 use crate::body::{Bodies, Placed};
 use crate::cost::{LEAST_WORK, WORK_PER_QUERY};
@@ -17,9 +17,8 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::mem;
 use core::time::Duration;
-use punctual::contacts::Patches;
 use punctual::engine::Deadline;
-use punctual::{Clock, Mode, StopReason, Workspace};
+use punctual::{Clock, Mode, StopReason, Verdict, Workspace};
 
 /// Capacity for queued node pairs in the workspaces of a scene, and for found pairs, which are only
 /// counted.
@@ -30,9 +29,12 @@ const FOUND: usize = 1024;
 const TOGETHER: usize = 16;
 
 pub(crate) fn workspace() -> Box<Workspace> {
-    let mut workspace = Box::new(Workspace::with_capacity(QUEUE, FOUND));
-    workspace.reserve_contacts(MOST_CONTACTS);
-    workspace
+    Box::new(Workspace::with_capacity(QUEUE, FOUND))
+}
+
+/// Makes room for the contacts of meshes of at most so many triangles and vertices.
+pub(crate) fn make_room_for_contacts(workspace: &mut Workspace, [triangles, vertices]: [usize; 2]) {
+    workspace.reserve_manifolds(MOST_CONTACTS, triangles, vertices);
 }
 
 /// The task for the pairs of a round.
@@ -83,8 +85,6 @@ pub(crate) struct Batch {
     /// The pair whose run the end of the budget stopped. The run is in the workspace.
     pub held: Option<PairKey>,
     workspace: Option<Box<Workspace>>,
-    /// Buffers for patches, if contacts are requested.
-    patches: Option<Box<Patches>>,
 }
 
 impl Batch {
@@ -106,8 +106,8 @@ impl Batch {
         self.turns.len() == self.turns.capacity()
     }
 
-    pub fn make_patches(&mut self) {
-        self.patches.get_or_insert_with(Touch::patches);
+    pub fn make_room_for_contacts(&mut self, mesh: [usize; 2]) {
+        make_room_for_contacts(self.workspace.get_or_insert_with(workspace), mesh);
     }
 
     /// The stopped run, if there is one, and its pair.
@@ -189,7 +189,6 @@ impl Batch {
                     deadline: &mut deadline,
                     workspace: kept.unwrap_or(scratch),
                     held,
-                    patches: self.patches.as_deref_mut(),
                     looks_ahead: self.looks_ahead,
                 },
             );
@@ -214,7 +213,6 @@ pub(crate) struct Desk<'d, 'c> {
     pub workspace: &'d mut Workspace,
     /// True if the workspace holds a stopped run of the pair.
     pub held: bool,
-    pub patches: Option<&'d mut Patches>,
     pub looks_ahead: bool,
 }
 
@@ -235,7 +233,7 @@ impl Turn {
         round: &Round,
         deadline: &mut Deadline,
     ) {
-        let (held, patches, looks_ahead) = (false, None, true);
+        let (held, looks_ahead) = (false, true);
         self.run(
             bodies.pair(self.key),
             &mut Desk {
@@ -244,7 +242,6 @@ impl Turn {
                 deadline,
                 workspace,
                 held,
-                patches,
                 looks_ahead,
             },
         );
@@ -271,9 +268,9 @@ impl Turn {
         if self.may_part(desk) && self.a_plane_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
         }
-        if self.kind == TurnKind::Meet
-            && self.may_prove_apart(desk)
+        if self.may_prove_apart(desk)
             && let Some(ended) = self.prove_apart([a, b], b_in_a, desk)
+            && (self.kind == TurnKind::Meet || self.state.verdict == Verdict::Separated)
         {
             return ended;
         }
@@ -285,7 +282,7 @@ impl Turn {
             return Ended::NotBegun;
         }
         match self.kind {
-            TurnKind::Contacts => self.find_contacts(&question, [a, b], desk),
+            TurnKind::Contacts => self.find_contacts(&question, [a, b], &b_in_a, desk),
             TurnKind::Meet => self.answer(&question, desk),
         }
     }

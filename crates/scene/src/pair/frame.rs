@@ -71,18 +71,6 @@ impl Frame<'_> {
             .then(|| (limit / ESTIMATES_PART).min(ESTIMATES_MOST * self.threads() as u32))
     }
 
-    /// True if the contacts of bodies that last changed in `changed` are known as well as this
-    /// frame can find them.
-    pub fn knows_contacts(&self, state: &PairState, changed: u64) -> bool {
-        let left_out = state.touch.as_ref().map_or(0, |touch| touch.left_out);
-        let work = self.budget.work_limit().unwrap_or(u64::MAX);
-        let time = self
-            .budget
-            .time_limit()
-            .map_or(u64::MAX, |time| time.as_nanos() as u64);
-        state.knows_contacts(changed) && (left_out == 0 || left_out > work.min(time) / GUARANTEED)
-    }
-
     /// The last frame in which a pair was decided. The frames of a rest count, although they test
     /// nothing.
     pub fn decided(&self, state: &PairState) -> u64 {

@@ -3,15 +3,12 @@
 
 use super::bounds::Bounds;
 use super::spent::Spent;
-use super::touch::MOST_CONTACTS;
 use crate::ask::distance_requests::DistanceRequest;
 use crate::body::{Bodies, Placed, margins};
-use crate::cost::{
-    LEAST_CONTACT_WORK, LEAST_DISTANCE_WORK, LEAST_PATCHED, LEAST_WORK, WORK_PER_PATCHED_CONTACT,
-};
+use crate::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
 use crate::id::PairKey;
 use punctual::Answer as Answered;
-use punctual::contacts::Contacts;
+use punctual::contacts::Manifolds;
 use punctual::distance::Distance;
 use punctual::engine::{Ask, Deadline};
 use punctual::impact::Impact;
@@ -34,7 +31,7 @@ pub(crate) enum Question<'t> {
     /// The time of impact.
     Motion(Query<'t, Impact>),
     /// The contacts.
-    Contacts(Query<'t, Contacts>),
+    Contacts(Query<'t, Manifolds>),
 }
 
 /// The results so far after a call.
@@ -44,8 +41,10 @@ pub(crate) struct Answer {
     /// Intersecting pairs of triangles.
     pub found: u64,
     pub bounds: Option<Bounds>,
-    /// Lower bound of the distance of contacts not found.
+    /// Lower bound of the distance of contacts not found; and the nearest one found: its triangles
+    /// and their distance.
     pub missing: f64,
+    pub nearest: Option<([u32; 2], f64)>,
 }
 
 impl Answer {
@@ -63,6 +62,7 @@ impl Answer {
             found: u64::from(bounds.high == 0.0),
             bounds: Some(bounds),
             missing: 0.0,
+            nearest: None,
         }
     }
 }
@@ -135,16 +135,14 @@ impl<'t> Question<'t> {
     /// The contacts of the bodies of a pair.
     #[cold]
     pub fn contacts(pair @ [a, b]: [&'t Placed; 2], b_in_a: Pose) -> Self {
-        let query = Query::contacts(&a.body.tree, &b.body.tree, b_in_a).margin(margins(pair));
-        Self::Contacts(query.contact_limit(MOST_CONTACTS))
+        Self::Contacts(Query::manifolds(&a.body.tree, &b.body.tree, b_in_a).skin(margins(pair)))
     }
 
     #[inline]
     pub fn least_work(&self) -> u64 {
         match self {
             Self::Meet(_) => LEAST_WORK,
-            Self::Distance(_) | Self::Motion(_) => LEAST_DISTANCE_WORK,
-            Self::Contacts(_) => LEAST_CONTACT_WORK,
+            Self::Distance(_) | Self::Motion(_) | Self::Contacts(_) => LEAST_DISTANCE_WORK,
         }
     }
 
@@ -155,7 +153,7 @@ impl<'t> Question<'t> {
             Self::Meet(query) => query.is_stopped_in(workspace),
             Self::Distance(query) => query.is_stopped_in(workspace),
             Self::Motion(query) => query.is_stopped_in(workspace),
-            Self::Contacts(query) => query.holds(workspace).is_ok(),
+            Self::Contacts(query) => query.is_stopped_in(workspace),
         }
     }
 
@@ -224,6 +222,7 @@ impl<'t> Question<'t> {
                     found: workspace.found(),
                     bounds: None,
                     missing: 0.0,
+                    nearest: None,
                 }
             }
             Self::Distance(query) => {
@@ -268,29 +267,24 @@ impl<'t> Question<'t> {
                 Answer::bounded(stop, bounds, query.witness_distance(workspace))
             }
             Self::Contacts(query) => {
-                deadline.leave_after(
-                    MAX_DISTANCE_STEP_WORK,
-                    LEAST_PATCHED * WORK_PER_PATCHED_CONTACT,
-                );
+                deadline.leave(MAX_DISTANCE_STEP_WORK);
                 let Answered {
                     value: found, stop, ..
                 } = query.spend(workspace, None, deadline);
                 deadline.leave(MAX_STEP_WORK);
-                let nearest = workspace
-                    .contacts()
-                    .next()
-                    .filter(|contact| query.is_within(contact));
-                let verdict = match nearest {
-                    Some(contact) => Verdict::of_witness(contact.triangles, contact.distance),
-                    None if stop.is_final() && workspace.found() == 0 => Verdict::Separated,
+                let within = found.nearest.filter(|&(_, apart)| query.is_within(apart));
+                let verdict = match within {
+                    Some((triangles, distance)) => Verdict::of_witness(triangles, distance),
+                    None if stop.is_final() && found.nearest.is_none() => Verdict::Separated,
                     None => Verdict::Undecided,
                 };
                 Answer {
                     stop,
                     verdict,
-                    found: u64::from(nearest.is_some()),
+                    found: u64::from(within.is_some()),
                     bounds: None,
                     missing: found.low,
+                    nearest: found.nearest,
                 }
             }
         }

@@ -170,21 +170,14 @@ impl Turn {
             ..
         } = self;
         self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
-        if standing.verdict == Verdict::Separated
-            && let Some(touch) = &mut state.touch
-        {
-            touch.separate(frame);
-        }
-        let asks_contacts = bodies.contact_requests.any()
+        let asks_contacts = standing.verdict != Verdict::Separated
             && bodies.contact_requests.has(*key)
-            && !state.knows_contacts(bodies.last_change(*key));
+            && !state.knows_contacts(*key, bodies, frame);
         self.next = match self.kind {
             TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
             TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
             kind if !standing.complete => Some(kind),
-            _ if asks_contacts && standing.verdict != Verdict::Separated => {
-                Some(TurnKind::Contacts)
-            }
+            _ if asks_contacts => Some(TurnKind::Contacts),
             _ => None,
         };
     }
@@ -232,7 +225,7 @@ pub(crate) struct PairState {
     pub separating_plane: SeparatingPlane,
     pub in_vain: u8,
     pub without_planes: u8,
-    /// Their contact points, if these were ever requested.
+    /// Their contacts, if these are requested and the bodies are not known to be separated.
     pub touch: Option<Box<Touch>>,
 }
 
@@ -344,11 +337,22 @@ impl PairState {
             / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
     }
 
-    /// True if the contacts of bodies that last changed in `changed` are known.
-    pub fn knows_contacts(&self, changed: u64) -> bool {
-        self.touch
-            .as_ref()
-            .is_some_and(|touch| touch.completed >= changed)
+    /// True if the contacts of the pair need not be found anew in `frame`.
+    pub fn knows_contacts(&self, key: PairKey, bodies: &Bodies, frame: u64) -> bool {
+        let touch = self.touch.as_ref();
+        touch.is_some_and(|touch| bodies.knows_contacts(key, touch, frame))
+    }
+
+    /// True if contacts found earlier prove that the bodies still meet in `frame`, which is then
+    /// recorded.
+    pub fn goes_on_touching(&mut self, key: PairKey, bodies: &Bodies, frame: u64) -> bool {
+        let touch = self.touch.as_ref();
+        let nearest = touch.and_then(|touch| bodies.still_touches(key, touch, frame));
+        if let Some((triangles, distance)) = nearest {
+            self.completed = frame;
+            self.decide(Verdict::of_witness(triangles, distance), 1, frame);
+        }
+        nearest.is_some()
     }
 
     /// Stores a reported probability, if there is room.

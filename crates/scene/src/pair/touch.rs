@@ -1,113 +1,177 @@
-//! Contact points of two bodies: the representatives of their contacts, kept from frame to frame.
+//! What is known of the contacts of two bodies, kept from frame to frame.
 
 use super::spent::Spent;
+use super::travel::slack;
 use crate::ask::contacts::ContactPoint;
-use crate::body::Placed;
-use crate::cost::{WORK_PER_PATCHED_CONTACT, WORK_PER_TOUCH};
+use crate::body::{Bodies, Placed, margins};
+use crate::cost::WORK_PER_TOUCH;
+use crate::id::PairKey;
 use crate::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
-use punctual::Workspace;
 use punctual::clock::ManualClock;
-use punctual::contacts::{Contact, Patch, Patches};
-use punctual::engine::Deadline;
-use punctual::engine::PatchMemory;
-use punctual_geom::Pose;
+use punctual::contacts::Manifold;
+use punctual::engine::{Deadline, displacement};
+use punctual_geom::{Pose, length};
 
-/// Maximum number of contacts of a pair that are found, and of points that are kept.
-pub(crate) const MOST_CONTACTS: usize = 256;
+/// Maximum number of pairs of triangles of a pair of bodies that intersect, and of points that are
+/// kept.
+pub(crate) const MOST_CONTACTS: usize = 512;
 pub(crate) const MOST_POINTS: usize = 16;
 
-/// The contact points of a pair.
+/// Contacts are found anew once the surfaces have moved by this part of the skin.
+const REUSED: f64 = 0.125;
+
+/// A point keeps its id within this part of the size of the smaller body.
+const REACH: f64 = 0.05;
+
+/// The contacts of a pair.
 #[derive(Clone, Debug)]
 pub(crate) struct Touch {
     pub points: ArrayVec<ContactPoint, MOST_POINTS>,
-    /// Lower bound of the distance of contacts that no point represents.
+    /// Every contact that no point stands for was at least this far apart.
     pub low: f64,
-    /// The frame of the proof; 0 if there is none.
+    /// The triangles of the nearest contact, and an upper bound of their distance.
+    pub nearest: Option<([u32; 2], f64)>,
+    /// The pose of the second body in the frame of the first when this was found.
+    b_in_a: Pose,
+    /// The frame in which it was found; 0 if nothing is known.
     pub since: u64,
     /// The last frame that finished the question.
     pub completed: u64,
     /// Work of the last finished run; 0 if there was none.
     pub cost: u64,
-    /// Work of forming patches for which there was no room at the end; 0 if there was room.
-    pub left_out: u64,
     /// Work of the unfinished run.
     pub pending: Spent,
-    memory: PatchMemory,
+    next_id: u64,
 }
 
 impl Touch {
-    pub fn new() -> Box<Self> {
-        let mut memory = PatchMemory::default();
-        memory.reserve(MOST_CONTACTS);
-        let (points, pending) = (ArrayVec::new(), Spent::default());
+    fn new() -> Box<Self> {
         Box::new(Self {
-            points,
+            points: ArrayVec::new(),
             low: 0.0,
+            nearest: None,
+            b_in_a: Pose::IDENTITY,
             since: 0,
             completed: 0,
             cost: 0,
-            left_out: 0,
-            pending,
-            memory,
+            pending: Spent::default(),
+            next_id: 0,
         })
     }
 
-    /// Buffers for the patches of a pair.
-    pub fn patches() -> Box<Patches> {
-        let mut patches = Patches::new();
-        patches.reserve(MOST_CONTACTS);
-        Box::new(patches)
-    }
-
-    pub fn clear(&mut self) {
-        self.separate(0);
-        (self.low, self.completed, self.cost, self.left_out) = (0.0, 0, 0, 0);
-        self.pending = Spent::default();
-    }
-
-    /// Records that the bodies are separated in `frame`. Later contacts get new ids.
-    pub fn separate(&mut self, frame: u64) {
-        self.points.clear();
-        self.memory.forget();
-        (self.low, self.since) = (f64::INFINITY, frame);
-    }
-
-    /// Stores the nearest contacts of two bodies, as many as there is room to form patches of.
-    /// Contacts not found are at least `low` away. Returns the number of contacts in patches.
+    /// Stores the manifolds of two bodies found in `frame`. Contacts not found are at least `low`
+    /// apart.
     pub fn update(
         &mut self,
-        [a, b]: [&Placed; 2],
-        workspace: &Workspace,
+        pair: [&Placed; 2],
+        manifolds: &[Manifold],
         low: f64,
-        patches: &mut Patches,
-        room: u64,
-    ) -> usize {
-        let contacts = workspace.contacts();
-        let count = contacts
-            .len()
-            .min((room / WORK_PER_PATCHED_CONTACT) as usize);
-        let next = contacts
-            .clone()
-            .nth(count)
-            .map_or(f64::INFINITY, |contact| contact.distance);
-        self.low = low.min(next);
-        patches.swap_memory(&mut self.memory);
-        patches.update(&a.body.tree, &b.body.tree, contacts.take(count));
-        patches.swap_memory(&mut self.memory);
-        self.points.clear();
-        for patch in patches.as_slice() {
-            let left = self.points.remaining_capacity();
-            if left == 0 {
-                self.low = self.low.min(patch.distance);
+        b_in_a: &Pose,
+        frame: u64,
+    ) {
+        (self.low, self.b_in_a, self.since) = (low, *b_in_a, frame);
+        let before = core::mem::take(&mut self.points);
+        let to_b = b_in_a.inverse_unchecked();
+        for (number, manifold) in (0..).zip(manifolds) {
+            for point in manifold.points() {
+                let found = ContactPoint {
+                    manifold: number,
+                    id: 0,
+                    points: [point.points[0], to_b.transform_point(point.points[1])],
+                    normal: point.normal,
+                    distance: point.distance,
+                };
+                if self.points.try_push(found).is_err() {
+                    self.low = self.low.min(point.distance.max(0.0));
+                }
             }
-            let point = |contact: &Contact| in_scene(contact, patch, &a.body.pose);
-            self.points
-                .extend(patches.points_of(patch).take(left).map(point));
         }
-        count
+        let size = pair.map(|placed| length(placed.body.tree.mesh().aabb().extents()));
+        self.inherit(before, REACH * size[0].min(size[1]));
+    }
+
+    /// Gives each point the id of the nearest point of the frame before, and each manifold that of
+    /// the first of its points.
+    fn inherit(&mut self, mut before: ArrayVec<ContactPoint, MOST_POINTS>, reach: f64) {
+        let mut fresh = || {
+            self.next_id += 1;
+            self.next_id - 1
+        };
+        // The manifolds of this frame, by number: their ids.
+        let mut manifolds = ArrayVec::<(u64, u64), MOST_POINTS>::new();
+        for point in &mut self.points {
+            let apart = |other: &ContactPoint| {
+                let apart = [0, 1].map(|side| (point.points[side] - other.points[side]).length());
+                apart[0].min(apart[1])
+            };
+            let nearest = (0..before.len())
+                .map(|at| (apart(&before[at]), at))
+                .filter(|(apart, _)| *apart <= reach)
+                .min_by(|(x, _), (y, _)| x.total_cmp(y));
+            let same = nearest.map(|(_, at)| before.swap_remove(at));
+            let number = point.manifold;
+            let known = manifolds.iter().find(|(of, _)| *of == number);
+            point.id = same.as_ref().map_or_else(&mut fresh, |same| same.id);
+            point.manifold = known.map_or_else(
+                || {
+                    let is_free = |id: &u64| manifolds.iter().all(|(_, taken)| taken != id);
+                    let id = same.map(|same| same.manifold).filter(is_free);
+                    id.unwrap_or_else(&mut fresh)
+                },
+                |(_, id)| *id,
+            );
+            if known.is_none() {
+                manifolds.push((number, point.manifold));
+            }
+        }
+    }
+}
+
+impl Bodies {
+    /// Upper bound of how far the surfaces of a pair have moved relative to each other since its
+    /// contacts were found; infinite if that is unknown.
+    pub fn drift(&self, key: PairKey, touch: &Touch, frame: u64) -> f64 {
+        let Some([a, b]) = self.pair(key).filter(|_| touch.since > 0) else {
+            return f64::INFINITY;
+        };
+        if touch.since >= self.last_change(key) {
+            return 0.0;
+        }
+        if self.gone(key, touch.since, frame) == f64::INFINITY {
+            return f64::INFINITY;
+        }
+        let moved = displacement(&b.body.tree, &touch.b_in_a, &a.relative(b));
+        let rounding = [a, b].map(|placed| slack(&placed.body.tree, &placed.body.pose));
+        moved + rounding[0] + rounding[1]
+    }
+
+    /// True if the contacts of a pair need not be found anew.
+    pub fn knows_contacts(&self, key: PairKey, touch: &Touch, frame: u64) -> bool {
+        let is_whole = touch.since > 0 && touch.completed == touch.since;
+        let skin = self.pair(key).map_or(0.0, margins);
+        is_whole && self.drift(key, touch, frame) <= REUSED * skin
+    }
+
+    /// The nearest triangles of contacts that need not be found anew, and an upper bound of their
+    /// distance, if that is within the margins.
+    pub fn still_touches(
+        &self,
+        key: PairKey,
+        touch: &Touch,
+        frame: u64,
+    ) -> Option<([u32; 2], f64)> {
+        let (triangles, distance) = touch.nearest?;
+        let skin = margins(self.pair(key)?);
+        let drift = self.drift(key, touch, frame);
+        let most = if drift > 0.0 {
+            (distance + drift) * (1.0 + super::apart::STRETCH)
+        } else {
+            distance
+        };
+        (most <= skin).then_some((triangles, most))
     }
 }
 
@@ -120,9 +184,9 @@ pub(crate) struct Touches {
     /// Number of pairs with room for contacts, and the number already made, which was paid for.
     room: Room,
     made: usize,
-    /// The first patch id of pairs that get a state. It is above all ids of states that were
-    /// returned before this frame. So ids do not depend on which pair gets which state, which in
-    /// turn depends on the threads.
+    /// The first id of pairs that get a state. It is above all ids of states that were returned
+    /// before this frame. So ids do not depend on which pair gets which state, which in turn
+    /// depends on the threads.
     next_id: u64,
     highest_id: u64,
 }
@@ -163,36 +227,16 @@ impl Touches {
     pub fn lend(&mut self) -> Box<Touch> {
         self.lent += 1;
         let mut touch = self.free.pop().unwrap_or_else(Touch::new);
-        touch.memory.begin_at(self.next_id);
+        touch.next_id = self.next_id;
         touch
     }
 
     pub fn take_back(&mut self, mut touch: Box<Touch>) {
-        self.highest_id = self.highest_id.max(touch.memory.next());
-        touch.clear();
+        self.highest_id = self.highest_id.max(touch.next_id);
+        touch.points.clear();
+        (touch.since, touch.completed, touch.cost, touch.nearest) = (0, 0, 0, None);
+        touch.pending = Spent::default();
         self.lent -= 1;
         self.free.push(touch);
-    }
-}
-
-/// A contact, mapped from the frame of a body to the scene.
-fn in_scene(contact: &Contact, patch: &Patch, pose: &Pose) -> ContactPoint {
-    let Contact {
-        triangles,
-        points,
-        normal,
-        distance,
-        ..
-    } = *contact;
-    let (points, normal) = (
-        points.map(|point| pose.transform_point(point)),
-        *pose.rotation() * normal,
-    );
-    ContactPoint {
-        patch: patch.id,
-        triangles,
-        points,
-        normal,
-        distance,
     }
 }

@@ -7,6 +7,7 @@ use crate::pair::batch::Batch;
 use crate::pair::frame::Frame;
 use crate::report::Report;
 use alloc::vec::Vec;
+use punctual::Verdict;
 
 /// Number of batches under a budget of work, on any number of threads. The first is that of the
 /// round robin.
@@ -192,7 +193,13 @@ pub(crate) fn take_back(
             job.ask(next, frame, &turn.state);
         }
         report.note(job.listed as usize, turn.standing, turn.spent);
-        pairs.put_back(job.place as usize, turn.state, turn.marks);
+        let mut state = turn.state;
+        if turn.standing.verdict == Verdict::Separated
+            && let Some(touch) = state.touch.take()
+        {
+            pairs.take_back_touch(touch);
+        }
+        pairs.put_back(job.place as usize, state, turn.marks);
     }
     ended
 }

@@ -63,9 +63,10 @@ impl Forecast {
         }
     }
 
-    /// The forecast of the contacts of a pair that is known to meet: from the last run, or else
-    /// from the cost of a search.
-    pub fn of_contacts(state: &PairState, sizes: [f32; 2]) -> Self {
+    /// The forecast of the contacts of a pair: from the last run, or else from the triangle counts.
+    /// `need`: 1 if nothing is known of them; else how far the bodies have moved since, relative to
+    /// the skin.
+    pub fn of_contacts(state: &PairState, sizes: [f32; 2], need: f32) -> Self {
         let (cost, pending) = state
             .touch
             .as_ref()
@@ -80,7 +81,7 @@ impl Forecast {
             median,
             high,
             probability: 1.0,
-            gain: 1.0 / median as f32,
+            gain: need.max(f32::MIN_POSITIVE) / median as f32,
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::forecast::Forecast;
 use super::pairs::Pairs;
 use crate::ask::TurnKind;
+use crate::body::margins;
 use crate::id::{PairKey, bodies_of};
 use crate::pair::frame::Frame;
 use crate::pair::state::{PairState, Turn};
@@ -108,7 +109,14 @@ pub(crate) fn outlook(
     let scale = if special { 2.0 } else { 1.0 };
     let sizes = [scale * x.size, scale * y.size];
     let forecast = match kind {
-        TurnKind::Contacts => Forecast::of_contacts(state, sizes),
+        TurnKind::Contacts => {
+            let skin = frame.bodies.pair(key).map_or(0.0, margins);
+            let drift = state
+                .touch
+                .as_ref()
+                .map_or(f64::INFINITY, |touch| frame.bodies.drift(key, touch, frame.number));
+            Forecast::of_contacts(state, sizes, (drift / skin).min(1.0) as f32)
+        }
         TurnKind::Meet => {
             let part = frame.bodies.common_part(bodies_of(key)).unwrap_or(0.0);
             Forecast::new(state, sizes, part as f32, frame)

@@ -21,7 +21,7 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::mem;
 use core::ops::Range;
-use punctual::Verdict;
+use punctual::{Mode, Verdict};
 use punctual::engine::Deadline;
 
 pub(crate) struct Listing<'l> {
@@ -46,8 +46,6 @@ pub(crate) struct Listing<'l> {
 pub(crate) struct Counts {
     /// Pairs whose contacts are requested and that met when last decided.
     pub touching: usize,
-    /// Those of them for which a frame with a larger budget would find more contacts.
-    pub partial: usize,
     /// Pairs of groups that are not listed but whose state is kept.
     pub kept: usize,
 }
@@ -122,7 +120,7 @@ impl<'l> Listing<'l> {
             hand_out(part - 1, &mut self);
         }
         let mut is_whole = end == known;
-        let mut seen = end - start + self.list_found_until(self.found.len(), end);
+        let mut seen = end - start + self.list_found_until(self.found.len());
         if start > 0 {
             let (jobs, pairs) = (self.jobs.len(), self.report.pairs.len());
             self.next_found = 0;
@@ -131,7 +129,7 @@ impl<'l> Listing<'l> {
             } else {
                 0
             };
-            seen += begin + self.list_found_until(split, begin);
+            seen += begin + self.list_found_until(split);
             end = if is_whole { begin } else { end };
             is_whole &= begin == start;
             self.turn(jobs, pairs);
@@ -184,7 +182,7 @@ impl<'l> Listing<'l> {
                     .filter(|met| met.key == pair.key)
                 {
                     self.next_found += 1;
-                    self.list_found(met, pair.ids, pair.place());
+                    self.list_found(met, pair.ids);
                     continue;
                 }
                 let listed = match pair.is_special {
@@ -216,16 +214,12 @@ impl<'l> Listing<'l> {
         }
     }
 
-    /// Lists the pairs found, from the next one up to `end`. None of them is known at a place
-    /// before `from`. Returns their number.
-    fn list_found_until(&mut self, end: usize, from: usize) -> usize {
+    /// Lists the pairs found, from the next one up to `end`. Returns their number.
+    fn list_found_until(&mut self, end: usize) -> usize {
         let next = mem::replace(&mut self.next_found, end);
         for &met in &self.found[next..end] {
-            self.list_found(
-                met,
-                bodies_of(met.key).map(|body| self.frame.bodies.id(body)),
-                from,
-            );
+            let ids = bodies_of(met.key).map(|body| self.frame.bodies.id(body));
+            self.list_found(met, ids);
         }
         end - next
     }
@@ -236,17 +230,13 @@ impl<'l> Listing<'l> {
     fn list_found_before(&mut self, pair: Candidate) {
         let found = &self.found[self.next_found..];
         let count = found.iter().take_while(|met| met.key < pair.key).count();
-        self.list_found_until(self.next_found + count, pair.place());
+        self.list_found_until(self.next_found + count);
     }
 
-    /// Lists a pair that was found to meet. Its result is complete, unless its contacts are
-    /// requested.
+    /// Lists a pair that was found to meet. Its result is complete.
     #[inline(always)]
-    fn list_found(&mut self, met: Meeting, ids: [BodyId; 2], from: usize) {
+    fn list_found(&mut self, met: Meeting, ids: [BodyId; 2]) {
         let Frame { bodies, number, .. } = *self.frame;
-        if bodies.contact_requests.any() {
-            return self.list_touching(met, from);
-        }
         self.turns
             .list(met.key, || bodies.last_change(met.key) == number);
         self.report.push_complete(
@@ -257,14 +247,6 @@ impl<'l> Listing<'l> {
             1,
             0,
         );
-    }
-
-    #[cold]
-    fn list_touching(&mut self, met: Meeting, from: usize) {
-        let place = self.pairs.place_from(from, met.key);
-        if place < self.pairs.len() && self.pairs.key(place) == met.key {
-            self.list::<false>(self.candidate(place), false);
-        }
     }
 
     /// Lists a pair if its boxes overlap; true if they do. `SPECIAL`: the pair may have other
@@ -329,22 +311,29 @@ impl<'l> Listing<'l> {
         if changed == number {
             state.forget_told();
         }
-        let complete = state.completed >= changed;
+        let mut complete = state.completed >= changed;
         // A verdict of bodies that rest since still holds, even if more may be left to find.
-        let holds = state.verdict != Verdict::Undecided && (complete || state.decided >= changed);
+        let mut holds =
+            state.verdict != Verdict::Undecided && (complete || state.decided >= changed);
         if holds {
             state.decided = number;
         }
-        let touches = state.met() && bodies.contact_requests.has(key);
+        let asks_contacts = bodies.contact_requests.has(key);
+        let touches = asks_contacts && state.met();
         self.counts.touching += usize::from(touches);
-        self.counts.partial +=
-            usize::from(touches && state.touch.as_ref().is_none_or(|touch| touch.left_out > 0));
-        let located = !touches || self.frame.knows_contacts(state, changed);
+        let located = !touches || state.knows_contacts(key, bodies, number);
+        // Contacts decide whether the bodies meet, if nothing else is asked.
+        let by_contacts =
+            asks_contacts && self.frame.mode == Mode::Any && bodies.asks_only_contact(key);
+        if by_contacts && touches && located && !complete {
+            complete = state.goes_on_touching(key, bodies, number);
+            holds |= complete;
+        }
         let mut probability = 0.0;
         if look.nearness.is_some() || !((complete || look.is_apart) && located) {
             let is_known = complete && look.nearness.is_none();
-            let asks_contacts =
-                !located && (is_known || asks_contacts_first(bodies, self.turns, key));
+            let asks_contacts = by_contacts && !is_known
+                || !located && (is_known || asks_contacts_first(bodies, self.turns, key));
             let kind = if asks_contacts {
                 TurnKind::Contacts
             } else {

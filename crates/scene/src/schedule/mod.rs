@@ -154,8 +154,11 @@ impl Schedule {
         reserve(&mut report.group_distances, groups);
     }
 
-    pub fn make_patches(&mut self) {
-        self.batches.iter_mut().for_each(Batch::make_patches);
+    /// Makes room for the contacts of meshes of at most so many triangles and vertices.
+    pub fn make_room_for_contacts(&mut self, mesh: [usize; 2]) {
+        for batch in &mut self.batches {
+            batch.make_room_for_contacts(mesh);
+        }
     }
 
     /// The certificate of the stopped run of a pair, if the run is kept.
@@ -513,11 +516,7 @@ impl Schedule {
         };
         let round = Round::to_the_end(frame.number, frame.mode, None);
         let (mut dealt, mut ended) = (0, 0);
-        let Counts {
-            kept,
-            touching,
-            partial,
-        } = listing.run(deadline, parts, |part, list| {
+        let Counts { kept, touching } = listing.run(deadline, parts, |part, list| {
             if !begins {
                 return;
             }
@@ -553,7 +552,7 @@ impl Schedule {
                 });
         }
         self.open = self.jobs.len() - ended;
-        self.is_idle = self.jobs.is_empty() && partial == 0;
+        self.is_idle = self.jobs.is_empty();
         let listed = report.pairs.len() + kept;
         let used = if revisit.is_full {
             listed.max(pairs.room() + 1)

@@ -290,6 +290,10 @@ impl Pairs {
         self.touches.lend()
     }
 
+    pub fn take_back_touch(&mut self, touch: Box<Touch>) {
+        self.touches.take_back(touch);
+    }
+
     /// True if pairs may have contact states.
     pub fn tell_touches(&self) -> bool {
         self.touches.any()

@@ -9,7 +9,7 @@
 
 use super::crew::Crew;
 use crate::body::Bodies;
-use crate::pair::batch::{Batch, Round, workspace};
+use crate::pair::batch::{Batch, Round, make_room_for_contacts, workspace};
 use alloc::boxed::Box;
 use alloc::collections::VecDeque;
 use alloc::sync::Arc;
@@ -40,6 +40,9 @@ struct Task {
     bodies: Arc<Bodies>,
 }
 
+/// A task with the workspace of the worker that runs it.
+type Taken = (Task, Box<Workspace>);
+
 impl Task {
     /// Drops the bodies before the batch is returned, so that the owner of the scene may change
     /// them.
@@ -61,6 +64,8 @@ enum Next {
 #[derive(Debug, Default)]
 struct Tasks {
     waiting: VecDeque<Task>,
+    /// One workspace for each worker that runs no task.
+    scratch: Vec<Box<Workspace>>,
     /// Number of tasks that workers are running, and results of finished tasks.
     taken: usize,
     ended: Vec<Ended>,
@@ -109,16 +114,17 @@ impl Shared {
     }
 
     /// Takes a task for a worker, if there is one.
-    fn take(&self, tasks: &mut Tasks) -> Option<Task> {
+    fn take(&self, tasks: &mut Tasks) -> Option<Taken> {
         let task = tasks.waiting.pop_front()?;
         tasks.taken += 1;
         self.count(tasks);
-        Some(task)
+        let scratch = tasks.scratch.pop().unwrap_or_else(workspace);
+        Some((task, scratch))
     }
 
     /// Waits for a task; `None` if no more will come. `calls`: number of calls that the worker has
     /// seen.
-    fn next(&self, calls: &mut usize) -> Option<Task> {
+    fn next(&self, calls: &mut usize) -> Option<Taken> {
         loop {
             look_out(|| self.waiting.load(Ordering::Acquire) > 0);
             let mut tasks = self.lock();
@@ -176,14 +182,15 @@ impl Shared {
     }
 
     /// Runs tasks until no more will come.
-    fn work(&self, mut scratch: Box<Workspace>) {
+    fn work(&self) {
         let (mut calls, mut next) = (0, None);
         self.lock().begun += 1;
         self.end.notify_one();
-        while let Some(task) = next.or_else(|| self.next(&mut calls)) {
+        while let Some((task, mut scratch)) = next.or_else(|| self.next(&mut calls)) {
             // The caller waits for every task, so even a panic must be returned to it.
             let ended = catch_unwind(AssertUnwindSafe(|| task.run(&mut scratch)));
             let mut tasks = self.lock();
+            tasks.scratch.push(scratch);
             tasks.ended.push(ended);
             tasks.taken -= 1;
             self.count(&tasks);
@@ -227,14 +234,14 @@ impl Workers {
             VecDeque::with_capacity(batches),
             Vec::with_capacity(batches),
         );
+        tasks.scratch.extend((0..threads).map(|_| workspace()));
         drop(tasks);
         for _ in 0..threads {
             let shared = Arc::clone(&workers.shared);
-            let scratch = workspace();
             workers.threads.push(
                 Builder::new()
                     .name("punctual".into())
-                    .spawn(move || shared.work(scratch))?,
+                    .spawn(move || shared.work())?,
             );
         }
         // Waits for the threads, so that allocations of the system at their start do not fall into
@@ -248,6 +255,16 @@ impl Workers {
                 .unwrap_or_else(PoisonError::into_inner),
         );
         Ok(workers)
+    }
+}
+
+impl Workers {
+    /// Makes room in the workspaces, between frames, for the contacts of meshes of at most so many
+    /// triangles and vertices.
+    pub fn make_room_for_contacts(&self, mesh: [usize; 2]) {
+        for scratch in &mut self.shared.lock().scratch {
+            make_room_for_contacts(scratch, mesh);
+        }
     }
 }
 

@@ -44,7 +44,7 @@ impl World {
         self.check_distances(&report, is_unlimited);
         self.check_groups(&report, complete);
         self.check_passages(&report, complete);
-        self.check_contact_points(true);
+        self.check_contacts(true);
         for id in self.born.keys().filter(|&&id| self.scene.body(id).is_err()) {
             assert_eq!(
                 self.scene.partners_known(*id),
@@ -68,7 +68,7 @@ impl World {
 
     /// What is said of the bodies where they are, before there is a frame of it.
     fn check_before(&mut self) {
-        self.check_contact_points(false);
+        self.check_contacts(false);
         let truth = self.model().truth(&mut self.workspace);
         for pair @ [a, b] in self.pairs() {
             let found = truth
@@ -301,17 +301,17 @@ impl World {
     }
 
     /// Where bodies touch is of these bodies, and true if it is of `now`, before anything has changed.
-    fn check_contact_points(&mut self, now: bool) {
+    fn check_contacts(&mut self, now: bool) {
         let frame = self.scene.report().frame;
         for pair @ [a, b] in self.pairs() {
-            let found = self.scene.contact_points(a, b).unwrap();
+            let found = self.scene.contacts(a, b).unwrap();
             let since = frame - found.age;
             let is_told = !found.points.is_empty() || found.low > 0.0;
             assert!(
                 !is_told || pair.iter().all(|id| self.born[id] <= since),
                 "{pair:?} {found:?} is of other bodies"
             );
-            if is_told && found.age == 0 && now {
+            if is_told && found.drift == 0.0 && now {
                 contacts::assert_told(&self.scene, pair, &mut self.workspace);
             }
         }

@@ -6,90 +6,77 @@ use std::sync::Arc;
 use crate::common::random::Random;
 use crate::{detect, nudged, pose, row, swing, trees};
 use punctual::clock::ManualClock;
-use punctual::contacts::{Contact, Patches};
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
+use punctual::{Budget, Mesh, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_scene::{Body, BodyId, Filter, PairQuestion, Report, Scene, SceneError};
 
 /// The least work of a turn that asks for contacts.
-const LEAST_CONTACT_WORK: u64 = 250 + punctual::prediction::MAX_DISTANCE_STEP_WORK + 2 * 1200;
+const LEAST_CONTACT_WORK: u64 = 250 + punctual::prediction::MAX_DISTANCE_STEP_WORK;
 
-/// Most contacts of a pair that are looked at, and most points that are told.
-const MOST_CONTACTS: usize = 256;
+/// Most points of a pair that are told.
 const MOST_POINTS: usize = 16;
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::new(DMat3::IDENTITY, DVec3::new(x, y, z)).unwrap()
 }
 
-/// All contacts of two bodies.
-fn truth(scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace) -> Vec<Contact> {
+/// All contact points of two bodies: their distances.
+fn truth(scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace) -> Vec<f64> {
     let [x, y] = [a, b].map(|id| scene.body(id).unwrap());
     let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
-    let query = Query::contacts(&x.tree, &y.tree, b_in_a).margin(x.margin + y.margin);
+    let query = Query::manifolds(&x.tree, &y.tree, b_in_a).skin(x.margin + y.margin);
     let found = query.run(workspace, Budget::unlimited().clock(&ManualClock::new()));
     assert_eq!(found.value.low, f64::INFINITY);
-    workspace.contacts().copied().collect()
+    let points = workspace.manifolds().iter().flat_map(|m| m.points());
+    points.map(|point| point.distance).collect()
 }
 
-/// What a scene says of two bodies in a frame, with the contacts that they have, is true. Whether that is all.
+/// What a scene says of two bodies in a frame is true, wherever it was found. Whether that is all.
 #[track_caller]
-fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[Contact]) -> bool {
-    let found = scene.contact_points(a, b).unwrap();
-    assert_eq!(found, scene.contact_points(b, a).unwrap());
-    if found.age > 0 {
-        return false;
-    }
-    let (x, y) = (scene.body(a).unwrap(), scene.body(b).unwrap());
-    let mut patches = Patches::new();
-    patches.update(&x.tree, &y.tree, truth);
-    let of_triangles: BTreeMap<_, _> = truth
-        .iter()
-        .map(|contact| (contact.triangles, contact))
-        .collect();
+fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[f64]) -> bool {
+    let found = scene.contacts(a, b).unwrap();
+    assert_eq!(found, scene.contacts(b, a).unwrap());
+    let [a, b] = if a.index() < b.index() { [a, b] } else { [b, a] };
+    let [x, y] = [a, b].map(|id| scene.body(id).unwrap());
+    let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
+    let scale = 1.0 + x.pose.translation().length() + y.pose.translation().length();
+    let rounding = 1e-12 * scale;
+    let dot = Tree::new(Mesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 2]]).unwrap());
     for point in found.points {
-        let contact = of_triangles[&point.triangles];
-        assert_eq!(point.distance, contact.distance);
-        let moved = contact.points.map(|point| x.pose.transform_point(point));
-        assert!((point.normal - *x.pose.rotation() * contact.normal).length() < 1e-12);
-        assert!(
-            moved
-                .iter()
-                .zip(point.points)
-                .all(|(moved, point)| (*moved - point).length() < 1e-9)
-        );
-    }
-    for patch in patches.as_slice() {
-        let contacts = patches.contacts_of(patch);
-        let is_told = |of: &Contact| {
-            found
-                .points
-                .iter()
-                .any(|point| point.triangles == of.triangles)
-        };
-        if contacts[0].distance < found.low {
-            assert!(
-                contacts.iter().any(is_told),
-                "no point of a patch {} apart, low {}",
-                patch.distance,
-                found.low
-            );
+        let [on_a, on_b] = point.points;
+        for (tree, place) in [(&x.tree, on_a), (&y.tree, on_b)] {
+            let there = Pose::new(DMat3::IDENTITY, place).unwrap();
+            let query = Query::distance(tree, &dot, there);
+            let off = query.run(&mut Workspace::new(), Budget::unlimited()).value;
+            // The normal of a manifold stands for normals up to 7 degrees from it.
+            let slant = 0.13 * point.distance.abs();
+            assert!(off.low <= slant + 1e-6, "{point:?} {off:?}");
         }
+        let was = on_a - point.distance * point.normal;
+        let moved = (b_in_a.transform_point(on_b) - was).length();
+        assert!(
+            moved <= found.drift + 0.01 * point.distance.abs() + 1e-7 + rounding,
+            "{moved} of {found:?}"
+        );
+        let now = point.at([&x.pose, &y.pose]);
+        assert!((now.points[0] - x.pose.transform_point(on_a)).length() <= rounding);
+        assert!((now.distance - point.distance).abs() <= found.drift + 1e-7 + rounding);
     }
     if found.is_complete() {
-        assert!(truth.len() <= MOST_CONTACTS);
-        let all: Vec<_> = patches
-            .as_slice()
-            .iter()
-            .flat_map(|patch| patches.points_of(patch))
-            .collect();
-        let told = found.points.iter().map(|point| point.triangles);
+        assert_eq!(
+            found.points.len(),
+            truth.len().min(MOST_POINTS),
+            "{found:?} {truth:?} {:?}",
+            scene.report().pair(a, b)
+        );
+        let of = |points: &mut dyn Iterator<Item = f64>| points.fold(f64::INFINITY, f64::min);
+        let least = [
+            of(&mut found.points.iter().map(|point| point.distance)),
+            of(&mut truth.iter().copied()),
+        ];
         assert!(
-            all.iter()
-                .map(|contact| contact.triangles)
-                .take(MOST_POINTS)
-                .eq(told),
-            "{found:?} {all:?}"
+            least[0] == least[1] || (least[0] - least[1]).abs() <= 1e-7 + rounding,
+            "{least:?}"
         );
     }
     found.is_complete()
@@ -164,28 +151,33 @@ fn contacts_are_true_at_every_budget() {
         for pair in pairs(&ids) {
             let contacts = truth(&scene, pair, &mut workspace);
             let is_all = assert_true(&scene, pair, &contacts);
-            let found = scene.contact_points(pair[0], pair[1]).unwrap();
+            let found = scene.contacts(pair[0], pair[1]).unwrap();
             match known.get(&pair) {
                 Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => {
                     touching += 1;
-                    let few = contacts.len() <= MOST_CONTACTS && found.points.len() < MOST_POINTS;
+                    let is_small = scene.body(pair[0]).unwrap().margin
+                        + scene.body(pair[1]).unwrap().margin;
+                    let few = contacts.len() <= MOST_POINTS;
                     assert!(
-                        !unlimited || found.age == 0 && (is_all || !few),
+                        !unlimited
+                            || found.drift <= is_small / 8.0
+                                && (is_all || !few || found.drift > 0.0),
                         "{found:?}"
                     );
                 }
                 Some(Verdict::Separated) => {
-                    assert!(contacts.is_empty() && found.points.is_empty() && is_all)
+                    assert!(found.points.is_empty() && is_all);
+                    assert!(contacts.iter().all(|&apart| apart >= -1e-9));
                 }
                 _ => assert!(!unlimited || contacts.is_empty()),
             }
             complete += usize::from(is_all && !found.points.is_empty());
-            cut += usize::from(found.age == 0 && !is_all);
-            stale += usize::from(found.age > 0 && !found.points.is_empty());
+            cut += usize::from(found.drift == 0.0 && !is_all);
+            stale += usize::from(found.drift > 0.0 && !found.points.is_empty());
         }
     }
     assert!(
-        complete > 100 && cut > 20 && stale > 20,
+        complete > 50 && cut > 5 && stale > 20,
         "{complete} complete, {cut} cut, {stale} stale of {touching}"
     );
 }
@@ -210,13 +202,13 @@ fn no_contact_waits_longer_than_promised() {
         }
         cost = cost.max(2 * detect(&mut free, Budget::unlimited()).work);
     }
-    for budget in [8 * LEAST_CONTACT_WORK, 200_000, 1_000_000] {
+    for budget in [24 * LEAST_CONTACT_WORK, 200_000, 1_000_000] {
         let mut scene = Scene::new();
         let ids = row(&mut scene, 20);
         scene.find_contacts();
         let frames = (2 * (2 * cost).div_ceil(budget / 8) + 1) as usize;
         let is_told =
-            |scene: &Scene, [a, b]: [BodyId; 2]| scene.contact_points(a, b).unwrap().age == 0;
+            |scene: &Scene, [a, b]: [BodyId; 2]| scene.contacts(a, b).unwrap().drift == 0.0;
         for used in 1.. {
             let report = detect(&mut scene, Budget::work(budget));
             assert!(
@@ -240,16 +232,16 @@ fn no_contact_waits_longer_than_promised() {
             }
             assert!(detect(&mut scene, Budget::work(budget)).work <= budget);
             for pair in pairs(&ids) {
-                let found = scene.contact_points(pair[0], pair[1]).unwrap();
+                let found = scene.contacts(pair[0], pair[1]).unwrap();
                 let waits = waiting.entry(pair).or_insert(0);
                 // Those that are apart have nothing to tell.
                 let apart = scene.report().pair(pair[0], pair[1]).is_none();
-                *waits = if apart || found.age == 0 {
+                *waits = if apart || found.drift == 0.0 {
                     0
                 } else {
                     *waits + 1
                 };
-                told += usize::from(found.age == 0 && !found.points.is_empty());
+                told += usize::from(found.drift == 0.0 && !found.points.is_empty());
                 assert!(
                     *waits <= frames,
                     "{pair:?} waits for {waits} frames, promised are {frames}"
@@ -288,12 +280,12 @@ fn a_patch_keeps_its_id_while_bodies_slide() {
                 Budget::unlimited()
             },
         );
-        let found = scene.contact_points(a, b).unwrap();
+        let found = scene.contacts(a, b).unwrap();
         assert!(
             found.is_complete() && found.points.len() == if height < 0.45 { 4 } else { 0 },
             "{found:?}"
         );
-        ids.extend(found.points.iter().map(|point| point.patch));
+        ids.extend(found.points.iter().map(|point| point.manifold));
     }
     assert!(ids[..160].iter().all(|&id| id == ids[0]), "{ids:?}");
     assert!(
@@ -317,22 +309,22 @@ fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
         Err(SceneError::OneBody { body: b })
     );
     scene.find_contacts_of(c, b).unwrap();
-    let count = |scene: &Scene, x, y| scene.contact_points(x, y).unwrap().points.len();
+    let count = |scene: &Scene, x, y| scene.contacts(x, y).unwrap().points.len();
     detect(&mut scene, Budget::unlimited());
     assert_eq!((count(&scene, a, b), count(&scene, b, c)), (0, 4));
-    assert_eq!(scene.contact_points(a, b).unwrap().low, 0.0, "not asked");
+    assert_eq!(scene.contacts(a, b).unwrap().low, 0.0, "not asked");
     scene.stop_finding_contacts_of(b, c).unwrap();
     scene.find_contacts_of(a, b).unwrap();
     scene.set_pose(c, at(3.5, 0.0, 0.0)).unwrap();
     detect(&mut scene, Budget::unlimited());
     assert_eq!(
-        (count(&scene, a, b), scene.contact_points(b, c).unwrap().age),
+        (count(&scene, a, b), scene.contacts(b, c).unwrap().age),
         (4, 1)
     );
     scene.set_filter(a, Filter::new(1, 0)).unwrap();
     detect(&mut scene, Budget::unlimited());
     scene.remove(b).unwrap();
-    assert!(scene.contact_points(a, b).is_err() && scene.find_contacts_of(a, b).is_err());
+    assert!(scene.contacts(a, b).is_err() && scene.find_contacts_of(a, b).is_err());
     let other = scene.insert(Body::moving(ball, at(1.7, 0.0, 0.0))).unwrap();
     scene.set_filter(a, Filter::default()).unwrap();
     detect(&mut scene, Budget::unlimited());
@@ -390,20 +382,21 @@ fn the_question_that_matters_more_goes_first() {
                 .iter()
                 .filter(|found| found.age == 0 && found.high - found.low <= 1e-6)
                 .count();
-            let told = |pair: [BodyId; 2]| scene.contact_points(pair[0], pair[1]).unwrap();
+            let told = |pair: [BodyId; 2]| scene.contacts(pair[0], pair[1]).unwrap();
             let told = pairs(&ids)
                 .map(told)
-                .filter(|found| found.age == 0 && !found.points.is_empty());
+                .filter(|found| found.drift == 0.0 && !found.points.is_empty());
             answered[2] += told.count();
         }
         assert!(answered.iter().all(|&count| count > 0), "{answered:?}");
         answered
     };
+    // Contacts decide whether a pair meets, so that question never comes alone here.
     let [meet, distance, contacts] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(play);
     let text = format!("{meet:?} {distance:?} {contacts:?}");
-    assert!(meet[0] > distance[0] && meet[0] > contacts[0], "{text}");
+    assert!(meet[0] > distance[0] && contacts[0] > distance[0], "{text}");
     assert!(distance[1] > meet[1] && distance[1] > contacts[1], "{text}");
-    assert!(contacts[2] > meet[2] && contacts[2] > distance[2], "{text}");
+    assert!(contacts[2] > distance[2] && meet[2] > distance[2], "{text}");
     let refused = Scene::new().set_question_importance(PairQuestion::Motion, f32::NAN);
     assert_eq!(
         refused,

@@ -15,7 +15,7 @@ fn said(world: &World) -> String {
         for &b in &ids[..i] {
             said += &format!(
                 "{:?} {:?}",
-                world.scene.contact_points(a, b),
+                world.scene.contacts(a, b),
                 world.scene.certificate(a, b)
             );
         }

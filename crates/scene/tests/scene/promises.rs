@@ -416,7 +416,7 @@ fn every_call_refuses_a_body_that_is_not_there() {
                     stop_measuring(x, y)
                     find_contacts_of(x, y)
                     stop_finding_contacts_of(x, y)
-                    contact_points(x, y)
+                    contacts(x, y)
                     certificate(x, y)
                 }
             }
@@ -433,7 +433,7 @@ fn every_call_refuses_a_body_that_is_not_there() {
             scene.stop_measuring(a, a).unwrap_err(),
             scene.find_contacts_of(a, a).unwrap_err(),
             scene.stop_finding_contacts_of(a, a).unwrap_err(),
-            scene.contact_points(a, a).map(drop).unwrap_err(),
+            scene.contacts(a, a).map(drop).unwrap_err(),
             scene.certificate(a, a).map(drop).unwrap_err(),
         ];
         assert_eq!(alone, [SceneError::OneBody { body: a }; 6]);
@@ -608,7 +608,7 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
                     .enumerate()
                     .flat_map(|(i, &a)| ids[..i].iter().map(move |&b| (a, b)));
                 let points: Vec<_> = pairs
-                    .map(|(a, b)| scene.contact_points(a, b).unwrap())
+                    .map(|(a, b)| scene.contacts(a, b).unwrap())
                     .collect();
                 (format!("{report:?} {points:?}"), spent)
             });

@@ -71,7 +71,7 @@ impl World {
     fn said(&self) -> String {
         let points = self
             .scene
-            .contact_points(self.bodies[0], self.bodies[1])
+            .contacts(self.bodies[0], self.bodies[1])
             .unwrap();
         let bodies: Vec<_> = self
             .scene
@@ -132,7 +132,7 @@ fn refused(
     for [x, y] in [[a, body], [body, a], [body, body]] {
         refuse! { Some(no_such);
             measure(x, y, 0.0) stop_measuring(x, y) find_contacts_of(x, y) stop_finding_contacts_of(x, y)
-            contact_points(x, y) certificate(x, y)
+            contacts(x, y) certificate(x, y)
         }
     }
     refuse! { Some(no_compound);
@@ -141,7 +141,7 @@ fn refused(
     refuse! { Some(SceneError::NoSuchMeasure { measure }); stop_measuring_groups(measure) }
     refuse! { Some(SceneError::OneBody { body: a });
         measure(a, a, 0.0) stop_measuring(a, a) find_contacts_of(a, a) stop_finding_contacts_of(a, a)
-        contact_points(a, a) certificate(a, a) measure_groups(&[a], &[a], 0.0)
+        contacts(a, a) certificate(a, a) measure_groups(&[a], &[a], 0.0)
     }
     refuse! { None;
         set_pose(a, far) set_pose(a, sheared) set_motion(a, Motion::straight(sheared, [0.0; 3]).unwrap()) set_compound_pose(own, far)
