@@ -204,10 +204,10 @@ impl Touches {
     }
 
     /// Makes room for more pairs than are in use or soon will be.
-    pub fn grow(&mut self, touching: usize, young: bool, deadline: &mut Deadline) {
+    pub fn grow(&mut self, near: usize, young: bool, deadline: &mut Deadline) {
         self.next_id = self.highest_id;
         if self.any() {
-            self.room.grow(self.lent.max(touching), young);
+            self.room.grow(self.lent.max(near), young);
             self.fill(deadline);
         }
     }

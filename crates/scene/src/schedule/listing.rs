@@ -44,8 +44,8 @@ pub(crate) struct Listing<'l> {
 /// Counts of a list, besides the pairs in it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Counts {
-    /// Pairs whose contacts are requested and that met when last decided.
-    pub touching: usize,
+    /// Pairs whose contacts are requested and that are not known to be separated.
+    pub near: usize,
     /// Pairs of groups that are not listed but whose state is kept.
     pub kept: usize,
 }
@@ -320,7 +320,7 @@ impl<'l> Listing<'l> {
         }
         let asks_contacts = bodies.contact_requests.has(key);
         let touches = asks_contacts && state.met();
-        self.counts.touching += usize::from(touches);
+        self.counts.near += usize::from(asks_contacts);
         let located = !touches || state.knows_contacts(key, bodies, number);
         // Contacts decide whether the bodies meet, if nothing else is asked.
         let by_contacts =

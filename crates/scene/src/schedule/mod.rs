@@ -516,7 +516,7 @@ impl Schedule {
         };
         let round = Round::to_the_end(frame.number, frame.mode, None);
         let (mut dealt, mut ended) = (0, 0);
-        let Counts { kept, touching } = listing.run(deadline, parts, |part, list| {
+        let Counts { kept, near } = listing.run(deadline, parts, |part, list| {
             if !begins {
                 return;
             }
@@ -561,7 +561,7 @@ impl Schedule {
         };
         pairs.grow(
             broad,
-            [used, touching],
+            [used, near],
             frame.bodies.is_young(frame.number),
             deadline,
         );

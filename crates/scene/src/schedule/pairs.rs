@@ -426,11 +426,11 @@ impl Pairs {
     }
 
     /// Makes room for the known pairs, for the states of `overlapping` pairs, and for the contacts
-    /// of `touching` pairs; for more if the scene is `young`.
+    /// of `near` pairs; for more if the scene is `young`.
     pub fn grow(
         &mut self,
         broad: &mut Broad,
-        [overlapping, touching]: [usize; 2],
+        [overlapping, near]: [usize; 2],
         young: bool,
         deadline: &mut Deadline,
     ) {
@@ -442,7 +442,7 @@ impl Pairs {
         self.room[1].grow(overlapping, young);
         self.reserve_known(broad);
         self.reserve_states(deadline);
-        self.touches.grow(touching, young, deadline);
+        self.touches.grow(near, young, deadline);
     }
 
     fn reserve_known(&mut self, broad: &mut Broad) {
