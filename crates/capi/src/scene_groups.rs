@@ -49,23 +49,23 @@ pub struct punctual_group_distance {
 
 grows!(punctual_group_distance: high..open);
 
-/// A place where two bodies touch, in the coordinates of the scene: one of the few that stand for a patch of contacts.
+/// A point where two bodies touch: one of at most four of a manifold, fixed to both bodies.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_contact_point {
-    /// The patch it belongs to. It stays the same from frame to frame while the patch has a triangle in common with what it was.
-    pub patch: u64,
-    /// Triangle of the body of the lower index, and of the other one.
-    pub triangles: punctual_triangle_pair,
-    /// The closest points of these triangles. Of triangles that meet both are the middle of the segment in which they do.
+    /// The manifold that it belongs to: the same from frame to frame while the manifold keeps a point.
+    pub manifold: u64,
+    /// The same from frame to frame while the point stays near its place on one of the bodies.
+    pub id: u64,
+    /// The point on the body of the lower index, in the coordinates of its mesh, and on the other one, in those of its own.
     pub points: [punctual_point; 2],
-    /// Unit vector: moved along it, the body of the lower index parts from the other.
+    /// Unit vector in the coordinates of the first body, from the second to the first.
     pub normal: punctual_point,
-    /// How far apart the triangles are, without margins; 0 only if they meet.
+    /// Signed distance along the normal where it was found, without margins; negative where the bodies are sunk into each other.
     pub distance: f64,
 }
 
-grows!(punctual_contact_point: triangles..distance);
+grows!(punctual_contact_point: points..distance);
 
 /// Where two bodies touch.
 #[repr(C)]
@@ -75,11 +75,12 @@ pub struct punctual_contact_points {
     pub size: u32,
     /// How many points there are; at most 16.
     pub count: usize,
-    /// Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if there
-    /// is none, and 0 if nothing is known.
+    /// Every contact within the margins that no point stands for was at least so far apart when the points were found; infinite if
+    /// there was none, and 0 if nothing is known.
     pub low: f64,
-    /// Frames since this was found. 0: it holds for the bodies where they were in the last frame. As many as there were if
-    /// nothing is known.
+    /// How far the surfaces have moved relative to each other since then, at most; infinite if nothing is known.
+    pub drift: f64,
+    /// Frames since this was found. As many as there were if nothing is known.
     pub age: u64,
 }
 
@@ -304,7 +305,7 @@ pub extern "C" fn punctual_scene_stop_finding_contacts_of(
 }
 
 /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for; no points if they were found
-/// apart. As many as `capacity` allows are written to `points`, the nearest patch first, and what is known of all to `found`.
+/// apart. As many as `capacity` allows are written to `points`, the deepest manifold first, and what is known of all to `found`.
 /// Fails with BAD_ARGUMENT if both bodies are the same.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn punctual_scene_contact_points(
@@ -320,7 +321,7 @@ pub unsafe extern "C" fn punctual_scene_contact_points(
         let scene = punctual_scene::get(scene)?;
         // SAFETY: the contract of the header for structs.
         let found = unsafe { place(found, "found") }?;
-        let known = scene.contact_points(x.into(), y.into())?;
+        let known = scene.contacts(x.into(), y.into())?;
         // SAFETY: that for arrays.
         let count =
             unsafe { fill_rows(points, points_size, capacity, "points", known.points.iter()) }?;
@@ -329,6 +330,7 @@ pub unsafe extern "C" fn punctual_scene_contact_points(
             size,
             count,
             low: known.low,
+            drift: known.drift,
             age: known.age,
         });
         Ok(())
@@ -382,16 +384,16 @@ impl From<&GroupDistance> for punctual_group_distance {
 impl From<&ContactPoint> for punctual_contact_point {
     fn from(point: &ContactPoint) -> Self {
         let ContactPoint {
-            patch,
-            triangles,
+            manifold,
+            id,
             points,
             normal,
             distance,
             ..
         } = *point;
         Self {
-            patch,
-            triangles: triangles.into(),
+            manifold,
+            id,
             points: points.map(Into::into),
             normal: normal.into(),
             distance,

@@ -432,11 +432,12 @@ impl Scene {
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for (`find_contacts`); no
     /// points if they were found apart. Raises ValueError for a body and itself.
     fn contact_points(&self, py: Python<'_>, x: u64, y: u64) -> PyResult<ContactPoints> {
-        let found = self
-            .scene
-            .contact_points(BodyId::from_bits(x), BodyId::from_bits(y))
-            .map_err(scene_error)?;
-        ContactPoints::new(py, &found)
+        let mut ids = [BodyId::from_bits(x), BodyId::from_bits(y)];
+        ids.sort_by_key(|id| id.index());
+        let [a, b] = ids;
+        let found = self.scene.contacts(a, b).map_err(scene_error)?;
+        let pose = |id| PyResult::Ok(&self.scene.body(id).map_err(scene_error)?.pose);
+        ContactPoints::new(py, &found, [pose(a)?, pose(b)?])
     }
 
     /// Says how much a question matters, beside the bodies that it is asked of: "meet", "distance", "motion" or "contacts";

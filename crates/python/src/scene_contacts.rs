@@ -2,53 +2,64 @@
 
 use crate::arrays::{column, table};
 use numpy::{PyArray1, PyArray2};
-use punctual_scene::ContactPoint;
+use punctual::Pose;
+use punctual_scene::PlacedContact;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Where two bodies touch: a row for each of the few points that stand for their contacts, the nearest first. Coordinates
-/// are those of the scene.
+/// Where two bodies touch: a row for each of the few points that stand for their contacts, those of the deepest manifold
+/// first. Points and normals are where the bodies are now, in the coordinates of the scene.
 #[pyclass(module = "punctual3d", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub struct ContactPoints {
-    /// (N,) uint64: the patch of contacts that each stands for; the same from frame to frame while it lasts.
+    /// (N,) uint64: the manifold that each belongs to; the same from frame to frame while it keeps a point.
     #[serde(with = "crate::arrays::bytes")]
-    patches: Py<PyArray1<u64>>,
-    /// (N, 2) uint32: triangles of the body of the lower index and of the other one.
+    manifolds: Py<PyArray1<u64>>,
+    /// (N,) uint64: the same from frame to frame while the point stays near its place on one of the bodies.
     #[serde(with = "crate::arrays::bytes")]
-    triangles: Py<PyArray2<u32>>,
-    /// (N, 3) float64: the closest point of the triangle of the body of the lower index.
+    ids: Py<PyArray1<u64>>,
+    /// (N, 3) float64: the point on the body of the lower index.
     #[serde(with = "crate::arrays::bytes")]
     points_a: Py<PyArray2<f64>>,
-    /// (N, 3) float64: that of the other triangle.
+    /// (N, 3) float64: the point on the other body.
     #[serde(with = "crate::arrays::bytes")]
     points_b: Py<PyArray2<f64>>,
     /// (N, 3) float64, unit vectors: moved along it, the body of the lower index parts from the other.
     #[serde(with = "crate::arrays::bytes")]
     normals: Py<PyArray2<f64>>,
-    /// (N,) float64, lengths: how far apart the triangles are, without margins; 0 only if they meet.
+    /// (N,) float64, lengths: signed distances along the normals, without margins; negative where the bodies are sunk into
+    /// each other.
     #[serde(with = "crate::arrays::bytes")]
     distances: Py<PyArray1<f64>>,
-    /// Every contact that no point stands for is at least so far away; infinite if there is none, 0 if nothing is known.
+    /// Every contact within the margins that no point stands for was at least so far apart when the points were found;
+    /// infinite if there was none, 0 if nothing is known.
     low: f64,
-    /// Frames since this was found. 0: it holds for the bodies where they were in the last frame.
+    /// How far the surfaces have moved relative to each other since then, at most; infinite if nothing is known.
+    drift: f64,
+    /// Frames since this was found.
     age: u64,
 }
 
 impl ContactPoints {
-    pub fn new(py: Python<'_>, found: &punctual_scene::ContactPoints<'_>) -> PyResult<Self> {
+    pub fn new(
+        py: Python<'_>,
+        found: &punctual_scene::Contacts<'_>,
+        poses: [&Pose; 2],
+    ) -> PyResult<Self> {
         let points = found.points;
-        let of = |read: fn(&ContactPoint) -> [f64; 3]| {
-            PyResult::Ok(table(py, points.iter().map(read))?.unbind())
+        let now: Vec<PlacedContact> = points.iter().map(|point| point.at(poses)).collect();
+        let of = |read: fn(&PlacedContact) -> [f64; 3]| {
+            PyResult::Ok(table(py, now.iter().map(read))?.unbind())
         };
         Ok(Self {
-            patches: column(py, points.iter().map(|point| point.patch).collect()).unbind(),
-            triangles: table(py, points.iter().map(|point| point.triangles))?.unbind(),
+            manifolds: column(py, points.iter().map(|point| point.manifold).collect()).unbind(),
+            ids: column(py, points.iter().map(|point| point.id).collect()).unbind(),
             points_a: of(|point| point.points[0].to_array())?,
             points_b: of(|point| point.points[1].to_array())?,
             normals: of(|point| point.normal.to_array())?,
-            distances: column(py, points.iter().map(|point| point.distance).collect()).unbind(),
+            distances: column(py, now.iter().map(|point| point.distance).collect()).unbind(),
             low: found.low,
+            drift: found.drift,
             age: found.age,
         })
     }
@@ -61,9 +72,9 @@ impl ContactPoints {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let Self { low, age, .. } = self;
+        let Self { low, drift, .. } = self;
         Ok(format!(
-            "<punctual3d.ContactPoints: {} points, others from {low} on, age {age}>",
+            "<punctual3d.ContactPoints: {} points, others from {low} on, drift {drift}>",
             self.__len__(py)?
         ))
     }

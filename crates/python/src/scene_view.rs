@@ -13,19 +13,16 @@ pub fn page(scene: &Scene) -> View {
     });
     let bodies: Vec<_> = shown.collect();
     let poses: Vec<_> = bodies.iter().map(|shown| shown.body.pose).collect();
-    let found = report
-        .pairs
-        .iter()
-        .filter_map(|pair| scene.contact_points(pair.a, pair.b).ok());
-    // Older ones are of bodies where they were.
-    let found = found.filter(|found| found.age == 0);
+    let found = report.pairs.iter().filter_map(|pair| {
+        let poses = [
+            &scene.body(pair.a).ok()?.pose,
+            &scene.body(pair.b).ok()?.pose,
+        ];
+        Some((scene.contacts(pair.a, pair.b).ok()?, poses))
+    });
     let contacts: Vec<_> = found
-        .flat_map(|found| {
-            found
-                .points
-                .iter()
-                .map(|point| [point.points[1], point.normal])
-        })
+        .flat_map(|(found, poses)| found.points.iter().map(move |point| point.at(poses)))
+        .map(|point| [point.points[1], point.normal])
         .collect();
     let known = Known::of(report);
     let facts = vec![

@@ -141,7 +141,7 @@ fn contact_points_are_those_of_rust() {
     for (x, work) in [(1.95, 2_000), (1.95, u64::MAX), (5.0, u64::MAX)] {
         both.go(1, x);
         both.detect(work);
-        let known = both.native.contact_points(first, second).unwrap();
+        let known = both.native.contacts(first, second).unwrap();
         let mut points = Vec::with_capacity(16);
         // SAFETY: there is room for as many as said.
         let found = made(|found| unsafe {
@@ -157,7 +157,10 @@ fn contact_points_are_those_of_rust() {
         });
         // SAFETY: as many were written.
         unsafe { points.set_len(found.count) };
-        assert_eq!((found.low, found.age), (known.low, known.age));
+        assert_eq!(
+            (found.low, found.drift, found.age),
+            (known.low, known.drift, known.age)
+        );
         assert!(
             points
                 .iter()

@@ -92,8 +92,7 @@ impl Questions {
             table.line(format_args!("{columns}"))?;
             io::Result::Ok(table)
         };
-        let contacts =
-            "frame,a,b,patch,triangle_a,triangle_b,ax,ay,az,bx,by,bz,nx,ny,nz,distance,age";
+        let contacts = "frame,a,b,manifold,point,ax,ay,az,bx,by,bz,nx,ny,nz,distance,age,drift";
         Ok(Answers {
             contacts: table(self.contacts, "contacts.csv", contacts)?,
             distances: table(
@@ -190,18 +189,19 @@ impl Answers {
         let mut counts = Counts::default();
         let report = scene.report();
         for pair in report.pairs.iter().filter(|_| self.locates) {
-            let found = scene.contact_points(pair.a, pair.b)?;
+            let found = scene.contacts(pair.a, pair.b)?;
+            let poses = [&scene.body(pair.a)?.pose, &scene.body(pair.b)?.pose];
             let bodies = numbers([pair.a, pair.b]);
             for point in found.points {
-                let [a, b] = point.points.map(vector);
-                let (triangles, normal) = (list(point.triangles), vector(point.normal));
+                let now = point.at(poses);
+                let ([a, b], normal) = (now.points.map(vector), vector(now.normal));
                 let line = format_args!(
-                    "{frame},{bodies},{},{triangles},{a},{b},{normal},{},{}",
-                    point.patch, point.distance, found.age
+                    "{frame},{bodies},{},{},{a},{b},{normal},{},{},{}",
+                    point.manifold, point.id, now.distance, found.age, found.drift
                 );
                 self.contacts.line(line)?;
             }
-            if found.age == 0 && !found.points.is_empty() {
+            if found.drift == 0.0 && !found.points.is_empty() {
                 counts.touching[0] += 1;
                 counts.touching[1] += usize::from(found.is_complete());
             }

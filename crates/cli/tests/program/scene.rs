@@ -263,9 +263,10 @@ fn a_scene_answers_all_its_questions() {
     let contacts = table(&folder, "told/contacts.csv");
     assert!(contacts.iter().any(|line| number(&line[0]) > 2.0));
     for line in &contacts {
-        // On both balls, in the coordinates of the scene.
-        let [px, py, pz] = [6, 7, 8].map(|at| number(&line[at]));
-        for body in [1, 2].map(|column| number(&line[column])) {
+        // Each point on its ball, in the coordinates of the scene.
+        for (column, at) in [(1, 5), (2, 8)] {
+            let body = number(&line[column]);
+            let [px, py, pz] = [at, at + 1, at + 2].map(|at| number(&line[at]));
             let middle = if body == 0.0 {
                 0.0
             } else {

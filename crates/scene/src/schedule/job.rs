@@ -111,10 +111,9 @@ pub(crate) fn outlook(
     let forecast = match kind {
         TurnKind::Contacts => {
             let skin = frame.bodies.pair(key).map_or(0.0, margins);
-            let drift = state
-                .touch
-                .as_ref()
-                .map_or(f64::INFINITY, |touch| frame.bodies.drift(key, touch, frame.number));
+            let drift = state.touch.as_ref().map_or(f64::INFINITY, |touch| {
+                frame.bodies.drift(key, touch, frame.number)
+            });
             Forecast::of_contacts(state, sizes, (drift / skin).min(1.0) as f32)
         }
         TurnKind::Meet => {

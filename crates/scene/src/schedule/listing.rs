@@ -21,8 +21,8 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::mem;
 use core::ops::Range;
-use punctual::{Mode, Verdict};
 use punctual::engine::Deadline;
+use punctual::{Mode, Verdict};
 
 pub(crate) struct Listing<'l> {
     pub frame: &'l Frame<'l>,

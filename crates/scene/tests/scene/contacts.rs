@@ -36,7 +36,11 @@ fn truth(scene: &Scene, [a, b]: [BodyId; 2], workspace: &mut Workspace) -> Vec<f
 fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[f64]) -> bool {
     let found = scene.contacts(a, b).unwrap();
     assert_eq!(found, scene.contacts(b, a).unwrap());
-    let [a, b] = if a.index() < b.index() { [a, b] } else { [b, a] };
+    let [a, b] = if a.index() < b.index() {
+        [a, b]
+    } else {
+        [b, a]
+    };
     let [x, y] = [a, b].map(|id| scene.body(id).unwrap());
     let b_in_a = x.pose.inverse().unwrap().compose(&y.pose).unwrap();
     let scale = 1.0 + x.pose.translation().length() + y.pose.translation().length();
@@ -155,8 +159,8 @@ fn contacts_are_true_at_every_budget() {
             match known.get(&pair) {
                 Some(Verdict::Intersecting { .. } | Verdict::Within { .. }) => {
                     touching += 1;
-                    let is_small = scene.body(pair[0]).unwrap().margin
-                        + scene.body(pair[1]).unwrap().margin;
+                    let is_small =
+                        scene.body(pair[0]).unwrap().margin + scene.body(pair[1]).unwrap().margin;
                     let few = contacts.len() <= MOST_POINTS;
                     assert!(
                         !unlimited

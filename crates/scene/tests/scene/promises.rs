@@ -607,9 +607,7 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
                     .iter()
                     .enumerate()
                     .flat_map(|(i, &a)| ids[..i].iter().map(move |&b| (a, b)));
-                let points: Vec<_> = pairs
-                    .map(|(a, b)| scene.contacts(a, b).unwrap())
-                    .collect();
+                let points: Vec<_> = pairs.map(|(a, b)| scene.contacts(a, b).unwrap()).collect();
                 (format!("{report:?} {points:?}"), spent)
             });
             assert_eq!(rested.0, looked.0, "seed {seed}");

@@ -69,10 +69,7 @@ impl World {
 
     /// All that the scene says, but what a frame may spend.
     fn said(&self) -> String {
-        let points = self
-            .scene
-            .contacts(self.bodies[0], self.bodies[1])
-            .unwrap();
+        let points = self.scene.contacts(self.bodies[0], self.bodies[1]).unwrap();
         let bodies: Vec<_> = self
             .scene
             .bodies()
