@@ -371,6 +371,21 @@ impl Scene {
         Ok(())
     }
 
+    /// Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, like one
+    /// that the [filters](Filter) exclude. An ignored pair is forgotten with one of its bodies.
+    ///
+    /// # Errors
+    /// If a body is not in the scene, or both are the same.
+    pub fn ignore(&mut self, x: BodyId, y: BodyId, ignores: bool) -> Result<(), SceneError> {
+        let key = self.bodies.key(x, y)?;
+        self.edit(|bodies| {
+            bodies.ignore(key, ignores);
+            Ok(())
+        })?;
+        self.bodies_mut().set_pending(x.index, Change::Place);
+        Ok(())
+    }
+
     /// Sets how much the pairs of a body matter.
     ///
     /// # Errors

@@ -318,7 +318,7 @@ impl<'l> Listing<'l> {
         if holds {
             state.decided = number;
         }
-        let asks_contacts = bodies.contact_requests.has(key);
+        let asks_contacts = bodies.wants_contacts(key);
         let touches = asks_contacts && state.met();
         self.counts.near += usize::from(asks_contacts);
         let located = !touches || state.knows_contacts(key, bodies, number);
