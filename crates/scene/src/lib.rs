@@ -221,7 +221,7 @@ impl Scene {
 
     /// Reserves room for this many bodies, and for this many pairs of them whose boxes overlap or
     /// nearly do: the boxes of moving bodies are widened by a twentieth of their longest edge.
-    /// Within this room [`Scene::detect`] does not allocate. Takes about 850 bytes per body and 970
+    /// Within this room [`Scene::detect`] does not allocate. Takes about 860 bytes per body and 980
     /// per pair.
     pub fn reserve(&mut self, bodies: usize, pairs: usize) {
         self.bodies_mut().reserve(bodies);
