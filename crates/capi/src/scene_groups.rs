@@ -75,8 +75,8 @@ pub struct punctual_contact_points {
     pub size: u32,
     /// How many points there are; at most 16.
     pub count: usize,
-    /// Every contact within the margins that no point stands for was at least so far apart when the points were found; infinite if
-    /// there was none, and 0 if nothing is known.
+    /// The surfaces were at least so far apart wherever no point stands for a contact when the points were found, margins not
+    /// subtracted; 0 if nothing is known.
     pub low: f64,
     /// How far the surfaces have moved relative to each other since then, at most; infinite if nothing is known.
     pub drift: f64,

@@ -31,8 +31,8 @@ pub struct ContactPoints {
     /// each other.
     #[serde(with = "crate::arrays::bytes")]
     distances: Py<PyArray1<f64>>,
-    /// Every contact within the margins that no point stands for was at least so far apart when the points were found;
-    /// infinite if there was none, 0 if nothing is known.
+    /// The surfaces were at least so far apart wherever no point stands for a contact when the points were found, margins
+    /// not subtracted; 0 if nothing is known.
     low: f64,
     /// How far the surfaces have moved relative to each other since then, at most; infinite if nothing is known.
     drift: f64,
@@ -74,7 +74,7 @@ impl ContactPoints {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let Self { low, drift, .. } = self;
         Ok(format!(
-            "<punctual3d.ContactPoints: {} points, others from {low} on, drift {drift}>",
+            "<punctual3d.ContactPoints: {} points, others at least {low} apart, drift {drift}>",
             self.__len__(py)?
         ))
     }

@@ -406,7 +406,7 @@ def test_contact_points(ball):
     assert np.allclose(np.linalg.norm(found.normals, axis=1), 1) and found.manifolds.shape == found.ids.shape == (len(found),)
     scene.set_pose(b, placed(50.0))
     scene.step()
-    assert len(scene.contact_points(a, b)) == 0 and scene.contact_points(a, b).low == np.inf
+    assert len(scene.contact_points(a, b)) == 0 and scene.contact_points(a, b).low > 40
     scene.stop_finding_contacts(a, b)
     scene.find_contacts()
     with pytest.raises(ValueError, match="both bodies are needed"):

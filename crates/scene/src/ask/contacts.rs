@@ -1,8 +1,9 @@
 //! Contacts of bodies, as a solver needs them: the requests, and the answers.
 
 use crate::Scene;
+use crate::body::margins;
 use crate::error::SceneError;
-use crate::id::{BodyId, bodies_of};
+use crate::id::{BodyId, PairKey, bodies_of};
 use crate::pair::batch;
 use glam::DVec3;
 use punctual::Verdict;
@@ -66,8 +67,12 @@ impl ContactPoint {
 pub struct Contacts<'s> {
     /// At most 16 points, those of the deepest manifold first.
     pub points: &'s [ContactPoint],
-    /// Every contact within the margins that no point stands for was at least this far apart when
-    /// the points were found. Infinite if there was none, and 0 if nothing is known.
+    /// True if the points stood for all contacts within the margins when they were found.
+    pub is_whole: bool,
+    /// The surfaces were at least this far apart, margins not subtracted, wherever no point stands
+    /// for a contact. The sum of the margins if the points stand for all contacts; more if the
+    /// bodies are proven apart by more; 0 if nothing is known. They meet nowhere else before they
+    /// have moved relative to each other by `low - drift`.
     pub low: f64,
     /// Upper bound of how far the surfaces have moved relative to each other since the points were
     /// found, in the length unit of the scene: 0 if they are those of the present poses, infinite
@@ -81,7 +86,7 @@ impl Contacts<'_> {
     /// True if the points stand for all contacts at the present poses.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.low == f64::INFINITY && self.drift == 0.0
+        self.is_whole && self.drift == 0.0
     }
 }
 
@@ -93,7 +98,7 @@ impl Scene {
     /// If nothing else is asked of a pair in [`Mode::Any`](punctual::Mode::Any), the contacts are
     /// its only question, and also decide whether it meets. Bodies that were proven apart by more
     /// than they have moved need nothing. Contacts are kept while the bodies have moved relative to
-    /// each other by less than an eighth of the skin. They go on being reported, with their
+    /// each other by less than a quarter of the skin. They go on being reported, with their
     /// [drift](Contacts::drift), and prove that the bodies still meet. Under a budget the pairs of
     /// which nothing is known go first, then those that have moved the most relative to their
     /// skins, per expected cost.
@@ -168,6 +173,13 @@ impl Scene {
         self.pairs.reserve_touches();
     }
 
+    /// Lower bound of the distance of two bodies that are proven apart, margins not subtracted.
+    fn apart(&self, key: PairKey) -> f64 {
+        let skin = self.bodies.pair(key).map_or(0.0, margins);
+        let proven = self.pairs.apart(key, &self.bodies, self.report.frame);
+        skin + proven.max(self.bodies.boxes_apart(key)[0])
+    }
+
     /// What is known of the contacts of two bodies, as far as the frames so far have found them, if
     /// requested ([`Scene::find_contacts`]). No points if the bodies were found separated.
     ///
@@ -187,7 +199,8 @@ impl Scene {
         if is_apart {
             return Ok(Contacts {
                 points: &[],
-                low: f64::INFINITY,
+                is_whole: true,
+                low: self.apart(key),
                 drift: 0.0,
                 age: 0,
             });
@@ -200,6 +213,7 @@ impl Scene {
         let Some(touch) = touch else {
             return Ok(Contacts {
                 points: &[],
+                is_whole: false,
                 low: 0.0,
                 drift: f64::INFINITY,
                 age: frame,
@@ -207,6 +221,7 @@ impl Scene {
         };
         Ok(Contacts {
             points: &touch.points,
+            is_whole: touch.is_whole,
             low: touch.low,
             drift: self.bodies.drift(key, touch, frame),
             age: frame - touch.since,

@@ -21,7 +21,7 @@ pub(crate) const MOST_CONTACTS: usize = 512;
 pub(crate) const MOST_POINTS: usize = 16;
 
 /// Contacts are found anew once the surfaces have moved by this part of the skin.
-const REUSED: f64 = 0.125;
+const REUSED: f64 = 0.25;
 
 /// A point keeps its id within this part of the size of the smaller body.
 const REACH: f64 = 0.05;
@@ -30,8 +30,10 @@ const REACH: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub(crate) struct Touch {
     pub points: ArrayVec<ContactPoint, MOST_POINTS>,
-    /// Every contact that no point stands for was at least this far apart.
+    /// Every contact that no point stands for was at least this far apart; and true if none of them
+    /// was within the margins.
     pub low: f64,
+    pub is_whole: bool,
     /// The triangles of the nearest contact, and an upper bound of their distance.
     pub nearest: Option<([u32; 2], f64)>,
     /// The pose of the second body in the frame of the first when this was found.
@@ -52,6 +54,7 @@ impl Touch {
         Box::new(Self {
             points: ArrayVec::new(),
             low: 0.0,
+            is_whole: false,
             nearest: None,
             b_in_a: Pose::IDENTITY,
             since: 0,
@@ -72,7 +75,8 @@ impl Touch {
         b_in_a: &Pose,
         frame: u64,
     ) {
-        (self.low, self.b_in_a, self.since) = (low, *b_in_a, frame);
+        (self.low, self.b_in_a, self.since) = (low.min(margins(pair)), *b_in_a, frame);
+        self.is_whole = low == f64::INFINITY;
         let before = core::mem::take(&mut self.points);
         let to_b = b_in_a.inverse_unchecked();
         for (number, manifold) in (0..).zip(manifolds) {
@@ -86,6 +90,7 @@ impl Touch {
                 };
                 if self.points.try_push(found).is_err() {
                     self.low = self.low.min(point.distance.max(0.0));
+                    self.is_whole = false;
                 }
             }
         }

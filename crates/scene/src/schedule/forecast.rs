@@ -64,8 +64,7 @@ impl Forecast {
     }
 
     /// The forecast of the contacts of a pair: from the last run, or else from the triangle counts.
-    /// `need`: 1 if nothing is known of them; else how far the bodies have moved since, relative to
-    /// the skin.
+    /// `need`: how far the bodies have moved since they were found, relative to the skin.
     pub fn of_contacts(state: &PairState, sizes: [f32; 2], need: f32) -> Self {
         let (cost, pending) = state
             .touch
@@ -115,7 +114,7 @@ const MOST_OF_APART: f32 = 0.5;
 
 /// Work to find the contacts of a pair for the first time, times the fourth roots of the triangle
 /// counts.
-const CONTACTS: u64 = 2000;
+const CONTACTS: u64 = 300;
 
 /// Work of a query without a remembered witness: median and 90 % quantile.
 #[inline]

@@ -9,6 +9,9 @@ use crate::pair::frame::Frame;
 use crate::pair::state::{PairState, Turn};
 use core::mem;
 
+/// The need for contacts of which nothing is known, in skins that the bodies may have moved.
+const MOST_NEED: f64 = 1000.0;
+
 /// A pair that was not finished when the frame began.
 #[derive(Debug)]
 pub(crate) struct Job {
@@ -114,7 +117,7 @@ pub(crate) fn outlook(
             let drift = state.touch.as_ref().map_or(f64::INFINITY, |touch| {
                 frame.bodies.drift(key, touch, frame.number)
             });
-            Forecast::of_contacts(state, sizes, (drift / skin).min(1.0) as f32)
+            Forecast::of_contacts(state, sizes, (drift / skin).min(MOST_NEED) as f32)
         }
         TurnKind::Meet => {
             let part = frame.bodies.common_part(bodies_of(key)).unwrap_or(0.0);

@@ -132,6 +132,12 @@ impl Known {
         self.bits = OVERLAPS | MET | frame as u32 & FRAME;
     }
 
+    /// How far the bodies may move before they may meet; 0 if nothing is proven.
+    pub fn room(&self, bodies: &Bodies, frame: u64) -> f64 {
+        let until = if self.met() { 0.0 } else { self.apart() };
+        (until - bodies.gone(self.key, self.since(frame), frame)).max(0.0)
+    }
+
     /// True if the bodies are known to be separated in `frame` because they have not moved far.
     /// Then records it.
     #[inline]

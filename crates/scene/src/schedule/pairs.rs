@@ -2,6 +2,7 @@
 
 use super::known::{Known, Slot};
 use crate::ask::distance_requests::Asker;
+use crate::body::Bodies;
 use crate::broad::Broad;
 use crate::cost::WORK_PER_STATE;
 use crate::id::{PairKey, bodies_of, pair_key};
@@ -297,6 +298,15 @@ impl Pairs {
     /// True if pairs may have contact states.
     pub fn tell_touches(&self) -> bool {
         self.touches.any()
+    }
+
+    /// How far the bodies of a pair may move, margins excluded, before they may meet; 0 if nothing is
+    /// proven.
+    pub fn apart(&self, key: PairKey, bodies: &Bodies, frame: u64) -> f64 {
+        let place = self.place(key);
+        let known = (place < self.len()).then(|| self.at(place));
+        let known = known.filter(|known| known.key == key);
+        known.map_or(0.0, |known| known.room(bodies, frame))
     }
 
     /// The contact state of a pair.

@@ -306,7 +306,7 @@ impl World {
         for pair @ [a, b] in self.pairs() {
             let found = self.scene.contacts(a, b).unwrap();
             let since = frame - found.age;
-            let is_told = !found.points.is_empty() || found.low > 0.0;
+            let is_told = !found.points.is_empty() || found.is_whole;
             assert!(
                 !is_told || pair.iter().all(|id| self.born[id] <= since),
                 "{pair:?} {found:?} is of other bodies"

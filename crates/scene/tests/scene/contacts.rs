@@ -67,6 +67,11 @@ fn assert_true(scene: &Scene, [a, b]: [BodyId; 2], truth: &[f64]) -> bool {
         let off = found.drift + 0.01 * point.distance.abs() + 1e-7 + rounding;
         assert!((now.distance - point.distance).abs() <= off);
     }
+    if found.is_complete() && found.points.is_empty() {
+        let query = Query::distance(&x.tree, &y.tree, b_in_a);
+        let gap = query.run(&mut Workspace::new(), Budget::unlimited()).value;
+        assert!(gap.high >= found.low - 1e-7 - rounding, "{gap:?} {found:?}");
+    }
     if found.is_complete() {
         assert_eq!(
             found.points.len(),
@@ -165,7 +170,7 @@ fn contacts_are_true_at_every_budget() {
                     let few = contacts.len() <= MOST_POINTS;
                     assert!(
                         !unlimited
-                            || found.drift <= is_small / 8.0
+                            || found.drift <= is_small / 4.0
                                 && (is_all || !few || found.drift > 0.0),
                         "{found:?}"
                     );
@@ -317,7 +322,7 @@ fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
     let count = |scene: &Scene, x, y| scene.contacts(x, y).unwrap().points.len();
     detect(&mut scene, Budget::unlimited());
     assert_eq!((count(&scene, a, b), count(&scene, b, c)), (0, 4));
-    assert_eq!(scene.contacts(a, b).unwrap().low, 0.0, "not asked");
+    assert!(!scene.contacts(a, b).unwrap().is_whole, "not asked");
     scene.stop_finding_contacts_of(b, c).unwrap();
     scene.find_contacts_of(a, b).unwrap();
     scene.set_pose(c, at(3.5, 0.0, 0.0)).unwrap();
