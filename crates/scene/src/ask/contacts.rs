@@ -69,8 +69,8 @@ pub struct Contacts<'s> {
     pub points: &'s [ContactPoint],
     /// True if the points stood for all contacts within the margins when they were found.
     pub is_whole: bool,
-    /// The surfaces were at least this far apart, margins not subtracted, wherever no point stands
-    /// for a contact. The sum of the margins if the points stand for all contacts; more if the
+    /// The surfaces, of solids, were at least this far apart, margins not subtracted, wherever no
+    /// point stands for a contact. The sum of the margins if the points stand for all contacts; more if the
     /// bodies are proven apart by more; 0 if nothing is known. They meet nowhere else before they
     /// have moved relative to each other by `low - drift`.
     pub low: f64,

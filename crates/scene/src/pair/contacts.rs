@@ -43,8 +43,8 @@ impl Turn {
         let is_over = answer.stop.is_final() || answer.stop == StopReason::PairsFull;
         // An unfinished search without contacts replaces nothing.
         if is_over || !workspace.manifolds().is_empty() {
-            touch.update(pair, workspace.manifolds(), answer.missing, b_in_a, frame);
             touch.nearest = answer.nearest;
+            touch.update(pair, workspace.manifolds(), answer.missing, b_in_a, frame);
         }
         if is_over {
             (touch.completed, touch.cost) = (frame, spent.work);
