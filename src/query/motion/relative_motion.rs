@@ -5,7 +5,6 @@
 //! each part of B to move along a straight line with the velocity that its own middle has then. The
 //! neglected motion is bounded: `docs/numerics.md`, "Motion".
 
-use crate::query::relative_pose::RelativePose;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::{Motion, Pose, smaller};
@@ -246,14 +245,12 @@ impl<'m> RelativeMotion<'m> {
         let is_on_the_spot = self.of_a.is_none()
             && speed * length < near
             && (spin * radii[1] > TURNING * speed || spin > 0.0 && speed < near);
-        let at = if is_on_the_spot { begin } else { middle };
         Substep {
             begin,
             end,
             middle,
             is_on_the_spot,
-            at,
-            pose: self.pose(at),
+            pose: self.pose(middle),
         }
     }
 
@@ -277,28 +274,12 @@ impl<'m> RelativeMotion<'m> {
         half * self.drift + self.jerk * half * half * half / 6.0
     }
 
-    /// The velocity of the axis that all points of B turn around. `None` if both bodies move,
-    /// because there is no such axis.
-    pub fn of_axis(&self) -> Option<DVec3> {
-        if self.of_a.is_none() {
-            Some(self.of_b.velocity())
-        } else {
-            None
-        }
-    }
-
-    /// Speed of that axis across itself.
-    pub fn slip(&self) -> f64 {
-        let across = self.of_b.velocity().cross(self.of_b.turn()).length();
-        STRETCH * STRETCH * across / (self.spin + f64::MIN_POSITIVE)
-    }
-
     /// True if the meshes are too far apart to meet in a substep.
     pub fn is_clear(&self, substep: &Substep, trees: [&Tree; 2], margin: f64) -> bool {
         let [a, b] = trees.map(|tree| tree.unit().origin);
         let apart = (substep.pose.transform_point(b) - a).length_squared();
         let reach =
-            self.radii[0] + self.radii[1] + self.speed * (substep.end - substep.at) + margin;
+            self.radii[0] + self.radii[1] + self.speed * (substep.end - substep.middle) + margin;
         let reach = reach + 4.0 * self.rounding;
         apart * (1.0 - 1e-9) > reach * reach
     }
@@ -312,9 +293,7 @@ pub(super) struct Substep {
     pub middle: f64,
     /// True if B moves little, compared with the size of the meshes, and much of that by turning.
     pub is_on_the_spot: bool,
-    /// Reference time of the substep: its begin if on the spot, else its middle. Then the pose of B
-    /// in A at that time.
-    pub at: f64,
+    /// The pose of B in A in the middle.
     pub pose: Pose,
 }
 
@@ -342,14 +321,11 @@ impl Substep {
     }
 }
 
-/// The setting of a run: a substep of the motion of two trees.
+/// The setting of a run: a substep of a motion.
 #[derive(Clone, Copy)]
 pub(super) struct Setting<'q> {
-    pub trees: [&'q Tree; 2],
     pub relative_motion: &'q RelativeMotion<'q>,
     pub substep: &'q Substep,
-    /// The pose of B at the reference time of the substep.
-    pub relative: &'q RelativePose,
     /// Sum of the margins of both surfaces.
     pub margin: f64,
 }

@@ -4,7 +4,6 @@
 use super::relative_motion::Substep;
 use crate::query::options::MotionOptions;
 use crate::query::queue::{BUCKETS, Frontier};
-use crate::query::relative_pose::Views;
 use crate::query::search::Search;
 
 /// A triangle pair (tree order) that is traced through time.
@@ -81,8 +80,6 @@ pub(crate) struct MotionState {
     done: f64,
     contact: Option<Contact>,
     pub followed: Option<Followed>,
-    /// The views of the current nodes, for box tests that need them in memory.
-    pub(super) views: Views<[f32; 8]>,
 }
 
 impl MotionState {
@@ -95,7 +92,6 @@ impl MotionState {
         done: f64::INFINITY,
         contact: None,
         followed: None,
-        views: Views::NONE,
     };
 
     /// Starts a motion for which no contact is possible before `free_until`.
