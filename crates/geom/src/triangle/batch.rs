@@ -221,8 +221,8 @@ impl<L: Lanes> Transposed<L> {
     }
 
     #[inline(always)]
-    pub fn corner(&self) -> [D8<L>; 3] {
-        per_axis!(k => self.first[k].widen() + self.rest[k].widen())
+    pub fn corner(&self, lanes: L) -> [D8<L>; 3] {
+        per_axis!(k => D8::widen(lanes, self.first[k]) + D8::widen(lanes, self.rest[k]))
     }
 }
 
@@ -235,7 +235,7 @@ pub(super) fn first_corner<L: Lanes>(
     b: &Transposed<L>,
     placement: &Placement,
 ) -> V8<L> {
-    let (a, b) = (a.corner(), b.corner());
+    let (a, b) = (a.corner(lanes), b.corner(lanes));
     per_axis!(k => {
         let [x, y, z] = placement.linear[k];
         let x = D8::splat(lanes, x) * b[0] + D8::splat(lanes, y) * b[1] + D8::splat(lanes, z) * b[2];
