@@ -11,7 +11,6 @@ use super::point::PointBounds;
 use super::point::state::{Phase, PointState};
 use super::queue::{Frontier, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
-use super::refinement::Refinement;
 use super::search::Search;
 use super::strategy::{Strategy, Tracing};
 use super::trace::Trace;
@@ -43,7 +42,6 @@ pub struct Workspace {
     /// Triangle pairs (tree order) that wait for the filter, and those that it left in doubt.
     pub(super) waiting: TrianglePairs,
     pub(super) uncertain: ArrayVec<[u32; 2], 8>,
-    pub(super) refinement: Refinement,
     /// Cached corners of triangles of A and of B for the tests in `f64`.
     pub(super) corners: [Corners; 2],
     /// True while triangle pairs are tested: until none is in doubt and less than a batch waits.
@@ -227,7 +225,6 @@ impl Workspace {
             frontier: Frontier::new(queue),
             waiting: TrianglePairs::new(),
             uncertain: ArrayVec::new(),
-            refinement: Refinement::default(),
             corners: [Corners::EMPTY; 2],
             testing: false,
             inconclusive: false,
@@ -435,7 +432,6 @@ impl Workspace {
         self.frontier.clear();
         self.waiting.clear();
         self.uncertain.clear();
-        self.refinement = Refinement::default();
         self.testing = false;
         self.inconclusive = false;
         self.witnesses.clear();
@@ -466,7 +462,6 @@ impl Clone for Workspace {
             frontier: self.frontier.clone(),
             waiting: self.waiting.clone(),
             uncertain: self.uncertain.clone(),
-            refinement: self.refinement,
             corners: self.corners.clone(),
             witnesses: self.witnesses.clone(),
             sample: self.sample.clone(),

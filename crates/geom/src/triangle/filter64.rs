@@ -1,9 +1,5 @@
-//! Repeats the filter of [`batch`](super::batch) in `f64`, four pairs at a time, for the pairs that
-//! it left in doubt.
-//!
-//! Where copies of a surface coincide, nearly all pairs are in doubt. Most of these have disjoint
-//! boxes, share a corner, or become certain with the 29 additional bits of `f64`. The rest are
-//! coplanar or touch.
+//! The filter of [`batch`](super::batch) in `f64`, four pairs at a time, for a few triangles whose
+//! corners are known in `f64`. What it leaves in doubt is coplanar or touches.
 
 use super::batch::{Bounds, Crossings, Range, Verdicts, certain, largest};
 use super::exact::{LARGEST, PADDING};
