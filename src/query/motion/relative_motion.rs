@@ -70,11 +70,6 @@ const MOST_PIECES: f64 = 4_096.0;
 /// other.
 const BEND: f64 = 5e-3;
 
-/// Longest path of a motion on the spot, relative to the sizes of both meshes together. Least share
-/// of turning in the path, if B moves farther in the whole motion.
-const SPOT: f64 = 0.1;
-const TURNING: f64 = 0.25;
-
 /// Factor for bounds of lengths, since the matrix of a pose is a rotation within a tolerance
 /// only (`Pose::new`).
 const STRETCH: f64 = 1.01;
@@ -239,17 +234,11 @@ impl<'m> RelativeMotion<'m> {
 
     pub fn substep(&self, i: u32) -> Substep {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
-        let (middle, length) = (begin + (end - begin) / 2.0, end - begin);
-        let (speed, spin, radii) = (self.speed, self.spin, self.radii);
-        let near = SPOT * (radii[0] + radii[1]);
-        let is_on_the_spot = self.of_a.is_none()
-            && speed * length < near
-            && (spin * radii[1] > TURNING * speed || spin > 0.0 && speed < near);
+        let middle = begin + (end - begin) / 2.0;
         Substep {
             begin,
             end,
             middle,
-            is_on_the_spot,
             pose: self.pose(middle),
         }
     }
@@ -291,8 +280,6 @@ pub(super) struct Substep {
     pub begin: f64,
     pub end: f64,
     pub middle: f64,
-    /// True if B moves little, compared with the size of the meshes, and much of that by turning.
-    pub is_on_the_spot: bool,
     /// The pose of B in A in the middle.
     pub pose: Pose,
 }

@@ -56,7 +56,6 @@ pub(super) fn glide(setting: &Setting, relative: &RelativePose, origin: DVec3) -
             turn_error: (relative_motion.turn_error * length * length * 0.5) as f32 * 1.01,
             spin: (relative_motion.spin * length * 0.5) as f32 * 1.001,
             arc_error: arc_error as f32 * 1.001 + 1e-20,
-            swings: substep.is_on_the_spot,
         }
     } else {
         // Beyond the range of `f32`, or NaN: everything may meet at any time.
