@@ -104,6 +104,15 @@ pub(super) trait Measure {
         hits
     }
 
+    /// Tests the active children of two nodes against each other.
+    #[inline(always)]
+    fn both<L: Lanes>(&self, lanes: L, facing: &Facing, active: [u32; 2], keys: &mut Keys) -> u64
+    where
+        Self: Sized,
+    {
+        eight_by_eight(lanes, self, facing, active, keys)
+    }
+
     /// Tests the active triangles of a leaf, the opened node, against the children of the other
     /// node. By default only their boxes.
     #[inline(always)]
@@ -206,7 +215,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
         Open::Both => {
             let tests = lanes.count(valid[0]) * lanes.count(valid[1]) + 1;
             count::<M>(sink.stats(), level + 2, tests);
-            let hits = eight_by_eight(lanes, measure, &of_a, valid, keys);
+            let hits = measure.both(lanes, &of_a, valid, keys);
             let key = |bit| key_of(keys, bit);
             if a.is_leaf {
                 let rows = || [rows(tree_a, a), rows(tree_b, b)];
