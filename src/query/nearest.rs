@@ -132,13 +132,11 @@ impl Visitor for Traversal<'_, '_, Nearness> {
         }
         let search = &mut self.workspace.search;
         if let Some(proposed) = search.proposed.pop() {
-            self.consider(lanes, proposed);
-        } else if search.is_linked() {
-            self.test_linked(lanes);
+            self.consider(proposed);
         } else if !search.waiting.is_empty() {
             self.test_batch(lanes);
         } else if let Some(left) = search.put_off.pop() {
-            self.consider(lanes, left);
+            self.consider(left);
         }
         let search = &self.workspace.search;
         let last = self.workspace.frontier.is_empty();
