@@ -113,7 +113,7 @@ impl RelativePose {
                 translation: translation.to_array(),
                 rotation: linear.map(|row| row.map(|x| x as f32)),
                 position_error: position_error as f32,
-                edge_slop: (8.0 * EDGE_ERROR * scale as f32).max(LEAST_EDGE_ERROR),
+                edge_error: (8.0 * EDGE_ERROR * scale as f32).max(LEAST_EDGE_ERROR),
             },
         }
     }
@@ -170,7 +170,7 @@ impl RelativePose {
             translation: [0.0; 3],
             rotation: [[0.0; 3]; 3],
             position_error: 1e6,
-            edge_slop: 1e6,
+            edge_error: 1e6,
         },
     };
 }

@@ -9,17 +9,17 @@ use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
 
-/// Factor of half extents for the guesses of a dive.
+/// Factor of half extents in a dive, which only guesses.
 pub(super) const DIVE: f32 = 0.4;
 
 /// Maximum number of triangle pairs that are put off; further pairs are tested when they are found.
 const PUT_OFF: usize = 1024;
 
-/// A triangle pair (tree order) and the bound proven for it.
+/// A triangle pair (tree order) and the lower bound proven of what the question asks for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounded {
     pub pair: [u32; 2],
-    /// Distance in A's units; in a motion query, a time.
+    /// Distance: its length in A's units. Motion: the time in lengths of the substep, from -1/2.
     pub low: f32,
 }
 
@@ -173,9 +173,9 @@ impl Search {
         waiting.chain(bounded.map(|left| left.pair))
     }
 
-    /// Raises the lower bound of the interval from everything that is left. `at_hand` is the bound
+    /// Raises the lower bound of the interval from everything that is left. `current` is the bound
     /// of the current node pair, if there is one. `unit` is the length of A's unit.
-    pub fn bound(&mut self, frontier: &Frontier, at_hand: f32, unit: f64) {
+    pub fn bound(&mut self, frontier: &Frontier, current: f32, unit: f64) {
         let nodes = match frontier.least_bucket() {
             _ if self.is_diving => 0.0,
             None => f32::INFINITY,
@@ -190,7 +190,7 @@ impl Search {
         // the cut, so its root is not rounded to `f32`.
         let dropped = libm::sqrt(f64::from(self.dropped)) * (1.0 - f64::EPSILON);
         self.interval.raise(
-            f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)).min(dropped) * unit,
+            f64::from(waiting.chain(others).fold(nodes.min(current), f32::min)).min(dropped) * unit,
         );
     }
 

@@ -397,8 +397,8 @@ impl Workspace {
     }
 
     /// [`Search::bound`] of the distance query.
-    pub(super) fn bound(&mut self, at_hand: f32, unit: f64) {
-        self.search.bound(&self.frontier, at_hand, unit);
+    pub(super) fn bound(&mut self, current: f32, unit: f64) {
+        self.search.bound(&self.frontier, current, unit);
     }
 
     /// True if nothing is left open.

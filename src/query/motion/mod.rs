@@ -369,8 +369,8 @@ impl Workspace {
     fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
         self.frontier.clear();
         self.search.begin_pairs(guess.map(|pair| Bounded {
+            pair,
             low: f32::NEG_INFINITY,
-            ..Bounded::unknown(pair)
         }));
         self.testing = guess.is_some();
         self.frontier.push(Pair::new(0, 0));

@@ -43,7 +43,7 @@ pub(super) struct Sweep<'q> {
     glide: &'q Glide,
     /// A contact is searched for up to this long after the time at which triangles may meet.
     tolerance: f64,
-    /// [`Setting::cut`].
+    /// Local time from which on nothing matters ([`Setting::cut`]).
     cut: f32,
 }
 
@@ -141,13 +141,13 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let (substep, cut) = (self.question.setting.substep, &self.question.cut);
         let (relative, glide) = (self.relative, self.question.glide);
         let first = search.proposed.pop();
-        if let Some(Bounded { pair, low, .. }) = first.filter(|_| glide.spin == 0.0) {
+        if let Some(Bounded { pair, low }) = first.filter(|_| glide.spin == 0.0) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             state.followed = Some(Followed::new(pair, [substep.time(low), substep.end], 1.0));
             return;
         }
         let (pairs, keys, count) = match first {
-            Some(Bounded { pair, low, .. }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
+            Some(Bounded { pair, low }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
             None => search.pop_batch(*cut, |low| state.pass(substep.time(low))),
         };
         if count == 0 {
@@ -173,7 +173,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         }
         let substep = self.question.setting.substep;
         match first {
-            Some(Bounded { pair, low, .. }) => {
+            Some(Bounded { pair, low }) => {
                 let (first, last) = (active.trailing_zeros(), active.ilog2());
                 let from = substep.time(larger_known(enter[first as usize % WIDTH], low));
                 let until = substep.end_of_part(last, WIDTH as u32);
@@ -210,8 +210,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let mut proposed: ArrayVec<Bounded, WIDTH> = (0..pairs.len())
             .filter(|i| active >> i & 1 != 0)
             .map(|i| Bounded {
+                pair: pairs[i],
                 low: larger_known(enter[i], keys[i]),
-                ..Bounded::unknown(pairs[i])
             })
             .collect();
         proposed.sort_unstable_by(|x, y| y.low.total_cmp(&x.low).then(y.pair.cmp(&x.pair)));

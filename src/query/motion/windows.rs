@@ -24,7 +24,7 @@ use wide::f32x4;
 pub(super) const BEGIN: f32 = -0.5;
 
 /// Bound on the rounding of times.
-const SLOP: f32 = 8.0 * ROUNDING;
+const TIME_ERROR: f32 = 8.0 * ROUNDING;
 
 /// Half a unit of time, plus 1 percent for matrices that are not exactly rotations.
 const HALF_A_PIECE: f32 = 0.505;
@@ -115,7 +115,7 @@ impl Drift {
         Self {
             inverse,
             size,
-            extra: size * margin + f32x4::splat(SLOP),
+            extra: size * margin + f32x4::splat(TIME_ERROR),
             velocity,
             margin,
         }
@@ -199,7 +199,7 @@ impl Drift {
         }
         .across(lanes, boxes);
         let middle = distance * F8::splat(lanes, inverse);
-        let half = reach * F8::splat(lanes, size) + F8::splat(lanes, SLOP);
+        let half = reach * F8::splat(lanes, size) + F8::splat(lanes, TIME_ERROR);
         [middle - half, middle + half]
     }
 
@@ -363,7 +363,10 @@ impl Measure for Windows<'_> {
                 self.rotation_error,
                 (self.in_a.velocity, self.in_a.margin),
             );
-            (enter, leave) = (enter.max(of_edges[0] - SLOP), leave.min(of_edges[1] + SLOP));
+            (enter, leave) = (
+                enter.max(of_edges[0] - TIME_ERROR),
+                leave.min(of_edges[1] + TIME_ERROR),
+            );
             if leave < enter.max(BEGIN) {
                 return false;
             }

@@ -36,7 +36,7 @@ pub struct Placement {
     /// Error bound of a transformed corner, beyond its rounding to `f32`, in A's units.
     pub position_error: f32,
     /// Error bound of a transformed edge of B, in A's units, divided by [`ROUNDING`].
-    pub edge_slop: f32,
+    pub edge_error: f32,
 }
 
 /// Results of the test, one bit per lane.
@@ -125,7 +125,7 @@ fn test_part<L: Lanes>(
     // an edge, divided by `ROUNDING`, is added to its size.
     let sizes = [
         largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_ERROR),
-        largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),
+        largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_error),
         largest(q) + F8::splat(lanes, placement.position_error * (1.0 / ROUNDING)),
     ];
     let bounds = Bounds::new(sizes, ROUNDING, F8::splat(lanes, UNDERFLOW));

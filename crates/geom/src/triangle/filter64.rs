@@ -2,7 +2,7 @@
 //! corners are known in `f64`. What it leaves in doubt is coplanar or touches.
 
 use super::batch::{Bounds, Crossings, Range, Verdicts, certain, largest};
-use super::exact::{LARGEST, PADDING};
+use super::exact::{LARGEST_EXTENT, PADDING};
 use crate::lanes::{Column, D4, Kernel, Lanes, per_axis, sub};
 use glam::DVec3;
 
@@ -123,7 +123,10 @@ fn four<L: Lanes>(
         largest(f[0]).max(largest(f[1])),
         largest(q),
     ];
-    let fits = Range::of(sizes).high.less(D4::splat(lanes, LARGEST)).mask();
+    let fits = Range::of(sizes)
+        .high
+        .less(D4::splat(lanes, LARGEST_EXTENT))
+        .mask();
     let padding = D4::splat(lanes, PADDING);
     let bounds = Bounds::new(
         per_axis!(i => sizes[i] + padding),
@@ -173,9 +176,9 @@ mod tests {
         let scales = [
             1.0,
             1e-3,
-            LARGEST / 4.0,
-            LARGEST,
-            LARGEST * LARGEST,
+            LARGEST_EXTENT / 4.0,
+            LARGEST_EXTENT,
+            LARGEST_EXTENT * LARGEST_EXTENT,
             f64::MIN_POSITIVE,
         ];
         for round in 0..20_000 {

@@ -101,7 +101,7 @@ impl<L: Lanes> Pair<L> {
         let (reach_p, reach_f, reach_b) = (reach(p), reach(f), reach([b.edge1, b.edge2]));
         let absolute = F8::splat(
             lanes,
-            placement.position_error + ROUNDING * (placement.edge_slop + EDGE_ERROR),
+            placement.position_error + ROUNDING * (placement.edge_error + EDGE_ERROR),
         );
         let error = per_axis!(k => {
             let turned = dot(per_axis!(j => F8::splat(lanes, rotation[k][j].abs())), reach_b);

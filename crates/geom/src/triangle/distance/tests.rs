@@ -342,7 +342,7 @@ const PLACEMENT: Placement = Placement {
     translation: [0.5, -0.25, 0.125],
     rotation: [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]],
     position_error: 1e-12,
-    edge_slop: 3e-8,
+    edge_error: 3e-8,
 };
 
 #[test]
