@@ -66,31 +66,14 @@ impl Contact {
         })
     }
 
-    /// The contact of separated triangles, with the separating direction of `found` as its normal.
-    #[inline]
-    pub(crate) fn parted(
-        triangles: [u32; 2],
-        &Closest {
-            points,
-            direction,
-            high,
-            ..
-        }: &Closest,
-    ) -> Self {
-        Self {
-            triangles,
-            points,
-            normal: direction,
-            distance: high,
-            segment: None,
-        }
-    }
-
     /// The contact of separated triangles with these corners. If `found` has no direction, the
     /// points or the triangles' normals give the contact normal.
     pub(crate) fn apart(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2], found: &Closest) -> Self {
         let Closest {
-            points, direction, ..
+            points,
+            direction,
+            high,
+            ..
         } = *found;
         let between = || {
             unit(points[0] - points[1])
@@ -102,8 +85,11 @@ impl Contact {
             direction
         };
         Self {
+            triangles,
+            points,
             normal,
-            ..Self::parted(triangles, found)
+            distance: high,
+            segment: None,
         }
     }
 }

@@ -31,11 +31,6 @@ pub const WORK_PER_EXACT_TEST: u64 = 200;
 pub(crate) const WORK_PER_DISTANCE_TEST: u64 = 130;
 pub(crate) const WORK_PER_CLOSEST_POINTS: u64 = 700;
 
-/// Work of the closest points of a pair whose closest features are known: if four such pairs are
-/// computed at once, and if one is computed alone.
-pub(crate) const WORK_PER_FEATURES: u64 = 100;
-pub(crate) const WORK_PER_FEATURES_ALONE: u64 = 300;
-
 /// Work of opening a node pair of a motion, without its BV tests; of one of these tests; and of
 /// comparing two moving triangles in `f32`.
 pub(crate) const WORK_PER_SWEPT_EXPANSION: u64 = 180;
@@ -94,8 +89,6 @@ pub const MAX_DISTANCE_STEP_WORK: u64 = 8 * WORK_PER_DISTANCE_TEST;
 
 const _: () = assert!(
     MAX_DISTANCE_STEP_WORK >= WORK_PER_CLOSEST_POINTS + WORK_PER_EXACT_TEST + WORK_PER_CONTACT
-        && MAX_DISTANCE_STEP_WORK >= WORK_PER_FEATURES_ALONE + WORK_PER_CLOSEST_POINTS
-        && MAX_DISTANCE_STEP_WORK >= 4 * (WORK_PER_FEATURES + WORK_PER_CONTACT)
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_WINDOW
         && MAX_DISTANCE_STEP_WORK
             >= WORK_PER_SWEPT_EXPANSION + 65 * WORK_PER_SWEPT_TEST + WORK_PER_EDGE_TEST

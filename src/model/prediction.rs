@@ -123,21 +123,20 @@ pub fn any_left(frontier: &FrontierSummary, probability: f64, previous: Option<f
 
 /// log2 of the 90 % quantile of the BV tests of a whole query that finds all intersections.
 /// `root_cost` is the [`super::frontier::pair_cost`] of the roots at their deepest penetration, so
-/// their positions do not matter. This function, [`most_of_all_after`] and [`most_of_any_after`]
-/// are rough, because they are called before every query with a budget of time.
+/// their positions do not matter.
 pub fn most(root_cost: f64) -> f64 {
     let [intercept, slope] = ROOT_MOST;
-    intercept + slope * rough_log2(root_cost.max(1.0))
+    intercept + slope * log2(root_cost.max(1.0))
 }
 
 /// [`most`], computed from the BV tests of the pair's previous query alone.
 pub fn most_of_all_after(previous: f64) -> f64 {
-    rough_log2(previous.max(1.0)) + ALL_AFTER[2]
+    log2(previous.max(1.0)) + ALL_AFTER[2]
 }
 
 /// [`most_of_all_after`] for a query that ends with the first intersection.
 pub fn most_of_any_after(previous: f64) -> f64 {
-    rough_log2(previous.max(1.0)) + ANY_AFTER[2]
+    log2(previous.max(1.0)) + ANY_AFTER[2]
 }
 
 /// Blends quantiles of the model with a prediction from the pair's previous query, whose total was
@@ -172,16 +171,6 @@ pub(super) fn with_history(
 /// The counts of a query from the log2 of its BV tests. Power laws give the triangle tests and the
 /// opened node pairs. There is at most one opened node pair per BV test.
 pub fn counts(log2_bv_tests: f64) -> Counts {
-    counts_by(exp2, log2_bv_tests)
-}
-
-/// [`counts`] within 1 %, in a third of the time.
-pub fn rough_counts(log2_bv_tests: f64) -> Counts {
-    counts_by(rough_exp2, log2_bv_tests)
-}
-
-#[inline(always)]
-fn counts_by(exp2: impl Fn(f64) -> f64, log2_bv_tests: f64) -> Counts {
     let power_law = |[intercept, slope]: [f64; 2]| exp2(intercept + slope * log2_bv_tests);
     let bv_tests = exp2(log2_bv_tests);
     Counts {
@@ -191,47 +180,6 @@ fn counts_by(exp2: impl Fn(f64) -> f64, log2_bv_tests: f64) -> Counts {
     }
 }
 
-const ONE: u64 = 1.0f64.to_bits();
-
-/// log2 of a positive normal number, within .008: the exponent, and a parabola for the rest.
-fn rough_log2(x: f64) -> f64 {
-    let bits = x.to_bits();
-    let rest = f64::from_bits(bits & ((1 << 52) - 1) | ONE);
-    (bits >> 52) as i64 as f64 - 1023.0 + (rest - 1.0) * (1.0 + 0.3465 * (2.0 - rest))
-}
-
-/// 2^x within .4 % for x between -1,000 and 1,000: the integer part in the exponent, and a parabola
-/// for the rest.
-fn rough_exp2(x: f64) -> f64 {
-    // A number of this size has a last bit that is worth 1, so the sum is rounded to an integer.
-    const WHOLE: f64 = (3u64 << 51) as f64;
-    let whole = x + WHOLE;
-    let rest = x - (whole - WHOLE);
-    f64::from_bits((whole.to_bits() << 52).wrapping_add(ONE))
-        * (1.0 + rest * (0.6995 + rest * 0.237))
-}
-
 pub(super) fn dot(w: &[f64], x: &[f64]) -> f64 {
     w.iter().zip(x).map(|(w, x)| w * x).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rough_powers_and_logarithms_are_near_the_true_ones() {
-        for i in -99_990..100_000 {
-            let x = f64::from(i) * 0.01;
-            assert!((rough_exp2(x) / exp2(x) - 1.0).abs() < 0.004, "{x}");
-            assert!((rough_log2(exp2(x)) - x).abs() < 0.008, "{x}");
-        }
-        for log2_bv_tests in [0.0, 0.5, 7.3, 20.0, 41.9] {
-            let (rough, true_counts) = (rough_counts(log2_bv_tests), counts(log2_bv_tests));
-            assert!(
-                (rough.work() / true_counts.work() - 1.0).abs() < 0.004,
-                "{rough:?} {true_counts:?}"
-            );
-        }
-    }
 }

@@ -52,16 +52,20 @@ impl<L: Lanes> Boxes<L> {
     /// Bounding boxes of these boxes along the axes of the other side.
     #[inline(always)]
     pub(super) fn seen(&self, lanes: L, view: &View) -> Self {
-        let margin = F8::splat(lanes, view.margin.as_array()[0]);
-        let [x, y, z] = per_axis!(k => {
-            let row = per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k]));
-            let center = dot(row, self.center) + F8::splat(lanes, view.origin.as_array()[k]);
-            (center, dot(per_axis!(j => row[j].abs()), self.half) + margin)
-        });
+        let [x, y, z] = per_axis!(k => self.seen_along(lanes, view, k));
         Self {
             center: [x.0, y.0, z.0],
             half: [x.1, y.1, z.1],
         }
+    }
+
+    /// Centers and half extents along axis `k` of the other side.
+    #[inline(always)]
+    pub(super) fn seen_along(&self, lanes: L, view: &View, k: usize) -> (F8<L>, F8<L>) {
+        let row = per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k]));
+        let center = dot(row, self.center) + F8::splat(lanes, view.origin.as_array()[k]);
+        let half = dot(per_axis!(j => row[j].abs()), self.half);
+        (center, half + F8::splat(lanes, view.margin.as_array()[0]))
     }
 }
 
@@ -106,24 +110,24 @@ impl<L: Lanes> Slabs<L> {
 /// [`Slabs`], stored for access one at a time.
 #[derive(Clone, Copy)]
 pub(super) struct Stored {
-    along: [[f32; 8]; 3],
-    against: [[f32; 8]; 3],
+    pub along: [[f32; 8]; 3],
+    pub against: [[f32; 8]; 3],
 }
 
 impl Stored {
-    const NONE: Self = Self {
+    pub const NONE: Self = Self {
         along: [[0.0; 8]; 3],
         against: [[0.0; 8]; 3],
     };
 
     #[inline(always)]
-    fn put<L: Lanes>(&mut self, boxes: &Slabs<L>) {
+    pub fn put<L: Lanes>(&mut self, boxes: &Slabs<L>) {
         per_axis!(k => boxes.along[k].put(&mut self.along[k]));
         per_axis!(k => boxes.against[k].put(&mut self.against[k]));
     }
 
     #[inline(always)]
-    fn load<L: Lanes>(&self, lanes: L) -> Slabs<L> {
+    pub fn load<L: Lanes>(&self, lanes: L) -> Slabs<L> {
         Slabs {
             along: per_axis!(k => F8::load(lanes, &self.along[k])),
             against: per_axis!(k => F8::load(lanes, &self.against[k])),
@@ -132,7 +136,7 @@ impl Stored {
 
     /// Box `i`, eight times.
     #[inline(always)]
-    fn at<L: Lanes>(&self, lanes: L, i: usize) -> Slabs<L> {
+    pub fn at<L: Lanes>(&self, lanes: L, i: usize) -> Slabs<L> {
         Slabs::of(
             lanes,
             per_axis!(k => self.along[k][i]),

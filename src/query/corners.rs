@@ -4,7 +4,6 @@
 use crate::tree::{Tree, WIDTH};
 use glam::DVec3;
 use punctual_geom::Pose;
-use punctual_geom::triangle::filter64::Columns;
 
 /// The corners of the last triangles, one for each position in a leaf.
 #[derive(Clone, Debug)]
@@ -12,8 +11,6 @@ pub(super) struct Corners {
     /// In tree order.
     triangles: [u32; WIDTH],
     corners: [[DVec3; 3]; WIDTH],
-    /// Corners of the triangles of up to eight pairs.
-    pub columns: Columns,
 }
 
 impl Corners {
@@ -22,7 +19,6 @@ impl Corners {
     pub const EMPTY: Self = Self {
         triangles: [Self::NONE; WIDTH],
         corners: [[DVec3::ZERO; 3]; WIDTH],
-        columns: Columns::ZERO,
     };
 
     /// Clears the cache. Call it whenever the tree or the pose may have changed.

@@ -7,7 +7,7 @@
 
 use super::relative_pose::{Entries, RelativePose, View};
 use crate::tree::{Node, xyz};
-use punctual_geom::lanes::{F8, Lanes, per_axis};
+use punctual_geom::lanes::per_axis;
 use wide::f32x4;
 
 /// Pairs of boxes count as slim if the product of their slimnesses is less than this.
@@ -34,31 +34,6 @@ pub(super) fn part(a: &Node, b: &Node, of_b: &View, relative: &RelativePose) -> 
     );
     let [x, y, z] = per_axis!(j => reach[j].simd_lt(distance[j].abs()));
     (x | y | z).any()
-}
-
-/// True if an edge axis separates the own box of a node of A from a box of B, on the same side at
-/// two poses, and by more than `margin`. `apart` points from the middle of the former to that of
-/// the latter. The length of an axis is at most 1.
-#[inline(always)]
-pub(super) fn part_at_both<L: Lanes>(
-    lanes: L,
-    [a, b]: [f32x4; 2],
-    apart: F8<L>,
-    of_b: &View<F8<L>>,
-    rotation_error: f32,
-    margin: f32,
-) -> bool {
-    let distance = across(of_b, apart);
-    let (a, b) = (F8::twice(lanes, a) + of_b.margin, F8::twice(lanes, b));
-    let reach = reach(a, b, of_b, F8::splat(lanes, rotation_error));
-    let [x, y, z] = per_axis!(j => {
-        let (low, high) = (distance[j] - reach[j], distance[j] + reach[j]);
-        let ([a, b], [c, d]) = (low.halves(), high.halves());
-        a.fast_min(b).fast_max(-c.fast_max(d))
-    });
-    f32x4::splat(margin)
-        .simd_lt(x.fast_max(y).fast_max(z))
-        .any()
 }
 
 /// Time interval in which the own box of a node of A and a box of B may overlap on the edge axes.
@@ -95,7 +70,7 @@ pub(super) fn window(
 /// A vector projected on the axes: lane `k` of entry `j` is for the cross product of axis `k` of A
 /// and axis `j` of B.
 #[inline(always)]
-fn across<V: Entries>(of_b: &View<V>, v: V) -> [V; 3] {
+fn across(of_b: &View, v: f32x4) -> [f32x4; 3] {
     let (v1, v2) = (v.yzx(), v.zxy());
     per_axis!(j => v1 * of_b.columns[j].zxy() - v2 * of_b.columns[j].yzx())
 }
@@ -103,7 +78,7 @@ fn across<V: Entries>(of_b: &View<V>, v: V) -> [V; 3] {
 /// Sum of the extents of the boxes along the axes, from their half extents; includes the margin of
 /// A's. `rotation_error` bounds the deviation of the columns of the view from orthonormal ones.
 #[inline(always)]
-fn reach<V: Entries>(a: V, b: V, of_b: &View<V>, rotation_error: V) -> [V; 3] {
+fn reach(a: f32x4, b: f32x4, of_b: &View, rotation_error: f32x4) -> [f32x4; 3] {
     let (h1, h2, half) = (a.yzx(), a.zxy(), b + of_b.margin);
     let half = per_axis!(j => half.spread(j));
     let sizes = per_axis!(j => of_b.columns[j].abs() + rotation_error);

@@ -273,7 +273,7 @@ impl Query<'_, Intersection> {
             (Some(previous), Mode::All) => prediction::most_of_all_after(previous),
             (Some(previous), Mode::Any) => prediction::most_of_any_after(previous),
         };
-        cost_model.time(&prediction::rough_counts(most)) <= nanoseconds(limit)
+        cost_model.time(&prediction::counts(most)) <= nanoseconds(limit)
     }
 }
 

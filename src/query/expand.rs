@@ -32,20 +32,11 @@ pub(super) trait Measure {
     /// from several places. It then also stops early, which needs an unpredictable branch.
     const IS_LARGE: bool = false;
 
-    /// True if the kernels read the views that they are given.
-    const READS_VIEWS: bool = true;
-
     /// Work of opening a pair, and of each BV test.
     const WORK: [u64; 2];
 
     /// The comparison of two boxes along the axes of one node.
     type Along<L: Lanes>: Copy;
-
-    /// The map between the orientations of both nodes.
-    #[inline(always)]
-    fn views<L: Lanes>(&mut self, _lanes: L, a: &Node, b: &Node, relative: &RelativePose) -> Views {
-        Views::between(a, b, relative)
-    }
 
     /// True if a pair is of interest by the own boxes of both nodes. A child first passes the test
     /// along its parent's axes; this test is along its own axes.
@@ -101,12 +92,6 @@ pub(super) trait Measure {
     /// Mask of the lanes with keys of interest.
     fn hits<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32;
 
-    /// The key of all pairs of children, if they have the same.
-    #[inline(always)]
-    fn common_key(&self) -> Option<f32> {
-        None
-    }
-
     /// Drops pairs of triangles of two leaves whose boxes are of interest.
     #[inline(always)]
     fn refine<'t, L: Lanes>(
@@ -117,6 +102,15 @@ pub(super) trait Measure {
         _keys: &Keys,
     ) -> u64 {
         hits
+    }
+
+    /// Tests the active children of two nodes against each other.
+    #[inline(always)]
+    fn both<L: Lanes>(&self, lanes: L, facing: &Facing, active: [u32; 2], keys: &mut Keys) -> u64
+    where
+        Self: Sized,
+    {
+        eight_by_eight(lanes, self, facing, active, keys)
     }
 
     /// Tests the active triangles of a leaf, the opened node, against the children of the other
@@ -184,7 +178,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
     };
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
     let level = usize::from(a.depth) + usize::from(b.depth);
-    let views = measure.views(lanes, a, b, relative);
+    let views = Views::between(a, b, relative);
     if !measure.own([a, b], &views, relative)
         || measure.is_in_doubt() && {
             sink.stats().work += WORK_PER_CLOSE_TEST;
@@ -198,11 +192,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
         return count::<M>(sink.stats(), level, 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is slow from registers.
-    let views = if M::READS_VIEWS {
-        core::hint::black_box(&views)
-    } else {
-        &views
-    };
+    let views = core::hint::black_box(&views);
     let valid = [
         u32::from(active[0]) & a.valid(),
         u32::from(active[1]) & b.valid(),
@@ -220,17 +210,13 @@ pub(super) fn expand<L: Lanes, M: Measure>(
         scales: [scale, 1.0],
         is_a: false,
     };
-    let key_of = |measure: &M, keys: &Keys, bit: usize| {
-        measure
-            .common_key()
-            .unwrap_or_else(|| keys.as_flattened()[bit % (WIDTH * WIDTH)])
-    };
+    let key_of = |keys: &Keys, bit: usize| keys.as_flattened()[bit % (WIDTH * WIDTH)];
     match which(a, b, scale) {
         Open::Both => {
             let tests = lanes.count(valid[0]) * lanes.count(valid[1]) + 1;
             count::<M>(sink.stats(), level + 2, tests);
-            let hits = eight_by_eight(lanes, measure, &of_a, valid, keys);
-            let key = |bit| key_of(measure, keys, bit);
+            let hits = measure.both(lanes, &of_a, valid, keys);
+            let key = |bit| key_of(keys, bit);
             if a.is_leaf {
                 let rows = || [rows(tree_a, a), rows(tree_b, b)];
                 let hits = measure.refine(lanes, hits, rows, keys);
@@ -250,13 +236,11 @@ pub(super) fn expand<L: Lanes, M: Measure>(
                 measure.own_box(lanes, facing, 1),
             );
             let near = key(lanes, measure, &children, &other);
-            if measure.common_key().is_none() {
-                near.put(&mut keys[0]);
-            }
+            near.put(&mut keys[0]);
             let hits = measure.hits(lanes, near) & opened.valid();
             sink.pairs(
                 hits.into(),
-                |bit| key_of(measure, keys, bit),
+                |bit| key_of(keys, bit),
                 |i| with_child(is_a, opened.first_child + i, active),
             );
         }
@@ -271,12 +255,12 @@ pub(super) fn expand<L: Lanes, M: Measure>(
             count::<M>(sink.stats(), level + 2, tests);
             let triangles = || Triangles {
                 rows: rows(tree, one),
-                view: views.triangles(is_a, other, &relative.place, scale),
+                view: views.triangles(is_a, other, relative),
                 rotation_error: relative.rotation_error,
             };
             let hits = measure.triangles(lanes, facing, of_one, triangles, keys);
             let child = |j, active| with_child(!is_a, other.first_child + j, [active; 2]);
-            leaves(hits, of_one, measure, keys, sink, child);
+            leaves::<M>(hits, of_one, keys, sink, child);
         }
     }
 }
@@ -374,9 +358,7 @@ impl<M: Measure> Kernel for EightByEight<'_, M> {
                 let i = alive_x.trailing_zeros() as usize % WIDTH;
                 alive_x &= alive_x - 1;
                 let near = key(part, measure, &x.at(part, i), &y);
-                if measure.common_key().is_none() {
-                    near.put(&mut keys[i]);
-                }
+                near.put(&mut keys[i]);
                 pairs |= u64::from(measure.hits(part, near) & alive_y) << (WIDTH * i);
             }
         });
@@ -407,7 +389,6 @@ fn deepest(mut columns: u32, depths: &[f32; WIDTH]) -> usize {
 fn leaves<M: Measure>(
     hits: u64,
     active: u32,
-    measure: &M,
     keys: &Keys,
     sink: &mut impl Sink,
     pair: impl Fn(u32, u8) -> Pair,
@@ -427,11 +408,9 @@ fn leaves<M: Measure>(
     for (column, active) in transposed(hits).to_le_bytes().into_iter().enumerate() {
         if active != 0 {
             sink.place(pair(column as u32, active), || {
-                measure.common_key().unwrap_or_else(|| {
-                    bits(active)
-                        .map(|row| keys[row % WIDTH][column])
-                        .fold(f32::INFINITY, f32::min)
-                })
+                bits(active)
+                    .map(|row| keys[row % WIDTH][column])
+                    .fold(f32::INFINITY, f32::min)
             });
         }
     }

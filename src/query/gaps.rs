@@ -23,7 +23,7 @@ use wide::f32x4;
 pub(super) struct Gaps {
     /// Pairs at this squared distance or beyond are of no interest.
     pub cut: f32,
-    /// Gap, with its margin: above it, a pair of interest may be so only because of its margin.
+    /// Least gap, margin included, of a pair in doubt: it may be of interest only by its margin.
     pub doubt: f32,
     /// Factor for the square of a gap. It covers the rounding and axes that are not exactly
     /// orthonormal.

@@ -1,5 +1,5 @@
-//! Tests of triangle pairs: eight at a time in the fast filter, those in doubt in the `f64` filter
-//! if they are many, the rest one at a time in the exact test.
+//! Tests of triangle pairs: eight at a time in the fast filter, those in doubt one at a time in the
+//! exact test.
 
 use super::corners::Corners;
 use super::meeting::Meeting;
@@ -12,11 +12,9 @@ use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
 };
 use crate::tree::WIDTH;
-use arrayvec::ArrayVec;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 use punctual_geom::triangle::batch::{self, Crossings};
-use punctual_geom::triangle::filter64::Filter64;
 use punctual_geom::triangles_intersect;
 
 impl Traversal<'_, '_, Meeting<'_>> {
@@ -27,8 +25,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
     /// traversal to another part of the stack. The pairs that wait are tested later.
     #[inline(always)]
     pub(super) fn test_triangles<L: Lanes>(&mut self, lanes: L) {
-        if !self.workspace.uncertain.is_empty() {
-            self.test_doubtful(lanes);
+        if let Some(pair) = self.workspace.uncertain.pop() {
+            self.test_exactly(pair);
         } else {
             self.test_batch(lanes);
             self.workspace.inconclusive =
@@ -103,63 +101,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         }
     }
 
-    /// Tests pairs in doubt: all that have not been tested in `f64` at once, if there are enough,
-    /// else one of them exactly.
     #[cold]
     #[inline(never)]
-    fn test_doubtful<L: Lanes>(&mut self, lanes: L) {
-        let room = if self.looks_for_contacts() {
-            0
-        } else {
-            self.room()
-        };
-        let workspace = &mut *self.workspace;
-        let count = workspace.refinement.due(workspace.uncertain.len(), room);
-        if count > 0 {
-            self.test_again(lanes, count);
-        } else if let Some(pair) = workspace.uncertain.pop() {
-            workspace.refinement.done = workspace.refinement.done.min(workspace.uncertain.len());
-            self.test_exactly(pair);
-        }
-    }
-
-    /// Tests the last `count` pairs in doubt in `f64`.
-    fn test_again<L: Lanes>(&mut self, lanes: L, count: usize) {
-        let workspace = &mut *self.workspace;
-        let from = workspace.uncertain.len() - count;
-        let pairs: ArrayVec<_, WIDTH> = workspace.uncertain.drain(from..).collect();
-        let trees = [self.a, self.b];
-        for (lane, pair) in pairs.iter().enumerate() {
-            let [a, b] =
-                Corners::of_pair(&mut workspace.corners, trees, self.b_in_a, *pair).map(|c| *c);
-            workspace.corners[0].columns.set(lane, &a);
-            workspace.corners[1].columns.set(lane, &b);
-        }
-        let [of_a, of_b] = &workspace.corners;
-        let mut crossings = Crossings::default();
-        let wanted = self.strategy.trace.goes_on().then_some(&mut crossings);
-        let verdicts = lanes.run(Filter64 {
-            a: &of_a.columns,
-            b: &of_b.columns,
-            count,
-            crossings: wanted,
-        });
-        workspace.run.stats.work += count as u64 * WORK_PER_TRIANGLE_TEST;
-        let tested = (1 << count) - 1;
-        let left = verdicts.doubt & tested;
-        for lane in bits(left) {
-            workspace
-                .uncertain
-                .insert(workspace.refinement.done, pairs[lane]);
-        }
-        let left = left.count_ones() as usize;
-        workspace.refinement.learn(count - left, left);
-        for lane in bits(verdicts.hit & tested) {
-            self.report(pairs[lane], || crossings.of(lane));
-        }
-    }
-
-    #[cold]
     fn test_exactly(&mut self, pair: [u32; 2]) {
         let trees = [self.a, self.b];
         let [a, b] = Corners::of_pair(&mut self.workspace.corners, trees, self.b_in_a, pair);

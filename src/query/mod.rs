@@ -5,7 +5,7 @@
 //! | what | where |
 //! |---|---|
 //! | every question: [`Query`] | [`question`] |
-//! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`refinement`], [`trace`], [`follow`] |
+//! | intersection, any or all | [`intersection`]; [`meeting`], [`leaf`], [`trace`], [`follow`] |
 //! | distance | [`distance`]; [`nearest`], [`closest_pairs`], [`gaps`], [`interval`], [`search`] |
 //! | contacts, asked as one of these two | [`contacts`] |
 //! | contact manifolds: contacts, reduced; then the overlaps | [`manifolds`]; [`overlaps`] |
@@ -62,7 +62,6 @@ mod probe;
 mod question;
 mod queue;
 mod ray;
-mod refinement;
 mod relative_pose;
 pub mod root_test;
 mod search;

@@ -4,8 +4,7 @@
 //! no lower bound is proven. Separated pairs wait in the queue, ordered by their lower bounds, and
 //! are dropped when they no longer matter. The search starts with a *dive*, which opens only the
 //! child that seems closest, down to two triangles. It gives an upper bound to compare with, and
-//! leaves no other trace. If two leaves have many triangle pairs, the closest of these are
-//! tested, and the pair of leaves is put back into the queue with the others.
+//! leaves no other trace.
 //!
 //! Contacts ([`super::contacts`]) are the distance question with a limit and without an interval
 //! that narrows: each pair within the limit goes to a list. The tests of triangle pairs are in
@@ -24,9 +23,6 @@ use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 
-/// If two leaves have more triangle pairs than this, not all are tested at once.
-const MANY: u32 = 16;
-
 /// The question of the distance of two surfaces.
 pub(super) struct Nearness {
     /// Squared distance, in A's units, from which on nothing matters; not less than the cut of the
@@ -38,21 +34,17 @@ pub(super) struct Nearness {
     direction: Direction,
     /// The least key of a child seen by the dive.
     guess: f32,
-    /// The node pair that is being opened.
-    pair: Pair,
 }
 
 impl Nearness {
     pub fn new(relative: &RelativePose, interval: &Interval) -> Self {
         // At first the direction between the middles.
         let direction = Direction::new(relative.middle().normalize_or_zero(), relative);
-        let pair = Pair::new(0, 0);
         let mut distance = Self {
             cut: 0.0,
             doubt: 0.0,
             direction,
             guess: f32::INFINITY,
-            pair,
         };
         distance.update(relative, interval);
         distance
@@ -116,7 +108,6 @@ impl Visitor for Traversal<'_, '_, Nearness> {
             }
             Origin::Stack => {}
         }
-        self.question.pair = pair;
         let trees = [self.a, self.b];
         expand(lanes, pair, trees, relative, &mut gaps, keys, self);
         let search = &mut self.workspace.search;
@@ -141,13 +132,11 @@ impl Visitor for Traversal<'_, '_, Nearness> {
         }
         let search = &mut self.workspace.search;
         if let Some(proposed) = search.proposed.pop() {
-            self.consider(lanes, proposed);
-        } else if search.is_linked() {
-            self.test_linked(lanes);
+            self.consider(proposed);
         } else if !search.waiting.is_empty() {
             self.test_batch(lanes);
         } else if let Some(left) = search.put_off.pop() {
-            self.consider(lanes, left);
+            self.consider(left);
         }
         let search = &self.workspace.search;
         let last = self.workspace.frontier.is_empty();
@@ -187,11 +176,6 @@ impl Sink for Traversal<'_, '_, Nearness> {
 
     #[inline(always)]
     fn triangles(&mut self, hits: u64, key: impl Fn(usize) -> f32, first: [u32; 2]) {
-        let hits = if hits.count_ones() > MANY && self.puts_back() {
-            self.put_back(hits, &key)
-        } else {
-            hits
-        };
         let search = &mut self.workspace.search;
         search.wait(hits, first, key);
         if search.is_diving {
@@ -205,43 +189,6 @@ impl Sink for Traversal<'_, '_, Nearness> {
 }
 
 impl Traversal<'_, '_, Nearness> {
-    /// True if, of many triangle pairs, only the closest are tested first: for a single distance,
-    /// with the queue.
-    #[inline(always)]
-    fn puts_back(&self) -> bool {
-        let is_alone = self.workspace.contacts.margin().is_none();
-        is_alone && self.origin != Origin::Path && !self.strategy.deepest_first
-    }
-
-    /// Takes the rows with the closest boxes of these triangle pairs of two leaves, until they
-    /// are eight pairs, and puts the pair of leaves back with the other rows: most of these no
-    /// longer matter when their turn comes. Rows with overlapping boxes are taken, because nothing
-    /// is proven of them.
-    #[inline(never)]
-    fn put_back(&mut self, hits: u64, key: impl Fn(usize) -> f32) -> u64 {
-        let row_of = |row: usize| hits & 0xff << (WIDTH * row);
-        let least = |row| bits(row_of(row)).map(&key).fold(f32::INFINITY, f32::min);
-        let mut rows: [_; WIDTH] = core::array::from_fn(|row| (least(row), row));
-        rows.sort_unstable_by(|(x, i), (y, j)| x.total_cmp(y).then(i.cmp(j)));
-        let (mut taken, mut left) = (0_u64, None);
-        let mut pair = Pair {
-            active: [0, self.question.pair.active[1]],
-            ..self.question.pair
-        };
-        for (key, row) in rows {
-            if key <= 0.0 || taken.count_ones() < WIDTH as u32 {
-                taken |= row_of(row);
-            } else if row_of(row) != 0 {
-                pair.active[0] |= 1 << row;
-                left.get_or_insert(key);
-            }
-        }
-        if let Some(key) = left {
-            self.keep(pair, key, &mut (0.0, None));
-        }
-        taken
-    }
-
     /// Keeps a child for later. `deepest` is the key and place on the stack of the deepest of its
     /// siblings.
     #[inline(always)]

@@ -3,10 +3,9 @@
 use super::contained::Operand;
 use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
 use core::fmt;
-use core::str::FromStr;
 use core::sync::atomic::{Ordering, compiler_fence};
 use core::time::Duration;
-use punctual_geom::{UnknownName, named};
+use punctual_geom::named;
 
 /// Number of levels of the bounding volume test tree with a count of their own; deeper levels are
 /// added to the last.
@@ -99,18 +98,9 @@ impl Verdict {
     }
 }
 
-const VERDICTS: [&str; 5] = [
-    "intersecting(A, B)",
-    "within(A, B, distance)",
-    "contained(a or b)",
-    "separated",
-    "undecided",
-];
-
 /// Includes the witness: `intersecting(12, 907)`, `within(12, 907, 0.25)`.
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [.., separated, undecided] = VERDICTS;
         match self {
             Self::Intersecting { witness: [a, b] } => write!(f, "intersecting({a}, {b})"),
             Self::Within {
@@ -118,54 +108,7 @@ impl fmt::Display for Verdict {
                 distance,
             } => write!(f, "within({a}, {b}, {distance})"),
             Self::Contained { inner } => write!(f, "contained({inner})"),
-            Self::Separated => f.pad(separated),
-            Self::Undecided => f.pad(undecided),
-        }
-    }
-}
-
-impl FromStr for Verdict {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        let intersecting = || {
-            let (a, b) = name
-                .strip_prefix("intersecting(")?
-                .strip_suffix(')')?
-                .split_once(", ")?;
-            Some(Self::Intersecting {
-                witness: [a.parse().ok()?, b.parse().ok()?],
-            })
-        };
-        let within = || {
-            let (a, rest) = name
-                .strip_prefix("within(")?
-                .strip_suffix(')')?
-                .split_once(", ")?;
-            let (b, distance) = rest.split_once(", ")?;
-            let distance = distance
-                .parse()
-                .ok()
-                .filter(|&distance| distance > 0.0 && distance < f64::INFINITY)?;
-            Some(Self::Within {
-                witness: [a.parse().ok()?, b.parse().ok()?],
-                distance,
-            })
-        };
-        let contained = || {
-            let inner = name.strip_prefix("contained(")?.strip_suffix(')')?;
-            Some(Self::Contained {
-                inner: inner.parse().ok()?,
-            })
-        };
-        let [.., separated, undecided] = VERDICTS;
-        match name {
-            _ if name == separated => Ok(Self::Separated),
-            _ if name == undecided => Ok(Self::Undecided),
-            _ => intersecting()
-                .or_else(within)
-                .or_else(contained)
-                .ok_or_else(|| UnknownName::new(name, &VERDICTS)),
+            Self::Separated | Self::Undecided => f.pad(self.name()),
         }
     }
 }

@@ -8,32 +8,25 @@ use crate::tree::WIDTH;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use punctual_geom::bits;
-use punctual_geom::triangle::distance::Features;
 
-/// Factor of half extents for the guesses of a dive.
+/// Factor of half extents in a dive, which only guesses.
 pub(super) const DIVE: f32 = 0.4;
 
 /// Maximum number of triangle pairs that are put off; further pairs are tested when they are found.
 const PUT_OFF: usize = 1024;
 
-/// A triangle pair (tree order) and the bound proven for it.
+/// A triangle pair (tree order) and the lower bound proven of what the question asks for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounded {
     pub pair: [u32; 2],
-    /// Distance in A's units; in a motion query, a time.
+    /// Distance: its length in A's units. Motion: the time in lengths of the substep, from -1/2.
     pub low: f32,
-    /// The features that the `f32` test found closest.
-    pub closest: Features,
 }
 
 impl Bounded {
     /// A pair of which nothing is known.
     pub const fn unknown(pair: [u32; 2]) -> Self {
-        Self {
-            pair,
-            low: 0.0,
-            closest: Features::ANY,
-        }
+        Self { pair, low: 0.0 }
     }
 }
 
@@ -45,9 +38,6 @@ pub(super) struct Waiting {
     /// bound of the squared distance.
     pub key: f32,
 }
-
-/// Number of pairs whose closest points are computed together.
-pub(super) const TOGETHER: usize = 4;
 
 /// The state of a distance query in a workspace.
 #[derive(Clone, Debug)]
@@ -63,8 +53,6 @@ pub(super) struct Search {
     pub waiting: ArrayVec<Waiting, { WIDTH * (WIDTH + 1) }>,
     /// Pairs that may be the closest according to that test; the last is the most likely.
     pub proposed: ArrayVec<Bounded, WIDTH>,
-    /// Pairs within the margin of a contact query that wait for a full batch.
-    pub linked: ArrayVec<Bounded, { TOGETHER + WIDTH }>,
     pub put_off: Box<ArrayVec<Bounded, PUT_OFF>>,
     /// The least key of pairs that were dropped when their turn came. Its root is computed once, at
     /// the end of a call.
@@ -83,7 +71,6 @@ impl Search {
             dive: None,
             waiting: ArrayVec::new_const(),
             proposed: ArrayVec::new_const(),
-            linked: ArrayVec::new_const(),
             put_off: Box::default(),
             dropped: f32::INFINITY,
             halves: Halves::NEVER,
@@ -107,7 +94,6 @@ impl Search {
         (self.is_diving, self.dive) = (false, None);
         self.waiting.clear();
         self.proposed.clear();
-        self.linked.clear();
         self.put_off.clear();
     }
 
@@ -172,13 +158,7 @@ impl Search {
     /// True if enough triangle pairs wait for a batch.
     #[inline(always)]
     pub fn is_due(&self) -> bool {
-        !self.proposed.is_empty() || self.waiting.len() >= WIDTH || self.linked.len() >= TOGETHER
-    }
-
-    /// True if closest points should be computed next.
-    #[inline(always)]
-    pub fn is_linked(&self) -> bool {
-        self.linked.len() >= TOGETHER || !self.linked.is_empty() && self.waiting.is_empty()
+        !self.proposed.is_empty() || self.waiting.len() >= WIDTH
     }
 
     /// True if no dive and no triangle pair is left.
@@ -188,18 +168,14 @@ impl Search {
 
     /// All triangle pairs that are left.
     pub fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        let bounded = self
-            .proposed
-            .iter()
-            .chain(&*self.put_off)
-            .chain(&self.linked);
+        let bounded = self.proposed.iter().chain(&*self.put_off);
         let waiting = self.waiting.iter().map(|left| left.pair);
         waiting.chain(bounded.map(|left| left.pair))
     }
 
-    /// Raises the lower bound of the interval from everything that is left. `at_hand` is the bound
+    /// Raises the lower bound of the interval from everything that is left. `current` is the bound
     /// of the current node pair, if there is one. `unit` is the length of A's unit.
-    pub fn bound(&mut self, frontier: &Frontier, at_hand: f32, unit: f64) {
+    pub fn bound(&mut self, frontier: &Frontier, current: f32, unit: f64) {
         let nodes = match frontier.least_bucket() {
             _ if self.is_diving => 0.0,
             None => f32::INFINITY,
@@ -208,17 +184,13 @@ impl Search {
         // Set also for an empty mesh, for which no query was started.
         self.is_used = true;
         let waiting = self.waiting.iter().map(|left| root(left.key));
-        let others = self
-            .proposed
-            .iter()
-            .chain(&*self.put_off)
-            .chain(&self.linked)
-            .map(|left| left.low);
+        let others = self.proposed.iter().chain(&*self.put_off);
+        let others = others.map(|left| left.low);
         // Pairs that are left will be refined. Dropped pairs keep their bound, which is not below
         // the cut, so its root is not rounded to `f32`.
         let dropped = libm::sqrt(f64::from(self.dropped)) * (1.0 - f64::EPSILON);
         self.interval.raise(
-            f64::from(waiting.chain(others).fold(nodes.min(at_hand), f32::min)).min(dropped) * unit,
+            f64::from(waiting.chain(others).fold(nodes.min(current), f32::min)).min(dropped) * unit,
         );
     }
 

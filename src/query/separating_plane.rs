@@ -82,7 +82,7 @@ impl Kernel for Search<'_> {
             ..
         } = self;
         let (linear, middle) = (relative.linear(), relative.middle());
-        let [in_a, in_b] = relative.place.margin.map(|margin| margin.as_array()[0]);
+        let [in_a, in_b] = relative.margin.map(|margin| margin.as_array()[0]);
         let margin = in_a.min(in_b) + LEFT_OUT * (1.0 + relative.scale);
         let mut simplex = Simplex::default();
         for tried in 1..=self.most {

@@ -11,7 +11,6 @@ use super::point::PointBounds;
 use super::point::state::{Phase, PointState};
 use super::queue::{Frontier, PATHS, Pair};
 use super::ray::state::{RayHit, RayState};
-use super::refinement::Refinement;
 use super::search::Search;
 use super::strategy::{Strategy, Tracing};
 use super::trace::Trace;
@@ -43,7 +42,6 @@ pub struct Workspace {
     /// Triangle pairs (tree order) that wait for the filter, and those that it left in doubt.
     pub(super) waiting: TrianglePairs,
     pub(super) uncertain: ArrayVec<[u32; 2], 8>,
-    pub(super) refinement: Refinement,
     /// Cached corners of triangles of A and of B for the tests in `f64`.
     pub(super) corners: [Corners; 2],
     /// True while triangle pairs are tested: until none is in doubt and less than a batch waits.
@@ -227,7 +225,6 @@ impl Workspace {
             frontier: Frontier::new(queue),
             waiting: TrianglePairs::new(),
             uncertain: ArrayVec::new(),
-            refinement: Refinement::default(),
             corners: [Corners::EMPTY; 2],
             testing: false,
             inconclusive: false,
@@ -411,8 +408,8 @@ impl Workspace {
     }
 
     /// [`Search::bound`] of the distance query.
-    pub(super) fn bound(&mut self, at_hand: f32, unit: f64) {
-        self.search.bound(&self.frontier, at_hand, unit);
+    pub(super) fn bound(&mut self, current: f32, unit: f64) {
+        self.search.bound(&self.frontier, current, unit);
     }
 
     /// True if nothing is left open.
@@ -446,7 +443,6 @@ impl Workspace {
         self.frontier.clear();
         self.waiting.clear();
         self.uncertain.clear();
-        self.refinement = Refinement::default();
         self.testing = false;
         self.inconclusive = false;
         self.witnesses.clear();
@@ -477,7 +473,6 @@ impl Clone for Workspace {
             frontier: self.frontier.clone(),
             waiting: self.waiting.clone(),
             uncertain: self.uncertain.clone(),
-            refinement: self.refinement,
             corners: self.corners.clone(),
             witnesses: self.witnesses.clone(),
             sample: self.sample.clone(),

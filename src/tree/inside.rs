@@ -96,7 +96,7 @@ impl Probe {
         let last = triangles.len() - 1;
         let rows = per_lane!(i => &triangles[last.min(i)].0);
         let limits = [self.local_ray.from, self.local_ray.to];
-        let found = candidates(lanes, rows, &self.local_ray.shaft, limits);
+        let found = candidates(lanes, rows, &self.local_ray.unit_ray, limits);
         let chosen = found.may_meet & entered;
         let [leaves, enters] = [found.back, found.front].map(|faces| faces & found.after & chosen);
         [leaves, enters, chosen & !(leaves | enters)]

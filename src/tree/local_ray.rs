@@ -10,13 +10,13 @@ use punctual_geom::Ray;
 use punctual_geom::lanes::{Column, F8, Lanes, per_axis};
 use punctual_geom::tolerance::ROUNDING;
 use punctual_geom::triangle::ray::Aim;
-use punctual_geom::triangle::ray::batch::{LARGEST_PARAMETER, Shaft};
+use punctual_geom::triangle::ray::batch::{LARGEST_PARAMETER, UnitRay};
 use wide::f32x4;
 
 /// A ray near a mesh.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalRay {
-    pub shaft: Shaft,
+    pub unit_ray: UnitRay,
     /// Only hits between these local parameters matter.
     pub from: f32,
     pub to: f32,
@@ -24,7 +24,7 @@ pub(crate) struct LocalRay {
     pub entry: f64,
     pub unit: f64,
     /// Error bound of local parameters.
-    pub slack: f64,
+    pub t_error: f64,
     pub margin: f32,
 }
 
@@ -89,19 +89,19 @@ impl LocalRay {
                 other.z,
             );
         }
-        let slack = 1e-6 + 4e-11 * (entry + reach + 4.0);
-        let left = last - entry + slack;
-        self.shaft.origin = (origin + direction * entry).as_vec3().to_array();
-        self.shaft.direction = direction.as_vec3().to_array();
-        self.shaft.position_error = position_error as f32;
-        self.from = ((t_min * per_unit - entry - slack) as f32).clamp(0.0, LARGEST_PARAMETER);
+        let t_error = 1e-6 + 4e-11 * (entry + reach + 4.0);
+        let left = last - entry + t_error;
+        self.unit_ray.origin = (origin + direction * entry).as_vec3().to_array();
+        self.unit_ray.direction = direction.as_vec3().to_array();
+        self.unit_ray.position_error = position_error as f32;
+        self.from = ((t_min * per_unit - entry - t_error) as f32).clamp(0.0, LARGEST_PARAMETER);
         let left = left as f32;
         self.to = if left > 0.0 {
             left.min(LARGEST_PARAMETER)
         } else {
             -1.0
         };
-        (self.entry, self.unit, self.slack) = (entry, unit, slack);
+        (self.entry, self.unit, self.t_error) = (entry, unit, t_error);
         self.margin = MARGIN + position_error as f32;
     }
 
@@ -119,7 +119,7 @@ impl LocalRay {
         if position_error.is_nan() || position_error > LARGEST_POSITION_ERROR {
             return Self::BLIND;
         }
-        self.shaft.position_error += position_error as f32;
+        self.unit_ray.position_error += position_error as f32;
         self.margin += position_error as f32;
         self.from = 0.0;
         self
@@ -128,7 +128,7 @@ impl LocalRay {
     /// For what is out of the range of `f32`: enters every box at once, and every triangle is in
     /// doubt.
     pub const BLIND: Self = Self {
-        shaft: Shaft {
+        unit_ray: UnitRay {
             origin: [0.0; 3],
             direction: [1.0; 3],
             position_error: 1e30,
@@ -137,13 +137,13 @@ impl LocalRay {
         to: LARGEST_PARAMETER,
         entry: 0.0,
         unit: 0.0,
-        slack: 0.0,
+        t_error: 0.0,
         margin: 1e30,
     };
 
     /// Lower bound of the ray parameter of hits at or after a local parameter.
     pub fn t(&self, local: f32) -> f64 {
-        ((self.entry + f64::from(local) - self.slack) * self.unit).max(0.0)
+        ((self.entry + f64::from(local) - self.t_error) * self.unit).max(0.0)
     }
 
     /// From here on, nothing after a hit with this parameter matters.
@@ -152,7 +152,7 @@ impl LocalRay {
         if self.unit > 0.0 {
             self.to = self
                 .to
-                .min((t / self.unit - self.entry + self.slack) as f32);
+                .min((t / self.unit - self.entry + self.t_error) as f32);
         }
     }
 
@@ -163,10 +163,10 @@ impl LocalRay {
             let [x, y, z] = per_axis!(k => node.rows[k] * f32x4::splat(v[k]));
             x + y + z
         };
-        let direction = seen(self.shaft.direction);
+        let direction = seen(self.unit_ray.direction);
         let sizes = direction.abs().fast_max(f32x4::splat(LEAST_COMPONENT));
         [
-            seen(self.shaft.origin),
+            seen(self.unit_ray.origin),
             (f32x4::splat(1.0) / sizes).flip_signs(direction),
         ]
     }

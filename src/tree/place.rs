@@ -114,10 +114,10 @@ impl<V: Vertex> Kernel for Place<'_, V> {
         let (twos, rest) = triangles.as_chunks_mut();
         let (corners, corners_rest) = corners.as_chunks();
         for (two, [one, other]) in twos.iter_mut().zip(corners) {
-            *two = place_two(points(lanes, &unit, vertices, [one, other]));
+            *two = place_two(lanes, points(lanes, &unit, vertices, [one, other]));
         }
         if let ([triangle], [corners]) = (rest, corners_rest) {
-            [*triangle, _] = place_two(points(lanes, &unit, vertices, [corners; 2]));
+            [*triangle, _] = place_two(lanes, points(lanes, &unit, vertices, [corners; 2]));
         }
     }
 }
@@ -174,19 +174,19 @@ fn points<L: Lanes, V: Vertex>(
     [one, other]: [&[u32; 3]; 2],
 ) -> [D8<L>; 3] {
     let [x, y, z] = unit.origin.to_array();
-    let origin = D8::load(lanes, &[x, y, z, 0.0, x, y, z, 0.0]);
+    let origin = D8::load(lanes, [[x, y, z, 0.0]; 2]);
     let scale = D8::splat(lanes, unit.scale());
     per_axis!(j => (V::two(lanes, vertices, [one[j] as usize, other[j] as usize]) - origin) * scale)
 }
 
 #[inline(always)]
-fn place_two<L: Lanes>([a, b, c]: [D8<L>; 3]) -> [Triangle; 2] {
+fn place_two<L: Lanes>(lanes: L, [a, b, c]: [D8<L>; 3]) -> [Triangle; 2] {
     let first = a.narrow();
     let rows = F8::packed([
         first,
         (b - a).narrow(),
         (c - a).narrow(),
-        (a - first.widen()).narrow(),
+        (a - D8::widen(lanes, first)).narrow(),
     ]);
     let rows = per_axis!(k => rows[k].halves());
     unrolled!(i in [0, 1] => Triangle(per_axis!(k => rows[k][i].to_array())))
@@ -214,7 +214,7 @@ impl Vertex for [f32; 3] {
     #[inline(always)]
     fn two<L: Lanes>(lanes: L, vertices: &[Self], [one, other]: [usize; 2]) -> D8<L> {
         let ([a, b, c], [d, e, f]) = (vertices[one], vertices[other]);
-        F8::load(lanes, &[a, b, c, 0.0, d, e, f, 0.0]).widen()
+        D8::widen(lanes, F8::load(lanes, &[a, b, c, 0.0, d, e, f, 0.0]))
     }
 }
 
@@ -222,7 +222,7 @@ impl Vertex for [f64; 3] {
     #[inline(always)]
     fn two<L: Lanes>(lanes: L, vertices: &[Self], [one, other]: [usize; 2]) -> D8<L> {
         let ([a, b, c], [d, e, f]) = (vertices[one], vertices[other]);
-        D8::load(lanes, &[a, b, c, 0.0, d, e, f, 0.0])
+        D8::load(lanes, [[a, b, c, 0.0], [d, e, f, 0.0]])
     }
 }
 

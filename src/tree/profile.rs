@@ -4,8 +4,7 @@
 //! axes `Q` counts as `|Q| e`. Levels are merged bottom-up from those of the children, one child
 //! per lane, in `O(nodes * height)`.
 
-use super::eight::present;
-use super::wide::{Node, xyz};
+use super::wide::Node;
 use alloc::boxed::Box;
 use core::ops::Range;
 use glam::{Vec3, Vec3A};
@@ -21,68 +20,30 @@ pub struct LevelProfile {
     pub nodes: f32,
     /// Mean half extent of the boxes.
     pub half_extent: Vec3,
-    /// Mean center of the boxes.
-    pub center: Vec3,
-    /// Variance of the boxes' centers.
-    pub variance: Vec3,
 }
 
 impl LevelProfile {
     const NONE: Self = Self {
         nodes: 0.0,
         half_extent: Vec3::ZERO,
-        center: Vec3::ZERO,
-        variance: Vec3::ZERO,
     };
 
-    /// Profile of the level of `node`'s children, whose boxes are `center` and `half`, and the sum
-    /// of their surface areas.
+    /// Profile of the level of `node`'s children, whose boxes have the half extents `half`, and the
+    /// sum of their surface areas. Missing boxes have half extents of zero.
     #[inline(always)]
-    fn of_children<L: Lanes>(
-        lanes: L,
-        node: &Node,
-        center: &V8<L>,
-        half: &V8<L>,
-        about: [f32; 3],
-    ) -> (Self, f32) {
-        let present = present(lanes, node.children.into());
-        // Missing boxes have half extents of zero, so only the centers are multiplied by the mask.
+    fn of_children<L: Lanes>(node: &Node, half: &V8<L>) -> (Self, f32) {
         let [x, y, z] = *half;
-        let [u, v, w] = per_axis!(k => (center[k] - F8::splat(lanes, about[k])) * present);
         let [hx, hy, hz, area] = sums([x, y, z, x * y + y * z + z * x]);
-        let [cx, cy, cz, uu] = sums([u, v, w, u * u]);
-        let [vv, ww, ..] = sums([v * v, w * w, u, u]);
-        (
-            Self::of_sums(
-                node.children.into(),
-                [hx, hy, hz],
-                [cx, cy, cz],
-                [uu, vv, ww],
-                about,
-            ),
-            8.0 * area,
-        )
+        let level = Self::of_sums(node.children.into(), [hx, hy, hz]);
+        (level, 8.0 * area)
     }
 
-    /// A level from sums over its `nodes` boxes: of half extents, of centers relative to `about`,
-    /// and of the squares of these centers plus the boxes' variances.
+    /// A level from the sum of the half extents of its `nodes` boxes.
     #[inline(always)]
-    fn of_sums(
-        nodes: f32,
-        half: [f32; 3],
-        center: [f32; 3],
-        squares: [f32; 3],
-        about: [f32; 3],
-    ) -> Self {
-        let scale = 1.0 / nodes;
-        let mean = Vec3A::from(center) * scale;
+    fn of_sums(nodes: f32, half: [f32; 3]) -> Self {
         Self {
             nodes,
-            half_extent: (Vec3A::from(half) * scale).into(),
-            center: (Vec3A::from(about) + mean).into(),
-            variance: (Vec3A::from(squares) * scale - mean * mean)
-                .max(Vec3A::ZERO)
-                .into(),
+            half_extent: (Vec3A::from(half) * (1.0 / nodes)).into(),
         }
     }
 }
@@ -137,45 +98,36 @@ pub(super) struct Levels<'l> {
 }
 
 impl Levels<'_> {
-    /// Measures a leaf. The boxes of its triangles are `center` and `half`. Returns the sum of
+    /// Measures a leaf. The boxes of its triangles have the half extents `half`. Returns the sum of
     /// their surface areas.
     #[inline(always)]
-    pub fn measure_leaf<L: Lanes>(
-        &mut self,
-        lanes: L,
-        node: &mut Node,
-        center: &V8<L>,
-        half: &V8<L>,
-    ) -> f32 {
-        let (level, area) =
-            LevelProfile::of_children(lanes, node, center, half, xyz(node.own_center));
+    pub fn measure_leaf<L: Lanes>(&mut self, node: &mut Node, half: &V8<L>) -> f32 {
+        let (level, area) = LevelProfile::of_children(node, half);
         self.levels[node.profile as usize - self.first] = level;
         node.leaf = level.half_extent.into();
         node.self_cost = level.nodes * level.nodes;
         area
     }
 
-    /// Measures an inner node whose own box is given. Its `children` must be measured before.
-    /// Returns the sum of the surface areas of their boxes.
+    /// Measures an inner node whose own half extents are given. Its `children` must be measured
+    /// before. Returns the sum of the surface areas of their boxes.
     #[inline(always)]
     pub fn measure<L: Lanes>(
         &mut self,
         lanes: L,
         node: &mut Node,
-        own_center: [f32; 3],
         own_half: [f32; 3],
         children: &[Node],
     ) -> f32 {
         // The levels of the nodes below precede those of this node.
         let (below, levels) = self.levels.split_at_mut(node.profile as usize - self.first);
         let levels = &mut levels[..usize::from(node.height)];
-        let center = per_axis!(k => F8::read(lanes, &node.center[k]));
         let half = per_axis!(k => F8::read(lanes, &node.half[k]));
-        let (first, area) = LevelProfile::of_children(lanes, node, &center, &half, own_center);
+        let (first, area) = LevelProfile::of_children(node, &half);
         levels[0] = first;
         let siblings = Siblings::of(lanes, node, children);
         for (depth, level) in levels[1..].iter_mut().enumerate() {
-            *level = siblings.level(lanes, depth, below, self.first, own_center);
+            *level = siblings.level(lanes, depth, below, self.first);
         }
         node.leaf = siblings.leaf(lanes);
         node.self_cost = self_cost(own_half, levels);
@@ -186,8 +138,7 @@ impl Levels<'_> {
 /// The children of a node, one per lane.
 struct Siblings<'n, L: Lanes> {
     children: &'n [Node],
-    /// Rotation from the axes of each child to those of the node, row by row.
-    rotation: [V8<L>; 3],
+    /// Magnitudes of the rotation from the axes of each child to those of the node, row by row.
     absolute: [V8<L>; 3],
 }
 
@@ -203,51 +154,36 @@ impl<'n, L: Lanes> Siblings<'n, L> {
         let identity = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         let other = per_lane!(i => f32::from(u8::from(children[i.min(last)].orientation != node.orientation)));
         let turned = zero.less(F8::load(lanes, &other));
-        let rotation = per_axis!(i => {
+        let absolute = per_axis!(i => {
             let axis = per_axis!(k => F8::splat(lanes, node.rows[k].as_array()[i]));
-            per_axis!(j => turned.select(dot(axis, per_axis!(k => rows[k][j])), identity[i][j]))
+            let row = per_axis!(j => dot(axis, per_axis!(k => rows[k][j])).abs());
+            per_axis!(j => turned.select(row[j], identity[i][j]))
         });
-        let absolute = per_axis!(i => per_axis!(j => rotation[i][j].abs()));
-        Self {
-            children,
-            rotation,
-            absolute,
-        }
+        Self { children, absolute }
     }
 
     /// Merges level `depth` of the profiles of all children. `all` contains their levels, from
-    /// number `first` on. Sums are taken relative to `about`, a point close to the boxes.
+    /// number `first` on.
     #[inline(always)]
-    fn level(
-        &self,
-        lanes: L,
-        depth: usize,
-        all: &[LevelProfile],
-        first: usize,
-        about: [f32; 3],
-    ) -> LevelProfile {
-        let of_child = per_lane!(i => match self.children.get(i) {
-            Some(child) if depth < usize::from(child.height) => &all[child.profile as usize + depth - first],
-            _ => &LevelProfile::NONE,
+    fn level(&self, lanes: L, depth: usize, all: &[LevelProfile], first: usize) -> LevelProfile {
+        let rows = per_lane!(i => match self.children.get(i) {
+            Some(child) if depth < usize::from(child.height) => {
+                let LevelProfile { nodes, half_extent: h } = all[child.profile as usize + depth - first];
+                [h.x, h.y, h.z, nodes]
+            }
+            _ => [0.0; 4],
         });
-        let rows = per_lane!(i => {
-            let LevelProfile { nodes, half_extent: h, center: c, variance: v } = *of_child[i];
-            [[nodes, h.x, h.y, h.z], [c.x, c.y, c.z, v.x], [c.z, v.x, v.y, v.z]]
-        });
-        let [n, hx, hy, hz] = F8::columns(lanes, per_lane!(i => &rows[i][0]));
-        let [cx, cy, cz, vx] = F8::columns(lanes, per_lane!(i => &rows[i][1]));
-        let [_, _, vy, vz] = F8::columns(lanes, per_lane!(i => &rows[i][2]));
-        let half = per_axis!(k => dot(self.absolute[k], [hx, hy, hz]) * n);
-        let center =
-            per_axis!(k => dot(self.rotation[k], [cx, cy, cz]) - F8::splat(lanes, about[k]));
-        let squares = per_axis!(k => {
-            let [x, y, z] = self.rotation[k];
-            (dot([x * x, y * y, z * z], [vx, vy, vz]) + center[k] * center[k]) * n
-        });
-        let [nodes, hx, hy, hz] = sums([n, half[0], half[1], half[2]]);
-        let [cx, cy, cz, vx] = sums([center[0] * n, center[1] * n, center[2] * n, squares[0]]);
-        let [vy, vz, ..] = sums([squares[1], squares[2], n, n]);
-        LevelProfile::of_sums(nodes, [hx, hy, hz], [cx, cy, cz], [vx, vy, vz], about)
+        let [x, y, z, n] = self.sums(lanes, &rows);
+        LevelProfile::of_sums(n, [x, y, z])
+    }
+
+    /// Sums over all children: of their half extents along the axes of the node, times their
+    /// fourth entries, and of the latter.
+    #[inline(always)]
+    fn sums(&self, lanes: L, rows: &[[f32; 4]; 8]) -> [f32; 4] {
+        let [x, y, z, n] = F8::columns(lanes, per_lane!(i => &rows[i]));
+        let [x, y, z] = per_axis!(k => dot(self.absolute[k], [x, y, z]) * n);
+        sums([x, y, z, n])
     }
 
     /// Mean half extents of the boxes of all triangles.
@@ -257,9 +193,7 @@ impl<'n, L: Lanes> Siblings<'n, L> {
             Some(Node { leaf: [x, y, z], triangles, .. }) => [*x, *y, *z, *triangles as f32],
             None => [0.0; 4],
         });
-        let [x, y, z, n] = F8::columns(lanes, per_lane!(i => &rows[i]));
-        let [x, y, z] = per_axis!(k => dot(self.absolute[k], [x, y, z]) * n);
-        let [x, y, z, n] = sums([x, y, z, n]);
+        let [x, y, z, n] = self.sums(lanes, &rows);
         [x / n, y / n, z / n]
     }
 }

@@ -154,13 +154,9 @@ impl Update<'_> {
             own = own.union(extent);
         }
         let children = &later[node.first_child as usize - first..][..usize::from(node.children)];
-        area += self.levels.measure(
-            lanes,
-            node,
-            own.center().to_array(),
-            own.half().to_array(),
-            children,
-        );
+        area += self
+            .levels
+            .measure(lanes, node, own.half().to_array(), children);
         keep(node, &own, area);
     }
 }
@@ -191,7 +187,7 @@ fn leaf<L: Lanes>(
     node.half = per_axis!(k => half[k].halves());
     let own = span.extent();
     set_own(node, &own);
-    let area = levels.measure_leaf(lanes, node, &center, &half);
+    let area = levels.measure_leaf(node, &half);
     (own, area)
 }
 

@@ -171,9 +171,7 @@ fn profile(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     let subtree = super::Subtree { tree, index };
     let levels = subtree.profile();
     let sane = |level: &super::LevelProfile| {
-        level.nodes >= 1.0
-            && level.half_extent.cmpge(Vec3::ZERO).all()
-            && level.variance.cmpge(Vec3::ZERO).all()
+        level.nodes >= 1.0 && level.half_extent.cmpge(Vec3::ZERO).all()
     };
     let alpha = subtree.alpha();
     let in_range = alpha.cmpge(Vec3::ZERO).all() && alpha.cmple(Vec3::ONE).all();

@@ -17,7 +17,7 @@ mod portable;
 pub use across::{greatest, least, sums};
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
-pub use four::D4;
+pub use four::{D4, D8};
 pub use portable::Portable;
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -84,8 +84,6 @@ pub trait Lanes: Copy {
     const ALL: u32;
     /// Eight `f32`, or eight all-ones or all-zeros masks.
     type F: Copy;
-    /// Eight `f64`.
-    type D: Copy;
     /// Token for the lower register, or for the only one.
     type Low: Lanes;
     /// Token for the upper register.
@@ -130,29 +128,13 @@ pub trait Lanes: Copy {
     fn halves(self, x: Self::F) -> [f32x4; 2];
     /// Broadcasts entry `k` of each half to all lanes of that half.
     fn spread(self, x: Self::F, k: usize) -> Self::F;
-    /// Permutes each half to its entries 1, 2, 0 and 3.
-    fn turn(self, x: Self::F) -> Self::F;
     /// Transposes the 4 x 4 matrix in each half separately.
     fn transpose(self, rows: [Self::F; 4]) -> [Self::F; 4];
     /// Concatenates the first three entries of four rows, in each half separately.
     fn pack(self, rows: [Self::F; 4]) -> [Self::F; 3];
 
-    fn splat_d(self, x: f64) -> Self::D;
-    fn load_d(self, x: &[f64; 8]) -> Self::D;
-    fn widen(self, x: Self::F) -> Self::D;
-    fn narrow(self, x: Self::D) -> Self::F;
-    fn add_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn sub_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn mul_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn div_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn max_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn min_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn less_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn and_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn or_d(self, a: Self::D, b: Self::D) -> Self::D;
-    fn abs_d(self, a: Self::D) -> Self::D;
-    fn mask_d(self, a: Self::D) -> u32;
-
+    fn widen(self, x: f32x4) -> Self::Q;
+    fn narrow(self, x: Self::Q) -> f32x4;
     fn load_q(self, x: &[f64; 4]) -> Self::Q;
     fn store_q(self, x: Self::Q) -> [f64; 4];
     fn add_q(self, a: Self::Q, b: Self::Q) -> Self::Q;
@@ -189,10 +171,6 @@ pub trait Kernel {
 /// Eight `f32` of the instruction set `L`.
 #[derive(Clone, Copy)]
 pub struct F8<L: Lanes>(L::F, L);
-
-/// Eight `f64` of the instruction set `L`.
-#[derive(Clone, Copy)]
-pub struct D8<L: Lanes>(L::D, L);
 
 #[allow(clippy::inline_always)]
 impl<L: Lanes> F8<L> {
@@ -246,11 +224,6 @@ impl<L: Lanes> F8<L> {
     pub fn spread(self, k: usize) -> Self {
         Self(self.1.spread(self.0, k), self.1)
     }
-    /// Permutes each half to its entries 1, 2, 0 and 3.
-    #[inline(always)]
-    pub fn turned(self) -> Self {
-        Self(self.1.turn(self.0), self.1)
-    }
     /// Transposes the 4 x 4 matrix in each half separately.
     #[inline(always)]
     pub fn transposed([x, y, z, w]: [Self; 4]) -> [Self; 4] {
@@ -262,12 +235,6 @@ impl<L: Lanes> F8<L> {
             Self(z, lanes),
             Self(w, lanes),
         ]
-    }
-    /// Transposes three rows and a row of zeros; returns the first three columns.
-    #[inline(always)]
-    pub fn transposed_axes([x, y, z]: [Self; 3]) -> [Self; 3] {
-        let [x, y, z, _] = Self::transposed([x, y, z, Self::splat(x.1, 0.0)]);
-        [x, y, z]
     }
     /// Concatenates the first three entries of four rows, in each half separately.
     #[inline(always)]
@@ -281,26 +248,6 @@ impl<L: Lanes> F8<L> {
         let [a, b, c, d, e, f, g, h] = per_lane!(i => f32x4::new(*rows[i]));
         let (x, y) = (Self::join(lanes, a, e), Self::join(lanes, b, f));
         Self::transposed([x, y, Self::join(lanes, c, g), Self::join(lanes, d, h)])
-    }
-    #[inline(always)]
-    pub fn widen(self) -> D8<L> {
-        D8(self.1.widen(self.0), self.1)
-    }
-}
-
-#[allow(clippy::inline_always)]
-impl<L: Lanes> D8<L> {
-    #[inline(always)]
-    pub fn splat(lanes: L, x: f64) -> Self {
-        Self(lanes.splat_d(x), lanes)
-    }
-    #[inline(always)]
-    pub fn load(lanes: L, x: &[f64; 8]) -> Self {
-        Self(lanes.load_d(x), lanes)
-    }
-    #[inline(always)]
-    pub fn narrow(self) -> F8<L> {
-        F8(self.1.narrow(self.0), self.1)
     }
 }
 
@@ -317,9 +264,8 @@ macro_rules! operators {
 }
 pub(crate) use operators;
 operators!(F8: Add add add, Sub sub sub, Mul mul mul, Div div div);
-operators!(D8: Add add add_d, Sub sub sub_d, Mul mul mul_d, Div div div_d);
 
-/// Operations that [`F8`], [`D8`] and [`D4`] share; lanes hold numbers or masks.
+/// Operations that [`F8`] and [`D4`] share; lanes hold numbers or masks.
 #[allow(clippy::inline_always)]
 pub trait Column:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
@@ -368,7 +314,6 @@ macro_rules! columns {
 }
 pub(crate) use columns;
 columns!(F8, f32: max max, min min, less less, and and, or or; abs, mask);
-columns!(D8, f64: max max_d, min min_d, less less_d, and and_d, or or_d; abs_d, mask_d);
 
 /// Three columns: the components of eight vectors.
 pub type V8<L> = [F8<L>; 3];

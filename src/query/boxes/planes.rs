@@ -72,24 +72,6 @@ impl Planes {
         plane_error.put(&mut self.plane_error);
     }
 
-    /// Extends each box to the box around it and the other, `arc_error` wider. Thickens the planes
-    /// of both by `arc_error` on each side.
-    #[inline(always)]
-    pub fn enclose<L: Lanes>(&mut self, lanes: L, other: &mut Self, arc_error: f32) {
-        let arc_error = F8::splat(lanes, arc_error);
-        per_axis!(k => {
-            let (along, against) = (&mut self.boxes.along[k], &mut self.boxes.against[k]);
-            (F8::load(lanes, along).max(F8::load(lanes, &other.boxes.along[k])) + arc_error).put(along);
-            (F8::load(lanes, against).max(F8::load(lanes, &other.boxes.against[k])) + arc_error).put(against);
-        });
-        for planes in [self, other] {
-            let [x, y, z] = per_axis!(k => F8::load(lanes, &planes.reach[k]));
-            let length = x + y + z + F8::splat(lanes, UNDERFLOW);
-            (F8::load(lanes, &planes.plane_error) + arc_error * length)
-                .put(&mut planes.plane_error);
-        }
-    }
-
     #[inline(always)]
     pub fn at(&self, i: usize) -> Plane {
         Plane {

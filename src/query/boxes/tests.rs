@@ -41,12 +41,7 @@ fn a_triangle_alone_has_the_same_bits_as_among_eight() {
         .chunks_exact(WIDTH)
         .zip(b.nodes().iter().cycle())
     {
-        let view = Views::between(&a.nodes()[0], node, &relative).triangles(
-            true,
-            node,
-            &relative.place,
-            1.0,
-        );
+        let view = Views::between(&a.nodes()[0], node, &relative).triangles(true, node, &relative);
         for instructions in [Instructions::detect(), Instructions::PORTABLE] {
             let rows = core::array::from_fn(|i| &eight[i].0);
             instructions.run(EightAndOne(Triangles {

@@ -1,13 +1,12 @@
 //! Time of impact: two trees, a motion and a budget in, a proven [`TimeOfImpact`] out.
 //!
 //! [`relative_motion`] cuts the motion into substeps that are nearly straight. For each substep the
-//! traversal runs the question of [`sweep`], with the box test of [`windows`] or [`hulls`].
+//! traversal runs the question of [`sweep`], with the box test of [`windows`].
 //! [`state`] holds what is proven so far, [`ahead`] bounds what is left, and [`estimate`] predicts
 //! its cost.
 
 pub(super) mod ahead;
 mod estimate;
-mod hulls;
 mod relative_motion;
 pub(super) mod state;
 mod sweep;
@@ -30,10 +29,10 @@ use crate::query::traversal::traverse;
 use crate::query::triangle_pairs::ids;
 use crate::query::workspace::{Asked, Key, Workspace};
 use crate::tree::Tree;
-use core::cell::OnceCell;
 use punctual_geom::{Motion, Pose, smaller};
 use relative_motion::{RelativeMotion, Setting};
 use sweep::Sweep;
+use windows::glide;
 
 /// Asks until when a motion is free, and when the surfaces meet: continuous collision detection
 /// ([`Query::impact`]).
@@ -245,15 +244,12 @@ impl<'t> Query<'t, Impact> {
         }
         let relative = RelativePose::new(self.a, self.b, &substep.pose);
         let setting = Setting {
-            trees,
             relative_motion,
             substep: &substep,
-            relative: &relative,
             margin: self.asked.options.margin,
         };
-        // Large values stay where they are made.
-        let (mut span, middle) = (setting.span(&workspace.motion), OnceCell::new());
-        let question = Sweep::new(setting, &workspace.motion, &mut span, &middle);
+        let glide = glide(&setting, &relative, self.a.unit().origin);
+        let question = Sweep::new(setting, &workspace.motion, &glide);
         let stop = traverse(
             question,
             trees,
@@ -373,8 +369,8 @@ impl Workspace {
     fn begin_piece(&mut self, guess: Option<[u32; 2]>) {
         self.frontier.clear();
         self.search.begin_pairs(guess.map(|pair| Bounded {
+            pair,
             low: f32::NEG_INFINITY,
-            ..Bounded::unknown(pair)
         }));
         self.testing = guess.is_some();
         self.frontier.push(Pair::new(0, 0));

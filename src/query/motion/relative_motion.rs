@@ -5,7 +5,6 @@
 //! each part of B to move along a straight line with the velocity that its own middle has then. The
 //! neglected motion is bounded: `docs/numerics.md`, "Motion".
 
-use crate::query::relative_pose::RelativePose;
 use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::{Motion, Pose, smaller};
@@ -56,12 +55,13 @@ pub(super) struct RelativeMotion<'m> {
     pub substeps: u32,
 }
 
-/// Length of the path of a substep, relative to the sizes of both meshes together, and its turn in
-/// radians. `TURN_OF_FAR` applies if the whole motion is as long as the meshes are large, `TURN` if
-/// it moves no farther and turns no more than in a frame: nearby node pairs are opened again in
-/// each substep. Longer turns are cut finer, because the bend of a substep grows with the square of
-/// its turn.
+/// Longest path of a substep, relative to the sizes of both meshes together.
 const WAY: f64 = 16.0;
+
+/// Largest turn of a substep in radians: of a motion as long as the meshes are large, and of one
+/// that turns no more than in a frame. Nearby node pairs are opened again in each substep, so the
+/// latter has fewer. Longer turns are cut finer, because the bend of a substep grows with the square
+/// of its turn.
 const TURN_OF_FAR: f64 = 0.012;
 const TURN: f64 = 0.065;
 const MOST_PIECES: f64 = 4_096.0;
@@ -70,11 +70,6 @@ const MOST_PIECES: f64 = 4_096.0;
 /// to the sizes of both meshes together: bodies may turn fast together, and slowly relative to each
 /// other.
 const BEND: f64 = 5e-3;
-
-/// Longest path of a motion on the spot, relative to the sizes of both meshes together. Least share
-/// of turning in the path, if B moves farther in the whole motion.
-const SPOT: f64 = 0.1;
-const TURNING: f64 = 0.25;
 
 /// Factor for bounds of lengths, since the matrix of a pose is a rotation within a tolerance
 /// only (`Pose::new`).
@@ -240,20 +235,12 @@ impl<'m> RelativeMotion<'m> {
 
     pub fn substep(&self, i: u32) -> Substep {
         let (begin, end) = (self.begin(i), self.begin(i + 1));
-        let (middle, length) = (begin + (end - begin) / 2.0, end - begin);
-        let (speed, spin, radii) = (self.speed, self.spin, self.radii);
-        let near = SPOT * (radii[0] + radii[1]);
-        let is_on_the_spot = self.of_a.is_none()
-            && speed * length < near
-            && (spin * radii[1] > TURNING * speed || spin > 0.0 && speed < near);
-        let at = if is_on_the_spot { begin } else { middle };
+        let middle = begin + (end - begin) / 2.0;
         Substep {
             begin,
             end,
             middle,
-            is_on_the_spot,
-            at,
-            pose: self.pose(at),
+            pose: self.pose(middle),
         }
     }
 
@@ -277,28 +264,12 @@ impl<'m> RelativeMotion<'m> {
         half * self.drift + self.jerk * half * half * half / 6.0
     }
 
-    /// The velocity of the axis that all points of B turn around. `None` if both bodies move,
-    /// because there is no such axis.
-    pub fn of_axis(&self) -> Option<DVec3> {
-        if self.of_a.is_none() {
-            Some(self.of_b.velocity())
-        } else {
-            None
-        }
-    }
-
-    /// Speed of that axis across itself.
-    pub fn slip(&self) -> f64 {
-        let across = self.of_b.velocity().cross(self.of_b.turn()).length();
-        STRETCH * STRETCH * across / (self.spin + f64::MIN_POSITIVE)
-    }
-
     /// True if the meshes are too far apart to meet in a substep.
     pub fn is_clear(&self, substep: &Substep, trees: [&Tree; 2], margin: f64) -> bool {
         let [a, b] = trees.map(|tree| tree.unit().origin);
         let apart = (substep.pose.transform_point(b) - a).length_squared();
         let reach =
-            self.radii[0] + self.radii[1] + self.speed * (substep.end - substep.at) + margin;
+            self.radii[0] + self.radii[1] + self.speed * (substep.end - substep.middle) + margin;
         let reach = reach + 4.0 * self.rounding;
         apart * (1.0 - 1e-9) > reach * reach
     }
@@ -310,11 +281,7 @@ pub(super) struct Substep {
     pub begin: f64,
     pub end: f64,
     pub middle: f64,
-    /// True if B moves little, compared with the size of the meshes, and much of that by turning.
-    pub is_on_the_spot: bool,
-    /// Reference time of the substep: its begin if on the spot, else its middle. Then the pose of B
-    /// in A at that time.
-    pub at: f64,
+    /// The pose of B in A in the middle.
     pub pose: Pose,
 }
 
@@ -342,14 +309,11 @@ impl Substep {
     }
 }
 
-/// The setting of a run: a substep of the motion of two trees.
+/// The setting of a run: a substep of a motion.
 #[derive(Clone, Copy)]
 pub(super) struct Setting<'q> {
-    pub trees: [&'q Tree; 2],
     pub relative_motion: &'q RelativeMotion<'q>,
     pub substep: &'q Substep,
-    /// The pose of B at the reference time of the substep.
-    pub relative: &'q RelativePose,
     /// Sum of the margins of both surfaces.
     pub margin: f64,
 }

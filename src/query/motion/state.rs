@@ -4,7 +4,6 @@
 use super::relative_motion::Substep;
 use crate::query::options::MotionOptions;
 use crate::query::queue::{BUCKETS, Frontier};
-use crate::query::relative_pose::Views;
 use crate::query::search::Search;
 
 /// A triangle pair (tree order) that is traced through time.
@@ -81,8 +80,6 @@ pub(crate) struct MotionState {
     done: f64,
     contact: Option<Contact>,
     pub followed: Option<Followed>,
-    /// The views of the current nodes, for box tests that need them in memory.
-    pub(super) views: Views<[f32; 8]>,
 }
 
 impl MotionState {
@@ -95,7 +92,6 @@ impl MotionState {
         done: f64::INFINITY,
         contact: None,
         followed: None,
-        views: Views::NONE,
     };
 
     /// Starts a motion for which no contact is possible before `free_until`.
@@ -154,14 +150,14 @@ impl MotionState {
         self.free_until = self.free_until.max(self.done.min(1.0));
     }
 
-    /// Raises the lower bound from what is left of a substep. `at_hand` is the time of the current
+    /// Raises the lower bound from what is left of a substep. `current` is the time of the current
     /// node pair, if there is one.
     pub(super) fn bound(
         &mut self,
         frontier: &Frontier,
         search: &Search,
         substep: &Substep,
-        at_hand: f32,
+        current: f32,
     ) {
         let nodes = match frontier.least_bucket() {
             None => f32::INFINITY,
@@ -169,7 +165,7 @@ impl MotionState {
         };
         let waiting = search.waiting.iter().map(|left| left.key);
         let pairs = waiting.chain(search.proposed.iter().map(|left| left.low));
-        let left = substep.time(pairs.fold(nodes.min(at_hand), f32::min));
+        let left = substep.time(pairs.fold(nodes.min(current), f32::min));
         let followed = self
             .followed
             .as_ref()

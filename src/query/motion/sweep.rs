@@ -1,17 +1,15 @@
 //! Time of impact of two surfaces: how the traversal handles node pairs and triangle pairs.
 //!
-//! A run covers one substep of the motion. Boxes are compared by time intervals ([`Windows`]), or,
-//! if B turns on the spot, by the hulls of their positions ([`Hulls`]). Pairs whose boxes overlap
-//! at the begin are finished depth-first. Other pairs wait in the queue, ordered by the time at
-//! which they may meet, and are dropped when there is an earlier contact. Triangles are compared in
-//! `f32`, eight at a time. Those that may meet earlier than all before are *followed* in `f64`, one
+//! A run covers one substep of the motion. Boxes are compared by time intervals ([`Windows`]). Pairs
+//! whose boxes overlap at the begin are finished depth-first. Other pairs wait in the queue, ordered
+//! by the time at which they may meet, and are dropped when there is an earlier contact. Triangles
+//! are compared in `f32`, eight at a time. Those that may meet earlier than all before are *followed* in `f64`, one
 //! at a time, in steps of bounded work: over ever shorter time intervals, until an exact test
 //! proves a contact.
 
-use super::hulls::{Hulls, Span};
 use super::relative_motion::{RelativeMotion, Setting};
 use super::state::{Contact, Followed, MOMENTS, MotionState, Phase, bucket, least_key};
-use super::windows::{BEGIN, Windows, glide};
+use super::windows::{BEGIN, Windows};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_EXACT_TEST, WORK_PER_LOOKUP, WORK_PER_WINDOW,
     WORK_PER_WINDOW_TEST,
@@ -19,13 +17,11 @@ use crate::model::cost::{
 use crate::query::expand::{Keys, Sink, expand};
 use crate::query::outcome::{Stats, StopReason};
 use crate::query::queue::{Frontier, Origin, Pair};
-use crate::query::relative_pose::RelativePose;
 use crate::query::search::{Bounded, Search};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::query::triangle_pairs::rows;
 use crate::tree::WIDTH;
 use arrayvec::ArrayVec;
-use core::cell::OnceCell;
 use glam::DVec3;
 use punctual_geom::lanes::Lanes;
 use punctual_geom::tolerance::ROUNDING;
@@ -33,83 +29,32 @@ use punctual_geom::triangle::distance::{closest, closest_or_meeting};
 use punctual_geom::triangle::swept::{Glide, Swept, windows};
 use punctual_geom::triangles_intersect;
 
-/// The pose of B in the middle of a substep, and its motion through the substep.
-pub(super) struct Middle {
-    relative: RelativePose,
-    glide: Glide,
-}
-
 impl Setting<'_> {
     /// The local time of the substep, in `f32`, from which on nothing matters.
     fn cut(&self, state: &MotionState) -> f32 {
         let cut = self.substep.local(state.cut().min(self.substep.end));
         cut + cut.abs() * 4.0 * ROUNDING + 4.0 * ROUNDING
     }
-
-    /// The part of the substep that matters, if B turns on the spot.
-    pub fn span(&self, state: &MotionState) -> Option<Span> {
-        let substep = self.substep;
-        let until = state.cut().clamp(substep.begin, substep.end);
-        if substep.is_on_the_spot {
-            Span::new(self, until)
-        } else {
-            None
-        }
-    }
 }
 
 /// The question when two surfaces meet in a substep of a motion.
 pub(super) struct Sweep<'q> {
     setting: Setting<'q>,
-    /// [`Setting::span`].
-    span: &'q mut Option<Span>,
-    /// The state in the middle, computed when it is needed.
-    middle: &'q OnceCell<Middle>,
+    glide: &'q Glide,
     /// A contact is searched for up to this long after the time at which triangles may meet.
     tolerance: f64,
-    /// [`Setting::cut`].
+    /// Local time from which on nothing matters ([`Setting::cut`]).
     cut: f32,
 }
 
 impl<'q> Sweep<'q> {
-    pub fn new(
-        setting: Setting<'q>,
-        state: &MotionState,
-        span: &'q mut Option<Span>,
-        middle: &'q OnceCell<Middle>,
-    ) -> Self {
+    pub fn new(setting: Setting<'q>, state: &MotionState, glide: &'q Glide) -> Self {
         Self {
             setting,
-            span,
-            middle,
+            glide,
             tolerance: state.tolerance(),
             cut: setting.cut(state),
         }
-    }
-
-    /// Updates the cut and the span after a contact was found.
-    fn update(&mut self, state: &MotionState) {
-        self.cut = self.setting.cut(state);
-        *self.span = self.setting.span(state);
-    }
-
-    fn middle(&self) -> &Middle {
-        self.middle.get_or_init(|| {
-            let Setting {
-                relative_motion,
-                substep,
-                ..
-            } = self.setting;
-            let [a, b] = self.setting.trees;
-            let relative = if substep.is_on_the_spot {
-                RelativePose::new(a, b, &relative_motion.pose(substep.middle))
-            } else {
-                *self.setting.relative
-            };
-            let (origin, margin) = (a.unit().origin, self.setting.margin);
-            let glide = glide(relative_motion, substep, &relative, origin, margin);
-            Middle { relative, glide }
-        })
     }
 }
 
@@ -150,17 +95,9 @@ impl Visitor for Traversal<'_, '_, Sweep<'_>> {
             stats: &mut workspace.run.stats,
         };
         let sink = &mut children;
-        if let Some(span) = &*question.span {
-            let views = &mut workspace.motion.views;
-            let mut hulls = Hulls::new(question.cut, least, span, views);
-            expand(lanes, pair, trees, self.relative, &mut hulls, keys, sink);
-            least = hulls.least;
-        } else {
-            let Middle { relative, glide } = question.middle();
-            let mut windows = Windows::new(question.cut, least, glide, relative);
-            expand(lanes, pair, trees, relative, &mut windows, keys, sink);
-            least = windows.least;
-        }
+        let mut windows = Windows::new(question.cut, least, question.glide, self.relative);
+        expand(lanes, pair, trees, self.relative, &mut windows, keys, sink);
+        let least = windows.least;
         self.pass_rest(least);
     }
 
@@ -202,15 +139,15 @@ impl Traversal<'_, '_, Sweep<'_>> {
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let (search, state) = (&mut self.workspace.search, &mut self.workspace.motion);
         let (substep, cut) = (self.question.setting.substep, &self.question.cut);
-        let Middle { relative, glide } = self.question.middle();
+        let (relative, glide) = (self.relative, self.question.glide);
         let first = search.proposed.pop();
-        if let Some(Bounded { pair, low, .. }) = first.filter(|_| glide.spin == 0.0) {
+        if let Some(Bounded { pair, low }) = first.filter(|_| glide.spin == 0.0) {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             state.followed = Some(Followed::new(pair, [substep.time(low), substep.end], 1.0));
             return;
         }
         let (pairs, keys, count) = match first {
-            Some(Bounded { pair, low, .. }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
+            Some(Bounded { pair, low }) => ([pair; WIDTH], [low; WIDTH], WIDTH),
             None => search.pop_batch(*cut, |low| state.pass(substep.time(low))),
         };
         if count == 0 {
@@ -236,7 +173,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
         }
         let substep = self.question.setting.substep;
         match first {
-            Some(Bounded { pair, low, .. }) => {
+            Some(Bounded { pair, low }) => {
                 let (first, last) = (active.trailing_zeros(), active.ilog2());
                 let from = substep.time(larger_known(enter[first as usize % WIDTH], low));
                 let until = substep.end_of_part(last, WIDTH as u32);
@@ -273,8 +210,8 @@ impl Traversal<'_, '_, Sweep<'_>> {
         let mut proposed: ArrayVec<Bounded, WIDTH> = (0..pairs.len())
             .filter(|i| active >> i & 1 != 0)
             .map(|i| Bounded {
+                pair: pairs[i],
                 low: larger_known(enter[i], keys[i]),
-                ..Bounded::unknown(pairs[i])
             })
             .collect();
         proposed.sort_unstable_by(|x, y| y.low.total_cmp(&x.low).then(y.pair.cmp(&x.pair)));
@@ -413,7 +350,7 @@ impl Traversal<'_, '_, Sweep<'_>> {
                 pair,
                 distance,
             });
-            self.question.update(&self.workspace.motion);
+            self.question.cut = self.question.setting.cut(&self.workspace.motion);
             return None;
         }
         followed.phase = match moment {

@@ -6,7 +6,7 @@
 //! overlap test. The unit of time is the length of the substep, from -1/2 to 1/2. The proof is in
 //! `docs/numerics.md`, "Motion".
 
-use super::relative_motion::{RelativeMotion, Substep};
+use super::relative_motion::Setting;
 use crate::model::cost::{WORK_PER_SWEPT_EXPANSION, WORK_PER_SWEPT_TEST};
 use crate::query::boxes::{Boxes, Extents, Facing, Plane, Planes, Slabs, Triangles, splat};
 use crate::query::edge_axes;
@@ -24,7 +24,7 @@ use wide::f32x4;
 pub(super) const BEGIN: f32 = -0.5;
 
 /// Bound on the rounding of times.
-pub(super) const SLOP: f32 = 8.0 * ROUNDING;
+const TIME_ERROR: f32 = 8.0 * ROUNDING;
 
 /// Half a unit of time, plus 1 percent for matrices that are not exactly rotations.
 const HALF_A_PIECE: f32 = 0.505;
@@ -33,13 +33,12 @@ const HALF_A_PIECE: f32 = 0.505;
 const LEAST_SPEED: f32 = 1e-37;
 
 /// A substep of motion in `f32`, in A's unit coordinates.
-pub(super) fn glide(
-    relative_motion: &RelativeMotion,
-    substep: &Substep,
-    relative: &RelativePose,
-    origin: DVec3,
-    margin: f64,
-) -> Glide {
+pub(super) fn glide(setting: &Setting, relative: &RelativePose, origin: DVec3) -> Glide {
+    let Setting {
+        relative_motion,
+        substep,
+        margin,
+    } = *setting;
     let (length, unit) = (substep.length(), relative.unit);
     let twist = relative_motion.twist(substep.middle);
     let velocity = twist.at(origin) * (length / unit);
@@ -57,7 +56,6 @@ pub(super) fn glide(
             turn_error: (relative_motion.turn_error * length * length * 0.5) as f32 * 1.01,
             spin: (relative_motion.spin * length * 0.5) as f32 * 1.001,
             arc_error: arc_error as f32 * 1.001 + 1e-20,
-            swings: substep.is_on_the_spot,
         }
     } else {
         // Beyond the range of `f32`, or NaN: everything may meet at any time.
@@ -117,7 +115,7 @@ impl Drift {
         Self {
             inverse,
             size,
-            extra: size * margin + f32x4::splat(SLOP),
+            extra: size * margin + f32x4::splat(TIME_ERROR),
             velocity,
             margin,
         }
@@ -201,7 +199,7 @@ impl Drift {
         }
         .across(lanes, boxes);
         let middle = distance * F8::splat(lanes, inverse);
-        let half = reach * F8::splat(lanes, size) + F8::splat(lanes, SLOP);
+        let half = reach * F8::splat(lanes, size) + F8::splat(lanes, TIME_ERROR);
         [middle - half, middle + half]
     }
 
@@ -317,7 +315,7 @@ impl<'g> Windows<'g> {
     }
 }
 
-pub(super) fn sum(a: f32x4) -> f32 {
+fn sum(a: f32x4) -> f32 {
     let [x, y, z] = xyz(a.abs());
     x + y + z
 }
@@ -365,7 +363,10 @@ impl Measure for Windows<'_> {
                 self.rotation_error,
                 (self.in_a.velocity, self.in_a.margin),
             );
-            (enter, leave) = (enter.max(of_edges[0] - SLOP), leave.min(of_edges[1] + SLOP));
+            (enter, leave) = (
+                enter.max(of_edges[0] - TIME_ERROR),
+                leave.min(of_edges[1] + TIME_ERROR),
+            );
             if leave < enter.max(BEGIN) {
                 return false;
             }

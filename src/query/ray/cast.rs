@@ -145,7 +145,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         let found = candidates(
             lanes,
             expand::rows(self.a, node),
-            &local_ray.shaft,
+            &local_ray.unit_ray,
             [local_ray.from, local_ray.to],
         );
         for lane in bits(found.may_meet & entered) {
@@ -246,7 +246,7 @@ mod tests {
             candidates(
                 lanes,
                 expand::rows(tree, node),
-                &local_ray.shaft,
+                &local_ray.unit_ray,
                 [local_ray.from, local_ray.to],
             )
         }

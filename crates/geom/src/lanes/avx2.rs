@@ -22,14 +22,10 @@ impl<K: Kernel> NullaryFnOnce for Vectorized<K> {
 
 /// Operations on two vectors.
 macro_rules! lanewise {
-    ($($name:ident $intrinsic:ident),*; $($name_d:ident $intrinsic_d:ident),*; $($name_q:ident $intrinsic_q:ident),*) => {
+    ($($name:ident $intrinsic:ident),*; $($name_q:ident $intrinsic_q:ident),*) => {
         $(#[inline(always)]
         fn $name(self, a: __m256, b: __m256) -> __m256 {
             self.avx.$intrinsic(a, b)
-        })*
-        $(#[inline(always)]
-        fn $name_d(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
-            [self.avx.$intrinsic_d(a[0], b[0]), self.avx.$intrinsic_d(a[1], b[1])]
         })*
         $(#[inline(always)]
         fn $name_q(self, a: __m256d, b: __m256d) -> __m256d {
@@ -42,14 +38,12 @@ impl Lanes for Avx2 {
     const IS_WHOLE: bool = true;
     const ALL: u32 = 0xff;
     type F = __m256;
-    type D = [__m256d; 2];
     type Low = Self;
     type High = Self;
     type Q = __m256d;
 
     lanewise!(add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, max _mm256_max_ps, min _mm256_min_ps,
-        and _mm256_and_ps, or _mm256_or_ps; add_d _mm256_add_pd, sub_d _mm256_sub_pd, mul_d _mm256_mul_pd, div_d _mm256_div_pd,
-        max_d _mm256_max_pd, min_d _mm256_min_pd, and_d _mm256_and_pd, or_d _mm256_or_pd;
+        and _mm256_and_ps, or _mm256_or_ps;
         add_q _mm256_add_pd, sub_q _mm256_sub_pd, mul_q _mm256_mul_pd, div_q _mm256_div_pd, and_q _mm256_and_pd, or_q _mm256_or_pd,
         max_q _mm256_max_pd, min_q _mm256_min_pd);
 
@@ -125,10 +119,6 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
-    fn turn(self, x: __m256) -> __m256 {
-        self.avx._mm256_permute_ps::<0b11_00_10_01>(x)
-    }
-    #[inline(always)]
     fn transpose(self, [x, y, z, w]: [__m256; 4]) -> [__m256; 4] {
         let avx = self.avx;
         let (a, b) = (avx._mm256_unpacklo_ps(x, y), avx._mm256_unpackhi_ps(x, y));
@@ -153,52 +143,12 @@ impl Lanes for Avx2 {
         ]
     }
     #[inline(always)]
-    fn splat_d(self, x: f64) -> [__m256d; 2] {
-        [self.avx._mm256_set1_pd(x); 2]
+    fn widen(self, x: f32x4) -> __m256d {
+        self.avx._mm256_cvtps_pd(cast(x))
     }
     #[inline(always)]
-    fn load_d(self, x: &[f64; 8]) -> [__m256d; 2] {
-        cast(*x)
-    }
-    #[inline(always)]
-    fn widen(self, x: __m256) -> [__m256d; 2] {
-        let (low, high) = (
-            self.avx._mm256_castps256_ps128(x),
-            self.avx._mm256_extractf128_ps::<1>(x),
-        );
-        [
-            self.avx._mm256_cvtps_pd(low),
-            self.avx._mm256_cvtps_pd(high),
-        ]
-    }
-    #[inline(always)]
-    fn narrow(self, x: [__m256d; 2]) -> __m256 {
-        let (low, high) = (
-            self.avx._mm256_cvtpd_ps(x[0]),
-            self.avx._mm256_cvtpd_ps(x[1]),
-        );
-        self.avx
-            ._mm256_insertf128_ps::<1>(self.avx._mm256_castps128_ps256(low), high)
-    }
-    #[inline(always)]
-    fn less_d(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
-        let avx = self.avx;
-        [
-            avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a[0], b[0]),
-            avx._mm256_cmp_pd::<LESS_ORDERED_QUIET>(a[1], b[1]),
-        ]
-    }
-    #[inline(always)]
-    fn abs_d(self, a: [__m256d; 2]) -> [__m256d; 2] {
-        let sign = self.avx._mm256_set1_pd(-0.0);
-        [
-            self.avx._mm256_andnot_pd(sign, a[0]),
-            self.avx._mm256_andnot_pd(sign, a[1]),
-        ]
-    }
-    #[inline(always)]
-    fn mask_d(self, a: [__m256d; 2]) -> u32 {
-        (self.avx._mm256_movemask_pd(a[0]) | self.avx._mm256_movemask_pd(a[1]) << 4) as u32
+    fn narrow(self, x: __m256d) -> f32x4 {
+        cast(self.avx._mm256_cvtpd_ps(x))
     }
     #[inline(always)]
     fn load_q(self, x: &[f64; 4]) -> __m256d {

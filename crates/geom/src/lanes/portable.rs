@@ -12,7 +12,6 @@ pub struct Quads<const N: usize, const AT: usize> {}
 pub type Portable = Quads<2, 0>;
 
 type F<const N: usize> = [f32x4; N];
-type D<const N: usize> = [[f64x2; 2]; N];
 type Q = [f64x2; 2];
 
 /// Number of set bits of each byte value. This is a table because SSE2 cannot count bits.
@@ -50,14 +49,10 @@ fn root(x: f64x2) -> f64x2 {
 
 /// Operations on two vectors.
 macro_rules! lanewise {
-    ($($name:ident $operation:expr),*; $($name_d:ident $operation_d:expr),*; $($name_q:ident $operation_q:expr),*) => {
+    ($($name:ident $operation:expr),*; $($name_q:ident $operation_q:expr),*) => {
         $(#[inline(always)]
         fn $name(self, a: F<N>, b: F<N>) -> F<N> {
             zip(a, b, $operation)
-        })*
-        $(#[inline(always)]
-        fn $name_d(self, a: D<N>, b: D<N>) -> D<N> {
-            zip(a, b, |a, b| zip(a, b, $operation_d))
         })*
         $(#[inline(always)]
         fn $name_q(self, a: Q, b: Q) -> Q {
@@ -70,15 +65,13 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     const IS_WHOLE: bool = N == 1;
     const ALL: u32 = ((1 << (4 * N)) - 1) << AT;
     type F = F<N>;
-    type D = D<N>;
     type Q = Q;
     type Low = Quads<1, 0>;
     type High = Quads<1, 4>;
 
     lanewise!(add Add::add, sub Sub::sub, mul Mul::mul, div Div::div, max f32x4::fast_max, min f32x4::fast_min,
-        and BitAnd::bitand, or BitOr::bitor, less |a, b| a.simd_lt(b); add_d Add::add, sub_d Sub::sub, mul_d Mul::mul,
-        div_d Div::div, max_d f64x2::fast_max, min_d f64x2::fast_min, and_d BitAnd::bitand, or_d BitOr::bitor,
-        less_d |a, b| a.simd_lt(b); add_q Add::add, sub_q Sub::sub, mul_q Mul::mul, div_q Div::div, max_q f64x2::fast_max,
+        and BitAnd::bitand, or BitOr::bitor, less |a, b| a.simd_lt(b);
+        add_q Add::add, sub_q Sub::sub, mul_q Mul::mul, div_q Div::div, max_q f64x2::fast_max,
         min_q f64x2::fast_min, and_q BitAnd::bitand, or_q BitOr::bitor, less_q |a, b| a.simd_lt(b));
 
     #[inline(always)]
@@ -150,13 +143,6 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         x.map(|half| f32x4::splat(half.as_array()[k % 4]))
     }
     #[inline(always)]
-    fn turn(self, x: F<N>) -> F<N> {
-        x.map(|half| {
-            let [x, y, z, w] = half.to_array();
-            f32x4::new([y, z, x, w])
-        })
-    }
-    #[inline(always)]
     fn transpose(self, rows: [F<N>; 4]) -> [F<N>; 4] {
         let halves: [_; N] =
             core::array::from_fn(|half| f32x4::transpose(rows.map(|row| row[half])));
@@ -176,36 +162,12 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
         core::array::from_fn(|i| halves.map(|packed| packed[i]))
     }
     #[inline(always)]
-    fn splat_d(self, x: f64) -> D<N> {
-        [[f64x2::splat(x); 2]; N]
+    fn widen(self, x: f32x4) -> Q {
+        self.load_q(&x.to_array().map(f64::from))
     }
     #[inline(always)]
-    fn load_d(self, x: &[f64; 8]) -> D<N> {
-        let pair = |at: usize| f64x2::new([x[at], x[at + 1]]);
-        core::array::from_fn(|i| [pair(AT + 4 * i), pair(AT + 4 * i + 2)])
-    }
-    #[inline(always)]
-    fn widen(self, x: F<N>) -> D<N> {
-        x.map(|x| {
-            let [a, b, c, d] = x.to_array().map(f64::from);
-            [f64x2::new([a, b]), f64x2::new([c, d])]
-        })
-    }
-    #[inline(always)]
-    fn abs_d(self, a: D<N>) -> D<N> {
-        a.map(|a| a.map(f64x2::abs))
-    }
-    #[inline(always)]
-    fn mask_d(self, a: D<N>) -> u32 {
-        let pairs = a.as_flattened();
-        (0..2 * N).fold(0, |bits, i| bits | pairs[i].to_bitmask() << (AT + 2 * i))
-    }
-    #[inline(always)]
-    fn narrow(self, x: D<N>) -> F<N> {
-        x.map(|x| {
-            let [[a, b], [c, d]] = x.map(f64x2::to_array);
-            f32x4::new([a, b, c, d].map(|x| x as f32))
-        })
+    fn narrow(self, x: Q) -> f32x4 {
+        f32x4::new(self.store_q(x).map(|x| x as f32))
     }
     #[inline(always)]
     fn load_q(self, x: &[f64; 4]) -> Q {

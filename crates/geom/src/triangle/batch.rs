@@ -36,7 +36,7 @@ pub struct Placement {
     /// Error bound of a transformed corner, beyond its rounding to `f32`, in A's units.
     pub position_error: f32,
     /// Error bound of a transformed edge of B, in A's units, divided by [`ROUNDING`].
-    pub edge_slop: f32,
+    pub edge_error: f32,
 }
 
 /// Results of the test, one bit per lane.
@@ -125,7 +125,7 @@ fn test_part<L: Lanes>(
     // an edge, divided by `ROUNDING`, is added to its size.
     let sizes = [
         largest(a.edge1).max(largest(a.edge2)) + F8::splat(lanes, EDGE_ERROR),
-        largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_slop),
+        largest(f1).max(largest(f2)) + F8::splat(lanes, placement.edge_error),
         largest(q) + F8::splat(lanes, placement.position_error * (1.0 / ROUNDING)),
     ];
     let bounds = Bounds::new(sizes, ROUNDING, F8::splat(lanes, UNDERFLOW));
@@ -221,8 +221,8 @@ impl<L: Lanes> Transposed<L> {
     }
 
     #[inline(always)]
-    pub fn corner(&self) -> [D8<L>; 3] {
-        per_axis!(k => self.first[k].widen() + self.rest[k].widen())
+    pub fn corner(&self, lanes: L) -> [D8<L>; 3] {
+        per_axis!(k => D8::widen(lanes, self.first[k]) + D8::widen(lanes, self.rest[k]))
     }
 }
 
@@ -235,7 +235,7 @@ pub(super) fn first_corner<L: Lanes>(
     b: &Transposed<L>,
     placement: &Placement,
 ) -> V8<L> {
-    let (a, b) = (a.corner(), b.corner());
+    let (a, b) = (a.corner(lanes), b.corner(lanes));
     per_axis!(k => {
         let [x, y, z] = placement.linear[k];
         let x = D8::splat(lanes, x) * b[0] + D8::splat(lanes, y) * b[1] + D8::splat(lanes, z) * b[2];

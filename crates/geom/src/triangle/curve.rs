@@ -17,7 +17,7 @@
 //! `docs/numerics.md` has the bounds and the proof. The case cannot be predicted, so the code does
 //! not branch: it computes all cases and selects the result from tables.
 
-use super::exact::{LARGEST, PADDING};
+use super::exact::{LARGEST_EXTENT, PADDING};
 use crate::lanes::{Column, D4, Lanes, cross, dot, per_axis, unrolled};
 use core::hint::select_unpredictable;
 use glam::DVec3;
@@ -166,7 +166,7 @@ impl Curve {
     #[inline(always)]
     pub fn place<L: Lanes>(&mut self, corners: [[D4<L>; 3]; 2], size: f64) {
         let size = size + PADDING;
-        self.error = if size < LARGEST {
+        self.error = if size < LARGEST_EXTENT {
             80.0 * ROUNDING * size * size * size
         } else {
             f64::INFINITY

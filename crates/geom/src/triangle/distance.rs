@@ -16,8 +16,6 @@
 //! directions, nine tenths of a gap of 1e-4 times the size of the triangles are proven in `f32`.
 //!
 //! - [`distances`]: eight pairs at a time in `f32`, from the triangles of two trees.
-//! - [`Four`]: four pairs at a time in `f64`, with the points. It has a result only if the features
-//!   that `f32` found are indeed the closest.
 //! - [`closest`]: one pair in `f64`, with the points.
 //! - [`closest_to_point`]: a triangle and a point in `f64`.
 //!
@@ -28,7 +26,6 @@ mod batch;
 #[path = "../../../../tests/common/exact_distance.rs"]
 mod exact_distance;
 mod exhaustive;
-mod four;
 mod pair;
 #[cfg(all(test, feature = "std"))]
 #[path = "../../../../tests/common/pairs.rs"]
@@ -38,11 +35,8 @@ mod point;
 mod tests;
 
 pub use batch::Pair;
-pub use batch::{Chosen, Distances, distances};
+pub use batch::{Distances, distances};
 pub use exhaustive::closest_or_meeting;
-#[cfg(all(test, feature = "std"))]
-pub use four::Face;
-pub use four::{Features, Four};
 use pair::clamped;
 pub use pair::{Closest, closest};
 pub use point::closest_to_point;

@@ -18,7 +18,7 @@ use core::array::from_fn;
 use glam::DVec3;
 pub use segment::segment;
 use sign::Signs;
-pub(super) use sign::{LARGEST, PADDING};
+pub(super) use sign::{LARGEST_EXTENT, PADDING};
 
 type Triangle = [DVec3; 3];
 

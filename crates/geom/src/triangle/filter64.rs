@@ -1,12 +1,8 @@
-//! Repeats the filter of [`batch`](super::batch) in `f64`, four pairs at a time, for the pairs that
-//! it left in doubt.
-//!
-//! Where copies of a surface coincide, nearly all pairs are in doubt. Most of these have disjoint
-//! boxes, share a corner, or become certain with the 29 additional bits of `f64`. The rest are
-//! coplanar or touch.
+//! The filter of [`batch`](super::batch) in `f64`, four pairs at a time, for a few triangles whose
+//! corners are known in `f64`. What it leaves in doubt is coplanar or touches.
 
 use super::batch::{Bounds, Crossings, Range, Verdicts, certain, largest};
-use super::exact::{LARGEST, PADDING};
+use super::exact::{LARGEST_EXTENT, PADDING};
 use crate::lanes::{Column, D4, Kernel, Lanes, per_axis, sub};
 use glam::DVec3;
 
@@ -127,7 +123,10 @@ fn four<L: Lanes>(
         largest(f[0]).max(largest(f[1])),
         largest(q),
     ];
-    let fits = Range::of(sizes).high.less(D4::splat(lanes, LARGEST)).mask();
+    let fits = Range::of(sizes)
+        .high
+        .less(D4::splat(lanes, LARGEST_EXTENT))
+        .mask();
     let padding = D4::splat(lanes, PADDING);
     let bounds = Bounds::new(
         per_axis!(i => sizes[i] + padding),
@@ -177,9 +176,9 @@ mod tests {
         let scales = [
             1.0,
             1e-3,
-            LARGEST / 4.0,
-            LARGEST,
-            LARGEST * LARGEST,
+            LARGEST_EXTENT / 4.0,
+            LARGEST_EXTENT,
+            LARGEST_EXTENT * LARGEST_EXTENT,
             f64::MIN_POSITIVE,
         ];
         for round in 0..20_000 {

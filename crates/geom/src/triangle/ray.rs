@@ -9,7 +9,7 @@
 pub mod batch;
 
 use super::exact::line::Line;
-use super::exact::{LARGEST, PADDING};
+use super::exact::{LARGEST_EXTENT, PADDING};
 use crate::{Ray, larger, largest, smaller};
 use core::array::from_fn;
 use glam::DVec3;
@@ -121,7 +121,7 @@ impl<'q> Aim<'q> {
         let extent = sizes(e, f, g) + DVec3::splat(PADDING);
         let size = d.abs() + DVec3::splat(PADDING);
         let farthest = largest(reach);
-        let bound = if farthest <= LARGEST {
+        let bound = if farthest <= LARGEST_EXTENT {
             self.bound
         } else {
             f64::INFINITY

@@ -6,8 +6,8 @@
 //! of an edge of A and an edge of B, this is the interval in which the triangles meet, unless they
 //! are coplanar or degenerate.
 //!
-//! If B turns, these directions turn with it. Otherwise long edges that pass each other closely
-//! would seem to meet. The projections are enlarged by the deviation of B from its lines and by all
+//! If B turns, these directions turn with it in `f64`. Otherwise long edges that pass each other
+//! closely would seem to meet. The projections are enlarged by the deviation of B from its lines and by all
 //! rounding. So no direction makes the answer false: `docs/numerics.md`, "Motion".
 //!
 //! - [`windows`]: eight pairs at a time in `f32`, or one pair at eight times.
@@ -35,9 +35,6 @@ pub struct Glide {
     pub spin: f32,
     /// Upper bound of any further deviation of B from this motion, in A's units.
     pub arc_error: f32,
-    /// True if separating directions turn with B. This pays if B turns more than it moves
-    /// otherwise.
-    pub swings: bool,
 }
 
 impl Glide {
@@ -50,6 +47,5 @@ impl Glide {
         turn_error: 0.0,
         spin: 0.0,
         arc_error: 0.0,
-        swings: false,
     };
 }

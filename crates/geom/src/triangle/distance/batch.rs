@@ -1,7 +1,6 @@
 //! Eight pairs at a time in `f32`. Coordinates are relative to the first corners of A's triangles.
 //! This subtraction cancels, so it is done in `f64`.
 
-use super::four::{Face, Features};
 use crate::lanes::{Column, F8, Lanes, V8, add, cross, dot, per_axis, scaled, sub};
 use crate::tolerance::ROUNDING;
 use crate::triangle::batch::{
@@ -16,58 +15,6 @@ pub struct Distances {
     /// Approximate distance of the closest features. Not proven, and meaningless if the triangles
     /// meet.
     pub about: [f32; 8],
-    pub closest: Chosen,
-}
-
-/// The closest features of eight pairs, as bit masks with one bit per pair. `orders` has, for A and
-/// for B, the low and the high bit of the corner order. `face` has the pairs whose face is A's, and
-/// those whose face is B's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chosen {
-    orders: [[u32; 2]; 2],
-    face: [u32; 2],
-}
-
-impl Chosen {
-    /// Chooses an edge of A by the masks `of_a`, and an edge of B by the masks `of_b`. In the lanes
-    /// of its first mask it is the triangle's second edge, in those of its second mask the third,
-    /// and elsewhere the first.
-    #[inline(always)]
-    fn edges<L: Lanes>([of_a, of_b]: [[F8<L>; 2]; 2]) -> Self {
-        let [[a, b], [c, d]] = [
-            [of_a[0].mask(), of_a[1].mask()],
-            [of_b[0].mask(), of_b[1].mask()],
-        ];
-        Self {
-            orders: [[a & !b, b], [c & !d, d]],
-            face: [0; 2],
-        }
-    }
-
-    /// In the lanes `closer`, chooses the face of `side` and a corner of the other triangle. The
-    /// masks `second` and `third` select that corner; the other lanes choose the first.
-    #[inline(always)]
-    fn or_face<L: Lanes>(&mut self, side: usize, closer: F8<L>, [second, third]: [F8<L>; 2]) {
-        let (closer, second, third) = (closer.mask(), second.mask(), third.mask());
-        let [low, high] = &mut self.orders[1 - side];
-        *low = *low & !closer | third & closer;
-        *high = *high & !closer | (second | third) & closer;
-        self.face[side] = closer;
-    }
-
-    #[inline]
-    pub fn of(&self, pair: usize) -> Features {
-        let bit = |mask: u32| (mask >> pair) as u8 & 1;
-        let order = |[low, high]: [u32; 2]| bit(low) + 2 * bit(high);
-        let face = match self.face.map(bit) {
-            [0, 0] => Face::Nobodys,
-            [_, side] => Face::Of { side },
-        };
-        Features {
-            orders: [order(self.orders[0]), order(self.orders[1])],
-            face,
-        }
-    }
 }
 
 /// The distances of `a[i]` and `b[i]` for the eight lanes.
@@ -84,10 +31,9 @@ pub fn distances<L: Lanes>(
     let (of_a, of_b) = (edges(lanes, zero, p), edges(lanes, q, f));
     let mut closest = closest_edges(lanes, &of_a, &of_b);
     let (one, two) = (add(q, f[0]), add(q, f[1]));
-    closest.or_face(lanes, 0, p, of_a[0].inverse, [q, one, two]);
+    closest.or_face(lanes, p, of_a[0].inverse, [q, one, two]);
     closest.or_face(
         lanes,
-        1,
         f,
         of_b[0].inverse,
         [sub(zero, q), sub(p[0], q), sub(p[1], q)],
@@ -96,7 +42,6 @@ pub fn distances<L: Lanes>(
     Distances {
         low,
         about: closest.square.sqrt().store(),
-        closest: closest.chosen,
     }
 }
 
@@ -156,7 +101,7 @@ impl<L: Lanes> Pair<L> {
         let (reach_p, reach_f, reach_b) = (reach(p), reach(f), reach([b.edge1, b.edge2]));
         let absolute = F8::splat(
             lanes,
-            placement.position_error + ROUNDING * (placement.edge_slop + EDGE_ERROR),
+            placement.position_error + ROUNDING * (placement.edge_error + EDGE_ERROR),
         );
         let error = per_axis!(k => {
             let turned = dot(per_axis!(j => F8::splat(lanes, rotation[k][j].abs())), reach_b);
@@ -199,7 +144,6 @@ struct Closest<L: Lanes> {
     square: F8<L>,
     /// Direction that separates the triangles at these features, up to its sign and length.
     direction: V8<L>,
-    chosen: Chosen,
 }
 
 /// An edge of eight triangles.
@@ -283,11 +227,11 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
     let links = per_axis!(i => per_axis!(j => a[i].link(lanes, &b[j])));
     let squares =
         per_axis!(i => links[i][0].square.min(links[i][1].square).min(links[i][2].square));
-    let of_a @ [second, third] = least(squares);
+    let [second, third] = least(squares);
     let of_edge = per_axis!(j => Link::select(third, &links[2][j], &Link::select(second, &links[1][j], &links[0][j])));
     let d = select(third, a[2].step, select(second, a[1].step, a[0].step));
     let d_square = third.select(a[2].square, second.select(a[1].square, a[0].square));
-    let of_b @ [second, third] = least(per_axis!(j => of_edge[j].square));
+    let [second, third] = least(per_axis!(j => of_edge[j].square));
     let link = Link::select(
         third,
         &of_edge[2],
@@ -310,11 +254,9 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
     // Edges closer to parallel than 1e-3 have no second direction.
     let square = dot(d, d).max(d_square * F8::splat(lanes, 1e-6));
     let direction = sub(across, scaled(d, dot(across, d) / square));
-    let chosen = Chosen::edges([of_a, of_b]);
     Closest {
         square: link.square,
         direction,
-        chosen,
     }
 }
 
@@ -324,18 +266,11 @@ impl<L: Lanes> Closest<L> {
     /// corner. Only the corner closest to the plane can be the closest point: from every other
     /// corner, the distance to the face decreases on the way to it.
     #[inline(always)]
-    fn or_face(
-        &mut self,
-        lanes: L,
-        side: usize,
-        [x, y]: [V8<L>; 2],
-        inverse: F8<L>,
-        corners: [V8<L>; 3],
-    ) {
+    fn or_face(&mut self, lanes: L, [x, y]: [V8<L>; 2], inverse: F8<L>, corners: [V8<L>; 3]) {
         let y = scaled(y, inverse);
         let normal = cross(x, y);
         let heights = per_axis!(v => dot(normal, corners[v]).abs());
-        let chosen @ [second, third] = least(heights);
+        let [second, third] = least(heights);
         let corner = select(third, corners[2], select(second, corners[1], corners[0]));
         let height = heights[0].min(heights[1]).min(heights[2]);
         let area = dot(normal, normal).max(F8::splat(lanes, UNDERFLOW));
@@ -349,6 +284,5 @@ impl<L: Lanes> Closest<L> {
         let closer = is_over.and(square.less(self.square));
         self.square = closer.select(square, self.square);
         self.direction = select(closer, normal, self.direction);
-        self.chosen.or_face(side, closer, chosen);
     }
 }

@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 
 use super::exact_distance::Distance;
 use super::pairs::{self, HardPair};
-use super::{Closest, Distances, Face, Features, Four, closest, closest_or_meeting, distances};
+use super::{Closest, Distances, closest, closest_or_meeting, distances};
 use crate::lanes::{Instructions, Kernel, Lanes};
 use crate::random::Random;
 use crate::triangle::batch::{Placement, Rows};
@@ -314,117 +314,6 @@ fn all_hard_pairs() {
     assert_eq!(pairs.len(), 48_100);
 }
 
-/// The nine pairs of edges, and each corner with the face of the other triangle.
-fn all_features() -> impl Iterator<Item = Features> {
-    let edges = (0..9).map(|k| Features {
-        orders: [k / 3, k % 3],
-        face: Face::Nobodys,
-    });
-    let corners = |side: u8| [0, 2, 3].map(|order| (side, order)).into_iter();
-    edges.chain([0, 1].into_iter().flat_map(corners).map(|(side, order)| {
-        let orders = if side == 0 { [0, order] } else { [order, 0] };
-        Features {
-            orders,
-            face: Face::Of { side },
-        }
-    }))
-}
-
-/// Claims each pair of features to be the closest. If the claim is right, there must be a result.
-#[test]
-fn four_pairs_of_known_features() {
-    let sets = [Instructions::detect(), Instructions::PORTABLE];
-    for family in Family::ALL {
-        let mut random = Random::new(5);
-        let (mut apart, mut known) = (0, 0);
-        for round in 0..200 {
-            let pair @ [a, b] = family.pair(round, &mut random);
-            let exact = Distance::of(&a, &b);
-            let features: Vec<Features> = all_features().collect();
-            let found: Vec<Option<Closest>> = features
-                .chunks(4)
-                .flat_map(|features| {
-                    let mut four = Four::NONE;
-                    features
-                        .iter()
-                        .enumerate()
-                        .for_each(|(i, of)| four.set(i, *of, [&a, &b]));
-                    let [fast, portable] = sets.map(|set| set.run(&four));
-                    (0..features.len()).map(move |i| {
-                        assert_eq!(fast.of(i), portable.of(i));
-                        fast.of(i)
-                    })
-                })
-                .collect();
-            for found in found.iter().flatten() {
-                assert_bounds(found, &exact);
-                let slack = [exact.rounded() - found.low, found.high - exact.rounded()];
-                assert!(
-                    slack
-                        .iter()
-                        .all(|slack| *slack < 64.0 * f64::EPSILON * 4.0 * size(&pair)),
-                    "{slack:?} {pair:?}"
-                );
-                assert!((found.direction.length() - 1.0).abs() < 1e-14);
-                let rounding = 1e-15 * (size(&pair) + pair[0][0].abs().max_element());
-                for (point, triangle) in found.points.iter().zip(&pair) {
-                    let off = Distance::of(&[*point; 3], triangle);
-                    assert_ne!(
-                        off.order_of(3.0 * rounding),
-                        Ordering::Less,
-                        "{family:?} {point} {triangle:?}"
-                    );
-                }
-            }
-            apart += usize::from(!exact.is_zero());
-            known += usize::from(found.iter().any(Option::is_some));
-        }
-        println!("{family:?}: {known} of {apart}");
-        let is_common = matches!(family, Family::Generic | Family::Whole | Family::Sheets);
-        assert!(
-            known <= apart && (!is_common || known * 10 > apart * 9),
-            "{family:?}: {known} of {apart}"
-        );
-    }
-}
-
-/// Prints the table in `docs/numerics.md`.
-#[test]
-#[ignore = "prints how tight the bounds are"]
-fn tightness() {
-    let row = |name: &str, pairs: &[[Triangle; 2]]| {
-        let mut slacks: Vec<[f64; 2]> = pairs.iter().filter_map(slack).collect();
-        let mut cells = String::new();
-        for side in 0..2 {
-            slacks.sort_by(|x, y| x[side].total_cmp(&y[side]));
-            let at = |share: f64| slacks[((slacks.len() - 1) as f64 * share) as usize][side];
-            cells += &std::format!(" {:.1e} {:.1e} {:.1e} |", at(0.5), at(0.99), at(1.0));
-        }
-        println!("| {name} | {} |{cells}", slacks.len());
-    };
-    for family in Family::ALL {
-        let mut random = Random::new(1);
-        let pairs: Vec<[Triangle; 2]> = (0..3000)
-            .map(|round| family.pair(round, &mut random))
-            .collect();
-        row(&std::format!("{family:?}"), &pairs);
-    }
-    let Some(mut pairs) = pairs::all() else {
-        return;
-    };
-    pairs.sort_by(|x, y| x.family.cmp(&y.family));
-    for chunk in pairs.chunk_by(|x, y| x.family == y.family) {
-        let apart: Vec<[Triangle; 2]> = chunk
-            .iter()
-            .filter(|pair| !pair.meet)
-            .map(corners)
-            .collect();
-        if !apart.is_empty() {
-            row(&chunk[0].family, &apart);
-        }
-    }
-}
-
 struct Batch<'r>([&'r Rows; 8], [&'r Rows; 8], &'r Placement);
 
 impl Kernel for Batch<'_> {
@@ -453,7 +342,7 @@ const PLACEMENT: Placement = Placement {
     translation: [0.5, -0.25, 0.125],
     rotation: [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]],
     position_error: 1e-12,
-    edge_slop: 3e-8,
+    edge_error: 3e-8,
 };
 
 #[test]

@@ -29,14 +29,14 @@ pub(super) struct Signs {
 }
 
 pub const PADDING: f64 = f64::from_bits((1023 - 300) << 52);
-pub const LARGEST: f64 = f64::from_bits((1023 + 300) << 52);
+pub const LARGEST_EXTENT: f64 = f64::from_bits((1023 + 300) << 52);
 const VOLUME_BOUND: f64 = 32.0 * f64::EPSILON;
 const AREA_BOUND: f64 = 8.0 * f64::EPSILON;
 
 impl Signs {
     /// Signs for points in a box of this size.
     pub fn within(extent: DVec3) -> Self {
-        let is_safe = extent.max_element() <= LARGEST;
+        let is_safe = extent.max_element() <= LARGEST_EXTENT;
         Self {
             extent: if is_safe {
                 extent + PADDING

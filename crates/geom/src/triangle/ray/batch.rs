@@ -12,7 +12,7 @@ use crate::triangle::batch::{EDGE_ERROR, Rows, Transposed, UNDERFLOW, largest};
 
 /// A ray in unit coordinates, near the mesh.
 #[derive(Clone, Copy, Debug)]
-pub struct Shaft {
+pub struct UnitRay {
     pub origin: [f32; 3],
     /// Its components are below 2 in magnitude.
     pub direction: [f32; 3],
@@ -51,14 +51,14 @@ impl Candidates {
 pub fn candidates<L: Lanes>(
     lanes: L,
     rows: [&Rows; 8],
-    shaft: &Shaft,
+    ray: &UnitRay,
     [from, to]: [f32; 2],
 ) -> Candidates {
     let splat = |x: f32| F8::splat(lanes, x);
     let of = Transposed::new(lanes, rows);
     let (e, f) = (of.edge1, of.edge2);
-    let d: V8<L> = per_axis!(k => splat(shaft.direction[k]));
-    let s = sub(per_axis!(k => splat(shaft.origin[k])), of.first);
+    let d: V8<L> = per_axis!(k => splat(ray.direction[k]));
+    let s = sub(per_axis!(k => splat(ray.origin[k])), of.first);
     let (across, turned) = (cross(d, f), cross(s, e));
     let (det, u, v) = (dot(across, e), dot(across, s), dot(turned, d));
     let w = det - u - v;
@@ -67,7 +67,7 @@ pub fn candidates<L: Lanes>(
     let error = edge
         * (edge * splat(136.0 * ROUNDING)
             + reach * splat(264.0 * ROUNDING)
-            + splat(88.0 * ROUNDING + 26.0 * shaft.position_error))
+            + splat(88.0 * ROUNDING + 26.0 * ray.position_error))
         + splat(UNDERFLOW);
     let (least, most) = (u.min(v).min(w), u.max(v).max(w));
     let is_outside = error.less(most).and(least.less(-error));
@@ -75,7 +75,7 @@ pub fn candidates<L: Lanes>(
 
     let square = edge * edge;
     let error = square
-        * (reach * splat(56.0 * ROUNDING) + splat(600.0 * ROUNDING + 7.0 * shaft.position_error))
+        * (reach * splat(56.0 * ROUNDING) + splat(600.0 * ROUNDING + 7.0 * ray.position_error))
         + splat(UNDERFLOW);
     let is_back = det.less(splat(0.0));
     let faces = |x: F8<L>| is_back.select(-x, x);

@@ -24,11 +24,7 @@ pub fn windows<L: Lanes>(
     if spread {
         pair.spread(lanes);
     }
-    let (enter, active) = if glide.swings {
-        Ends::<L, true>::new(lanes, &pair).window(lanes, &pair, cut)
-    } else {
-        Ends::<L, false>::new(lanes, &pair).window(lanes, &pair, cut)
-    };
+    let (enter, active) = Ends::new(lanes, &pair).window(lanes, &pair, cut);
     (enter.store(), active)
 }
 
@@ -137,23 +133,19 @@ impl<L: Lanes> Gliding<L> {
     }
 }
 
-/// Eight pairs at the start and at the end of their time. The directions turn with B if `SWINGS`.
-struct Ends<L: Lanes, const SWINGS: bool> {
+/// Eight pairs at the start and at the end of their time.
+struct Ends<L: Lanes> {
     /// Edges of A: the two from its first corner, then the third.
     p: [V8<L>; 3],
-    /// First corner of B (`q`) and edges of B (`f`), at the start and at the end.
+    /// First corner of B (`q`) and the edges from there (`f`), at the start and at the end.
     q: [V8<L>; 2],
-    f: [[V8<L>; 3]; 2],
+    f: [[V8<L>; 2]; 2],
     /// Edges of B halfway through the time interval.
     middle: [V8<L>; 3],
     bend: V8<L>,
-    /// How far the first corner's projection may deviate from linear interpolation between both
-    /// ends: the dot product of this vector with the change of the direction.
-    bend_error: V8<L>,
     /// The error bound of a gap is the dot product of `error` with the magnitudes of the
-    /// direction's components, plus that of `give` with the magnitudes of the direction's change.
+    /// direction's components.
     error: V8<L>,
-    give: V8<L>,
     /// An edge's two ends would project to one point on the exact cross product of this edge and
     /// another one. This bounds the distance of their projections on the rounded product, for two
     /// edges of A, two of B, and one of each.
@@ -174,15 +166,7 @@ fn extent<L: Lanes>(lanes: L, x: F8<L>, y: F8<L>) -> [F8<L>; 2] {
     [zero.min(x).min(y), zero.max(x).max(y)]
 }
 
-/// [`extent`] along a direction on which two corners of the triangle project to 0 and the third to
-/// `x`, or one to 0 and two to `x`.
-#[inline(always)]
-fn to_corner<L: Lanes>(lanes: L, x: F8<L>) -> [F8<L>; 2] {
-    let zero = F8::splat(lanes, 0.0);
-    [zero.min(x), zero.max(x)]
-}
-
-impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
+impl<L: Lanes> Ends<L> {
     #[inline(always)]
     fn new(lanes: L, pair: &Gliding<L>) -> Self {
         let Gliding {
@@ -200,7 +184,6 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         let turned = [sub(ways[1], ways[0]), sub(ways[2], ways[0])];
         let e = [sub(edges[0], turned[0]), sub(edges[1], turned[1])];
         let f = [add(edges[0], turned[0]), add(edges[1], turned[1])];
-        let swing = per_axis!(k => turned[0][k].abs().max(turned[1][k].abs()));
         let reach = per_axis!(k => {
             let of_p = p[0][k].abs().max(p[1][k].abs());
             let of_f = e[0][k].abs().max(e[1][k].abs()).max(f[0][k].abs()).max(f[1][k].abs());
@@ -209,7 +192,6 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         let error = per_axis!(k => error[k] + reach[k] * F8::splat(lanes, 6.0 * ROUNDING));
         let p = [p[0], p[1], sub(p[1], p[0])];
         let middle = [edges[0], edges[1], sub(edges[1], edges[0])];
-        let [e, f] = [[e[0], e[1], sub(e[1], e[0])], [f[0], f[1], sub(f[1], f[0])]];
         let (x, y) = (
             longest(p),
             longest(middle) + longest([turned[0], turned[1], sub(turned[1], turned[0])]),
@@ -228,8 +210,6 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
             f: [e, f],
             middle,
             bend: *bend,
-            bend_error: per_axis!(k => ways[0][k] * F8::splat(lanes, -0.5)),
-            give: per_axis!(k => error[k] + bend[k].abs() + swing[k] * F8::splat(lanes, 0.51)),
             error,
         }
     }
@@ -254,126 +234,64 @@ impl<L: Lanes, const SWINGS: bool> Ends<L, SWINGS> {
         pair.active(lanes, window, cut)
     }
 
-    /// Extents of B along a direction, relative to its first corner, at the start and at the end.
-    #[inline(always)]
-    fn extents_of_b(&self, lanes: L, n: V8<L>) -> [[F8<L>; 2]; 2] {
-        let [e, f] = &self.f;
-        [
-            extent(lanes, dot(e[0], n), dot(e[1], n)),
-            extent(lanes, dot(f[0], n), dot(f[1], n)),
-        ]
-    }
-
     #[inline(always)]
     fn on_normal_of_a(&self, lanes: L, window: [F8<L>; 2]) -> [F8<L>; 2] {
         let (n, zero) = (cross(self.p[0], self.p[1]), F8::splat(lanes, 0.0));
-        self.on(
-            lanes,
-            [n; 2],
-            [[zero; 2]; 2],
-            self.extents_of_b(lanes, n),
-            self.position_error[0],
-            window,
-        )
+        self.on(lanes, n, [zero; 2], self.position_error[0], window)
     }
 
     #[inline(always)]
     fn on_normal_of_b(&self, lanes: L, window: [F8<L>; 2]) -> [F8<L>; 2] {
-        let ([e, f], zero) = (&self.f, F8::splat(lanes, 0.0));
-        let [p, q, _] = self.p;
-        if SWINGS {
-            let [m, n] = [cross(e[0], e[1]), cross(f[0], f[1])];
-            let of_a = [
-                extent(lanes, dot(p, m), dot(q, m)),
-                extent(lanes, dot(p, n), dot(q, n)),
-            ];
-            self.on(
-                lanes,
-                [m, n],
-                of_a,
-                [[zero; 2]; 2],
-                self.position_error[1],
-                window,
-            )
-        } else {
-            let n = cross(self.middle[0], self.middle[1]);
-            let of_a = extent(lanes, dot(p, n), dot(q, n));
-            self.on(
-                lanes,
-                [n; 2],
-                [of_a; 2],
-                self.extents_of_b(lanes, n),
-                self.position_error[1],
-                window,
-            )
-        }
+        let ([p, q, _], n) = (self.p, cross(self.middle[0], self.middle[1]));
+        let of_a = extent(lanes, dot(p, n), dot(q, n));
+        self.on(lanes, n, of_a, self.position_error[1], window)
     }
 
     /// Narrows a window by the direction that is the cross product of edge `i` of A and edge `j` of
-    /// B. Along it, both ends of either edge have one projection.
+    /// B. Along it, both ends of A's edge have one projection.
     #[inline(always)]
     fn on_edges(&self, lanes: L, i: usize, j: usize, window: [F8<L>; 2]) -> [F8<L>; 2] {
-        let [e, f] = &self.f;
-        let (edge, p, beside) = (
-            self.p[i % 3],
-            self.p[usize::from(i == 0)],
-            usize::from(j == 0),
-        );
-        if SWINGS {
-            let [m, n] = [cross(edge, e[j % 3]), cross(edge, f[j % 3])];
-            let of_a = [to_corner(lanes, dot(p, m)), to_corner(lanes, dot(p, n))];
-            let of_b = [
-                to_corner(lanes, dot(e[beside], m)),
-                to_corner(lanes, dot(f[beside], n)),
-            ];
-            self.on(lanes, [m, n], of_a, of_b, self.position_error[2], window)
-        } else {
-            let n = cross(edge, self.middle[j % 3]);
-            let of_a = to_corner(lanes, dot(p, n));
-            self.on(
-                lanes,
-                [n; 2],
-                [of_a; 2],
-                self.extents_of_b(lanes, n),
-                self.position_error[2],
-                window,
-            )
-        }
+        let n = cross(self.p[i % 3], self.middle[j % 3]);
+        let x = dot(self.p[usize::from(i == 0)], n);
+        let zero = F8::splat(lanes, 0.0);
+        let of_a = [zero.min(x), zero.max(x)];
+        self.on(lanes, n, of_a, self.position_error[2], window)
     }
 
-    /// Narrows a window by a direction of any length that changes from `m` to `n`. `of_a` and
-    /// `of_b` are the extents of the triangles at the start and at the end. Their error is at most
-    /// `position_error`.
+    /// Gaps along a direction at the start (`end` is 0) or at the end (1): of B above A, and of B
+    /// below A.
+    #[inline(always)]
+    fn gaps(
+        &self,
+        lanes: L,
+        end: usize,
+        n: V8<L>,
+        of_a: [F8<L>; 2],
+        [up, down]: [F8<L>; 2],
+    ) -> [F8<L>; 2] {
+        let (b, [x, y]) = (dot(self.q[end], n), self.f[end]);
+        let of_b = extent(lanes, dot(x, n), dot(y, n));
+        [b + (of_b[0] - of_a[1]) + up, (of_a[0] - of_b[1]) - b - down]
+    }
+
+    /// Narrows a window by a direction of any length. `of_a` is the extent of A; its error is at
+    /// most `position_error`.
     #[inline(always)]
     fn on(
         &self,
         lanes: L,
-        [m, n]: [V8<L>; 2],
-        of_a: [[F8<L>; 2]; 2],
-        of_b: [[F8<L>; 2]; 2],
+        n: V8<L>,
+        of_a: [F8<L>; 2],
         position_error: F8<L>,
         [enter, leave]: [F8<L>; 2],
     ) -> [F8<L>; 2] {
         let (zero, half) = (F8::splat(lanes, 0.0), F8::splat(lanes, 0.5));
-        let mut error = dot(per_axis!(k => m[k].abs()), self.error) + position_error;
-        let (bend, mut bend_error) = (dot(self.bend, m), zero);
-        if SWINGS {
-            let change = sub(n, m);
-            error = error + dot(per_axis!(k => change[k].abs()), self.give);
-            bend_error = dot(self.bend_error, change);
-        }
-        let (up, down) = (bend.min(bend_error) - error, bend.max(bend_error) + error);
-        let (b, c) = (dot(self.q[0], m), dot(self.q[1], n));
-        // Gaps at the start and at the end: of B above A, and of B below A. In between, each gap is
-        // at least its linear interpolation.
-        let (above, below) = (
-            b + (of_b[0][0] - of_a[0][1]) + up,
-            (of_a[0][0] - of_b[0][1]) - b - down,
-        );
-        let (above_then, below_then) = (
-            c + (of_b[1][0] - of_a[1][1]) + up,
-            (of_a[1][0] - of_b[1][1]) - c - down,
-        );
+        let error = dot(per_axis!(k => n[k].abs()), self.error) + position_error;
+        let bend = dot(self.bend, n);
+        let (up, down) = (bend.min(zero) - error, bend.max(zero) + error);
+        // In between, each gap is at least the linear interpolation of those at both ends.
+        let [above, below] = self.gaps(lanes, 0, n, of_a, [up, down]);
+        let [above_then, below_then] = self.gaps(lanes, 1, n, of_a, [up, down]);
         let first = below.less(above);
         let (begin, then) = (above.max(below), first.select(above_then, below_then));
         let last = below_then.less(above_then);
