@@ -16,12 +16,11 @@
  *   10. Distance: how far apart are they?
  *   11. Contacts: where do they touch?
  *   12. Motion: until when are they free?
- *   13. Push-out: what parts them?
- *   14. Penetration: how deep are they?
- *   15. Rays: what do they hit?
- *   16. Points: are they inside a solid?
- *   17. Scenes: many bodies, one budget a frame
- *   18. Calibration: probabilities that learn
+ *   13. Penetration: how deep are they, and what parts them?
+ *   14. Rays: what do they hit?
+ *   15. Points: are they inside a solid?
+ *   16. Scenes: many bodies, one budget a frame
+ *   17. Calibration: probabilities that learn
  *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
@@ -2378,112 +2377,7 @@ punctual_status punctual_motion_query_open_boxes(const struct punctual_motion_qu
                                                  size_t *count);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 13. Push-out: what parts them?
- * -------------------------------------------------------------------------------------------------------------------- */
-
-/**
- * The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
- * `punctual_push_out_query_new`, one for each pose; it borrows the trees.
- */
-typedef struct punctual_push_out_query {
-  /**
-   * Its size in bytes, as made.
-   */
-  uint32_t size;
-  /**
-   * Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
-   */
-  uint32_t query_limit;
-  /**
-   * Tree A.
-   */
-  const struct punctual_tree *a;
-  /**
-   * Tree B; it may be the same.
-   */
-  const struct punctual_tree *b;
-  /**
-   * Brings coordinates of B into those of A.
-   */
-  struct punctual_pose b_in_a;
-} punctual_push_out_query;
-
-/**
- * The answer: the shortest push found. There may be a shorter one.
- */
-typedef struct punctual_push_out {
-  /**
-   * Its size in bytes, to be set before the call.
-   */
-  uint32_t size;
-  /**
-   * Whether the budget sufficed for one; if not, direction, distance and pose are zeros.
-   */
-  bool has_push;
-  /**
-   * Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
-   */
-  struct punctual_point direction;
-  /**
-   * How far, in the unit of the meshes; 0 if the surfaces do not meet anyway.
-   */
-  double distance;
-  /**
-   * The pose after the push. Proven: no triangle of A shares a point with one of B there.
-   */
-  struct punctual_pose b_in_a;
-  /**
-   * Exact queries that were run.
-   */
-  uint32_t queries;
-  /**
-   * Why it returned; STOP_REASON_FINISHED also at the limit of queries.
-   */
-  punctual_stop_reason stop;
-  /**
-   * Units of work.
-   */
-  uint64_t work;
-  /**
-   * Time in nanoseconds; -1 if it was not measured, which it is only under a time budget.
-   */
-  int64_t elapsed;
-} punctual_push_out;
-
-/**
- * What `punctual_push_out_query_new` calls: writes as many bytes as the caller's struct has.
- */
-void punctual_push_out_query_init(struct punctual_push_out_query *query,
-                                  size_t size,
-                                  const struct punctual_tree *a,
-                                  const struct punctual_tree *b,
-                                  struct punctual_pose b_in_a);
-
-/**
- * The question how `b` is pushed out of `a`, with the default options. Checked when it is run.
- */
-PUNCTUAL_INLINE punctual_push_out_query punctual_push_out_query_new(const struct punctual_tree *a,
-                                                                    const struct punctual_tree *b,
-                                                                    struct punctual_pose b_in_a) {
-  punctual_push_out_query query;
-  punctual_push_out_query_init(&query, sizeof query, a, b, b_in_a);
-  return query;
-}
-
-/**
- * Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
- * the workspace holds nothing that could be resumed. `clock` may be null: the clock of the system.
- *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
- */
-punctual_status punctual_push_out_query_run(const struct punctual_push_out_query *query,
-                                            struct punctual_workspace *workspace,
-                                            struct punctual_budget budget,
-                                            const struct punctual_clock *clock,
-                                            struct punctual_push_out *push);
-
-/* --------------------------------------------------------------------------------------------------------------------
- * 14. Penetration: how deep are they?
+ * 13. Penetration: how deep are they, and what parts them?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2505,7 +2399,12 @@ typedef struct punctual_penetration_query {
    * Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a body inside of the other
    * penetrates it. 0 by default.
    */
-  uint32_t solid;
+  uint16_t solid;
+  /**
+   * Whether only a short push is looked for, so that low stays 0: 0 or not 0. The query is then finished when it has tried
+   * 32 directions all around and turned the best one. 0 by default.
+   */
+  uint16_t push_only;
   /**
    * Tree A.
    */
@@ -2549,6 +2448,10 @@ typedef struct punctual_penetration {
    * The length of the push; 0 if they are apart, infinite if none is known.
    */
   double high;
+  /**
+   * The pose after the push, at which they are apart: proven. The pose of the query if no push is known.
+   */
+  struct punctual_pose b_in_a;
   /**
    * Why it returned.
    */
@@ -2617,7 +2520,7 @@ punctual_status punctual_penetration_query_resume(const struct punctual_penetrat
                                                   struct punctual_penetration *penetration);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 15. Rays: what do they hit?
+ * 14. Rays: what do they hit?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2963,7 +2866,7 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_batch_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 16. Points: are they inside a solid?
+ * 15. Points: are they inside a solid?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -3097,7 +3000,7 @@ punctual_status punctual_points_resume(const struct punctual_tree *tree,
                                        struct punctual_points_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 17. Scenes: many bodies, one budget a frame
+ * 16. Scenes: many bodies, one budget a frame
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -4136,7 +4039,7 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
                                                        float importance);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 18. Calibration: probabilities that learn
+ * 17. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**

@@ -515,20 +515,6 @@ struct ContactQuery : punctual_contact_query {
   }
 };
 
-/** Which way out? The fields of punctual_push_out_query are public; the trees must outlive it. */
-struct PushOutQuery : punctual_push_out_query {
-  PushOutQuery(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept
-      : punctual_push_out_query(punctual_push_out_query_new(tree_a.get(), tree_b.get(), pose_of_b)) {}
-  PushOutQuery(const Tree &&, const Tree &, const punctual_pose &) = delete;
-  PushOutQuery(const Tree &, const Tree &&, const punctual_pose &) = delete;
-  PushOutQuery(const Tree &&, const Tree &&, const punctual_pose &) = delete;
-
-  Result<punctual_push_out> run(Workspace &workspace, punctual_budget budget,
-                                const punctual_clock *clock = nullptr) const noexcept {
-    return detail::filled<punctual_push_out>(punctual_push_out_query_run, this, workspace.get(), budget, clock);
-  }
-};
-
 /** The buffers of PenetrationQuery. */
 class PenetrationWorkspace
     : public detail::Handle<punctual_penetration_workspace, punctual_penetration_workspace_free> {
@@ -540,7 +526,7 @@ public:
   }
 };
 
-/** How deep? The fields of punctual_penetration_query are public; the trees must outlive it. */
+/** How deep, and which way out? The fields of punctual_penetration_query are public; the trees must outlive it. */
 struct PenetrationQuery : punctual_penetration_query {
   PenetrationQuery(const Tree &tree_a, const Tree &tree_b, const punctual_pose &pose_of_b) noexcept
       : punctual_penetration_query(punctual_penetration_query_new(tree_a.get(), tree_b.get(), pose_of_b)) {}

@@ -12,7 +12,7 @@ use punctual::{
     Budget, Clock, Mesh, Mode, Motion, Pose, Query, Ray, StopReason, Tree, Verdict, Workspace,
     shapes,
 };
-use punctual_depenetrate::PushOutQuery;
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use punctual_scene::{Body, Scene};
 
 /// Work that is done at most between two looks, and the last steps.
@@ -121,9 +121,9 @@ fn every_question_can_be_cancelled() {
         ends_soon(passage.stop, passage.stats.work);
         assert!(passage.value.upper.is_none() && passage.value.lower < 1.0);
 
-        let push = PushOutQuery::new(&tree, &tree, Pose::IDENTITY)
-            .run(&mut workspace, budget.clock(&clock));
-        ends_soon(push.stop, push.work);
+        let push = PenetrationQuery::new(&tree, &tree, Pose::IDENTITY)
+            .run(&mut PenetrationWorkspace::new(), budget.clock(&clock));
+        ends_soon(push.stop, push.stats.work);
 
         let ray = Ray::new([0.1, 0.2, 3.0], [0.0, 0.0, -1.0]).unwrap();
         let rays = vec![ray; 20_000];

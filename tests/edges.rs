@@ -19,7 +19,6 @@ use punctual::{
     Answer, Budget, Mesh, Mode, Motion, Pose, Query, Ray, ResumeError, StopReason, Tree, Verdict,
     Workspace, shapes,
 };
-use punctual_depenetrate::{PushOut, PushOutQuery};
 
 /// Two trees, and where they are.
 struct Place {
@@ -78,10 +77,6 @@ impl Place {
     fn ray(&self, mode: RayMode) -> Query<'_, RayCast> {
         Query::ray(&self.trees[0], self.rays[9]).mode(mode)
     }
-
-    fn push(&self) -> PushOutQuery<'_> {
-        PushOutQuery::new(&self.trees[0], &self.trees[1], self.pose)
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,10 +91,9 @@ enum Asked {
     NearestHit,
     AllHits,
     Batch,
-    Push,
 }
 
-const QUESTIONS: [Asked; 11] = [
+const QUESTIONS: [Asked; 10] = [
     Asked::Any,
     Asked::All,
     Asked::Touching,
@@ -110,7 +104,6 @@ const QUESTIONS: [Asked; 11] = [
     Asked::NearestHit,
     Asked::AllHits,
     Asked::Batch,
-    Asked::Push,
 ];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,7 +114,6 @@ enum Said {
     Passage(Answer<TimeOfImpact>),
     Cast(Answer<RayBounds>),
     Batch(Answer<usize>),
-    Push(PushOut),
 }
 
 impl Said {
@@ -134,7 +126,6 @@ impl Said {
             Self::Passage(said) => (said.stop, said.stats.work),
             Self::Cast(said) => (said.stop, said.stats.work),
             Self::Batch(said) => (said.stop, said.stats.work),
-            Self::Push(said) => (said.stop, said.work),
         }
     }
 
@@ -196,9 +187,6 @@ impl Room {
             Asked::NearestHit => Said::Cast(ask!(place.ray(RayMode::Nearest))),
             Asked::AllHits => Said::Cast(ask!(place.ray(RayMode::All))),
             Asked::Batch => Said::Batch(ask!(Query::rays(&place.trees[0], &place.rays))),
-            // It cannot be resumed.
-            Asked::Push if resume => return Err(ResumeError),
-            Asked::Push => Said::Push(place.push().run(workspace, budget.clock(clock))),
         })
     }
 
@@ -293,7 +281,7 @@ fn without_time_no_more_than_a_step_is_done_and_the_query_goes_on_later() {
                 };
                 let (stop, work) = room.run(asked, place, Budget::time(Duration::ZERO)).end();
                 assert!(work < MAX_DISTANCE_STEP_WORK, "{asked:?}: {work}, {stop:?}");
-                if stop == StopReason::Deadline && asked != Asked::Push {
+                if stop == StopReason::Deadline {
                     let said = room
                         .resume(asked, place, ENOUGH)
                         .expect("stopped by the clock");
@@ -381,7 +369,7 @@ fn a_clone_of_any_stopped_run_goes_on_like_its_original() {
                 assert_eq!(said, again, "{asked:?}");
                 assert_eq!(
                     said.is_ok(),
-                    stop == StopReason::WorkLimit && asked != Asked::Push,
+                    stop == StopReason::WorkLimit,
                     "{asked:?}, {stop:?}"
                 );
                 assert_eq!(clone.found(), room.found(), "{asked:?}");
@@ -411,36 +399,6 @@ fn before_the_first_query_a_workspace_holds_nothing() {
         assert_eq!(workspace.drain_pairs().count(), 0);
         assert_eq!(workspace.drain_contacts().len(), 0);
         assert_eq!(workspace.drain_ray_hits().len(), 0);
-    }
-}
-
-/// Nor can a query that a push has stopped inside of itself.
-#[test]
-fn after_a_push_nothing_can_be_resumed() {
-    for place in &Place::all() {
-        for budget in (0..20_000).step_by(501) {
-            let mut room = Room::new();
-            let Said::Push(said) = room.run(Asked::Push, place, Budget::work(budget)) else {
-                unreachable!()
-            };
-            for b_in_a in [Some(place.pose), said.push.map(|push| push.b_in_a)]
-                .into_iter()
-                .flatten()
-            {
-                for (mode, limit) in [
-                    (Mode::Any, usize::MAX),
-                    (Mode::All, usize::MAX),
-                    (Mode::All, 1024),
-                ] {
-                    let query = Query::intersection(&place.trees[0], &place.trees[1], b_in_a)
-                        .mode(mode)
-                        .pair_limit(limit);
-                    let resumed =
-                        query.resume(&mut room.workspace, Budget::work(0).clock(&room.clock));
-                    assert_eq!(resumed, Err(ResumeError), "after {budget}");
-                }
-            }
-        }
     }
 }
 

@@ -24,7 +24,7 @@ use picture::Picture;
 use punctual::contacts::Patches;
 use punctual::glam::{DQuat, DVec3, Vec3};
 use punctual::{Budget, Mesh, MeshError, PoseError, Query, Tree, Workspace, shapes};
-use punctual_depenetrate::PushOutQuery;
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use solver::{Body, Point, STEP};
 
 const FRAMES: usize = 420;
@@ -54,6 +54,7 @@ struct World {
     points: Vec<Point>,
     patches: HashMap<[usize; 2], Patches>,
     workspace: Workspace,
+    pushes: PenetrationWorkspace,
     tally: Tally,
 }
 
@@ -148,13 +149,14 @@ impl World {
     /// one is never the floor.
     fn part(&mut self, pair: [usize; 2]) -> Result<bool, PoseError> {
         let [a, b] = pair.map(|i| &self.bodies[i]);
-        let query = PushOutQuery::new(&a.tree, &b.tree, b.pose_in(a)?);
-        let Some(push) = query.run(&mut self.workspace, BUDGET).push else {
+        let query = PenetrationQuery::new(&a.tree, &b.tree, b.pose_in(a)?).push_only(true);
+        let found = query.run(&mut self.pushes, BUDGET).value;
+        let Some(direction) = found.direction else {
             return Ok(false);
         };
         self.tally.meetings += 1;
-        self.tally.deepest = self.tally.deepest.max(push.distance);
-        let way = a.turn * push.direction * (push.distance + SKIN);
+        self.tally.deepest = self.tally.deepest.max(found.high);
+        let way = a.turn * direction * (found.high + SKIN);
         self.bodies[pair[1]].position += way;
         Ok(true)
     }
@@ -219,6 +221,7 @@ fn run(out: &mut StdoutLock) -> Result<(), Box<dyn Error>> {
         points: Vec::new(),
         patches,
         workspace,
+        pushes: PenetrationWorkspace::new(),
         tally,
     };
     let mut picture = Picture::default();

@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 use punctual::clock::ManualClock;
 use punctual::contacts::{Contact, Contacts, Patch, Patches};
 use punctual::{Budget, Pose, Query, StopReason, Tree, Verdict, Workspace};
-use punctual_depenetrate::PushOutQuery;
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use punctual_fuzz::contacts::{ENOUGH, Truth, listed, resume, run};
 use punctual_fuzz::{assert_names, few_triangles, length, pose};
 
@@ -85,13 +85,13 @@ fn assert_patches(a: &Tree, b: &Tree, contacts: &[Contact], patches: &mut Patche
 }
 
 fn assert_push(a: &Tree, b: &Tree, pose: Pose, work: u64) {
-    let found = PushOutQuery::new(a, b, pose).run(
-        &mut Workspace::new(),
-        Budget::work(work).clock(&ManualClock::new()),
-    );
-    if let Some(push) = found.push {
+    let query = PenetrationQuery::new(a, b, pose).push_only(work % 2 == 0);
+    let budget = Budget::work(work).clock(&ManualClock::new());
+    let push = query.run(&mut PenetrationWorkspace::new(), budget).value;
+    assert!(push.low <= push.high, "{push:?}");
+    if let Some(direction) = push.direction {
         assert!(
-            (push.direction.length() - 1.0).abs() < 1e-12 && push.distance >= 0.0,
+            (direction.length() - 1.0).abs() < 1e-12 && push.high >= 0.0,
             "{push:?}"
         );
         let there = Query::intersection(a, b, push.b_in_a)

@@ -13,7 +13,7 @@ use punctual::tree::TreeStats;
 use punctual::{
     Answer, Budget, Motion, PairMemory, Pose, Query, Ray, Stats, Tree, Verdict, Workspace,
 };
-use punctual_depenetrate::PushOutQuery;
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 
 const ENOUGH: Budget = Budget::work(1 << 40);
 
@@ -154,17 +154,13 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
     patches.update(a, b, workspace.contacts());
     answers.tell("patches", patches.as_slice());
 
-    let push = PushOutQuery::new(a, b, pose)
-        .query_limit(12)
-        .run(&mut workspace, Budget::work(300_000));
-    let told = (
-        push.push
-            .map(|push| (push.direction, push.distance, push.b_in_a)),
-        push.queries,
-        push.stop,
-        push.work,
-    );
-    answers.tell("push-out", told);
+    let mut penetration = PenetrationWorkspace::with_engine(workspace.clone());
+    for (name, push_only) in [("push-out", true), ("penetration", false)] {
+        let query = PenetrationQuery::new(a, b, pose).push_only(push_only);
+        let found = query.run(&mut penetration, Budget::work(300_000));
+        let told = (found.value, found.stop, counts(&found.stats));
+        answers.tell(name, told);
+    }
 
     let start = pose.translation() * 3.0 + DVec3::new(0.1, 0.0, 4.0);
     let start = Pose::new(pose.rotation(), start).expect("the same rotation");

@@ -28,7 +28,10 @@ pub struct punctual_penetration_query<'t> {
     pub size: u32,
     /// Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a body inside of the other
     /// penetrates it. 0 by default.
-    pub solid: u32,
+    pub solid: u16,
+    /// Whether only a short push is looked for, so that low stays 0: 0 or not 0. The query is then finished when it has tried
+    /// 32 directions all around and turned the best one. 0 by default.
+    pub push_only: u16,
     /// Tree A.
     pub a: Option<&'t punctual_tree>,
     /// Tree B; it may be the same.
@@ -56,6 +59,8 @@ pub struct punctual_penetration {
     pub low: f64,
     /// The length of the push; 0 if they are apart, infinite if none is known.
     pub high: f64,
+    /// The pose after the push, at which they are apart: proven. The pose of the query if no push is known.
+    pub b_in_a: punctual_pose,
     /// Why it returned.
     pub stop: punctual_stop_reason,
     /// Units of work, resumed calls included.
@@ -71,6 +76,7 @@ impl Default for punctual_penetration_query<'_> {
         Self {
             size: Self::SIZE,
             solid: 0,
+            push_only: 0,
             a: None,
             b: None,
             b_in_a: (&Pose::IDENTITY).into(),
@@ -200,7 +206,7 @@ impl<'t> punctual_penetration_query<'t> {
     fn check(self) -> Result<PenetrationQuery<'t>, Fault> {
         let [a, b] = trees(self.a, self.b)?;
         let query = PenetrationQuery::new(a, b, self.b_in_a.check()?);
-        let query = query.solid(self.solid != 0);
+        let query = query.solid(self.solid != 0).push_only(self.push_only != 0);
         Ok(query.relative_tolerance(self.relative_tolerance))
     }
 }
@@ -211,6 +217,7 @@ impl From<punctual::Answer<Penetration>> for punctual_penetration {
             low,
             high,
             direction,
+            b_in_a,
             ..
         } = found.value;
         Self {
@@ -219,6 +226,7 @@ impl From<punctual::Answer<Penetration>> for punctual_penetration {
             direction: direction.unwrap_or(DVec3::ZERO).into(),
             low,
             high,
+            b_in_a: (&b_in_a).into(),
             stop: found.stop.into(),
             work: found.stats.work,
             elapsed: nanoseconds(found.stats.elapsed),

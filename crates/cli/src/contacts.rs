@@ -9,6 +9,7 @@ use punctual::contacts::{Manifold, ManifoldBounds};
 use punctual::glam::DVec3;
 use punctual::tree::Solid;
 use punctual::{BuildOptions, PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace};
+use punctual_depenetrate::PenetrationWorkspace;
 use punctual_lab::files::Listed;
 use punctual_lab::report::Failure;
 
@@ -141,6 +142,7 @@ struct Sweeper<'t> {
     args: &'t Args,
     trees: [&'t Tree; 2],
     workspace: Workspace,
+    pushes: Option<PenetrationWorkspace>,
     patches: Patches,
     memory: PairMemory,
     clock: SystemClock,
@@ -149,10 +151,14 @@ struct Sweeper<'t> {
 impl<'t> Sweeper<'t> {
     fn new(args: &'t Args, a: &'t Tree, b: &'t Tree) -> Self {
         let workspace = args.running.workspace();
+        let pushes = args
+            .push
+            .then(|| PenetrationWorkspace::with_engine(args.running.workspace()));
         Self {
             args,
             trees: [a, b],
             workspace,
+            pushes,
             patches: Patches::new(),
             memory: PairMemory::new(),
             clock: SystemClock::default(),
@@ -211,13 +217,14 @@ impl<'t> Sweeper<'t> {
         };
         let Self {
             args,
-            workspace,
+            pushes,
             clock,
             ..
         } = self;
-        let push = args.push.then(|| {
-            push::Answer::of([a, b], pose, workspace, args.running.limits.budget(), clock)
-        });
+        let budget = args.running.limits.budget();
+        let push = pushes
+            .as_mut()
+            .map(|workspace| push::Answer::of([a, b], pose, workspace, budget, clock));
         Ok(Answer {
             said,
             contacts,

@@ -4,12 +4,13 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use punctual::clock::SystemClock;
-use punctual::{Budget, Pose, Tree, Workspace};
-use punctual_depenetrate::{PushOut, PushOutQuery};
+use punctual::glam::DVec3;
+use punctual::{Budget, Pose, Tree};
+use punctual_depenetrate::{Penetration, PenetrationQuery, PenetrationWorkspace};
 
 /// What was found at a pose, and the time it took.
 pub struct Answer {
-    found: PushOut,
+    found: punctual::Answer<Penetration>,
     pub time: Duration,
 }
 
@@ -18,12 +19,13 @@ impl Answer {
     pub fn of(
         [a, b]: [&Tree; 2],
         pose: &Pose,
-        workspace: &mut Workspace,
+        workspace: &mut PenetrationWorkspace,
         budget: Budget,
         clock: &SystemClock,
     ) -> Self {
         let start = Instant::now();
-        let found = PushOutQuery::new(a, b, *pose).run(workspace, budget.clock(clock));
+        let query = PenetrationQuery::new(a, b, *pose).push_only(true);
+        let found = query.run(workspace, budget.clock(clock));
         Self {
             found,
             time: start.elapsed(),
@@ -33,12 +35,18 @@ impl Answer {
     /// n is the direction in which B moves, and distance how far; both are empty where the budget ended before a push was
     /// found.
     pub fn print(&self, out: &mut impl Write, pose: usize) -> io::Result<()> {
-        let PushOut { push, stop, .. } = self.found;
-        let of_push = push.map(|push| {
-            let n = push.direction;
-            format!("{},{},{},{}", n.x, n.y, n.z, push.distance)
-        });
-        let of_push = of_push.unwrap_or_else(|| ",,,".into());
+        let (
+            Penetration {
+                high, direction, ..
+            },
+            stop,
+        ) = (self.found.value, self.found.stop);
+        let n = direction.unwrap_or(DVec3::X);
+        let of_push = if high < f64::INFINITY {
+            format!("{},{},{},{high}", n.x, n.y, n.z)
+        } else {
+            ",,,".into()
+        };
         writeln!(
             out,
             "{pose},push,,,,,,,,,,{of_push},,{},{stop}",

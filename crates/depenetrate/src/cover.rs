@@ -1,5 +1,4 @@
-//! A cover of translations: convex sets of translations of B at which the bodies meet, and the
-//! cones around 0 whose inner part these sets fill.
+//! A cover of translations: cones around 0 whose inner part known sets fill.
 //!
 //! A cone is spanned by three unit vectors. It keeps a radius below which all its translations are
 //! known to be blocked. One convex set advances it: a set that contains six points, three on the
@@ -10,12 +9,8 @@
 //! All points are tested on a slightly wider cone, so that roundings of translations and vertices
 //! leave no gap between neighboring cones. Proof in `docs/numerics.md`, "Penetration".
 
-use super::blocked::{Blocked, unit};
-use core::cmp::Ordering;
+use super::sets::{Convex, unit};
 use glam::DVec3;
-use punctual_geom::triangles_intersect;
-
-type Triangle = [DVec3; 3];
 
 /// Least widening of a cone before its points are tested, relative to its size.
 const WIDENING: f64 = 1.0 / 65536.0;
@@ -29,69 +24,14 @@ const DIRECTION_ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A length computed from a set is shortened by this before it is proven.
 const SHORTENING: f64 = 1e-10;
 
-/// How often a cone is split at most.
+/// How often an octant is split at most.
 const LEVELS: u8 = 12;
-
-/// Two triangles, and the translations of B at which they meet.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pair {
-    blocked: Blocked,
-    pub corners: [Triangle; 2],
-}
-
-/// Translations nearer to `center` than `radius`, of which those longer than `longest` are not
-/// known to be blocked.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ball {
-    pub center: DVec3,
-    pub radius: f64,
-    pub longest: f64,
-}
 
 /// What a set gives a cone: the new radius, and how far out the set reaches along each of its rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Advance {
     pub radius: f64,
     reach: [f64; 3],
-}
-
-impl Pair {
-    /// `b` is the triangle of B before any translation.
-    pub fn new([a, b]: [Triangle; 2]) -> Self {
-        Self {
-            blocked: Blocked::of(&a, &b),
-            corners: [a, b],
-        }
-    }
-
-    /// A box around the translations at which they meet.
-    pub fn bounds(&self) -> [DVec3; 2] {
-        let [a, b] = self.corners;
-        let least = |t: Triangle| t[0].min(t[1]).min(t[2]);
-        let most = |t: Triangle| t[0].max(t[1]).max(t[2]);
-        [least(a) - most(b), most(a) - least(b)]
-    }
-
-    /// Half the edge of a cube around 0 in which they meet, up to rounding.
-    pub fn margin(&self) -> f64 {
-        let margin = self.blocked.margin();
-        if margin < f64::INFINITY { margin } else { 0.0 }
-    }
-
-    /// True if it is proven that they meet at a translation, up to `rounding` per coordinate.
-    fn meet(&self, translation: DVec3) -> bool {
-        let [a, b] = &self.corners;
-        triangles_intersect(a, &b.map(|p| p + translation))
-    }
-
-    /// True if it is proven that they meet at all translations in a cube around 0, once its edges
-    /// are shorter by four roundings.
-    pub fn fills_cube(&self, half: f64) -> bool {
-        (0..8).all(|i| {
-            let sign = |axis: usize| if i >> axis & 1 == 0 { half } else { -half };
-            self.meet(DVec3::new(sign(0), sign(1), sign(2)))
-        })
-    }
 }
 
 /// Translations `t` in the cone over a spherical triangle with `|t| < radius` are blocked.
@@ -102,68 +42,31 @@ pub(super) struct Cone {
     /// Distance of the plane through the directions from 0, and the radius of the circle in them.
     pub plane: f64,
     pub inradius: f64,
-    pub level: u8,
-    /// The pair that advanced it last.
-    pub hint: u16,
-    /// A number of its own, so that cones are totally ordered.
-    pub number: u32,
+    level: u8,
 }
 
 impl Cone {
-    fn new(directions: [DVec3; 3]) -> Self {
+    fn new(radius: f64, directions: [DVec3; 3]) -> Self {
         let [p, q, r] = directions;
         let normal = (q - p).cross(r - p);
         let length = normal.length();
         let around = (q - p).length() + (r - q).length() + (p - r).length();
         Self {
-            radius: 0.0,
+            radius,
             directions,
             plane: normal.dot(p).abs() / length,
             inradius: length / around,
             level: 0,
-            hint: 0,
-            number: 0,
         }
     }
 
-    /// Twenty cones that fill space: those over the faces of an icosahedron.
-    pub fn all_around() -> [Self; 20] {
-        const PHI: f64 = 1.618_033_988_749_895;
-        let corner = |i: usize| {
-            let (s, t) = (
-                if i & 1 == 0 { 1.0 } else { -1.0 },
-                if i & 2 == 0 { PHI } else { -PHI },
-            );
-            unit(match i / 4 {
-                0 => DVec3::new(0.0, s, t),
-                1 => DVec3::new(s, t, 0.0),
-                _ => DVec3::new(t, 0.0, s),
-            })
-        };
-        // Corner numbers of the faces.
-        const FACES: [[usize; 3]; 20] = [
-            [0, 1, 8],
-            [0, 1, 10],
-            [0, 4, 5],
-            [0, 4, 8],
-            [0, 5, 10],
-            [1, 6, 7],
-            [1, 6, 8],
-            [1, 7, 10],
-            [2, 3, 9],
-            [2, 3, 11],
-            [2, 4, 5],
-            [2, 4, 9],
-            [2, 5, 11],
-            [3, 6, 7],
-            [3, 6, 9],
-            [3, 7, 11],
-            [4, 8, 9],
-            [5, 10, 11],
-            [6, 8, 9],
-            [7, 10, 11],
-        ];
-        FACES.map(|face| Self::new(face.map(corner)))
+    /// Cones that fill space, of this radius: the octants, each split once.
+    pub fn all_around(radius: f64) -> [Self; 32] {
+        core::array::from_fn(|i| {
+            let sign = |axis: usize| if i >> axis & 1 == 0 { 1.0 } else { -1.0 };
+            let axes = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+            Self::new(radius, axes).parts()[i / 8]
+        })
     }
 
     /// The unit vector in its middle.
@@ -173,15 +76,15 @@ impl Cone {
 
     /// Four cones that fill it; `None` if they would be too narrow.
     pub fn split(&self) -> Option<[Self; 4]> {
+        (self.level < LEVELS).then(|| self.parts())
+    }
+
+    fn parts(&self) -> [Self; 4] {
         let [x, y, z] = self.directions;
         let (xy, yz, zx) = (unit(x + y), unit(y + z), unit(z + x));
-        (self.level < LEVELS).then(|| {
-            [[x, xy, zx], [xy, y, yz], [zx, yz, z], [xy, yz, zx]].map(|directions| Self {
-                radius: self.radius,
-                level: self.level + 1,
-                hint: self.hint,
-                ..Self::new(directions)
-            })
+        [[x, xy, zx], [xy, y, yz], [zx, yz, z], [xy, yz, zx]].map(|directions| Self {
+            level: self.level + 1,
+            ..Self::new(self.radius, directions)
         })
     }
 
@@ -223,62 +126,31 @@ impl Rays {
         [p.min(q).min(r), p.max(q).max(r)]
     }
 
-    /// The largest distance of an inner point from `center`.
-    pub fn farthest(&self, center: DVec3) -> f64 {
-        let far = |ray: &DVec3| punctual_geom::length(*ray * self.inner - center);
-        self.along.iter().map(far).fold(0.0, f64::max)
+    /// One of the inner points.
+    pub fn first(&self) -> DVec3 {
+        self.along[0] * self.inner
     }
 
-    /// What the pair would give, not proven yet.
-    pub fn by_pair(&self, pair: &Pair) -> Option<Advance> {
+    /// What a set gives, not proven yet. `None` if it is no more than the radius `known`.
+    pub fn advance_by(&self, set: &dyn Convex, known: f64) -> Option<Advance> {
         let mut reach = [0.0; 3];
-        if !self
-            .along
-            .iter()
-            .all(|&ray| pair.blocked.holds(ray * self.inner))
-        {
-            return None;
-        }
         for (reach, &ray) in reach.iter_mut().zip(&self.along) {
-            *reach = pair.blocked.along(ray)[1];
-        }
-        self.advance(reach)
-    }
-
-    /// True if the pair gives it.
-    pub fn proves(&self, pair: &Pair, advance: &Advance) -> bool {
-        let ends = self.along.iter().zip(&advance.reach);
-        self.along.iter().all(|&ray| pair.meet(ray * self.inner))
-            && ends
-                .into_iter()
-                .all(|(&ray, &reach)| pair.meet(ray * reach))
-    }
-
-    /// What the ball gives.
-    pub fn by_ball(&self, ball: &Ball) -> Option<Advance> {
-        let center = ball.center / ball.radius;
-        let room = 1.0 - center.length_squared();
-        let mut reach = [0.0; 3];
-        for (reach, ray) in reach.iter_mut().zip(&self.along) {
-            // Roots of |x ray - center| = 1.
-            let (square, half) = (ray.length_squared(), ray.dot(center));
-            let root = libm::sqrt(half * half + square * room);
-            let [near, far] = [half - root, half + root].map(|x| x / square * ball.radius);
-            // False also for a negative square under the root.
-            if !(near < self.inner * (1.0 - SHORTENING) && far > self.radius) {
+            let [enter, leave] = set.along(ray);
+            if !(enter <= self.inner && leave > known) {
                 return None;
             }
-            *reach = far;
+            *reach = leave;
         }
         let advance = self.advance(reach)?;
-        let radius = advance.radius.min(ball.longest);
-        let ends = self.along.iter().zip(&advance.reach);
-        let holds =
-            |point: DVec3| punctual_geom::length(point - ball.center) < ball.radius * (1.0 - 1e-12);
-        let is_held = ends
-            .into_iter()
-            .all(|(&ray, &reach)| holds(ray * self.inner) && holds(ray * reach));
-        (is_held && radius > self.radius).then_some(Advance { radius, ..advance })
+        let radius = advance.radius.min(set.longest());
+        (radius > known).then_some(Advance { radius, ..advance })
+    }
+
+    /// True if the set gives it.
+    pub fn proves(&self, advance: &Advance, set: &dyn Convex) -> bool {
+        let mut ends = self.along.iter().zip(&advance.reach);
+        self.along.iter().all(|&ray| set.holds(ray * self.inner))
+            && ends.all(|(&ray, &reach)| set.holds(ray * reach))
     }
 
     /// The new radius of a cone whose rays a convex set contains up to these lengths.
@@ -309,31 +181,10 @@ impl Rays {
     }
 }
 
-impl Ord for Cone {
-    /// The one with the least radius is the greatest: the next to advance.
-    fn cmp(&self, other: &Self) -> Ordering {
-        let radius = other.radius.total_cmp(&self.radius);
-        radius.then(other.number.cmp(&self.number))
-    }
-}
-
-impl PartialOrd for Cone {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Cone {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Cone {}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sets::{Ball, Pair};
     use punctual_geom::random::Random;
 
     fn vector(random: &mut Random) -> DVec3 {
@@ -354,108 +205,70 @@ mod tests {
         let mut random = Random::new(3);
         for _ in 0..500 {
             let direction = unit(vector(&mut random));
-            let whole = Cone::all_around();
+            let whole = Cone::all_around(0.0);
             let mut cone = *whole.iter().find(|cone| is_in(cone, direction)).unwrap();
-            for level in 1..=LEVELS {
-                let parts = cone.split().unwrap();
+            assert!(cone.plane > 0.79);
+            while let Some(parts) = cone.split() {
                 cone = *parts.iter().find(|part| is_in(part, direction)).unwrap();
-                assert!(cone.level == level && cone.plane > 0.79 && cone.inradius > 0.0);
+                assert!(cone.plane > 0.79 && cone.inradius > 0.0);
             }
-            assert!(cone.split().is_none() && cone.plane > 1.0 - 1e-6);
+            assert!(cone.level == LEVELS && cone.plane > 1.0 - 1e-6);
         }
     }
 
-    /// Below the new radius all translations of the cone are blocked, and the radius is not much
-    /// less than it could be.
+    /// Up to the new radius the set holds all translations of the cone.
+    fn advanced(cone: &Cone, set: &dyn Convex, random: &mut Random) -> Option<f64> {
+        let rays = cone.rays(1e-15).unwrap();
+        let advance = rays.advance_by(set, cone.radius)?;
+        if !rays.proves(&advance, set) {
+            return None;
+        }
+        for _ in 0..20 {
+            let shares = [(); 3].map(|()| random.fraction() + 1e-300);
+            let direction = unit((0..3).map(|i| cone.directions[i] * shares[i]).sum());
+            let length = random.between(cone.radius, advance.radius);
+            assert!(set.holds(direction * length), "{cone:?} {direction:?}");
+        }
+        Some(advance.radius)
+    }
+
     #[test]
-    fn a_pair_advances_a_cone_as_far_as_it_meets() {
+    fn a_set_advances_a_cone_as_far_as_it_reaches() {
         let mut random = Random::new(7);
-        let (mut advanced, mut near) = (0, 0);
+        let (mut by_pair, mut near, mut by_ball) = (0, 0, 0);
         for _ in 0..20_000 {
+            let cone = Cone::all_around(0.0)[random.bits() as usize % 32];
             let triangle = |random: &mut Random| [(); 3].map(|()| vector(random));
             let pair = Pair::new([triangle(&mut random), triangle(&mut random)]);
-            let margin = 0.9 * pair.margin();
-            if margin < 0.01 || !pair.fills_cube(margin) {
-                continue;
+            let radius = 0.9 * pair.margin();
+            let cone = Cone { radius, ..cone };
+            if radius > 0.01
+                && pair.fills_cube(radius)
+                && let Some(reached) = advanced(&cone, &pair, &mut random)
+            {
+                // Somewhere just beyond they part.
+                let parts = |d: &DVec3| !pair.holds(d.normalize() * (1.3 * reached));
+                by_pair += 1;
+                near += usize::from(cone.directions.iter().any(parts));
             }
-            let cone = Cone {
-                radius: margin,
-                ..Cone::all_around()[random.bits() as usize % 20]
-            };
-            let cone = cone.split().unwrap()[random.bits() as usize % 4];
-            let rays = cone.rays(1e-15).unwrap();
-            let Some(advance) = rays.by_pair(&pair) else {
-                continue;
-            };
-            assert!(rays.proves(&pair, &advance));
-            advanced += 1;
-            for _ in 0..20 {
-                let shares = [(); 3].map(|()| random.fraction());
-                let direction = unit(
-                    (0..3)
-                        .map(|i| cone.directions[i] * shares[i])
-                        .sum::<DVec3>()
-                        + DVec3::splat(1e-300),
-                );
-                let length = advance.radius * random.fraction();
-                assert!(
-                    pair.meet(direction * length),
-                    "{pair:?} {direction:?} {length}"
-                );
-            }
-            // Somewhere just beyond they part.
-            let ends = rays
-                .along
-                .map(|ray| ray * (1.3 * advance.radius / ray.length()));
-            near += usize::from(ends.iter().any(|&end| !pair.meet(end)));
-        }
-        assert!(advanced > 300 && 2 * near > advanced, "{advanced} {near}");
-    }
-
-    #[test]
-    fn a_ball_advances_a_cone_as_far_as_it_reaches() {
-        let mut random = Random::new(9);
-        let mut advanced = 0;
-        for _ in 0..5000 {
             let ball = Ball {
                 center: vector(&mut random) * 0.5,
                 radius: random.between(0.3, 1.0),
-                longest: if random.bits() & 1 == 0 {
-                    f64::INFINITY
-                } else {
-                    0.4
-                },
+                longest: [0.4, f64::INFINITY][random.bits() as usize % 2],
             };
-            let cone = Cone {
-                radius: random.between(0.01, 0.3),
-                ..Cone::all_around()[random.bits() as usize % 20]
-            };
-            let Some(advance) = cone.rays(1e-15).unwrap().by_ball(&ball) else {
-                continue;
-            };
-            advanced += 1;
-            assert!(advance.radius > cone.radius && advance.radius <= ball.longest);
-            for _ in 0..20 {
-                let shares = [(); 3].map(|()| random.fraction());
-                let direction = unit((0..3).map(|i| cone.directions[i] * shares[i]).sum());
-                let length = random.between(cone.radius, advance.radius);
-                let distance = (direction * length - ball.center).length();
-                assert!(
-                    distance < ball.radius,
-                    "{ball:?} {cone:?} {direction:?} {length}"
-                );
-            }
+            let radius = random.between(0.01, 0.3);
+            let reached = advanced(&Cone { radius, ..cone }, &ball, &mut random);
+            assert!(reached.is_none_or(|reached| reached <= ball.longest));
+            by_ball += usize::from(reached.is_some());
         }
-        assert!(advanced > 500, "{advanced}");
+        assert!(by_pair > 300 && 2 * near > by_pair, "{by_pair} {near}");
+        assert!(by_ball > 500, "{by_ball}");
     }
 
     /// Where roundings are as large as the radius, nothing is claimed.
     #[test]
     fn a_cone_that_is_not_resolved_is_not_advanced() {
-        let cone = Cone {
-            radius: 1e-12,
-            ..Cone::all_around()[0]
-        };
+        let [cone, ..] = Cone::all_around(1e-12);
         assert!(cone.rays(1e-15).is_some() && cone.rays(1e-13).is_none());
     }
 }

@@ -1,8 +1,18 @@
-//! Push-out (depenetration): the shortest translation found that separates two surfaces, and the
-//! proof that it does.
+//! Penetration depth: how far one body has to move until it no longer penetrates another, as an
+//! interval with both ends proven, and a push (a translation) that separates them.
 //!
-//! It is a caller of [`Query`](punctual::Query): contacts give directions, a search finds the
-//! lengths, and an exact query checks each length.
+//! It is a caller of [`Query`](punctual::Query). Contacts give directions, and bisection the least
+//! length along each: `high` is the length of the shortest push after which an exact query finds the
+//! bodies apart. `low` comes from a cover of the shorter translations: it is the least radius of the
+//! cones around 0. The search advances the cone with the least radius by a set that it knows. If none
+//! helps, it asks what blocks a push along the middle of the cone: either nothing does, and the push
+//! is shorter than the best, or two triangles do, which give new sets.
+//!
+//! A set is the translations at which two triangles meet (module `sets`), or a ball: where a ball
+//! inside of A overlaps one inside of B, or holds a point of B's surface, the bodies meet.
+//!
+//! The search is a machine ([`machine`]): each step does little work, or puts one question to the
+//! trees, and changes the state only when the answer is complete. So it stops and continues anywhere.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(missing_docs)]
@@ -10,126 +20,240 @@
 
 extern crate alloc;
 
-mod blocked;
+mod balls;
+mod cones;
 mod cover;
 mod directions;
-mod penetration;
-mod search;
+mod machine;
+mod pushes;
+mod sets;
 
-pub use penetration::{
-    MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery, PenetrationWorkspace,
-};
-
-use core::time::Duration;
 use glam::DVec3;
+use machine::{Machine, State};
 use punctual::clock::ClockedBudget;
-use punctual::engine::Deadline;
-use punctual::{StopReason, Tree, Workspace};
+use punctual::tree::Solid;
+use punctual::{Answer, Budget, BuildOptions, Query, ResumeError, Tree, Workspace, shapes};
 use punctual_geom::Pose;
-use search::Search;
+use sets::Sets;
 
-/// Asks in which direction, and how far, B has to move until the surfaces no longer intersect.
-/// Cheap to make; make one for each pose.
+/// Maximum work by which a penetration query exceeds a budget of work.
+pub const MAX_PENETRATION_STEP_WORK: u64 = 4096;
+
+/// The default of [`PenetrationQuery::relative_tolerance`].
+const TOLERANCE: f64 = 1e-3;
+
+/// Asks how deep A and B penetrate each other: how far B has to be moved, at least, until they are
+/// apart, and in which direction. Cheap to make; make one for each pose.
 ///
-/// **Guarantee.** Every push that it returns has been checked, whenever it stops: an exact query,
-/// run to its end at the pose after the push, found that no triangle of A shares a point with one
-/// of B. More budget of work never gives a longer push. A shorter push may exist
-/// (`docs/guide/push_out.md`).
+/// **Guarantee.** `low <= depth <= high`, whenever it stops: at no translation of B shorter than
+/// `low` are they apart, and a push of the length `high` is known at which an exact query, run to
+/// its end, found them apart. Both bounds only improve with more budget of work. Where they are apart
+/// at the pose itself, both are 0.
+///
+/// Apart means: no triangle of A shares a point with one of B. With [`solid`](Self::solid) it also
+/// means that no component of one mesh is inside of the other.
+///
+/// `low` is best for meshes of large triangles, and for trees built as solids
+/// ([`BuildOptions::solid`](punctual::BuildOptions::solid)), since closed meshes tell inside from
+/// outside. The depth of coincident surfaces is 0, as is their `low`.
 ///
 /// ```
-/// use punctual::glam::{DMat3, DVec3};
-/// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
-/// use punctual_depenetrate::PushOutQuery;
-/// let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::icosphere(3)));
-/// let mut workspace = Workspace::new();
-/// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(1.9, 0.1, 0.0))?;
-/// let push = PushOutQuery::new(&a, &b, pose).run(&mut workspace, Budget::work(1_000_000)).push.unwrap();
-/// assert!(push.distance < 0.12 && push.direction.x > 0.9);
-/// let verdict = Query::intersection(&a, &b, push.b_in_a).run(&mut workspace, Budget::unlimited()).value;
-/// assert_eq!(verdict, Verdict::Separated);
-/// # Ok::<(), punctual::PoseError>(())
+/// use punctual::glam::DMat3;
+/// use punctual::tree::Solid;
+/// use punctual::{Budget, BuildOptions, Pose, Tree, shapes};
+/// use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
+/// let options = BuildOptions::default().solid(Solid::Keep);
+/// let ball = Tree::with_options(shapes::icosphere(3), &options);
+/// let mut workspace = PenetrationWorkspace::new();
+/// let pose = Pose::new(DMat3::IDENTITY, [1.9, 0.1, 0.0])?;
+/// let query = PenetrationQuery::new(&ball, &ball, pose).solid(true);
+/// let mut depth = query.run(&mut workspace, Budget::work(200_000));
+/// println!("between {} and {}", depth.value.low, depth.value.high);
+/// depth = query.resume(&mut workspace, Budget::work(2_000_000))?;
+/// assert!(0.08 < depth.value.low && depth.value.high < 0.11);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct PushOutQuery<'t> {
+pub struct PenetrationQuery<'t> {
     a: &'t Tree,
     b: &'t Tree,
-    b_in_a: Pose,
-    query_limit: u32,
+    asked: Asked,
 }
 
-/// A translation that separates the surfaces.
+/// All of a query but its trees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub struct Push {
-    /// Direction in which B moves: a unit vector in A's frame. The x axis if the surfaces do not
-    /// intersect.
-    pub direction: DVec3,
-    /// Length of the translation, in the length unit of the meshes. 0 if the surfaces do not
-    /// intersect.
-    pub distance: f64,
-    /// The pose after the push, at which the surfaces are separated: `direction * distance` is
-    /// added to the translation.
-    pub b_in_a: Pose,
+struct Asked {
+    b_in_a: Pose,
+    solid: bool,
+    push_only: bool,
+    tolerance: f64,
+    limit: f64,
 }
 
-/// The answer to a [`PushOutQuery`].
+/// Calls with equal keys belong to one query.
+type Key = ([usize; 2], Asked);
+
+/// The answer to a [`PenetrationQuery`]: `low <= depth <= high`, in the length unit of the meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
-pub struct PushOut {
-    /// The shortest push found. `None` if the budget ended before one was found.
-    pub push: Option<Push>,
-    /// Exact queries that were run, including the one that found the contacts.
-    pub queries: u32,
-    /// Why it returned. [`StopReason::Finished`] also at the limit of queries.
-    pub stop: StopReason,
-    /// Units of work, see [`Budget::work`](punctual::Budget::work).
-    pub work: u64,
-    /// Duration of the call; measured only under a time budget.
-    pub elapsed: Option<Duration>,
+pub struct Penetration {
+    /// Proven lower bound: no shorter translation separates them.
+    pub low: f64,
+    /// Proven upper bound: the length of the push. 0 if they are apart; infinite if no push was
+    /// found yet.
+    #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
+    pub high: f64,
+    /// Direction in which B moves by `high`: a unit vector in A's frame. `None` if they are apart,
+    /// or no push was found yet.
+    pub direction: Option<DVec3>,
+    /// The pose after the push, at which they are apart: `direction * high` is added to the
+    /// translation. The pose that was asked about if there is no direction.
+    pub b_in_a: Pose,
+    /// True if they penetrate deeper than [`PenetrationQuery::deeper_than`] says. `None` if that is
+    /// undecided, or no limit was set.
+    pub deeper: Option<bool>,
 }
 
-impl<'t> PushOutQuery<'t> {
+/// All that changes during a [`PenetrationQuery`], owned by the caller, about 2 MB. It does not
+/// allocate after it was made.
+#[derive(Debug)]
+pub struct PenetrationWorkspace {
+    engine: Workspace,
+    sets: Sets,
+    state: Option<State>,
+}
+
+impl Default for PenetrationWorkspace {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl PenetrationWorkspace {
+    /// Makes room for all that a query needs.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::with_engine(Workspace::with_capacity(4096, machine::CONTACTS))
+    }
+
+    /// Uses this workspace for the queries of which a penetration query consists.
+    #[must_use]
+    pub fn with_engine(mut engine: Workspace) -> Self {
+        // The first question about a point makes room in the workspace.
+        let solid = BuildOptions::default().solid(Solid::Keep);
+        let cube = Tree::with_options(shapes::cuboid([1.0; 3], 1), &solid);
+        if let Ok(query) = Query::signed_distance(&cube, [0.0; 3]) {
+            let _ = query.run(&mut engine, Budget::unlimited());
+        }
+        Self {
+            engine,
+            sets: Sets::new(),
+            state: None,
+        }
+    }
+}
+
+impl<'t> PenetrationQuery<'t> {
     /// Asks about the meshes of `a` and `b`, where `b_in_a` brings B's coordinates into A's.
     #[must_use]
     pub fn new(a: &'t Tree, b: &'t Tree, b_in_a: Pose) -> Self {
-        Self {
-            a,
-            b,
+        let asked = Asked {
             b_in_a,
-            query_limit: u32::MAX,
-        }
+            solid: false,
+            push_only: false,
+            tolerance: TOLERANCE,
+            limit: f64::INFINITY,
+        };
+        Self { a, b, asked }
     }
 
-    /// Stops after this many exact queries. By default there is no limit: the search ends by
-    /// itself, after about 40 queries at a shallow contact and 110 at a deep one (means over many
-    /// meshes).
+    /// Takes closed meshes as solids: a mesh inside of the other penetrates it. Needs trees built as
+    /// solids; others count as surfaces.
     #[must_use]
-    pub fn query_limit(mut self, queries: u32) -> Self {
-        self.query_limit = queries;
+    pub fn solid(mut self, solid: bool) -> Self {
+        self.asked.solid = solid;
         self
     }
 
-    /// Runs within a budget. It does not allocate, lock or panic. Afterwards the workspace holds no
-    /// run that could be resumed.
+    /// Looks only for a short push: `low` stays 0. The query is finished when it has tried 32
+    /// directions all around and then turned the best one by less and less. A shorter push may exist
+    /// (`docs/guide/push_out.md`).
+    ///
+    /// ```
+    /// use punctual::glam::{DMat3, DVec3};
+    /// use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
+    /// use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
+    /// let (a, b) = (Tree::new(shapes::icosphere(3)), Tree::new(shapes::icosphere(3)));
+    /// let mut workspace = PenetrationWorkspace::new();
+    /// let pose = Pose::new(DMat3::IDENTITY, DVec3::new(1.9, 0.1, 0.0))?;
+    /// let query = PenetrationQuery::new(&a, &b, pose).push_only(true);
+    /// let push = query.run(&mut workspace, Budget::work(1_000_000)).value;
+    /// assert!(push.high < 0.12 && push.direction.unwrap().x > 0.9);
+    /// let verdict = Query::intersection(&a, &b, push.b_in_a).run(&mut Workspace::new(), Budget::unlimited()).value;
+    /// assert_eq!(verdict, Verdict::Separated);
+    /// # Ok::<(), punctual::PoseError>(())
+    /// ```
+    #[must_use]
+    pub fn push_only(mut self, push_only: bool) -> Self {
+        self.asked.push_only = push_only;
+        self
+    }
+
+    /// The query is finished as soon as `high <= (1 + share) low`. 0.001 by default; negative
+    /// values and NaN count as 0.
+    #[must_use]
+    pub fn relative_tolerance(mut self, share: f64) -> Self {
+        self.asked.tolerance = share.max(0.0);
+        self
+    }
+
+    /// Asks only whether they penetrate deeper than this: the counterpart of
+    /// [`Query::closer_than`](punctual::Query::closer_than) for a negative distance. The query is
+    /// finished as soon as one of the bounds decides;
+    /// [`Penetration::deeper`] has the answer. Infinity disables the limit. Negative values and NaN
+    /// count as 0.
+    #[must_use]
+    pub fn deeper_than(mut self, depth: f64) -> Self {
+        self.asked.limit = depth.max(0.0);
+        self
+    }
+
+    /// Runs within a budget. It does not allocate, lock or panic.
     pub fn run<'c>(
         &self,
-        workspace: &mut Workspace,
+        workspace: &mut PenetrationWorkspace,
         budget: impl Into<ClockedBudget<'c>>,
-    ) -> PushOut {
-        let mut deadline = Deadline::of(budget.into());
-        let mut search = Search::new(self, workspace, &mut deadline);
-        let stop = search.run().err().unwrap_or(StopReason::Finished);
-        let (push, queries, work) = (search.best, search.queries, search.work);
-        workspace.forget_run();
-        PushOut {
-            push,
-            queries,
-            stop,
-            work,
-            elapsed: deadline.elapsed(),
-        }
+    ) -> Answer<Penetration> {
+        let state = workspace.state.insert(State::new(self));
+        workspace.engine.forget_run();
+        workspace.sets.clear();
+        let parts = (&mut workspace.engine, &mut workspace.sets, state);
+        Machine::new(self, parts, budget.into()).run()
+    }
+
+    /// Continues the stopped run that the workspace holds, with a fresh budget.
+    ///
+    /// However budgets of work cut a query into calls, the last answer equals that of one
+    /// uninterrupted run.
+    ///
+    /// # Errors
+    /// If the last run in this workspace was not of this query (the same trees, pose and options),
+    /// or is complete.
+    pub fn resume<'c>(
+        &self,
+        workspace: &mut PenetrationWorkspace,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Answer<Penetration>, ResumeError> {
+        let state = workspace.state.as_mut();
+        let is_stopped = |state: &&mut State| state.key == self.key() && !state.is_over();
+        let state = state.filter(is_stopped).ok_or(ResumeError)?;
+        let parts = (&mut workspace.engine, &mut workspace.sets, state);
+        Ok(Machine::new(self, parts, budget.into()).run())
+    }
+
+    fn key(&self) -> Key {
+        ([self.a, self.b].map(Tree::identity), self.asked)
     }
 }

@@ -25,7 +25,6 @@ mod manifolds;
 mod memory;
 mod motion;
 mod penetration;
-mod push_out;
 mod query;
 mod query_batch;
 mod rays;
@@ -66,7 +65,6 @@ mod _punctual3d {
     #[pymodule_export]
     use super::penetration::{Penetration, penetration};
     #[pymodule_export]
-    use super::push_out::{PushOut, push_out};
     #[pymodule_export]
     use super::query::{Collision, Query, collide};
     #[pymodule_export]

@@ -1,10 +1,10 @@
 //! How deep two meshes penetrate each other.
 
 use crate::answer::Answer;
-use crate::arrays::{Transform, column};
+use crate::arrays::{Transform, column, table};
 use crate::limit::Limit;
 use crate::tree::Surface;
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray2};
 use punctual::Clock;
 use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use pyo3::prelude::*;
@@ -38,22 +38,36 @@ impl Penetration {
             .map(|direction| column(py, direction.to_array().to_vec()))
     }
 
+    /// (4, 4): the pose after the push, at which they are apart: proven. None: they are apart, or none was found yet.
+    #[getter]
+    #[expect(non_snake_case, reason = "the name in Python")]
+    fn T<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let m = self.0.b_in_a.to_row_major();
+        let rows = [0, 4, 8].map(|at| [m[at], m[at + 1], m[at + 2], m[at + 3]]);
+        let matrix = |_| table(py, rows.into_iter().chain([LAST]));
+        self.0.direction.map(matrix).transpose()
+    }
+
     fn __repr__(&self) -> String {
         let punctual_depenetrate::Penetration { low, high, .. } = self.0;
         format!("<punctual3d.Penetration: {low} to {high}>")
     }
 }
 
+/// The last row of a matrix that is a pose.
+const LAST: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
 /// How deep a and b penetrate each other: the length of the shortest translation of b after which they are apart, bounded
 /// from both sides whenever the search stops.
 ///
 /// T: (4, 4) matrix that brings coordinates of b into those of a; the identity by default. solid: take the closed components
 /// of trees that were built with `solid="flip"` as solids, so that one inside of the other penetrates it.
-/// relative_tolerance: stop as soon as high <= (1 + relative_tolerance) low. budget: seconds; work: units of work.
+/// push_only: look only for a short translation, so that low stays 0; finished when 32 directions all around were tried and the
+/// best one turned. relative_tolerance: stop as soon as high <= (1 + relative_tolerance) low. budget: seconds; work: units of work.
 ///
 /// Raises ValueError for a T that is not rigid, and TypeError for wrong types.
 #[pyfunction]
-#[pyo3(signature = (a, b, T=None, *, solid=false, relative_tolerance=None, budget=None, work=None))]
+#[pyo3(signature = (a, b, T=None, *, solid=false, push_only=false, relative_tolerance=None, budget=None, work=None))]
 #[expect(
     non_snake_case,
     clippy::too_many_arguments,
@@ -65,6 +79,7 @@ pub fn penetration<'py>(
     b: Surface<'_>,
     T: Option<Transform>,
     solid: bool,
+    push_only: bool,
     relative_tolerance: Option<f64>,
     budget: Option<f64>,
     work: Option<u64>,
@@ -72,6 +87,7 @@ pub fn penetration<'py>(
     let limit = Limit::new(budget, work)?;
     let (a, b) = (&*a.arc, &*b.arc);
     let query = PenetrationQuery::new(a, b, T.unwrap_or_default().0).solid(solid);
+    let query = query.push_only(push_only);
     let query = match relative_tolerance {
         Some(share) => query.relative_tolerance(share),
         None => query,

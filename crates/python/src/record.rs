@@ -10,7 +10,6 @@ use crate::manifolds::Manifolds;
 use crate::memory::Memory;
 use crate::motion::Passage;
 use crate::penetration::Penetration;
-use crate::push_out::PushOut;
 use crate::query::Collision;
 use crate::query_batch::CollisionBatch;
 use crate::rays::RayHits;
@@ -72,7 +71,6 @@ records!(
         Manifolds,
         Passage,
         Penetration,
-        PushOut,
         RayHits,
         BodyHits
     ],

@@ -32,7 +32,6 @@ def records():
     yield from [punctual3d.distance(nothing, ball), punctual3d.closer_than(ball, ring, 0.6)]
     yield from [punctual3d.contacts(ball, ring, at(1.0), margin=0.02), punctual3d.contacts(ball, ring)]
     yield from [punctual3d.manifolds(ball, ring, at(1.0), skin=0.02), punctual3d.manifolds(ball, ring)]
-    yield from [punctual3d.push_out(ball, ring, at(1.0), work=work) for work in (100_000, 1)]
     yield from [punctual3d.penetration(ball, ring, at(1.0), work=work) for work in (100_000, 1)]
     origins = np.random.default_rng(2).normal(size=(50, 3)) * 2
     for mode in ("nearest", "all"):
@@ -178,7 +177,7 @@ def answer(tree, kind, pose):
 
 
 def test_workers_return_answers(ball, ring):
-    kinds = ["collide", "distance", "contacts", "push_out", "collide_batch"]
+    kinds = ["collide", "distance", "contacts", "collide_batch"]
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         said = pool.starmap(answer, [(ball, kind, at(1.0)) for kind in kinds])
     assert said == [answer(ball, kind, at(1.0)) for kind in kinds]

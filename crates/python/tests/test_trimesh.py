@@ -249,7 +249,7 @@ def test_meshes_in_place_of_trees(cube):
         assert punctual3d.contacts(a, b, pose) == punctual3d.contacts(tree, tree, pose)
         moving = {"T": at(3), "velocity": [-3.0, 0, 0]}
         assert punctual3d.motion(a, b, **moving) == punctual3d.motion(tree, tree, **moving)
-        assert punctual3d.push_out(a, b, pose, work=10_000) == punctual3d.push_out(tree, tree, pose, work=10_000)
+        assert punctual3d.penetration(a, b, pose, work=10_000) == punctual3d.penetration(tree, tree, pose, work=10_000)
         assert punctual3d.collide_batch(a, b, pose) == punctual3d.collide_batch(tree, tree, pose)
         assert punctual3d.distance_batch(a, b, at(3)) == punctual3d.distance_batch(tree, tree, at(3))
         for kind in (punctual3d.Query, punctual3d.DistanceQuery):

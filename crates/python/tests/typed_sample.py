@@ -74,7 +74,7 @@ p.motion(mesh, ring, rows, to=pose, time_tolerance=third, memory=memory), p.moti
 assert_type(way.touching_at, Union[float, None])
 moving = p.MotionQuery(ball, mesh, velocity=point.astype(np.float32), turn=(0, 0, 1), margins=point[:2])
 moving.run(work=two), moving.predict(), moving.estimate(), moving.certificate()
-push = p.push_out(ball, mesh, pose, query_limit=two, work=10_000)
+push = p.penetration(ball, mesh, pose, push_only=True, work=10_000)
 assert_type(push.T, Union[NDArray[np.float64], None])
 depth = p.penetration(ball, mesh, pose, solid=True, relative_tolerance=third, work=two)
 assert_type(depth.direction, Union[NDArray[np.float64], None])

@@ -9,7 +9,7 @@ use std::{env, error::Error, fs, iter};
 
 /// The sections of the header, each with the sources that it is made of. What a section needs stands in those before
 /// it.
-const SECTIONS: [(&str, &[&str]); 18] = [
+const SECTIONS: [(&str, &[&str]); 17] = [
     ("Errors, and the version", &["status"]),
     ("Points, boxes and poses", &["pose"]),
     ("Meshes", &["mesh", "shapes"]),
@@ -31,8 +31,10 @@ const SECTIONS: [(&str, &[&str]); 18] = [
         &["contacts", "patches", "manifolds"],
     ),
     ("Motion: until when are they free?", &["motion"]),
-    ("Push-out: what parts them?", &["push_out"]),
-    ("Penetration: how deep are they?", &["penetration"]),
+    (
+        "Penetration: how deep are they, and what parts them?",
+        &["penetration"],
+    ),
     ("Rays: what do they hit?", &["rays"]),
     ("Points: are they inside a solid?", &["points"]),
     (

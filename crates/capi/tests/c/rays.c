@@ -1,4 +1,4 @@
-/* Rays, and what follows from a distance or a contact: clearance and push-out. */
+/* Rays, and what follows from a distance or a contact: clearance and penetration. */
 
 #include "check.h"
 #include <math.h>
@@ -87,17 +87,9 @@ static void points_in_a_solid(const punctual_mesh *mesh, punctual_workspace *wor
   punctual_tree_free(solid);
 }
 
-static void clearance_and_push_out(const punctual_tree *cube, punctual_workspace *workspace) {
+static void clearance_and_penetration(const punctual_tree *cube, punctual_workspace *workspace) {
   punctual_pose pose = punctual_pose_identity();
   pose.m[3] = 1.9, pose.m[7] = 0.1;
-  punctual_push_out_query out = punctual_push_out_query_new(cube, cube, pose);
-  punctual_push_out push = {.size = sizeof push};
-  OK(punctual_push_out_query_run(&out, workspace, punctual_budget_work(3000000), NULL, &push));
-  CHECK(push.has_push && push.distance > 0.1 && push.distance < 0.15 && push.direction.x > 0.9 && push.queries > 1);
-  CHECK(push.b_in_a.m[3] > 2 && push.elapsed == -1 && push.work > 0);
-  OK(punctual_push_out_query_run(&out, workspace, punctual_budget_work(1), NULL, &push));
-  CHECK(!push.has_push && push.distance == 0 && push.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT);
-
   punctual_penetration_workspace *buffers;
   OK(punctual_penetration_workspace_new(&buffers));
   punctual_penetration_query deep = punctual_penetration_query_new(cube, cube, pose);
@@ -106,6 +98,10 @@ static void clearance_and_push_out(const punctual_tree *cube, punctual_workspace
   CHECK(depth.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT && depth.low <= depth.high);
   OK(punctual_penetration_query_resume(&deep, buffers, punctual_budget_work(3000000), NULL, &depth));
   CHECK(depth.has_push && depth.low > 0.09 && depth.high < 0.15 && depth.direction.x > 0.9);
+  deep.push_only = 1;
+  OK(punctual_penetration_query_run(&deep, buffers, punctual_budget_work(3000000), NULL, &depth));
+  CHECK(depth.has_push && depth.low == 0 && depth.high > 0.1 && depth.high < 0.15 && depth.direction.x > 0.9);
+  CHECK(depth.b_in_a.m[3] > 2 && depth.elapsed == -1 && depth.stop == PUNCTUAL_STOP_REASON_FINISHED);
   punctual_penetration_workspace_free(buffers);
 
   punctual_manifold_query touch = punctual_manifold_query_new(cube, cube, pose);
@@ -145,7 +141,7 @@ void rays(void) {
   one_ray(cube, workspace);
   many_rays(cube, workspace);
   points_in_a_solid(mesh, workspace);
-  clearance_and_push_out(cube, workspace);
+  clearance_and_penetration(cube, workspace);
   punctual_workspace_free(workspace);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);

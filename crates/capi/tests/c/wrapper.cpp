@@ -34,10 +34,10 @@ static_assert(std::is_constructible_v<punctual::ContactQuery, const Tree &, Tree
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree &, Pose>);
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree &, Tree, Pose>);
 static_assert(!std::is_constructible_v<punctual::ContactQuery, Tree, Tree, Pose>);
-static_assert(std::is_constructible_v<punctual::PushOutQuery, const Tree &, Tree &, Pose>);
-static_assert(!std::is_constructible_v<punctual::PushOutQuery, Tree, Tree &, Pose>);
-static_assert(!std::is_constructible_v<punctual::PushOutQuery, Tree &, Tree, Pose>);
-static_assert(!std::is_constructible_v<punctual::PushOutQuery, Tree, Tree, Pose>);
+static_assert(std::is_constructible_v<punctual::PenetrationQuery, const Tree &, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::PenetrationQuery, Tree, Tree &, Pose>);
+static_assert(!std::is_constructible_v<punctual::PenetrationQuery, Tree &, Tree, Pose>);
+static_assert(!std::is_constructible_v<punctual::PenetrationQuery, Tree, Tree, Pose>);
 static_assert(std::is_constructible_v<punctual::RayQuery, const Tree &, punctual_ray>);
 static_assert(!std::is_constructible_v<punctual::RayQuery, Tree, punctual_ray>);
 static_assert(std::is_constructible_v<punctual::RayBatch, const Tree &, const punctual_ray *, std::size_t>);
@@ -53,8 +53,8 @@ static_assert(std::is_trivially_copyable_v<punctual::DistanceQuery> &&
               sizeof(punctual::DistanceQuery) == sizeof(punctual_distance_query));
 static_assert(std::is_trivially_copyable_v<punctual::ContactQuery> &&
               sizeof(punctual::ContactQuery) == sizeof(punctual_contact_query));
-static_assert(std::is_trivially_copyable_v<punctual::PushOutQuery> &&
-              sizeof(punctual::PushOutQuery) == sizeof(punctual_push_out_query));
+static_assert(std::is_trivially_copyable_v<punctual::PenetrationQuery> &&
+              sizeof(punctual::PenetrationQuery) == sizeof(punctual_penetration_query));
 static_assert(std::is_trivially_copyable_v<punctual::RayQuery> &&
               sizeof(punctual::RayQuery) == sizeof(punctual_ray_query));
 static_assert(std::is_trivially_copyable_v<punctual::RayBatch> &&

@@ -76,8 +76,6 @@ constructors! {
         -> punctual_contact_query<'t>;
     punctual_manifold_query_new(punctual_manifold_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
         -> punctual_manifold_query<'t>;
-    punctual_push_out_query_new(punctual_push_out_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
-        -> punctual_push_out_query<'t>;
     punctual_penetration_query_new(punctual_penetration_query_init: a: Shape<'t>, b: Shape<'t>, pose: punctual_pose)
         -> punctual_penetration_query<'t>;
     punctual_motion_query_new(punctual_motion_query_init: a: Shape<'t>, b: Shape<'t>, motion: punctual_motion)

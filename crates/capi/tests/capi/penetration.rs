@@ -41,6 +41,7 @@ fn same(said: &punctual_penetration, expected: &Answer<Penetration>) {
         low,
         high,
         direction,
+        b_in_a,
         ..
     } = expected.value;
     let n = direction.unwrap_or(DVec3::ZERO);
@@ -49,7 +50,10 @@ fn same(said: &punctual_penetration, expected: &Answer<Penetration>) {
         [said.direction.x, said.direction.y, said.direction.z],
         n.to_array()
     );
-    assert_eq!(said.has_push, direction.is_some());
+    assert_eq!(
+        (said.has_push, said.b_in_a),
+        (direction.is_some(), raw(&b_in_a))
+    );
     assert_eq!((said.work, said.elapsed), (expected.stats.work, -1));
     assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
 }
@@ -68,15 +72,17 @@ fn penetrations_are_those_of_rust() {
     let mut other = PenetrationWorkspace::new();
     let away = Pose::new(tilted().rotation(), DVec3::new(9.0, 0.0, 0.0)).unwrap();
     let (mut pushes, mut resumed) = (0, 0);
-    for (pose, work, solid) in [
-        (tilted(), 1_000_000, 0),
-        (tilted(), 1_000_000, 1),
-        (tilted(), 10, 1),
-        (away, 100_000, 0),
+    for (pose, work, solid, push_only) in [
+        (tilted(), 1_000_000, 0, 0),
+        (tilted(), 1_000_000, 1, 0),
+        (tilted(), 3_000_000, 0, 1),
+        (tilted(), 10, 1, 0),
+        (away, 100_000, 0, 0),
     ] {
         let mut query = punctual_penetration_query_new(Some(&ours), Some(&ours), raw(&pose));
-        query.solid = solid;
-        let native = PenetrationQuery::new(&theirs, &theirs, pose).solid(solid != 0);
+        (query.solid, query.push_only) = (solid, push_only);
+        let native = PenetrationQuery::new(&theirs, &theirs, pose);
+        let native = native.solid(solid != 0).push_only(push_only != 0);
         let said = made(|out| call(RUN, &query, Some(&mut workspace), work, out));
         let expected = native.run(&mut other, Budget::work(work));
         same(&said, &expected);
@@ -90,7 +96,7 @@ fn penetrations_are_those_of_rust() {
             resumed += 1;
         }
     }
-    assert!(pushes == 2 && resumed > 0, "{pushes} {resumed}");
+    assert!(pushes == 3 && resumed > 0, "{pushes} {resumed}");
     punctual_penetration_workspace_free(Some(workspace));
     punctual_penetration_workspace_free(None);
 }

@@ -1,4 +1,4 @@
-//! Rays, push-out and clearance: the answers of Rust, and everything that is refused.
+//! Rays and clearance: the answers of Rust, and everything that is refused.
 
 use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
@@ -10,7 +10,6 @@ use punctual::glam::DVec3;
 use punctual::rays::{RayHit, RayMode};
 use punctual::{Budget, PairMemory, Pose, Query, Ray, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
-use punctual_depenetrate::PushOutQuery;
 
 const NO_HIT: punctual_ray_hit = punctual_ray_hit {
     triangle: PUNCTUAL_NO_TRIANGLE,
@@ -410,88 +409,6 @@ fn what_is_no_ray_is_refused_by_name() {
             "count",
         );
     }
-}
-
-fn push(
-    query: &punctual_push_out_query,
-    workspace: Option<&mut punctual_workspace>,
-    work: u64,
-    out: Option<&mut MaybeUninit<punctual_push_out>>,
-) -> Status {
-    // SAFETY: no clock of the caller's.
-    unsafe {
-        punctual_push_out_query_run(
-            asked(Some(query)),
-            workspace,
-            punctual_budget_work(work),
-            None,
-            slot(out),
-        )
-    }
-}
-
-#[test]
-fn pushes_are_those_of_rust() {
-    let (ours, theirs) = (
-        tree_of(&knot()),
-        Tree::new(shapes::torus_knot(2, 3, 0.2, 96)),
-    );
-    let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
-    let away = Pose::new(tilted().rotation(), DVec3::new(9.0, 0.0, 0.0)).unwrap();
-    let mut seen = [0; 2];
-    for (pose, work, limit) in [
-        (tilted(), 3_000_000, u32::MAX),
-        (tilted(), 3_000_000, 20),
-        (tilted(), 10, u32::MAX),
-        (away, 100_000, u32::MAX),
-    ] {
-        let mut query = punctual_push_out_query_new(Some(&ours), Some(&ours), raw(&pose));
-        query.query_limit = limit;
-        let said = made(|out| push(&query, Some(&mut workspace), work, out));
-        let native = PushOutQuery::new(&theirs, &theirs, pose).query_limit(limit);
-        let expected = native.run(&mut other, Budget::work(work));
-        assert_eq!(
-            (said.queries, said.work, said.elapsed),
-            (expected.queries, expected.work, -1)
-        );
-        assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
-        seen[usize::from(said.has_push)] += 1;
-        match expected.push {
-            None => {
-                assert_eq!(
-                    (said.has_push, said.direction, said.distance),
-                    (false, NO_POINT, 0.0)
-                );
-                assert_eq!(said.b_in_a.m, [0.0; 12]);
-            }
-            Some(found) => {
-                assert_eq!(
-                    (said.direction, said.distance),
-                    (point(found.direction.to_array()), found.distance)
-                );
-                assert_eq!((said.has_push, said.b_in_a), (true, raw(&found.b_in_a)));
-            }
-        }
-    }
-    assert_eq!(seen, [1, 3]);
-    let (tree, mut out) = (Some(&*ours), MaybeUninit::uninit());
-    let query = punctual_push_out_query_new(tree, tree, raw(&tilted()));
-    null_is_seen(
-        push(&punctual_push_out_query { a: None, ..query }, None, 1, None),
-        "query->a",
-    );
-    null_is_seen(
-        push(&punctual_push_out_query { b: None, ..query }, None, 1, None),
-        "query->b",
-    );
-    null_is_seen(push(&query, None, 1, None), "outcome");
-    null_is_seen(push(&query, None, 1, Some(&mut out)), "workspace");
-    let mut bad = query;
-    bad.b_in_a.m[0] = 2.0;
-    assert_eq!(
-        push(&bad, Some(&mut workspace), 1, Some(&mut out)),
-        Status::BadPose
-    );
 }
 
 #[test]

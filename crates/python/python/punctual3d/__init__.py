@@ -32,7 +32,6 @@ from ._punctual3d import (
     Passage,
     Prediction,
     Penetration,
-    PushOut,
     Quantiles,
     Query,
     RayHits,
@@ -57,7 +56,6 @@ from ._punctual3d import (
     motion,
     overlap,
     penetration,
-    push_out,
     rays,
 )
 from .collision_manager import CollisionManager, ContainedWarning
@@ -87,7 +85,6 @@ __all__ = [
     "Passage",
     "Prediction",
     "Penetration",
-    "PushOut",
     "Quantiles",
     "Query",
     "RayHits",
@@ -112,7 +109,6 @@ __all__ = [
     "motion",
     "overlap",
     "penetration",
-    "push_out",
     "rays",
     "shapes",
 ]

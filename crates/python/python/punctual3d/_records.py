@@ -28,7 +28,6 @@ _NAMES = [
     "Passage",
     "Prediction",
     "Penetration",
-    "PushOut",
     "Quantiles",
     "RayHits",
     "Report",

@@ -50,9 +50,9 @@ class ContactData:
 
     @property
     def depth(self) -> float:
-        """Not known: raises AttributeError. A surface has no depth; `push_out` tells how far two objects are to be
+        """Not known: raises AttributeError. A surface has no depth; `penetration` tells how far two objects are to be
         moved apart."""
-        raise AttributeError("depth: punctual3d knows surfaces, which have none; see punctual3d.push_out")
+        raise AttributeError("depth: punctual3d knows surfaces, which have none; see punctual3d.penetration")
 
     def index(self, name: str) -> int:
         """The triangle of the object of this name."""

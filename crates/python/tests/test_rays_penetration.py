@@ -1,4 +1,4 @@
-"""Rays, push-out and clearance: as geometry says, and as other questions say."""
+"""Rays, penetration and clearance: as geometry says, and as other questions say."""
 
 import threading
 import time
@@ -142,21 +142,16 @@ def test_errors_of_rays(cube, arguments, options, text):
 
 
 def test_a_push_parts_the_surfaces(ball, ring, touching):
-    push = punctual3d.push_out(ball, ring, touching)
-    assert push.stop == "finished" and push.distance > 0 and push.queries > 1
+    push = punctual3d.penetration(ball, ring, touching, push_only=True)
+    assert push.stop == "finished" and push.low == 0 < push.high
     assert punctual3d.collide(ball, ring, push.T).verdict == "separated"
     assert np.linalg.norm(push.direction) == pytest.approx(1) and np.array_equal(push.T[:3, :3], touching[:3, :3])
-    assert np.array_equal(push.T[:3, 3], touching[:3, 3] + push.direction * push.distance)
+    assert np.array_equal(push.T[:3, 3], touching[:3, 3] + push.direction * push.high)
     assert push.T[3].tolist() == [0, 0, 0, 1]
-    fewer = punctual3d.push_out(ball, ring, touching, query_limit=10)
-    assert fewer.queries <= 10 and (fewer.distance is None or fewer.distance >= push.distance)
-    none = punctual3d.push_out(ball, ring, touching, work=10)
-    assert (none.direction, none.distance, none.T, none.stop) == (None, None, None, "work-limit")
-    assert "none found" in repr(none)
-    apart = punctual3d.push_out(ball, ring)
-    assert apart.distance == 0 and apart.direction.tolist() == [1, 0, 0] and np.array_equal(apart.T, np.eye(4))
-    with pytest.raises(ValueError, match="T: "):
-        punctual3d.push_out(ball, ring, np.zeros((4, 4)))
+    none = punctual3d.penetration(ball, ring, touching, push_only=True, work=10)
+    assert (none.direction, none.high, none.T, none.stop) == (None, np.inf, None, "work-limit")
+    apart = punctual3d.penetration(ball, ring, push_only=True)
+    assert (apart.low, apart.high, apart.direction, apart.T) == (0, 0, None, None)
 
 
 def test_a_penetration_is_bounded_from_both_sides():

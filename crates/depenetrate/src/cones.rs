@@ -1,0 +1,169 @@
+//! The cover of the cones: which set advances one, what is asked if none does, and how it is split.
+
+use super::cover::{Advance, Cone};
+use super::machine::{Hand, Job, Machine, STEP, Step};
+use super::pushes::Push;
+use super::sets::{CONES, WORK_PER_BOX, WORK_PER_SET};
+use core::cmp::Reverse;
+
+/// Work to prove an advance by a pair.
+const WORK_PER_PROOF: u64 = 1200;
+
+/// The search ends after this many advances of a cone.
+const ADVANCES: u32 = 20_000;
+
+/// Balls are grown before the first cone if `low` is less than this share of `high`.
+const DEEP: f64 = 0.5;
+
+impl Machine<'_, '_, '_> {
+    /// Makes the first cones, with the radius known by now.
+    pub(super) fn start(&mut self) -> Step {
+        self.pay(2 * WORK_PER_PROOF)?;
+        let rounding = self.state.rounding;
+        if let Some((margin, pair)) = &self.state.widest
+            && 0.9 * margin > 64.0 * rounding
+            && pair.fills_cube(0.9 * margin)
+        {
+            let radius = 0.9 * margin - 8.0 * rounding;
+            self.state.raise_low(radius);
+        }
+        let radius = self.state.low;
+        self.state.job = if !self.state.seeds.is_empty() && radius < DEEP * self.state.high {
+            Job::Grow
+        } else if self.asked.asked.push_only || radius <= 64.0 * rounding {
+            self.explore_all()
+        } else {
+            for cone in Cone::all_around(radius) {
+                self.add_cone(cone);
+            }
+            self.state.seeds.clear();
+            Job::Pick
+        };
+        Ok(())
+    }
+
+    fn add_cone(&mut self, cone: Cone) {
+        let index = self.sets.cones.len();
+        self.sets.cones.push(cone);
+        self.sets.open.push(Reverse((cone.radius.to_bits(), index)));
+    }
+
+    /// Takes the cone with the least radius.
+    pub(super) fn pick(&mut self) -> Step {
+        self.pay(200)?;
+        self.state.job = Job::Over;
+        if let Some(Reverse((_, index))) = self.sets.open.pop() {
+            let cone = self.sets.cones[index];
+            self.state.raise_low(cone.radius);
+            self.state.advances += 1;
+            if self.state.advances < ADVANCES && cone.rays(self.state.rounding).is_some() {
+                self.state.hand = Some(Hand {
+                    index,
+                    cone,
+                    proven: cone.radius,
+                    has_asked: false,
+                });
+                self.state.job = Job::Try(0, None);
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts the cone in hand back, with the radius that is proven.
+    pub(super) fn put_back(&mut self) -> Job {
+        if let Some(Hand { index, proven, .. }) = self.state.hand.take() {
+            self.sets.cones[index].radius = proven;
+            self.sets.open.push(Reverse((proven.to_bits(), index)));
+        }
+        Job::Pick
+    }
+
+    /// Tries some of the known sets.
+    pub(super) fn try_sets(&mut self, mut next: usize, mut best: Option<(Advance, usize)>) -> Step {
+        let hand = self.state.hand;
+        let rays = hand.and_then(|hand| Some((hand, hand.cone.rays(self.state.rounding)?)));
+        let Some((mut hand, rays)) = rays else {
+            return Ok(());
+        };
+        self.begin(STEP)?;
+        let (sets, bounds, high) = (&*self.sets, rays.bounds(), self.state.high);
+        let mut work = 64;
+        while next < sets.len() && work < STEP - WORK_PER_SET - WORK_PER_PROOF {
+            work += WORK_PER_BOX;
+            if sets.may_hold(next, &rays, bounds) {
+                work += WORK_PER_SET;
+                let known = best.map_or(hand.proven, |(best, _)| best.radius);
+                if let Some(advance) = rays.advance_by(sets.get(next), known) {
+                    best = Some((advance, next));
+                    if advance.radius >= high {
+                        break;
+                    }
+                }
+            }
+            next += 1;
+        }
+        let is_enough = best.is_some_and(|(best, _)| best.radius >= high);
+        if next < sets.len() && !is_enough {
+            self.spend(work);
+            self.state.job = Job::Try(next, best);
+            return Ok(());
+        }
+        if let Some((advance, number)) = best
+            && rays.proves(&advance, sets.get(number))
+        {
+            hand.proven = advance.radius;
+        }
+        self.spend(work + WORK_PER_PROOF);
+        self.state.hand = Some(hand);
+        let goal = high.min(4.0 * hand.cone.radius);
+        let gains = hand.proven >= high
+            || hand.proven > hand.cone.radius + 0.25 * (goal - hand.cone.radius);
+        if hand.has_asked {
+            let [asked, helped, _] = &mut self.state.trials;
+            (*asked, *helped) = (*asked + 1, *helped + u32::from(gains));
+        }
+        self.state.job = match (gains, hand.has_asked) {
+            (true, _) => self.put_back(),
+            (false, true) => Job::Split,
+            (false, false) => Job::Push(Push::new(hand.cone.middle(), hand.proven)),
+        };
+        Ok(())
+    }
+
+    /// New sets for the cone in hand, if they are worth it: one in eight attempts helped, or the
+    /// last seven were skipped. Otherwise it is split.
+    pub(super) fn after_block(&mut self) -> Job {
+        let [asked, helped, skipped] = &mut self.state.trials;
+        *skipped += 1;
+        if *asked >= 8 && 8 * *helped < *asked && *skipped < 8 {
+            self.state.seeds.clear();
+            return Job::Split;
+        }
+        *skipped = 0;
+        Job::List
+    }
+
+    /// Splits the cone in hand.
+    pub(super) fn split(&mut self) -> Step {
+        self.pay(600)?;
+        self.state.job = Job::Over;
+        if let Some(Hand {
+            index,
+            mut cone,
+            proven,
+            ..
+        }) = self.state.hand.take()
+            && let has_room = self.sets.cones.len() + 3 <= CONES
+            && let Some([first, rest @ ..]) = {
+                cone.radius = proven;
+                cone.split().filter(|_| has_room)
+            }
+        {
+            self.sets.cones[index] = first;
+            self.sets.open.push(Reverse((proven.to_bits(), index)));
+            rest.into_iter().for_each(|cone| self.add_cone(cone));
+            self.state.job = Job::Pick;
+        }
+        Ok(())
+    }
+}

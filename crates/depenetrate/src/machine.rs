@@ -1,0 +1,322 @@
+//! The machine: what a penetration query keeps from step to step, and its loop.
+//!
+//! A step does the job of the state. A job either pays for its work and does it, or puts one
+//! question to the trees. If the budget ends a question, the job begins anew in the next call and
+//! the question continues, since its workspace knows it. So a job changes nothing before the answer.
+
+use super::balls::Seed;
+use super::cover::{Advance, Cone};
+use super::directions::Segments;
+use super::pushes::{Push, TURN};
+use super::sets::{Pair, Sets, Triangle};
+use super::{Key, MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery};
+use arrayvec::ArrayVec;
+use glam::{DMat3, DVec3};
+use punctual::clock::ClockedBudget;
+use punctual::engine::{Ask, Deadline, Question};
+use punctual::intersection::Intersection;
+use punctual::{Answer, Budget, PairMemory, Query, Stats, StopReason, Tree, Verdict, Workspace};
+use punctual_geom::Pose;
+
+/// Work of the longest job outside of queries.
+pub(super) const STEP: u64 = MAX_PENETRATION_STEP_WORK;
+
+/// Pairs of triangles in contact that are read.
+pub(super) const CONTACTS: usize = 128;
+
+/// Rounding of a coordinate of B after a push, relative to the coordinates: proof in
+/// `docs/numerics.md`.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// The error is the reason why a call ends.
+pub(super) type Step<T = ()> = Result<T, StopReason>;
+
+/// What the search does next.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Job {
+    /// Lists the contacts at the pose, or just outside of the cone in hand.
+    List,
+    /// Reads those from this one on.
+    Read(usize),
+    /// Takes the next of the likely directions.
+    Explore,
+    Push(Push),
+    /// Makes balls of the seeds.
+    Grow,
+    /// Makes the first cones.
+    Start,
+    /// Takes the cone with the least radius in hand.
+    Pick,
+    /// Tries the sets from this one on; the best one by now.
+    Try(usize, Option<(Advance, usize)>),
+    Split,
+    Over,
+}
+
+/// The cone that is advanced.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hand {
+    pub index: usize,
+    pub cone: Cone,
+    /// The radius that is proven by now.
+    pub proven: f64,
+    /// New sets were asked for, so that it is split if they do not help.
+    pub has_asked: bool,
+}
+
+#[derive(Debug)]
+pub(super) struct State {
+    pub key: Key,
+    pub job: Job,
+    memory: PairMemory,
+    pub segments: Option<Segments>,
+    /// Of the contacts at the pose, the pair of triangles with the largest margin.
+    pub widest: Option<(f64, Pair)>,
+    /// Directions to explore, the last one first.
+    pub likely: ArrayVec<DVec3, 40>,
+    /// The angle by which the best direction is turned, 0 before the first turn, and the best push
+    /// before this turn.
+    pub turn: f64,
+    pub turned: Option<f64>,
+    pub seeds: ArrayVec<Seed, 16>,
+    pub hand: Option<Hand>,
+    pub advances: u32,
+    /// How often new sets were asked for, how often they helped, and how often they were not asked
+    /// for since.
+    pub trials: [u32; 3],
+    /// No translation that is shorter separates.
+    pub low: f64,
+    pub high: f64,
+    pub direction: DVec3,
+    /// Largest rounding of a coordinate of B after a push.
+    pub rounding: f64,
+    /// Lengths in B's frame are at least so much in A's.
+    pub least_scale: f64,
+    pub back: Pose,
+    /// For A, up to which length of a push a point of B that is inside of A proves that they are not
+    /// apart; the same for B.
+    pub longest: [f64; 2],
+    stats: Stats,
+}
+
+pub(super) struct Machine<'s, 't, 'c> {
+    pub asked: &'s PenetrationQuery<'t>,
+    pub engine: &'s mut Workspace,
+    pub sets: &'s mut Sets,
+    pub state: &'s mut State,
+    deadline: Deadline<'c>,
+    /// False at the first step of a call. It may exceed a budget that is not 0, so that every call
+    /// gets on.
+    has_moved: bool,
+}
+
+impl State {
+    pub fn new(query: &PenetrationQuery<'_>) -> Self {
+        let pose = &query.asked.b_in_a;
+        let largest = |tree: &Tree| {
+            let bounds = tree.mesh().aabb();
+            bounds.min.abs().max(bounds.max.abs()).max_element()
+        };
+        let magnitude =
+            largest(query.a) + 4.0 * largest(query.b) + pose.translation().abs().max_element();
+        let rounding = ROUNDING * magnitude + f64::MIN_POSITIVE;
+        let rotation = pose.rotation();
+        let defect = rotation.transpose() * *rotation - DMat3::IDENTITY;
+        let defect = defect
+            .to_cols_array()
+            .map(f64::abs)
+            .into_iter()
+            .fold(0.0, f64::max);
+        let least_scale = libm::sqrt((1.0 - 3.0 * defect).max(0.0)) * (1.0 - 1e-12);
+        let longest = |of_b| (query.longest(of_b) - 16.0 * rounding).max(0.0);
+        Self {
+            key: query.key(),
+            job: Job::List,
+            memory: PairMemory::without_clearance(),
+            segments: None,
+            widest: None,
+            likely: ArrayVec::new(),
+            turn: TURN,
+            turned: None,
+            seeds: ArrayVec::new(),
+            hand: None,
+            advances: 0,
+            trials: [0; 3],
+            low: 0.0,
+            high: f64::INFINITY,
+            direction: DVec3::ZERO,
+            rounding,
+            least_scale,
+            back: pose.inverse().unwrap_or(Pose::IDENTITY),
+            longest: [false, true].map(longest),
+            stats: Stats::default(),
+        }
+    }
+
+    pub fn is_over(&self) -> bool {
+        let (_, asked) = self.key;
+        matches!(self.job, Job::Over)
+            || self.high <= (1.0 + asked.tolerance) * self.low
+            || self.deeper().is_some()
+    }
+
+    fn deeper(&self) -> Option<bool> {
+        let limit = self.key.1.limit;
+        match limit {
+            f64::INFINITY => None,
+            _ if self.low > limit => Some(true),
+            _ if self.high <= limit => Some(false),
+            _ => None,
+        }
+    }
+
+    /// No translation shorter than this separates.
+    pub fn raise_low(&mut self, radius: f64) {
+        self.low = self.low.max(radius.min(self.high));
+    }
+
+    /// A push of this length is proven to separate.
+    pub fn separates(&mut self, direction: DVec3, length: f64) {
+        if length < self.high {
+            (self.high, self.direction) = (length, direction);
+        }
+    }
+}
+
+impl<'s, 't, 'c> Machine<'s, 't, 'c> {
+    pub fn new(
+        asked: &'s PenetrationQuery<'t>,
+        (engine, sets, state): (&'s mut Workspace, &'s mut Sets, &'s mut State),
+        budget: ClockedBudget<'c>,
+    ) -> Self {
+        Self {
+            asked,
+            engine,
+            sets,
+            state,
+            deadline: Deadline::of(budget),
+            has_moved: false,
+        }
+    }
+
+    /// Continues until the search is over or the deadline stops it.
+    pub fn run(mut self) -> Answer<Penetration> {
+        let stop = loop {
+            if self.state.is_over() {
+                self.state.job = Job::Over;
+                break StopReason::Finished;
+            }
+            if let Err(stop) = self.step() {
+                break stop;
+            }
+            self.has_moved = true;
+        };
+        let state = self.state;
+        if let Some(elapsed) = self.deadline.elapsed() {
+            let total = &mut state.stats.elapsed;
+            *total = Some(total.unwrap_or_default().saturating_add(elapsed));
+        }
+        let direction = (state.direction != DVec3::ZERO).then_some(state.direction);
+        let push = direction.map_or(DVec3::ZERO, |direction| direction * state.high);
+        let value = Penetration {
+            low: state.low,
+            high: state.high,
+            direction,
+            b_in_a: self.asked.pushed(push),
+            deeper: state.deeper(),
+        };
+        Answer::of(value, stop, state.stats)
+    }
+
+    fn step(&mut self) -> Step {
+        match self.state.job {
+            Job::List => self.list(),
+            Job::Read(next) => self.read(next),
+            Job::Explore => self.explore(),
+            Job::Push(push) => self.push(push),
+            Job::Grow => self.grow(),
+            Job::Start => self.start(),
+            Job::Pick => self.pick(),
+            Job::Try(next, best) => self.try_sets(next, best),
+            Job::Split => self.split(),
+            Job::Over => Ok(()),
+        }
+    }
+
+    /// Begins a job of at most this work outside of queries, if there is room for it.
+    pub fn begin(&mut self, work: u64) -> Step {
+        let needed = if self.has_moved { work } else { 1 };
+        if !self.deadline.has_room(needed) {
+            return Err(self.deadline.why(needed));
+        }
+        Ok(())
+    }
+
+    /// Does a job of this work outside of queries, if there is room for it.
+    pub fn pay(&mut self, work: u64) -> Step {
+        self.begin(work)?;
+        self.spend(work);
+        Ok(())
+    }
+
+    /// Adds work that was done outside of queries.
+    pub fn spend(&mut self, work: u64) {
+        self.deadline.spend(work);
+        self.state.stats.work += work;
+    }
+
+    /// Puts a question to the trees, or continues it.
+    pub fn ask<Q: Question>(&mut self, query: &Query<'_, Q>) -> Step<Q::Value>
+    where
+        for<'q> Query<'q, Q>: Ask<Q>,
+    {
+        let memory = &mut self.state.memory;
+        let before = if query.is_stopped_in(self.engine) {
+            self.engine.stats()
+        } else {
+            query.begin(self.engine, Some(memory), Budget::unlimited());
+            Stats::default()
+        };
+        let answer = query.spend(self.engine, Some(memory), &mut self.deadline);
+        let (now, stats) = (self.engine.stats(), &mut self.state.stats);
+        stats.work += now.work - before.work;
+        stats.bv_tests += now.bv_tests - before.bv_tests;
+        stats.primitive_tests += now.primitive_tests - before.primitive_tests;
+        stats.exact_tests += now.exact_tests - before.exact_tests;
+        match answer.stop {
+            stop if stop.is_final() || stop == StopReason::PairsFull => Ok(answer.value),
+            stop => Err(stop),
+        }
+    }
+
+    /// What blocks a push, if anything does.
+    pub fn obstacle(&mut self, at: DVec3) -> Step<Verdict> {
+        let query = Query::intersection(self.asked.a, self.asked.b, self.asked.pushed(at));
+        self.ask(&self.asked.kind(query))
+    }
+
+    /// The corners of two triangles in A's frame, before a push.
+    pub fn corners(&self, [x, y]: [u32; 2]) -> [Triangle; 2] {
+        let PenetrationQuery { a, b, asked } = self.asked;
+        let of_b = b.mesh().triangle(y as usize);
+        let of_b = of_b.map(|p| asked.b_in_a.transform_point(p));
+        [a.mesh().triangle(x as usize), of_b]
+    }
+}
+
+impl PenetrationQuery<'_> {
+    /// The question about solids, or about surfaces only.
+    pub(super) fn kind<'q>(&self, query: Query<'q, Intersection>) -> Query<'q, Intersection> {
+        if self.asked.solid {
+            query
+        } else {
+            query.surfaces()
+        }
+    }
+
+    /// The pose after a push; that before it if the push leads out of the range of poses.
+    pub(super) fn pushed(&self, at: DVec3) -> Pose {
+        let pose = &self.asked.b_in_a;
+        Pose::new(pose.rotation(), pose.translation() + at).unwrap_or(*pose)
+    }
+}
