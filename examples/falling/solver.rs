@@ -22,7 +22,7 @@ pub const SKIN: f64 = 0.005;
 pub const SLOP: f64 = 0.001;
 /// What is closer is pushed away like by an overdamped spring: its cycles a second, its damping
 /// ratio, and the largest speed of the push.
-const CYCLES: f64 = 30.0;
+const CYCLES: f64 = 120.0;
 const DAMPING: f64 = 10.0;
 const PUSH: f64 = 2.0;
 /// Share of the spin that is left after a second.

@@ -17,7 +17,7 @@
 pub(super) mod run;
 
 use super::ray::state::RayHit;
-use crate::contact::manifold::{Manifold, ManifoldPoint, Octagon, Shape, Skin, choose};
+use crate::contact::manifold::{Before, Manifold, ManifoldPoint, Octagon, Shape, Skin, choose};
 use crate::sets::{find, unite};
 use crate::tree::Tree;
 use alloc::vec::Vec;
@@ -678,7 +678,11 @@ impl Group {
 
     /// The other probes: those that span most. Around a small region with a vertex, none: points of
     /// its curve, where the depth is 0, are `found` without rays.
-    fn wide_probes(&self, found: &mut Vec<ManifoldPoint>) -> ArrayVec<Probe, PROBES> {
+    fn wide_probes(
+        &self,
+        found: &mut Vec<ManifoldPoint>,
+        before: Before,
+    ) -> ArrayVec<Probe, PROBES> {
         if self.cuts <= SMALL && !found.is_empty() {
             let curve = self.farthest[2].values();
             found.extend(curve.map(|&place| ManifoldPoint::new([place; 2], self.normal, 0.0)));
@@ -704,13 +708,13 @@ impl Group {
             candidate.id = id;
             candidates.push(candidate);
         }
-        let chosen = choose(self.normal, &candidates);
+        let chosen = choose(self.normal, &candidates, 1.0, before.stay(&candidates));
         let probes = chosen.iter().map(|candidate| all[candidate.id as usize]);
         probes.collect()
     }
 
     /// The manifold of the points found.
-    fn manifold(&self, probing: &mut Probing, is_whole: bool) -> Manifold {
+    fn manifold(&self, probing: &mut Probing, before: Before, is_whole: bool) -> Manifold {
         let found = &mut probing.found;
         // Of equal depths, those that span most come first.
         found.reverse();
@@ -723,7 +727,7 @@ impl Group {
             let curve = self.farthest[2].values();
             found.extend(curve.map(|&place| ManifoldPoint::new([place; 2], normal, 0.0)));
         }
-        let mut manifold = Manifold::of(self.axis(), found);
+        let mut manifold = Manifold::of(self.axis(), found, 1.0, before);
         manifold.normal = normal;
         manifold.is_overlap = true;
         manifold.is_whole = is_whole && !probing.is_unknown;
@@ -858,6 +862,8 @@ pub(super) struct Reduction {
     pub skin: Skin,
     /// True when all pairs are listed.
     pub is_listed: bool,
+    /// True until the first call of the query.
+    pub is_new: bool,
 }
 
 impl Reduction {

@@ -11,7 +11,7 @@
 //! that neighbor is closer, so it is listed too, and the way ends at a pair that stays. Where
 //! surfaces are oriented, pairs on the inner side of one are dropped too.
 
-use super::{Manifold, ManifoldPoint, Octagon, area};
+use super::{Before, Manifold, ManifoldPoint, Octagon, area};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -37,9 +37,6 @@ const FACING: f64 = 0.989;
 /// Cosine of the largest angle, 7 degrees, between a normal and the one that it is replaced by:
 /// that of an overlap, or of the nearest point.
 const SAME: f64 = 0.992_5;
-
-/// Of points one above the other the nearer counts as farther out, by this part of the difference.
-const LEAN: f64 = 0.1;
 
 /// Triangles are no nearer than the nearest point of a manifold if their lower bound, which `f32`
 /// has rounded, is this part of its distance.
@@ -69,6 +66,10 @@ pub(crate) struct Shape<'t> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Skin {
     pub width: f64,
+    /// A point counts as farther out by this much for each unit of length that it is nearer: the
+    /// size of the smaller mesh over the width of the skin. So the extremes are the points that
+    /// meet first when a body turns.
+    lean: f64,
     cones: Vec<Cone>,
 }
 
@@ -81,8 +82,14 @@ struct Cone {
 }
 
 impl Skin {
-    pub fn begin(&mut self, width: f64) {
+    /// `size` is that of the smaller mesh.
+    pub fn begin(&mut self, width: f64, size: f64) {
         self.width = width;
+        self.lean = if width > 0.0 {
+            larger(size / width, 1e-6)
+        } else {
+            1.0
+        };
         self.cones.clear();
         self.cones.reserve(CONES);
     }
@@ -113,7 +120,7 @@ impl Skin {
         };
         let point = ManifoldPoint::new(found.points, normal, found.high);
         let cone = self.cone(normal);
-        if cone.is_some_and(|cone| !self.cones[cone].may_gain(&point, corners))
+        if cone.is_some_and(|cone| !self.cones[cone].may_gain(&point, corners, self.lean))
             || normal == DVec3::ZERO
         {
             return true;
@@ -168,7 +175,7 @@ impl Skin {
             along > 0.0
                 && along * along > FACING * square
                 && low >= NEAR * cone.nearest.distance
-                && !cone.farthest.may_gain_in(corners, -LEAN * low)
+                && !cone.farthest.may_gain_in(corners, -self.lean * low)
         })
     }
 
@@ -188,7 +195,7 @@ impl Skin {
         if self.cone(normal).is_some_and(|cone| {
             !self.cones[cone]
                 .farthest
-                .may_gain_in(corners, -LEAN * least)
+                .may_gain_in(corners, -self.lean * least)
         }) {
             return;
         }
@@ -236,7 +243,7 @@ impl Skin {
             point.distance < cone.nearest.distance
                 || cone
                     .farthest
-                    .may_gain(point.points[0], 0.0, -LEAN * point.distance)
+                    .may_gain(point.points[0], 0.0, -self.lean * point.distance)
         })
     }
 
@@ -253,14 +260,14 @@ impl Skin {
         if point.distance < cone.nearest.distance {
             cone.nearest = point;
         }
-        let bonus = -LEAN * point.distance;
+        let bonus = -self.lean * point.distance;
         cone.farthest.insert_with(point.points[0], bonus, point);
     }
 
     /// Adds the manifolds of all points so far to those of overlaps. Normals nearly equal to that
     /// of an overlap, or else to that of the nearest point, become it: two faces that face each
     /// other are not quite parallel, and which of both normals a point has is chance.
-    pub fn tell(&self, all: &mut Vec<Manifold>) {
+    pub fn tell(&self, all: &mut Vec<Manifold>, before: Before) {
         let overlaps = all.len();
         for cone in &self.cones {
             let turned = |mut point: ManifoldPoint| {
@@ -279,7 +286,7 @@ impl Skin {
             let nearest = turned(cone.nearest);
             let span = area(nearest.normal, &points);
             points.push(nearest);
-            let mut manifold = Manifold::of(nearest.normal, &points);
+            let mut manifold = Manifold::of(nearest.normal, &points, 1.0 / self.lean, before);
             if let Some((area, centroid)) = span {
                 (manifold.area, manifold.centroid) = (area, centroid);
             }
@@ -291,7 +298,7 @@ impl Skin {
 impl Cone {
     /// True if the common area of two triangles with this point may hold a point to keep.
     #[inline(always)]
-    fn may_gain(&self, point: &ManifoldPoint, corners: [&[DVec3; 3]; 2]) -> bool {
+    fn may_gain(&self, point: &ManifoldPoint, corners: [&[DVec3; 3]; 2], lean: f64) -> bool {
         // The area is in both triangles, seen along the normal, so no wider than the smaller one.
         let radius = |side: usize| {
             let [p, q, r] = corners[side];
@@ -306,7 +313,7 @@ impl Cone {
             )
         };
         let radius = libm::sqrt(smaller(radius(0), radius(1)));
-        let bonus = -LEAN * point.distance;
+        let bonus = -lean * point.distance;
         point.distance < self.nearest.distance
             || self.farthest.may_gain(point.points[0], radius, bonus)
                 && self.farthest.may_gain_in(corners, bonus)

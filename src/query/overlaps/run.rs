@@ -1,7 +1,7 @@
 //! Runs the steps of the overlaps within a deadline.
 
 use super::{ACROSS, Overlaps, Phase, REGION_LIMIT, STEP, Stage, is_closed};
-use crate::contact::manifold::Shape;
+use crate::contact::manifold::{Before, Shape};
 use crate::model::cost::{
     WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST, WORK_PER_REGION_TRIANGLE,
 };
@@ -20,6 +20,7 @@ use punctual_geom::{Pose, Ray};
 /// Continues with the overlaps until they are done or the deadline stops.
 pub(in crate::query) fn advance(
     shape: Shape,
+    before: Before,
     to_b: &Pose,
     workspace: &mut Workspace,
     deadline: &mut Deadline,
@@ -36,7 +37,7 @@ pub(in crate::query) fn advance(
                 break reason;
             }
         }
-        let result = state.step(shape, to_b, workspace, deadline);
+        let result = state.step(shape, before, to_b, workspace, deadline);
         deadline.end(workspace.run.stats.work);
         if let Err(reason) = result {
             break reason;
@@ -51,6 +52,7 @@ impl Overlaps {
     fn step(
         &mut self,
         shape: Shape,
+        before: Before,
         to_b: &Pose,
         workspace: &mut Workspace,
         deadline: &mut Deadline,
@@ -180,11 +182,12 @@ impl Overlaps {
                     *work += WORK_PER_CURVE_PAIR;
                     if self.probing.stage == Stage::Deep && probe > 0 {
                         self.probing.stage = Stage::Wide;
-                        self.probing.probes = group.wide_probes(&mut self.probing.found);
+                        self.probing.probes = group.wide_probes(&mut self.probing.found, before);
                         self.phase = Phase::Probe(at, 0, 0);
                     } else {
                         let is_whole = self.region.len() < REGION_LIMIT;
-                        self.done.push(group.manifold(&mut self.probing, is_whole));
+                        self.done
+                            .push(group.manifold(&mut self.probing, before, is_whole));
                         self.probing.stage = Stage::None;
                         self.phase = Phase::Probe(at + 1, 0, 0);
                     }
