@@ -10,7 +10,7 @@ use super::deadline::Deadline;
 use super::memory::PairMemory;
 use super::options::{ContactOptions, OptionError};
 use super::outcome::StopReason;
-use super::overlaps::run;
+use super::overlaps;
 use super::question::{Ask, Query, Question, Remembers};
 use super::workspace::{Asked, Key, Workspace};
 use crate::contact::manifold::{Before, Manifold, ManifoldMemory, Shape, number};
@@ -188,7 +188,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         }
         if stop.is_final() && !workspace.overlaps.is_done() {
             let before = Before::new(memory.as_deref(), &to_b, self.size());
-            stop = run::advance(self.shape(), before, &to_b, workspace, deadline);
+            stop = overlaps::advance(self.shape(), before, workspace, deadline);
         }
         workspace.run.stopped = !stop.is_final();
         self.tell(workspace, memory, &to_b, stop);

@@ -58,7 +58,8 @@ const REACH: f64 = 0.05;
 #[derive(Clone, Copy)]
 pub(crate) struct Before<'m> {
     known: &'m [Known],
-    to_b: &'m Pose,
+    /// Maps A's frame to B's.
+    pub to_b: &'m Pose,
     reach: f64,
 }
 

@@ -79,7 +79,8 @@ impl Manifold {
         tilt: f64,
         before: Before,
     ) -> Self {
-        let points = choose(normal, candidates, tilt, before.stay(candidates));
+        let chosen = choose(normal, candidates, tilt, before.stay(candidates));
+        let points: ArrayVec<_, POINTS> = chosen.into_iter().map(|i| candidates[i]).collect();
         let distances = candidates.iter().map(|point| point.distance);
         let distance = distances.reduce(f64::min).unwrap_or(0.0);
         let count = points.len().max(1) as f64;
@@ -237,7 +238,7 @@ const EVEN: f64 = 1e-3;
 /// A candidate that stays counts as adding this much more.
 const STAY: f64 = 1.5;
 
-/// At most four of these points: the one with the least distance, then those that keep the bodies
+/// The indices of at most four of these points: the one with the least distance, then those that keep the bodies
 /// apart where the chosen ones do not. Of equal ones, and of those whose distances differ by
 /// rounding, the first. Those that `stay` (bits) are preferred, so that the choice does not change
 /// with small motions.
@@ -250,7 +251,7 @@ pub(crate) fn choose(
     candidates: &[ManifoldPoint],
     tilt: f64,
     stay: u32,
-) -> ArrayVec<ManifoldPoint, POINTS> {
+) -> ArrayVec<usize, POINTS> {
     let [x, y] = frame(normal);
     let Some(first) = candidates.first() else {
         return ArrayVec::new();
@@ -269,30 +270,23 @@ pub(crate) fn choose(
     let all = || candidates.iter().enumerate();
     let mut even = all().filter(|&(i, point)| stays(i) && point.distance <= least + EVEN * extent);
     let mut deep = all().filter(|(_, point)| point.distance <= least + ROUNDING * extent);
-    let deepest = even
-        .next()
-        .or(deep.next())
-        .map_or(first, |(_, point)| point);
-    let mut chosen: ArrayVec<ManifoldPoint, POINTS> = [*deepest].into_iter().collect();
-    let mut corners: ArrayVec<DVec3, POINTS> = [lift(deepest)].into_iter().collect();
+    let deepest = even.next().or(deep.next()).map_or(0, |(i, _)| i);
+    let mut chosen: ArrayVec<usize, POINTS> = [deepest].into_iter().collect();
+    let mut corners: ArrayVec<DVec3, POINTS> = [lift(&candidates[deepest])].into_iter().collect();
     let least_gain = tilt * ONE_PLACE * (extent + first.middle().length());
     while chosen.len() < POINTS {
-        let gain = |(i, point): (usize, &ManifoldPoint)| {
-            let bound = sinks(&corners, lift(point), tilt);
-            if stays(i) { STAY * bound } else { bound }
-        };
         let (mut most, mut best) = (least_gain, None);
         for (i, point) in all() {
-            let gain = gain((i, point));
+            let gain = if stays(i) { STAY } else { 1.0 } * sinks(&corners, lift(point), tilt);
             if gain > most {
-                (most, best) = (gain, Some(point));
+                (most, best) = (gain, Some(i));
             }
         }
         let Some(best) = best else {
             break;
         };
-        chosen.push(*best);
-        corners.push(lift(best));
+        chosen.push(best);
+        corners.push(lift(&candidates[best]));
     }
     chosen
 }
@@ -368,9 +362,9 @@ mod tests {
             .collect();
         let chosen = choose(DVec3::Z, &grid, 1.0, 0);
         assert_eq!(chosen.len(), 4);
-        assert_eq!(chosen[0].distance, -0.2);
+        assert_eq!(grid[chosen[0]].distance, -0.2);
         for corner in [[0.0, 0.0], [6.0, 0.0], [0.0, 6.0], [6.0, 6.0]] {
-            let is_it = |p: &ManifoldPoint| p.points[0].truncate().to_array() == corner;
+            let is_it = |&i: &usize| grid[i].points[0].truncate().to_array() == corner;
             assert!(chosen.iter().any(is_it), "{corner:?} in {chosen:?}");
         }
         let line: Vec<_> = (0..9)

@@ -62,6 +62,28 @@ pub(crate) struct Shape<'t> {
     pub has_inside: [bool; 2],
 }
 
+impl Shape<'_> {
+    /// A vertex of one side, in A's frame.
+    pub fn place(&self, side: usize, vertex: u32) -> DVec3 {
+        let place = self.trees[side].mesh().vertices().get(vertex as usize);
+        if side == 0 {
+            place
+        } else {
+            self.b_in_a.transform_point(place)
+        }
+    }
+
+    /// The corners of a triangle (tree order) of one side, in A's frame.
+    pub fn corners(&self, side: usize, triangle: u32) -> [DVec3; 3] {
+        let corners = self.trees[side].corners(triangle);
+        if side == 0 {
+            corners
+        } else {
+            corners.map(|p| self.b_in_a.transform_point(p))
+        }
+    }
+}
+
 /// Points of contacts within the skin, reduced.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Skin {
@@ -359,22 +381,16 @@ fn cut(polygon: &mut ArrayVec<DVec3, 8>, side: impl Fn(DVec3) -> f64) {
 /// True if the surface around a point of a triangle (tree order) goes nowhere along `way`, except
 /// into the triangle itself.
 fn is_least(
-    Shape { trees, b_in_a, .. }: Shape,
+    shape: Shape,
     side: usize,
     triangle: u32,
     corners: &[DVec3; 3],
     point: DVec3,
     way: DVec3,
 ) -> bool {
-    let tree = trees[side];
+    let tree = shape.trees[side];
     let goes_on = |vertex: u32| {
-        let place = tree.mesh().vertices().get(vertex as usize);
-        let place = if side == 0 {
-            place
-        } else {
-            b_in_a.transform_point(place)
-        };
-        let step = place - point;
+        let step = shape.place(side, vertex) - point;
         let along = step.dot(way);
         along > 0.0 && along * along > FLAT * FLAT * step.length_squared()
     };
