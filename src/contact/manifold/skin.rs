@@ -364,10 +364,14 @@ fn clip(
 
 /// Keeps the part of a convex polygon where `side` is not positive.
 fn cut(polygon: &mut ArrayVec<DVec3, 8>, side: impl Fn(DVec3) -> f64) {
+    let sides: ArrayVec<f64, 8> = polygon.iter().map(|&p| side(p)).collect();
+    if sides.iter().all(|&side| side <= 0.0) {
+        return;
+    }
     let given = core::mem::take(polygon);
-    for i in 0..given.len() {
-        let (p, q) = (given[i], given[(i + 1) % given.len()]);
-        let (x, y) = (side(p), side(q));
+    for (i, (&p, &x)) in given.iter().zip(&sides).enumerate() {
+        let next = (i + 1) % given.len();
+        let (q, y) = (given[next], sides[next]);
         // A convex polygon has room; rounding may make it less than convex.
         if x <= 0.0 {
             let _ = polygon.try_push(p);

@@ -41,9 +41,6 @@ const SMALL: u32 = 6;
 /// rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Where the parts of an area vector cancel out up to this share, there is no normal.
-const CANCELS: f64 = 0.02;
-
 /// Of vertices one above the other the deeper counts as farther, by this part of the difference.
 const LEAN: f64 = 0.1;
 
@@ -163,7 +160,7 @@ impl Group {
             || self.length <= ROUNDING * length(q - p);
         if self.is_touching {
             self.normal = normal_of_touch(shape, cuts);
-        } else if self.area.length() > CANCELS * self.whole_area {
+        } else if self.area.length() > ROUNDING * self.whole_area {
             self.normal = -self.area.normalize_or_zero();
         }
         self.farthest = [Octagon::new(self.axis(), DVec3::ZERO); 3];
