@@ -540,3 +540,123 @@ fn odd_input_is_told_or_harmless() {
         let _ = manifolds(&flat, &flat, pose, 0.01);
     }
 }
+
+/// What a solver gets, frame by frame: the ids of the points of all manifolds.
+fn ids(query: Query<'_, punctual::contacts::Manifolds>, memory: &mut PairMemory) -> Vec<u64> {
+    let mut workspace = Workspace::new();
+    let _ = query
+        .with_memory(memory)
+        .run(&mut workspace, Budget::unlimited());
+    let points = workspace.manifolds().iter().flat_map(Manifold::points);
+    let mut ids: Vec<u64> = points.map(|point| point.id).collect();
+    ids.sort_unstable();
+    ids
+}
+
+#[test]
+fn points_stay_when_bodies_at_rest_tremble() {
+    let mut random = Rand64::new(6);
+    let (floor, crate_) = (cuboid([2.0, 2.0, 0.5], 4), cuboid([0.25; 3], 3));
+    // A crate on a crate, turned: eight corners, the deepest of them another one in each frame.
+    for (lower, height) in [(&floor, 0.754), (&crate_, 0.504)] {
+        let mut memory = PairMemory::new();
+        let mut known = None;
+        for frame in 0..50 {
+            let tilt = DVec3::new(random.rand_float() - 0.5, random.rand_float() - 0.5, 0.0);
+            let turn = DQuat::from_scaled_axis(4e-4 * tilt) * DQuat::from_rotation_z(0.6);
+            let pose = at(DMat3::from_quat(turn), DVec3::Z * height);
+            let query = Query::manifolds(lower, &crate_, pose).skin(0.01);
+            let now = ids(query, &mut memory);
+            assert!(now.len() == 4, "{frame}: {now:?}");
+            assert_eq!(known.get_or_insert_with(|| now.clone()), &now, "{frame}");
+        }
+    }
+}
+
+#[test]
+fn crossing_edges_are_one_point() {
+    let mut random = Rand64::new(7);
+    let cube = cuboid([0.5; 3], 3);
+    let (rx, ry) = (
+        DMat3::from_rotation_x(FRAC_PI_4),
+        DMat3::from_rotation_y(FRAC_PI_4),
+    );
+    for trial in 0..50 {
+        let [x, y] = [(); 2].map(|()| between(&mut random, -0.3, 0.3));
+        let turn = DMat3::from_rotation_z(between(&mut random, -0.4, 0.4));
+        let place = DVec3::new(x, y, SQRT_2 + 0.005);
+        let pose = at(rx.transpose() * turn * ry, rx.transpose() * place);
+        let found = manifolds(&cube, &cube, pose, 0.0052);
+        let points: Vec<_> = found.iter().flat_map(Manifold::points).collect();
+        assert!(points.len() == 1, "{trial}: {points:?}");
+    }
+}
+
+#[test]
+fn a_body_on_many_feet_has_those_that_bear_it() {
+    // A slab on nine feet. The three that are the longest carry it, though all are within the skin.
+    let mut random = Rand64::new(8);
+    let floor = cuboid([2.0, 2.0, 0.5], 1);
+    for trial in 0..50 {
+        let mut long = [0; 9];
+        let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+        // One in each row and in another column, not in one line.
+        let rows = [[0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1]];
+        for (x, y) in (0..).zip(rows[trial % 4]) {
+            long[3 * x + y] = 1;
+        }
+        for foot in 0..9 {
+            let (x, y) = ((foot / 3) as f64 - 1.0, (foot % 3) as f64 - 1.0);
+            let tip = -0.2 - 0.004 * f64::from(long[foot]) - 1e-6 * random.rand_float();
+            let first = corners.len() as u32;
+            let around = [[0.1, 0.0], [-0.05, 0.0866], [-0.05, -0.0866]];
+            corners.push(DVec3::new(0.5 * x, 0.5 * y, tip));
+            corners.extend(around.map(|[u, v]| DVec3::new(0.5 * x + u, 0.5 * y + v, 0.0)));
+            let faces = [[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]];
+            triangles.extend(faces.map(|face| face.map(|corner| first + corner)));
+        }
+        let body = solid(Mesh::from_f64(corners, triangles).unwrap());
+        let pose = at(DMat3::IDENTITY, DVec3::Z * (0.5 + 0.204 + 0.005));
+        let found = manifolds(&floor, &body, pose, 0.01);
+        let [manifold] = &found[..] else {
+            panic!("{trial}: {found:?}")
+        };
+        let bearing = manifold
+            .points()
+            .iter()
+            .filter(|point| point.distance < 0.0051);
+        assert_eq!(bearing.count(), 3, "{trial}: {found:?}");
+    }
+}
+
+#[test]
+fn with_a_memory_ids_do_not_depend_on_how_a_query_is_cut() {
+    for (number, (a, b, pose, skin)) in cases().into_iter().enumerate() {
+        let near = at(
+            *pose.rotation() * DMat3::from_rotation_z(1e-3),
+            pose.translation(),
+        );
+        let query = Query::manifolds(&a, &b, pose).skin(skin);
+        let mut memory = PairMemory::new();
+        let mut workspace = Workspace::new();
+        let before = Query::manifolds(&a, &b, near).skin(skin);
+        let _ = before
+            .with_memory(&mut memory)
+            .run(&mut workspace, Budget::unlimited());
+        let (mut whole, mut cut) = (memory.clone(), memory);
+        let _ = query
+            .with_memory(&mut whole)
+            .run(&mut workspace, Budget::unlimited());
+        let all = workspace.manifolds().to_vec();
+        let mut answer = query
+            .with_memory(&mut cut)
+            .run(&mut workspace, Budget::work(5_000));
+        while answer.stop == StopReason::WorkLimit {
+            answer = query
+                .with_memory(&mut cut)
+                .resume(&mut workspace, Budget::work(5_000))
+                .unwrap();
+        }
+        assert_eq!(workspace.manifolds(), all, "{number}");
+    }
+}

@@ -10,10 +10,10 @@ use super::deadline::Deadline;
 use super::memory::PairMemory;
 use super::options::{ContactOptions, OptionError};
 use super::outcome::StopReason;
-use super::overlaps::run;
+use super::overlaps;
 use super::question::{Ask, Query, Question, Remembers};
 use super::workspace::{Asked, Key, Workspace};
-use crate::contact::manifold::{Manifold, Shape};
+use crate::contact::manifold::{Before, Manifold, ManifoldMemory, Shape, number};
 use crate::tree::Tree;
 use core::mem;
 use punctual_geom::Pose;
@@ -132,21 +132,31 @@ impl<'t> Query<'t, Manifolds> {
         }
     }
 
+    fn size(&self) -> f64 {
+        self.a.size().min(self.b.size())
+    }
+
     /// Writes the list: the deepest first, of equal ones in the order of discovery.
-    fn tell(&self, workspace: &mut Workspace, memory: Option<&mut PairMemory>, stop: StopReason) {
+    fn tell(
+        &self,
+        workspace: &mut Workspace,
+        memory: Option<&mut ManifoldMemory>,
+        to_b: &Pose,
+        stop: StopReason,
+    ) {
         let mut all = mem::take(&mut workspace.manifolds);
         all.clear();
         all.extend_from_slice(workspace.overlaps.manifolds());
-        workspace.reduction.skin.tell(&mut all);
-        crate::contact::manifold::number(&mut all);
+        let before = Before::new(memory.as_deref(), to_b, self.size());
+        workspace.reduction.skin.tell(&mut all, before);
+        number(&mut all);
         // A stable sort would allocate.
         all.sort_unstable_by(|x: &Manifold, y| {
             x.distance.total_cmp(&y.distance).then(x.id.cmp(&y.id))
         });
-        if let Some(memory) = memory {
-            memory.remember_manifolds([self.a, self.b], &self.asked.b_in_a, &mut all, stop);
-        } else {
-            crate::contact::manifold::number(&mut all);
+        match memory {
+            Some(memory) => memory.assign(&mut all, to_b, self.size(), stop.is_final()),
+            None => number(&mut all),
         }
         workspace.manifolds = all;
     }
@@ -164,8 +174,9 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
     fn begin(&self, workspace: &mut Workspace, memory: Option<&PairMemory>, budget: Budget) {
         self.contacts_question().begin(workspace, memory, budget);
         workspace.run.key = Some(self.key());
-        workspace.reduction.is_on = true;
-        workspace.reduction.skin.begin(self.asked.options.margin);
+        (workspace.reduction.is_on, workspace.reduction.is_new) = (true, true);
+        let width = self.asked.options.margin;
+        workspace.reduction.skin.begin(width, self.size());
         workspace.overlaps.clear();
         let room = workspace.contacts.capacity();
         workspace.overlaps.reserve(room);
@@ -177,17 +188,20 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         memory: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
+        let is_new = mem::replace(&mut workspace.reduction.is_new, false);
+        let memory = memory.map(|memory| memory.manifolds([self.a, self.b], is_new));
+        let to_b = self.asked.b_in_a.inverse_unchecked();
         let mut stop = StopReason::Finished;
         if !workspace.reduction.is_listed {
             stop = self.contacts_question().advance(workspace, None, deadline);
             workspace.reduction.is_listed = stop.is_final();
         }
         if stop.is_final() && !workspace.overlaps.is_done() {
-            let to_b = self.asked.b_in_a.inverse_unchecked();
-            stop = run::advance(self.shape(), &to_b, workspace, deadline);
+            let before = Before::new(memory.as_deref(), &to_b, self.size());
+            stop = overlaps::advance(self.shape(), before, workspace, deadline);
         }
         workspace.run.stopped = !stop.is_final();
-        self.tell(workspace, memory, stop);
+        self.tell(workspace, memory, &to_b, stop);
         stop
     }
 

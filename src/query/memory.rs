@@ -6,7 +6,6 @@ use super::options::Mode;
 use super::outcome::{StopReason, Verdict};
 use super::queue::PATHS;
 use super::workspace::Workspace;
-use crate::contact::Manifold;
 use crate::contact::manifold::ManifoldMemory;
 use crate::model::confidence::History;
 use crate::tree::Tree;
@@ -256,20 +255,14 @@ impl PairMemory {
         self.remember_work(Sought::Distance, work);
     }
 
-    /// Gives ids to manifolds: those of the frame before where points stayed.
-    pub(super) fn remember_manifolds(
-        &mut self,
-        [a, b]: [&Tree; 2],
-        b_in_a: &Pose,
-        manifolds: &mut [Manifold],
-        stop: StopReason,
-    ) {
+    /// What is known of manifolds of the frame before. `is_new` begins a frame.
+    pub(super) fn manifolds(&mut self, [a, b]: [&Tree; 2], is_new: bool) -> &mut ManifoldMemory {
         self.bind(a, b);
         let known = self.manifolds.get_or_insert_default();
-        let to_b = b_in_a.inverse_unchecked();
-        let size = a.size().min(b.size());
-        let to_b = |place| to_b.transform_point(place);
-        known.assign(manifolds, size, to_b, stop.is_final());
+        if is_new {
+            known.begin();
+        }
+        known
     }
 
     /// Updates the memory after a call of a motion query. `work` is the work of the whole query, or

@@ -73,6 +73,7 @@ impl Ray {
     ///
     /// # Errors
     /// [`RayError`].
+    #[inline]
     pub fn new(
         origin: impl Into<[f64; 3]>,
         direction: impl Into<[f64; 3]>,
@@ -88,16 +89,14 @@ impl Ray {
         Self::checked(from.into(), to.into(), true)
     }
 
+    #[inline]
     fn checked(origin: [f64; 3], target: [f64; 3], is_segment: bool) -> Result<Self, RayError> {
-        for (number, x) in origin.into_iter().chain(target).enumerate() {
-            if !x.is_finite() {
-                return Err(RayError::NotFinite { number });
-            }
-            if x.abs() > COORDINATE_LIMIT {
-                return Err(RayError::TooLarge { number });
-            }
-        }
         let [origin, target] = [origin, target].map(DVec3::from_array);
+        // A comparison with NaN is false.
+        let is_good = |v: DVec3| v.abs().cmple(DVec3::splat(COORDINATE_LIMIT)).all();
+        if !(is_good(origin) && is_good(target)) {
+            return Err(Self::fault(origin, target));
+        }
         let ray = Self {
             origin,
             target,
@@ -111,6 +110,20 @@ impl Ray {
         } else {
             Ok(ray)
         }
+    }
+
+    #[cold]
+    fn fault(origin: DVec3, target: DVec3) -> RayError {
+        let numbers = origin.to_array().into_iter().chain(target.to_array());
+        for (number, x) in numbers.enumerate() {
+            if !x.is_finite() {
+                return RayError::NotFinite { number };
+            }
+            if x.abs() > COORDINATE_LIMIT {
+                return RayError::TooLarge { number };
+            }
+        }
+        RayError::NoDirection
     }
 
     /// Discards hits whose reported `t` is below `t_min` or above `t_max`. A NaN sets no limit. To

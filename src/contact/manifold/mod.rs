@@ -9,7 +9,7 @@ mod skin;
 
 use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
-pub(crate) use identity::ManifoldMemory;
+pub(crate) use identity::{Before, ManifoldMemory};
 use punctual_geom::{larger, smaller};
 pub(crate) use skin::{Shape, Skin};
 
@@ -32,7 +32,7 @@ pub struct Manifold {
     /// volume of the overlap shrinks the fastest. Zero if the piece has no normal: if the vectors
     /// of its contact curves cancel out, as for a pin through a plate, or a curve is open.
     pub normal: DVec3,
-    /// The least signed distance of its points; minus the depth if it is negative.
+    /// The least signed distance found; minus the depth if it is negative.
     pub distance: f64,
     /// Area projected along the normal: of an overlap, of the region inside the other surface;
     /// while apart, of the polygon that holds all points of contact, or most of it.
@@ -64,16 +64,24 @@ pub struct ManifoldPoint {
 }
 
 impl Manifold {
-    /// Its points: at least one, at most four. The first has the least distance, up to rounding.
+    /// Its points: at least one, at most four. The first has the least distance, up to rounding. With
+    /// a memory, up to a thousandth of the extent: points stay, rather than change with every small
+    /// motion.
     #[must_use]
     pub fn points(&self) -> &[ManifoldPoint] {
         &self.points
     }
 
     /// The manifold of the candidates that stand for them.
-    pub(crate) fn of(normal: DVec3, candidates: &[ManifoldPoint]) -> Self {
-        let points = choose(normal, candidates);
-        let distances = points.iter().map(|point| point.distance);
+    pub(crate) fn of(
+        normal: DVec3,
+        candidates: &[ManifoldPoint],
+        tilt: f64,
+        before: Before,
+    ) -> Self {
+        let chosen = choose(normal, candidates, tilt, before.stay(candidates));
+        let points: ArrayVec<_, POINTS> = chosen.into_iter().map(|i| candidates[i]).collect();
+        let distances = candidates.iter().map(|point| point.distance);
         let distance = distances.reduce(f64::min).unwrap_or(0.0);
         let count = points.len().max(1) as f64;
         let centroid = points
@@ -216,83 +224,100 @@ impl<T: Copy> Octagon<T> {
     }
 }
 
-/// A gain below this counts as rounding, relative to the extent or its square.
+/// Distances that differ by less than this, relative to the extent, count as equal.
 const ROUNDING: f64 = 1e-9;
 
-/// At most four of these points: the one with the least distance, the one farthest from it, and
-/// those that add most to the area of the polygon, seen along the normal. Of equal ones, and of
-/// those whose distances differ by rounding, the first.
+/// Points this close, relative to their coordinates, count as one: where edges cross, each pair of
+/// triangles beside them finds the same point, up to rounding.
+const ONE_PLACE: f64 = 1e-6;
+
+/// A candidate that stays from the frame before counts as the deepest if it is less deep by no more
+/// than this, relative to the extent.
+const EVEN: f64 = 1e-3;
+
+/// A candidate that stays counts as adding this much more.
+const STAY: f64 = 1.5;
+
+/// The indices of at most four of these points: the one with the least distance, then those that keep the bodies
+/// apart where the chosen ones do not. Of equal ones, and of those whose distances differ by
+/// rounding, the first. Those that `stay` (bits) are preferred, so that the choice does not change
+/// with small motions.
+///
+/// While the chosen points stay apart, a body that turns by at most `tilt` (radians) sinks in at a
+/// point `p` by no more than `tilt |p - q| + d(q) - d(p)`, where `q` is the nearest point of the
+/// polygon chosen and `d` the distance. The point with the largest bound is next.
 pub(crate) fn choose(
     normal: DVec3,
     candidates: &[ManifoldPoint],
-) -> ArrayVec<ManifoldPoint, POINTS> {
+    tilt: f64,
+    stay: u32,
+) -> ArrayVec<usize, POINTS> {
     let [x, y] = frame(normal);
     let Some(first) = candidates.first() else {
         return ArrayVec::new();
     };
-    let plane = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
-    let extent = candidates
-        .iter()
-        .map(|point| plane(point.middle() - first.middle()).length())
-        .fold(0.0, f64::max);
+    let lift = |point: &ManifoldPoint| {
+        let v = point.middle() - first.middle();
+        DVec3::new(v.dot(x), v.dot(y), point.distance)
+    };
+    let reach = |point: &ManifoldPoint| lift(point).truncate().length();
+    let extent = candidates.iter().map(reach).fold(0.0, f64::max);
     let least = candidates
         .iter()
         .map(|point| point.distance)
         .fold(f64::INFINITY, f64::min);
-    let is_deepest = |point: &&ManifoldPoint| point.distance <= least + ROUNDING * extent;
-    let deepest = candidates.iter().find(is_deepest).unwrap_or(first);
-    let mut chosen: ArrayVec<ManifoldPoint, POINTS> = [*deepest].into_iter().collect();
-    let from = deepest.middle();
-    let place = |point: &ManifoldPoint| plane(point.middle() - from);
-    let mut ring: ArrayVec<DVec2, POINTS> = [DVec2::ZERO].into_iter().collect();
+    let stays = |i: usize| stay >> i & 1 != 0;
+    let all = || candidates.iter().enumerate();
+    let mut even = all().filter(|&(i, point)| stays(i) && point.distance <= least + EVEN * extent);
+    let mut deep = all().filter(|(_, point)| point.distance <= least + ROUNDING * extent);
+    let deepest = even.next().or(deep.next()).map_or(0, |(i, _)| i);
+    let mut chosen: ArrayVec<usize, POINTS> = [deepest].into_iter().collect();
+    let mut corners: ArrayVec<DVec3, POINTS> = [lift(&candidates[deepest])].into_iter().collect();
+    let least_gain = tilt * ONE_PLACE * (extent + first.middle().length());
     while chosen.len() < POINTS {
-        let gain = |point: &ManifoldPoint| {
-            let p = place(point);
-            match ring.len() {
-                1 => p.length() * extent,
-                _ => (0..ring.len())
-                    .map(|i| {
-                        let [from, to] = [ring[i], ring[(i + 1) % ring.len()]];
-                        let gain = (p - from).perp_dot(to - from);
-                        if ring.len() == 2 { gain.abs() } else { gain }
-                    })
-                    .fold(0.0, f64::max),
+        let (mut most, mut best) = (least_gain, None);
+        for (i, point) in all() {
+            let gain = if stays(i) { STAY } else { 1.0 } * sinks(&corners, lift(point), tilt);
+            if gain > most {
+                (most, best) = (gain, Some(i));
             }
-        };
-        let best = candidates
-            .iter()
-            .map(|c| (gain(c), c))
-            .fold(
-                (0.0, deepest),
-                |best, other| if other.0 > best.0 { other } else { best },
-            );
-        if best.0 <= ROUNDING * extent * extent {
-            break;
         }
-        chosen.push(*best.1);
-        insert(&mut ring, place(best.1));
+        let Some(best) = best else {
+            break;
+        };
+        chosen.push(best);
+        corners.push(lift(&candidates[best]));
     }
     chosen
 }
 
-/// Inserts a corner into a polygon, between the two corners whose edge it is farthest outside of.
-/// Triangles become counterclockwise.
-fn insert(ring: &mut ArrayVec<DVec2, POINTS>, p: DVec2) {
-    if ring.len() < 2 {
-        return ring.push(p);
-    }
-    if ring.len() == 2 {
-        if (ring[1] - ring[0]).perp_dot(p - ring[0]) < 0.0 {
-            ring.swap(0, 1);
+/// The bound of [`choose`] for a point over the plane of a manifold, `z` its distance, and a
+/// polygon of at most three corners.
+fn sinks(corners: &[DVec3], point: DVec3, tilt: f64) -> f64 {
+    let p = point.truncate();
+    if let [a, b, c] = *corners {
+        let turn = |u: DVec3, v: DVec3| (u.truncate() - p).perp_dot(v.truncate() - p);
+        let parts = DVec3::new(turn(b, c), turn(c, a), turn(a, b));
+        if parts.cmpge(DVec3::ZERO).all() || parts.cmple(DVec3::ZERO).all() {
+            let height = parts.dot(DVec3::new(a.z, b.z, c.z)) / parts.element_sum();
+            if height.is_finite() {
+                return height - point.z;
+            }
         }
-        return ring.push(p);
     }
-    let gain = |i: usize| {
-        let [from, to] = [ring[i], ring[(i + 1) % ring.len()]];
-        (p - from).perp_dot(to - from)
-    };
-    let edge = (0..ring.len()).fold(0, |best, i| if gain(i) > gain(best) { i } else { best });
-    ring.insert(edge + 1, p);
+    let count = corners.len();
+    let bounds = (0..count).map(|i| {
+        let (from, to) = (corners[i], corners[(i + 1) % count]);
+        let along = (to - from).truncate();
+        let share = along.dot(p - from.truncate()) / along.length_squared();
+        let nearest = if share.is_finite() {
+            from.lerp(to, share.clamp(0.0, 1.0))
+        } else {
+            from
+        };
+        tilt * (p - nearest.truncate()).length() + nearest.z - point.z
+    });
+    bounds.fold(f64::INFINITY, f64::min)
 }
 
 /// The area of the polygon that these points span, seen along the normal, and its middle.
@@ -335,19 +360,19 @@ mod tests {
             .map(|i| (f64::from(i % 7), f64::from(i / 7)))
             .map(|(x, y)| at(x, y, if (x, y) == (0.0, 0.0) { -0.2 } else { -0.1 }))
             .collect();
-        let chosen = choose(DVec3::Z, &grid);
+        let chosen = choose(DVec3::Z, &grid, 1.0, 0);
         assert_eq!(chosen.len(), 4);
-        assert_eq!(chosen[0].distance, -0.2);
+        assert_eq!(grid[chosen[0]].distance, -0.2);
         for corner in [[0.0, 0.0], [6.0, 0.0], [0.0, 6.0], [6.0, 6.0]] {
-            let is_it = |p: &ManifoldPoint| p.points[0].truncate().to_array() == corner;
+            let is_it = |&i: &usize| grid[i].points[0].truncate().to_array() == corner;
             assert!(chosen.iter().any(is_it), "{corner:?} in {chosen:?}");
         }
         let line: Vec<_> = (0..9)
             .map(|i| at(f64::from(i), 2.0 * f64::from(i), 0.1))
             .collect();
-        assert_eq!(choose(DVec3::Z, &line).len(), 2);
-        assert_eq!(choose(DVec3::Z, &[at(1.0, 1.0, 0.0); 3]).len(), 1);
-        assert_eq!(choose(DVec3::Z, &[]).len(), 0);
+        assert_eq!(choose(DVec3::Z, &line, 1.0, 0).len(), 2);
+        assert_eq!(choose(DVec3::Z, &[at(1.0, 1.0, 0.0); 3], 1.0, 0).len(), 1);
+        assert_eq!(choose(DVec3::Z, &[], 1.0, 0).len(), 0);
     }
 
     #[test]

@@ -11,7 +11,7 @@
 //! that neighbor is closer, so it is listed too, and the way ends at a pair that stays. Where
 //! surfaces are oriented, pairs on the inner side of one are dropped too.
 
-use super::{Manifold, ManifoldPoint, Octagon, area};
+use super::{Before, Manifold, ManifoldPoint, Octagon, area};
 use crate::tree::Tree;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
@@ -38,9 +38,6 @@ const FACING: f64 = 0.989;
 /// that of an overlap, or of the nearest point.
 const SAME: f64 = 0.992_5;
 
-/// Of points one above the other the nearer counts as farther out, by this part of the difference.
-const LEAN: f64 = 0.1;
-
 /// Triangles are no nearer than the nearest point of a manifold if their lower bound, which `f32`
 /// has rounded, is this part of its distance.
 const NEAR: f64 = 0.999;
@@ -65,10 +62,36 @@ pub(crate) struct Shape<'t> {
     pub has_inside: [bool; 2],
 }
 
+impl Shape<'_> {
+    /// A vertex of one side, in A's frame.
+    pub fn place(&self, side: usize, vertex: u32) -> DVec3 {
+        let place = self.trees[side].mesh().vertices().get(vertex as usize);
+        if side == 0 {
+            place
+        } else {
+            self.b_in_a.transform_point(place)
+        }
+    }
+
+    /// The corners of a triangle (tree order) of one side, in A's frame.
+    pub fn corners(&self, side: usize, triangle: u32) -> [DVec3; 3] {
+        let corners = self.trees[side].corners(triangle);
+        if side == 0 {
+            corners
+        } else {
+            corners.map(|p| self.b_in_a.transform_point(p))
+        }
+    }
+}
+
 /// Points of contacts within the skin, reduced.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Skin {
     pub width: f64,
+    /// A point counts as farther out by this much for each unit of length that it is nearer: the
+    /// size of the smaller mesh over the width of the skin. So the extremes are the points that
+    /// meet first when a body turns.
+    lean: f64,
     cones: Vec<Cone>,
 }
 
@@ -81,8 +104,14 @@ struct Cone {
 }
 
 impl Skin {
-    pub fn begin(&mut self, width: f64) {
+    /// `size` is that of the smaller mesh.
+    pub fn begin(&mut self, width: f64, size: f64) {
         self.width = width;
+        self.lean = if width > 0.0 {
+            larger(size / width, 1e-6)
+        } else {
+            1.0
+        };
         self.cones.clear();
         self.reserve();
     }
@@ -118,7 +147,7 @@ impl Skin {
         };
         let point = ManifoldPoint::new(found.points, normal, found.high);
         let cone = self.cone(normal);
-        if cone.is_some_and(|cone| !self.cones[cone].may_gain(&point, corners))
+        if cone.is_some_and(|cone| !self.cones[cone].may_gain(&point, corners, self.lean))
             || normal == DVec3::ZERO
         {
             return true;
@@ -173,7 +202,7 @@ impl Skin {
             along > 0.0
                 && along * along > FACING * square
                 && low >= NEAR * cone.nearest.distance
-                && !cone.farthest.may_gain_in(corners, -LEAN * low)
+                && !cone.farthest.may_gain_in(corners, -self.lean * low)
         })
     }
 
@@ -193,7 +222,7 @@ impl Skin {
         if self.cone(normal).is_some_and(|cone| {
             !self.cones[cone]
                 .farthest
-                .may_gain_in(corners, -LEAN * least)
+                .may_gain_in(corners, -self.lean * least)
         }) {
             return;
         }
@@ -241,7 +270,7 @@ impl Skin {
             point.distance < cone.nearest.distance
                 || cone
                     .farthest
-                    .may_gain(point.points[0], 0.0, -LEAN * point.distance)
+                    .may_gain(point.points[0], 0.0, -self.lean * point.distance)
         })
     }
 
@@ -258,14 +287,14 @@ impl Skin {
         if point.distance < cone.nearest.distance {
             cone.nearest = point;
         }
-        let bonus = -LEAN * point.distance;
+        let bonus = -self.lean * point.distance;
         cone.farthest.insert_with(point.points[0], bonus, point);
     }
 
     /// Adds the manifolds of all points so far to those of overlaps. Normals nearly equal to that
     /// of an overlap, or else to that of the nearest point, become it: two faces that face each
     /// other are not quite parallel, and which of both normals a point has is chance.
-    pub fn tell(&self, all: &mut Vec<Manifold>) {
+    pub fn tell(&self, all: &mut Vec<Manifold>, before: Before) {
         let overlaps = all.len();
         for cone in &self.cones {
             let turned = |mut point: ManifoldPoint| {
@@ -284,7 +313,7 @@ impl Skin {
             let nearest = turned(cone.nearest);
             let span = area(nearest.normal, &points);
             points.push(nearest);
-            let mut manifold = Manifold::of(nearest.normal, &points);
+            let mut manifold = Manifold::of(nearest.normal, &points, 1.0 / self.lean, before);
             if let Some((area, centroid)) = span {
                 (manifold.area, manifold.centroid) = (area, centroid);
             }
@@ -296,7 +325,7 @@ impl Skin {
 impl Cone {
     /// True if the common area of two triangles with this point may hold a point to keep.
     #[inline(always)]
-    fn may_gain(&self, point: &ManifoldPoint, corners: [&[DVec3; 3]; 2]) -> bool {
+    fn may_gain(&self, point: &ManifoldPoint, corners: [&[DVec3; 3]; 2], lean: f64) -> bool {
         // The area is in both triangles, seen along the normal, so no wider than the smaller one.
         let radius = |side: usize| {
             let [p, q, r] = corners[side];
@@ -311,7 +340,7 @@ impl Cone {
             )
         };
         let radius = libm::sqrt(smaller(radius(0), radius(1)));
-        let bonus = -LEAN * point.distance;
+        let bonus = -lean * point.distance;
         point.distance < self.nearest.distance
             || self.farthest.may_gain(point.points[0], radius, bonus)
                 && self.farthest.may_gain_in(corners, bonus)
@@ -340,10 +369,14 @@ fn clip(
 
 /// Keeps the part of a convex polygon where `side` is not positive.
 fn cut(polygon: &mut ArrayVec<DVec3, 8>, side: impl Fn(DVec3) -> f64) {
+    let sides: ArrayVec<f64, 8> = polygon.iter().map(|&p| side(p)).collect();
+    if sides.iter().all(|&side| side <= 0.0) {
+        return;
+    }
     let given = core::mem::take(polygon);
-    for i in 0..given.len() {
-        let (p, q) = (given[i], given[(i + 1) % given.len()]);
-        let (x, y) = (side(p), side(q));
+    for (i, (&p, &x)) in given.iter().zip(&sides).enumerate() {
+        let next = (i + 1) % given.len();
+        let (q, y) = (given[next], sides[next]);
         // A convex polygon has room; rounding may make it less than convex.
         if x <= 0.0 {
             let _ = polygon.try_push(p);
@@ -357,22 +390,16 @@ fn cut(polygon: &mut ArrayVec<DVec3, 8>, side: impl Fn(DVec3) -> f64) {
 /// True if the surface around a point of a triangle (tree order) goes nowhere along `way`, except
 /// into the triangle itself.
 fn is_least(
-    Shape { trees, b_in_a, .. }: Shape,
+    shape: Shape,
     side: usize,
     triangle: u32,
     corners: &[DVec3; 3],
     point: DVec3,
     way: DVec3,
 ) -> bool {
-    let tree = trees[side];
+    let tree = shape.trees[side];
     let goes_on = |vertex: u32| {
-        let place = tree.mesh().vertices().get(vertex as usize);
-        let place = if side == 0 {
-            place
-        } else {
-            b_in_a.transform_point(place)
-        };
-        let step = place - point;
+        let step = shape.place(side, vertex) - point;
         let along = step.dot(way);
         along > 0.0 && along * along > FLAT * FLAT * step.length_squared()
     };
