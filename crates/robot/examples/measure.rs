@@ -1,4 +1,4 @@
-//! Measures a robot in its cell: `measure DIR [labels [REPETITIONS]]`, with the files of one robot:
+//! Measures a robot in its cell: `measure DIR [labels|clearance|edges [REPETITIONS]]`, with files:
 //! `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
 
 use std::error::Error;
@@ -52,17 +52,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|r| r[1] == "1")
         .collect();
     let unlimited = Budget::unlimited();
-    let mut wrong = 0;
-    for (q, &meets) in configs.iter().zip(&labels) {
-        let met = checker.collide(q, unlimited)?.value != Collision::Free;
-        wrong += u32::from(met != meets);
+    let only = std::env::args().nth(2);
+    let asks = |what: &str| only.as_deref().is_none_or(|only| only == what);
+    let repetitions = std::env::args().nth(3);
+    let repetitions = repetitions.and_then(|n| n.parse().ok()).unwrap_or(7);
+    if asks("labels") {
+        let mut wrong = 0;
+        for (q, &meets) in configs.iter().zip(&labels) {
+            let met = checker.collide(q, unlimited)?.value != Collision::Free;
+            wrong += u32::from(met != meets);
+        }
+        println!("labels wrong {wrong} of {}", labels.len());
     }
-    println!("labels wrong {wrong} of {}", labels.len());
-    let repetitions = std::env::args()
-        .nth(3)
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(7);
-    for (name, range) in [("random", 0..2000), ("near contact", 2000..2500)] {
+    let ranges = if asks("labels") { 2 } else { 0 };
+    for (name, range) in [("random", 0..2000), ("near contact", 2000..2500)]
+        .into_iter()
+        .take(ranges)
+    {
         let mut least = f64::INFINITY;
         for _ in 0..repetitions {
             let start = ThreadTime::now();
@@ -73,11 +79,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         println!("a label, {name}: {least:.2} us");
     }
-    if std::env::args().nth(2).is_some_and(|what| what == "labels") {
-        return Ok(());
-    }
     let rows = table(&dir.join("clearance.csv"))?;
-    for tolerance in [1e-9, 1e-4] {
+    for tolerance in [1e-9, 1e-4].into_iter().filter(|_| asks("clearance")) {
         let (mut off, mut widest, mut work) = (0f64, 0f64, 0);
         let options = ClearanceOptions::default().tolerance(tolerance);
         let start = ThreadTime::now();
@@ -96,10 +99,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let rows = table(&dir.join("edges.csv"))?;
     let n = model.joint_names().len();
-    for (name, options) in [("any", EdgeOptions::any()), ("first", EdgeOptions::first())] {
-        let (mut contradicted, mut undecided, mut free, mut work) = (0, 0, [0; 2], 0);
+    let edges = [("any", EdgeOptions::any()), ("first", EdgeOptions::first())];
+    for (name, options) in edges.into_iter().filter(|_| asks("edges")) {
+        let (mut contradicted, mut undecided, mut free, mut work) = (0, 0, [0u32; 2], 0);
         let (mut late, mut times) = (0f64, [0.0; 2]);
-        for row in &rows {
+        for row in rows.iter().cycle().take(rows.len() * repetitions) {
             let q = numbers(row);
             let start = ThreadTime::now();
             let edge = checker.edge(&q[1..=n], &q[n + 1..=2 * n], &options, unlimited)?;
@@ -122,10 +126,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         println!(
             "edges, {name}: {:.0} us; free {:.0}, blocked {:.0}; contradicted {contradicted}, undecided {undecided}, widest {late:e}, work {}",
-            (times[0] + times[1]) / rows.len() as f64,
+            (times[0] + times[1]) / f64::from(free[0] + free[1]),
             times[1] / f64::from(free[1]),
             times[0] / f64::from(free[0]),
-            work / rows.len() as u64,
+            work / u64::from(free[0] + free[1]),
         );
     }
     Ok(())

@@ -7,11 +7,9 @@ use punctual::clock::ClockedBudget;
 use punctual::engine::Deadline;
 use punctual::{Pose, StopReason};
 
-use crate::batch::Worker;
-use crate::edge::Run;
+use crate::call::{Call, Room};
 use crate::model::{LARGEST, PlacedShape, prefixed};
-use crate::order::{Asked, Fact, Order};
-use crate::search::Search;
+use crate::order::Order;
 use crate::transform::Transform;
 use crate::world::World;
 use crate::{Model, RobotError, Shape, ShapeId};
@@ -96,27 +94,16 @@ impl Collision {
 pub struct Checker {
     pub(crate) world: World,
     pub(crate) order: Order,
-    pub(crate) search: Search,
-    pub(crate) run: Run,
+    pub(crate) room: Room,
     /// Those of the threads of batches.
-    pub(crate) workers: Vec<Worker>,
+    pub(crate) rooms: Vec<Room>,
     next: u32,
 }
 
 /// Another checker with the same obstacles and the same learned order.
 impl Clone for Checker {
     fn clone(&self) -> Self {
-        let world = self.world.clone();
-        let mut search = Search::default();
-        search.sync(&world);
-        Self {
-            world,
-            order: self.order.clone(),
-            search,
-            workers: Vec::new(),
-            run: Run::default(),
-            next: self.next,
-        }
+        Self::with(self.world.clone(), self.order.clone(), self.next)
     }
 }
 
@@ -125,14 +112,18 @@ impl Checker {
     pub fn new(model: Arc<Model>) -> Self {
         let next = model.shapes.len() as u32;
         let world = World::new(model);
-        let mut search = Search::default();
-        search.sync(&world);
+        let order = Order::new(&world);
+        Self::with(world, order, next)
+    }
+
+    fn with(world: World, order: Order, next: u32) -> Self {
+        let mut room = Room::default();
+        room.sync(&world);
         Self {
-            order: Order::new(&world),
             world,
-            search,
-            workers: Vec::new(),
-            run: Run::default(),
+            order,
+            room,
+            rooms: Vec::new(),
             next,
         }
     }
@@ -161,12 +152,8 @@ impl Checker {
 
     /// The first shape of this name.
     pub fn find(&self, name: &str) -> Option<ShapeId> {
-        let at = self
-            .world
-            .shapes
-            .iter()
-            .position(|shape| &*shape.name == name);
-        Some(self.world.ids[at?])
+        let mut shapes = self.world.shapes.iter();
+        Some(self.world.ids[shapes.position(|shape| &*shape.name == name)?])
     }
 
     /// The shape of this number, if there is one.
@@ -248,8 +235,7 @@ impl Checker {
         let shape = &mut self.world.shapes[at];
         shape.in_body = shape.frame.then(&pose);
         self.world.version += 1;
-        self.search.sync(&self.world);
-        self.run.forget();
+        self.room.sync(&self.world);
         Ok(())
     }
 
@@ -273,8 +259,7 @@ impl Checker {
         self.world.pair();
         self.world.version += 1;
         self.order = self.order.repaired(&before, &self.world);
-        self.search.sync(&self.world);
-        self.run.forget();
+        self.room.sync(&self.world);
     }
 
     /// Whether a configuration collides; it stops at the first pair that meets.
@@ -286,24 +271,9 @@ impl Checker {
         configuration: &[f64],
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Collision>, RobotError> {
-        self.world.model.check(configuration)?;
-        let Self {
-            world,
-            order,
-            search,
-            run,
-            ..
-        } = self;
-        run.forget();
-        let outcome = search.collide(
-            world,
-            &order.pairs,
-            &mut order.facts,
-            configuration,
-            budget.into(),
-        );
-        order.count(1);
-        Ok(outcome)
+        Ok(self
+            .begin(configuration, budget.into())?
+            .collide(configuration))
     }
 
     /// All pairs that meet, as far as the budget reaches; they replace the content of `pairs`, in
@@ -318,29 +288,13 @@ impl Checker {
         budget: impl Into<ClockedBudget<'c>>,
         pairs: &mut Vec<[ShapeId; 2]>,
     ) -> Result<Outcome<Collision>, RobotError> {
-        self.world.model.check(configuration)?;
+        let mut call = self.begin(configuration, budget.into())?;
         pairs.clear();
-        let Self {
-            world,
-            order,
-            search,
-            run,
-            ..
-        } = self;
-        run.forget();
-        let mut deadline = Deadline::of(budget.into());
-        search.begin();
-        let mut cursor = 0;
         let mut find = || {
-            search.put(world, configuration, &mut deadline)?;
-            while let Some(pair) = search.find(
-                world,
-                &order.pairs,
-                &mut order.facts,
-                &mut cursor,
-                &mut deadline,
-            )? {
-                pairs.push(world.ids_of(pair));
+            call.put(configuration)?;
+            let mut cursor = 0;
+            while let Some(pair) = call.find(&mut cursor)? {
+                pairs.push(call.world.ids_of(pair));
                 cursor += 1;
             }
             Ok(())
@@ -352,39 +306,44 @@ impl Checker {
             (None, StopReason::Finished) => Collision::Free,
             (None, _) => Collision::Undecided,
         };
-        order.count(1);
-        Ok(search.outcome(value, stop, &deadline))
+        Ok(call.outcome(value, stop))
+    }
+
+    /// Begins a call, after a check of its first configuration.
+    pub(crate) fn begin<'c>(
+        &'c mut self,
+        configuration: &[f64],
+        budget: ClockedBudget<'c>,
+    ) -> Result<Call<'c>, RobotError> {
+        self.world.model.check(configuration)?;
+        self.order.count(1);
+        self.room.begin();
+        Ok(self.call(budget))
+    }
+
+    /// A call that goes on with what the last one has left.
+    pub(crate) fn call<'c>(&'c mut self, budget: ClockedBudget<'c>) -> Call<'c> {
+        Call {
+            world: &self.world,
+            order: &self.order.pairs,
+            facts: &mut self.order.facts,
+            room: &mut self.room,
+            deadline: Deadline::of(budget),
+        }
     }
 }
 
-impl Search {
-    pub fn collide(
-        &mut self,
-        world: &World,
-        order: &[Asked],
-        facts: &mut [Fact],
-        configuration: &[f64],
-        budget: ClockedBudget<'_>,
-    ) -> Outcome<Collision> {
-        let mut deadline = Deadline::of(budget);
-        self.begin();
-        let found = self
-            .put(world, configuration, &mut deadline)
-            .and_then(|()| self.find(world, order, facts, &mut 0, &mut deadline));
-        let (value, stop) = match found {
-            Ok(Some(pair)) => (Collision::Contact(world.ids_of(pair)), StopReason::Finished),
+impl Call<'_> {
+    pub fn collide(mut self, configuration: &[f64]) -> Outcome<Collision> {
+        let found = self.put(configuration);
+        let (value, stop) = match found.and_then(|()| self.find(&mut 0)) {
+            Ok(Some(pair)) => {
+                let met = Collision::Contact(self.world.ids_of(pair));
+                (met, StopReason::Finished)
+            }
             Ok(None) => (Collision::Free, StopReason::Finished),
             Err(stop) => (Collision::Undecided, stop),
         };
-        self.outcome(value, stop, &deadline)
-    }
-
-    pub fn outcome<T>(&self, value: T, stop: StopReason, deadline: &Deadline) -> Outcome<T> {
-        Outcome {
-            value,
-            stop,
-            work: self.work,
-            elapsed: deadline.elapsed(),
-        }
+        self.outcome(value, stop)
     }
 }

@@ -5,12 +5,11 @@ use std::collections::BinaryHeap;
 
 use punctual::StopReason;
 use punctual::clock::ClockedBudget;
-use punctual::engine::Deadline;
 use punctual::glam::DVec3;
 
+use crate::call::Call;
 use crate::checker::Outcome;
 use crate::order::BOX_WORK;
-use crate::search::Search;
 use crate::shape::holds_part;
 use crate::world::{Pair, World};
 use crate::{Checker, RobotError, ShapeId};
@@ -111,73 +110,51 @@ impl Checker {
         options: &ClearanceOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Clearance>, RobotError> {
-        self.world.model.check(configuration)?;
-        self.run.forget();
-        let search = &mut self.search;
-        Ok(search.clearance(&self.world, configuration, options, budget.into()))
+        let call = self.begin(configuration, budget.into())?;
+        Ok(call.clearance(configuration, options))
     }
 }
 
-impl Search {
+impl Call<'_> {
     pub fn clearance(
-        &mut self,
-        world: &World,
+        mut self,
         configuration: &[f64],
         options: &ClearanceOptions,
-        budget: ClockedBudget<'_>,
     ) -> Outcome<Clearance> {
-        let mut deadline = Deadline::of(budget);
-        self.begin();
         let mut found = Clearance {
-            low: f64::INFINITY,
+            low: 0.0,
             high: f64::INFINITY,
             pair: None,
             points: [DVec3::ZERO; 2],
             normal: DVec3::ZERO,
         };
-        let stop = self.measure(world, configuration, options, &mut found, &mut deadline);
-        let stop = stop.err().unwrap_or(StopReason::Finished);
-        self.outcome(found, stop, &deadline)
-    }
-
-    fn measure(
-        &mut self,
-        world: &World,
-        configuration: &[f64],
-        options: &ClearanceOptions,
-        found: &mut Clearance,
-        deadline: &mut Deadline,
-    ) -> Result<(), StopReason> {
-        let mut bounds = std::mem::take(&mut self.bounds);
-        let result = self.put(world, configuration, deadline).and_then(|()| {
+        let mut bounds = std::mem::take(&mut self.room.bounds);
+        let end = self.put(configuration).and_then(|()| {
             bounds.clear();
-            for number in (0..world.pairs.len() as u32).filter(|&i| counts(world, i, options.scope))
-            {
-                let gap = self.placement.sphere_gap(&world.pairs[number as usize]);
-                bounds.push(bound(gap, number, false));
+            for number in 0..self.world.pairs.len() as u32 {
+                if counts(self.world, number, options.scope) {
+                    let pair = &self.world.pairs[number as usize];
+                    let gap = self.room.placement.sphere_gap(pair);
+                    bounds.push(bound(gap, number, false));
+                }
             }
-            self.nearest(world, &mut bounds, options.tolerance, found, deadline)
+            found.low = f64::INFINITY;
+            let end = self.nearest(&mut bounds, options.tolerance, &mut found);
+            // What is left may be as near as its least bound.
+            found.low = found.low.min(least_of(&bounds));
+            end
         });
-        // What is left may be as near as its least bound; before the robot was placed, at 0.
-        let left = if self.work > 0 {
-            least_of(&bounds)
-        } else {
-            0.0
-        };
-        found.low = found.low.min(left);
-        self.bounds = bounds;
-        result
+        self.room.bounds = bounds;
+        self.outcome(found, end.err().unwrap_or(StopReason::Finished))
     }
 
     /// Measures pairs, the nearest by their bounds first, until no other can be nearer. A pair that
     /// is not done stays in the heap.
     fn nearest(
         &mut self,
-        world: &World,
         bounds: &mut Bounds,
         tolerance: f64,
         found: &mut Clearance,
-        deadline: &mut Deadline,
     ) -> Result<(), StopReason> {
         // The least upper bound, before bands are added.
         let mut least = f64::INFINITY;
@@ -186,37 +163,29 @@ impl Search {
             if gap >= least {
                 break;
             }
-            let pair = &world.pairs[number as usize];
-            let shapes = [pair.a, pair.b].map(|i| world.shapes[i as usize].shape.inner());
-            let b_in_a = self.placement.b_in_a(world, pair);
+            let (shapes, b_in_a) = self.pair(number);
             if !by_boxes {
-                self.pay(BOX_WORK, deadline)?;
-                let gap = gap.max(self.placement.box_gap(shapes, &b_in_a));
+                self.pay(BOX_WORK)?;
+                let gap = gap.max(self.room.placement.box_gap(shapes, &b_in_a));
                 bounds.pop();
                 bounds.push(bound(gap, number, true));
                 continue;
             }
             let band = shapes[0].band + shapes[1].band;
             if holds_part(shapes[0], shapes[1], &b_in_a) {
-                *found = Clearance {
-                    low: 0.0,
-                    high: band,
-                    pair: Some(world.ids_of(number)),
-                    ..*found
-                };
+                (found.low, found.high) = (0.0, band);
+                found.pair = Some(self.world.ids_of(number));
                 return Ok(());
             }
-            let (measured, stop) = self.distance(
-                world,
-                number,
-                |query| query.absolute_tolerance(tolerance).below(least),
-                deadline,
-            );
+            let (measured, end) = self.distance(number, |query| {
+                query.absolute_tolerance(tolerance).below(least)
+            });
             if measured.high < least {
                 least = measured.high;
-                found.pair = Some(world.ids_of(number));
+                found.pair = Some(self.world.ids_of(number));
                 if let Some(nearest) = measured.nearest {
-                    let place = self.placement.shape(world, pair.a);
+                    let pair = &self.world.pairs[number as usize];
+                    let place = self.room.placement.shape(self.world, pair.a);
                     found.points = nearest.points.map(|p| place.point(p));
                     if pair.a > pair.b {
                         found.points.swap(0, 1);
@@ -226,9 +195,7 @@ impl Search {
                 }
             }
             found.high = found.high.min(measured.high + band);
-            if let Some(stop) = stop {
-                return Err(stop);
-            }
+            end?;
             found.low = found.low.min(measured.low);
             bounds.pop();
         }

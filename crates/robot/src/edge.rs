@@ -1,10 +1,10 @@
-//! A straight line in joint space: proven free, in contact, or not known from some time on.
+//! A path of straight lines in joint space: proven free, in contact, or not known from some time on.
 //!
-//! The line is halved. At the middle of an interval each pair of shapes has a distance, and a rate
+//! Lines are halved. At the middle of an interval each pair of shapes has a distance, and a rate
 //! by which it can change ([`Placement::rate`](crate::placement::Placement::rate)). If the distance
 //! exceeds what half of the interval can take, the pair is free on the whole of it. Otherwise both
 //! halves ask the pair again. An open interval keeps the pairs that are not proven on it, so at
-//! each moment all of the line is proven, known to be in contact, or covered by an open interval.
+//! each moment all of the path is proven, known to be in contact, or covered by an open interval.
 //!
 //! For any contact, five configurations are asked first, and then wide intervals before narrow
 //! ones. For the first contact, intervals are taken from left to right.
@@ -13,17 +13,20 @@ use std::collections::VecDeque;
 
 use punctual::StopReason;
 use punctual::clock::ClockedBudget;
-use punctual::engine::Deadline;
 
+use crate::call::Call;
 use crate::checker::Outcome;
-use crate::order::{Asked, BOX_WORK, Fact};
-use crate::search::Search;
+use crate::order::BOX_WORK;
 use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
 
-/// Where contacts are sought first: the whole line, from coarse to fine.
+/// Shares of the path where contacts are sought first, from coarse to fine.
 const PROBES: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 const ENDS: usize = 2;
+
+/// Boxes that are farther apart than this share of the limit are not worth an exact query: those of
+/// shorter intervals prove the pair.
+const APART: f64 = 1.0 / 16.0;
 
 /// Intervals are never narrower than this.
 const NARROWEST: f64 = 1e-12;
@@ -64,14 +67,15 @@ impl EdgeOptions {
     }
 }
 
-/// What is known of an edge. Times are shares of the edge: 0 at its start, 1 at its end.
+/// What is known of an edge or a path. Time 0 is its start; each straight line takes 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
 pub struct Edge {
     /// The answer.
     pub answer: EdgeAnswer,
-    /// Proven: no contact before this time. 1 if the edge is free; then its end is free too.
+    /// Proven: no contact before this time. The number of lines if all are free; then the end is
+    /// free too.
     pub free_until: f64,
     /// Proven: contact at this time; the earliest one found.
     pub touching_at: Option<f64>,
@@ -102,9 +106,13 @@ impl EdgeAnswer {
     }
 }
 
-/// An interval that is not proven, and the list of the pairs to be proven on it.
+/// A time of a path: the number of its line, and the share of that line.
+type Time = (u32, f64);
+
+/// A part of a line that is not proven, and the list of the pairs to be proven on it.
 #[derive(Clone, Copy, Debug)]
 struct Interval {
+    line: u32,
     low: f64,
     high: f64,
     list: usize,
@@ -115,28 +123,29 @@ struct Interval {
 struct Kept {
     pair: u32,
     limit: f64,
-    is_apart: bool,
+    gap: f64,
 }
 
 /// What remains to be done at the middle of an interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 enum Phase {
     Place,
     Filter,
-    Contacts(usize),
     Distances(usize),
+    Contacts(usize),
 }
 
-/// A run along an edge, which may be stopped at any step.
+/// A run along a path, which may be stopped at any step.
 #[derive(Debug, Default)]
 pub(crate) struct Run {
-    is_stopped: bool,
+    pub is_stopped: bool,
     options: EdgeOptions,
-    from: Vec<f64>,
-    step: Vec<f64>,
+    /// Configurations between the lines, one after the other.
+    knots: Vec<f64>,
+    lines: u32,
     at: Vec<f64>,
-    /// Speed of each body's joint, by the length of the edge.
-    speeds: Vec<f64>,
+    /// How far the joint of each body moves in half of the interval at hand.
+    moves: Vec<f64>,
     /// Probes done, and the place in the order of the one at hand, if it is placed.
     probes: usize,
     cursor: Option<usize>,
@@ -145,12 +154,12 @@ pub(crate) struct Run {
     kept: Vec<Kept>,
     /// Lists of pairs, with the number of intervals that use each.
     lists: Vec<(u32, Vec<u32>)>,
-    touching: Option<(f64, u32)>,
+    touching: Option<(Time, u32)>,
     /// Start of the first interval that was given up.
-    unproven: f64,
+    unproven: Option<Time>,
 }
 
-/// Why a run ends before it is done, or that it is done with.
+/// Why a run ends before all of its intervals are done.
 enum End {
     Stop(StopReason),
     Found,
@@ -163,27 +172,21 @@ impl From<StopReason> for End {
 }
 
 impl Run {
-    /// A run that can no longer be resumed.
-    pub fn forget(&mut self) {
-        self.is_stopped = false;
-    }
-
-    pub fn begin(&mut self, world: &World, [from, to]: [&[f64]; 2], options: EdgeOptions) {
-        self.options = options;
-        self.options.resolution = options.resolution.max(NARROWEST);
-        self.from.clear();
-        self.from.extend_from_slice(from);
-        self.step.clear();
-        self.step.extend(from.iter().zip(to).map(|(a, b)| b - a));
-        self.speeds.clear();
-        let bodies = &world.model.bodies;
-        let speed = |i: usize| {
-            let way = self.step.get(bodies[i].value as usize).unwrap_or(&0.0);
-            (bodies[i].multiplier * way).abs()
+    /// Begins with a path of at least two knots.
+    pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions) {
+        let resolution = options.resolution.max(NARROWEST);
+        self.options = EdgeOptions {
+            resolution,
+            ..options
         };
-        self.speeds.extend((0..bodies.len()).map(speed));
+        self.knots.clear();
+        knots
+            .iter()
+            .for_each(|part| self.knots.extend_from_slice(part));
+        let width = world.model.joint_names().len().max(1);
+        self.lines = (self.knots.len() / width).max(2) as u32 - 1;
         (self.probes, self.cursor, self.now) = (0, None, None);
-        (self.touching, self.unproven) = (None, f64::INFINITY);
+        (self.touching, self.unproven) = (None, None);
         self.open.clear();
         for (users, list) in &mut self.lists {
             *users = 0;
@@ -192,165 +195,147 @@ impl Run {
     }
 
     /// Goes on until the question is answered or the budget ends.
-    pub fn advance(
-        &mut self,
-        world: &World,
-        order: &[Asked],
-        facts: &mut [Fact],
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> StopReason {
-        let end = self.probe(world, order, facts, search, deadline);
-        let end = end.and_then(|()| {
-            while self.halve(world, search, deadline)? {}
-            Ok(())
-        });
+    pub fn advance(&mut self, call: &mut Call<'_>) -> StopReason {
+        let end = self.probe(call).and_then(|()| self.halve_all(call));
+        self.is_stopped = matches!(end, Err(End::Stop(_)));
         match end {
-            Err(End::Stop(stop)) => {
-                self.is_stopped = true;
-                stop
-            }
-            Ok(()) | Err(End::Found) => {
-                self.is_stopped = false;
-                StopReason::Finished
-            }
+            Err(End::Stop(stop)) => stop,
+            Ok(()) | Err(End::Found) => StopReason::Finished,
         }
     }
 
-    fn put(
-        &mut self,
-        world: &World,
-        time: f64,
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> Result<(), StopReason> {
-        self.at.clear();
-        let values = self.from.iter().zip(&self.step);
-        self.at
-            .extend(values.map(|(from, step)| from + time * step));
-        search.put(world, &self.at, deadline)
+    /// The joint values at the two ends of a line.
+    fn ends(&self, line: u32) -> impl Iterator<Item = (f64, f64)> {
+        let width = self.knots.len() / (self.lines as usize + 1);
+        let (from, to) = self.knots[line as usize * width..].split_at(width);
+        from.iter().copied().zip(to.iter().copied())
     }
 
-    /// Whole configurations, and then the first interval.
-    fn probe(
-        &mut self,
-        world: &World,
-        order: &[Asked],
-        facts: &mut [Fact],
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> Result<(), End> {
-        let probes = if self.options.first {
-            ENDS
-        } else {
-            PROBES.len()
-        };
-        while self.probes < probes {
-            let time = PROBES[self.probes];
+    fn put(&mut self, (line, share): Time, call: &mut Call<'_>) -> Result<(), StopReason> {
+        let mut at = std::mem::take(&mut self.at);
+        at.clear();
+        at.extend(self.ends(line).map(|(from, to)| from + share * (to - from)));
+        self.at = at;
+        call.put(&self.at)
+    }
+
+    /// Number of configurations that are asked before intervals.
+    fn probe_count(&self) -> usize {
+        match self.options.first {
+            true => ENDS,
+            false => PROBES.len(),
+        }
+    }
+
+    /// Whole configurations, and then the first intervals.
+    fn probe(&mut self, call: &mut Call<'_>) -> Result<(), End> {
+        while self.probes < self.probe_count() {
+            let time = PROBES[self.probes] * f64::from(self.lines);
+            let line = (time as u32).min(self.lines - 1);
+            let time = (line, time - f64::from(line));
             if self.cursor.is_none() {
-                self.put(world, time, search, deadline)?;
+                self.put(time, call)?;
             }
             let mut cursor = self.cursor.unwrap_or(0);
-            let found = search.find(world, order, facts, &mut cursor, deadline);
+            let found = call.find(&mut cursor);
             self.cursor = Some(cursor);
             if let Some(pair) = found? {
                 self.touching = Some((time, pair));
-                if !self.options.first || time == 0.0 {
+                if !self.options.first || time == (0, 0.0) {
                     return Err(End::Found);
                 }
             }
             self.cursor = None;
             self.probes += 1;
-            if self.probes == probes {
-                let list = self.new_list();
-                self.lists[list]
-                    .1
-                    .extend(order.iter().map(|asked| asked.pair));
-                self.push([0.0, 1.0], list);
+            if self.probes == self.probe_count() {
+                let list = self.new_list(call.order.iter().map(|asked| asked.pair));
+                (0..self.lines).for_each(|line| self.push(line, [0.0, 1.0], list));
+                if self.options.first {
+                    self.open.make_contiguous().reverse();
+                }
             }
         }
         Ok(())
     }
 
-    /// Takes an interval, and leaves what is not proven of it. False if none is open.
+    /// Takes intervals, and leaves what is not proven of each, until none is open.
+    fn halve_all(&mut self, call: &mut Call<'_>) -> Result<(), End> {
+        loop {
+            if self.now.is_none() {
+                let next = self.next();
+                self.now = next.map(|interval| (interval, Phase::Place));
+            }
+            let Some((interval, phase)) = self.now else {
+                return Ok(());
+            };
+            self.halve(interval, phase, call)?;
+            self.now = None;
+            self.lists[interval.list].0 -= 1;
+        }
+    }
+
     fn halve(
         &mut self,
-        world: &World,
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> Result<bool, End> {
-        let (interval, mut phase) = match self.now {
-            Some(now) => now,
-            None => match self.next() {
-                Some(interval) => (interval, Phase::Place),
-                None => return Ok(false),
-            },
-        };
-        self.now = Some((interval, phase));
-        let Interval { low, high, list } = interval;
+        interval: Interval,
+        mut phase: Phase,
+        call: &mut Call<'_>,
+    ) -> Result<(), End> {
+        let Interval {
+            line, low, high, ..
+        } = interval;
         let middle = 0.5 * (low + high);
-        if phase == Phase::Place {
-            self.put(world, middle, search, deadline)?;
-            phase = Phase::Filter;
+        loop {
             self.now = Some((interval, phase));
-        }
-        if phase == Phase::Filter {
-            self.filter(world, 0.5 * (high - low), list, search, deadline)?;
-            phase = Phase::Contacts(0);
-            self.now = Some((interval, phase));
-        }
-        if let Phase::Contacts(mut at) = phase {
-            // The probes have found no contact.
-            let is_known = !self.options.first && PROBES.contains(&middle);
-            while at < self.kept.len() {
-                let Kept { pair, is_apart, .. } = self.kept[at];
-                self.now = Some((interval, Phase::Contacts(at)));
-                if !is_apart && !is_known && search.meets(world, pair, true, deadline)? {
-                    self.touching = Some((middle, pair));
-                    if !self.options.first {
-                        return Err(End::Found);
+            phase = match phase {
+                Phase::Place => {
+                    self.put((line, middle), call)?;
+                    Phase::Filter
+                }
+                Phase::Filter => {
+                    self.filter(interval, call)?;
+                    Phase::Distances(0)
+                }
+                Phase::Distances(at) if at < self.kept.len() => {
+                    let Kept { pair, limit, gap } = self.kept[at];
+                    if gap > APART * limit {
+                        phase = Phase::Distances(at + 1);
+                        continue;
                     }
-                    let rest = self.new_list();
-                    let kept = self.kept.iter().map(|kept| kept.pair);
-                    self.lists[rest].1.extend(kept);
-                    self.push([low, middle], rest);
-                    self.done(list);
-                    return Ok(true);
+                    let (bounds, end) = call.distance(pair, |query| query.closer_than(limit));
+                    end?;
+                    if bounds.closer == Some(false) {
+                        self.kept.remove(at);
+                        Phase::Distances(at)
+                    } else {
+                        Phase::Distances(at + 1)
+                    }
                 }
-                at += 1;
-            }
-            phase = Phase::Distances(0);
-        }
-        if let Phase::Distances(mut at) = phase {
-            while at < self.kept.len() {
-                self.now = Some((interval, Phase::Distances(at)));
-                let Kept { pair, limit, .. } = self.kept[at];
-                let (bounds, stop) =
-                    search.distance(world, pair, |query| query.closer_than(limit), deadline);
-                if let Some(stop) = stop {
-                    return Err(stop.into());
+                Phase::Distances(_) => Phase::Contacts(0),
+                Phase::Contacts(at) if at < self.kept.len() => {
+                    let Kept { pair, gap, .. } = self.kept[at];
+                    if gap <= 0.0 && call.meets(pair, true)? {
+                        self.touching = Some(((line, middle), pair));
+                        if !self.options.first {
+                            return Err(End::Found);
+                        }
+                        let rest = self.new_list_of_kept();
+                        self.push(line, [low, middle], rest);
+                        return Ok(());
+                    }
+                    Phase::Contacts(at + 1)
                 }
-                if bounds.closer == Some(false) {
-                    self.kept.remove(at);
-                } else {
-                    at += 1;
-                }
-            }
+                Phase::Contacts(_) => break,
+            };
         }
         if !self.kept.is_empty() {
-            let rest = self.new_list();
-            let kept = self.kept.iter().map(|kept| kept.pair);
-            self.lists[rest].1.extend(kept);
-            self.push([low, middle], rest);
-            self.push([middle, high], rest);
-            if self.options.first {
-                // The left one is taken first.
-                let at = self.open.len();
-                self.open.swap(at - 2, at - 1);
+            let rest = self.new_list_of_kept();
+            let halves = [[low, middle], [middle, high]];
+            // The last one is taken first where the first contact is sought.
+            for half in if self.options.first { [1, 0] } else { [0, 1] } {
+                self.push(line, halves[half], rest);
             }
         }
-        self.done(list);
-        Ok(true)
+        Ok(())
     }
 
     /// The next interval worth halving.
@@ -360,96 +345,115 @@ impl Run {
                 true => self.open.pop_back()?,
                 false => self.open.pop_front()?,
             };
-            if self.touching.is_some_and(|(time, _)| interval.low >= time) {
-                self.done(interval.list);
-            } else if interval.high - interval.low < self.options.resolution {
-                self.unproven = self.unproven.min(interval.low);
-                self.done(interval.list);
-            } else {
+            let begin = (interval.line, interval.low);
+            let is_late = self.touching.is_some_and(|(time, _)| begin >= time);
+            if !is_late && interval.high - interval.low >= self.options.resolution {
                 return Some(interval);
+            }
+            self.lists[interval.list].0 -= 1;
+            if !is_late {
+                let unproven = self.unproven.get_or_insert(begin);
+                *unproven = earlier(*unproven, begin);
             }
         }
     }
 
-    /// Keeps the pairs that spheres and boxes do not prove free on an interval of this half length.
-    fn filter(
-        &mut self,
-        world: &World,
-        half: f64,
-        list: usize,
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> Result<(), StopReason> {
+    /// Keeps the pairs that spheres and boxes do not prove free on an interval.
+    fn filter(&mut self, interval: Interval, call: &mut Call<'_>) -> Result<(), StopReason> {
+        call.pay(self.lists[interval.list].1.len() as u64 * BOX_WORK)?;
+        let world = call.world;
+        let half = 0.5 * (interval.high - interval.low);
+        let width = world.model.joint_names().len();
+        let line = &self.knots[interval.line as usize * width..];
+        self.moves.clear();
+        self.moves.extend(world.model.bodies.iter().map(|body| {
+            let value = body.value as usize;
+            let ends = line.get(value).zip(line.get(width + value));
+            let way = ends.map_or(0.0, |(from, to)| to - from);
+            body.multiplier * way * half
+        }));
         self.kept.clear();
-        search.pay(self.lists[list].1.len() as u64 * BOX_WORK, deadline)?;
-        let placement = &mut search.placement;
-        for &number in &self.lists[list].1 {
+        for &number in &self.lists[interval.list].1 {
             let pair = &world.pairs[number as usize];
-            let limit = placement.rate(world, pair, &self.speeds) * half + placement.slack;
+            let placement = &mut call.room.placement;
+            let limit = placement.reach(world, pair, &self.moves) + placement.slack;
             if placement.sphere_gap(pair) > limit {
                 continue;
             }
-            let shapes = [pair.a, pair.b].map(|i| world.shapes[i as usize].shape.inner());
-            let b_in_a = placement.b_in_a(world, pair);
-            let gap = placement.box_gap(shapes, &b_in_a);
-            if gap > limit {
-                continue;
+            let (shapes, b_in_a) = call.pair(number);
+            let gap = call.room.placement.box_gap(shapes, &b_in_a);
+            if gap <= limit {
+                self.kept.push(Kept {
+                    pair: number,
+                    limit,
+                    gap,
+                });
             }
-            self.kept.push(Kept {
-                pair: number,
-                limit,
-                is_apart: gap > 0.0,
-            });
         }
         Ok(())
     }
 
-    fn push(&mut self, [low, high]: [f64; 2], list: usize) {
+    fn push(&mut self, line: u32, [low, high]: [f64; 2], list: usize) {
         self.lists[list].0 += 1;
-        self.open.push_back(Interval { low, high, list });
+        self.open.push_back(Interval {
+            line,
+            low,
+            high,
+            list,
+        });
     }
 
-    fn new_list(&mut self) -> usize {
+    fn new_list(&mut self, pairs: impl Iterator<Item = u32>) -> usize {
         let free = self.lists.iter().position(|(users, _)| *users == 0);
         let list = free.unwrap_or(self.lists.len());
         if free.is_none() {
             self.lists.push((0, Vec::new()));
         }
         self.lists[list].1.clear();
+        self.lists[list].1.extend(pairs);
         list
     }
 
-    fn done(&mut self, list: usize) {
-        self.lists[list].0 -= 1;
-        self.now = None;
+    fn new_list_of_kept(&mut self) -> usize {
+        let kept = std::mem::take(&mut self.kept);
+        let list = self.new_list(kept.iter().map(|kept| kept.pair));
+        self.kept = kept;
+        list
     }
 
     /// What is known so far.
     pub fn edge(&self, world: &World) -> Edge {
-        let probes = if self.options.first {
-            ENDS
-        } else {
-            PROBES.len()
+        let end = (self.lines - 1, 1.0);
+        let begun = match self.probes < self.probe_count() {
+            true => (0, 0.0),
+            false => end,
         };
-        let open = self.open.iter().map(|interval| interval.low);
-        let now = self.now.map(|(interval, _)| interval.low);
-        let begun: f64 = if self.probes < probes { 0.0 } else { 1.0 };
+        let open = self.open.iter().chain(self.now.iter().map(|now| &now.0));
+        let touching = self.touching.map(|(time, _)| time);
         let free_until = open
-            .chain(now)
-            .chain(self.touching.map(|(time, _)| time))
-            .fold(begun.min(self.unproven), f64::min);
+            .map(|interval| (interval.line, interval.low))
+            .chain(touching)
+            .chain(self.unproven)
+            .fold(begun, earlier);
         let answer = match self.touching {
             Some(_) => EdgeAnswer::Contact,
-            None if free_until == 1.0 => EdgeAnswer::Free,
+            None if free_until == end => EdgeAnswer::Free,
             None => EdgeAnswer::Undecided,
         };
+        // Rounded down, so that nothing is claimed that is not proven.
+        let sum = f64::from(free_until.0) + free_until.1;
+        let is_late = sum - f64::from(free_until.0) > free_until.1;
         Edge {
             answer,
-            free_until,
-            touching_at: self.touching.map(|(time, _)| time),
+            free_until: if is_late { sum.next_down() } else { sum },
+            touching_at: touching.map(|(line, share)| f64::from(line) + share),
             pair: self.touching.map(|(_, pair)| world.ids_of(pair)),
         }
     }
+}
+
+fn earlier(a: Time, b: Time) -> Time {
+    if b < a { b } else { a }
 }
 
 impl Checker {
@@ -471,58 +475,58 @@ impl Checker {
         options: &EdgeOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
-        self.world.model.check(from)?;
         self.world.model.check(to)?;
-        self.run.begin(&self.world, [from, to], *options);
-        self.search.begin();
-        Ok(self.spend(budget.into()))
+        let call = self.begin(from, budget.into())?;
+        Ok(call.edge(&[from, to], *options))
     }
 
-    /// Continues the last edge, which its budget has stopped.
+    /// Whether a path is free: straight lines from each of its knots to the next one. The knots lie
+    /// one after the other. What is known of it is as of one edge, asked from coarse to fine along
+    /// all of the path.
     ///
     /// # Errors
-    /// [`RobotError::NothingToResume`] if the edge is done, or another question was asked or an
-    /// obstacle changed since.
+    /// Those of [`Checker::edge`], with the row; [`RobotError::Model`] for fewer than two knots.
+    pub fn path<'c>(
+        &mut self,
+        knots: &[f64],
+        options: &EdgeOptions,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Outcome<Edge>, RobotError> {
+        let (rows, width) = self.rows(knots)?;
+        if rows < 2 {
+            return Err(RobotError::model("a path of fewer than two configurations"));
+        }
+        let call = self.begin(&knots[..width], budget.into())?;
+        Ok(call.edge(&[knots], *options))
+    }
+
+    /// Continues the last edge, path or horizon, which its budget has stopped.
+    ///
+    /// # Errors
+    /// [`RobotError::NothingToResume`] if it is done, or another question was asked or an obstacle
+    /// changed since.
     pub fn resume_edge<'c>(
         &mut self,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
-        if !self.run.is_stopped {
-            return Err(RobotError::NothingToResume);
+        match self.room.run.is_stopped {
+            true => Ok(self.call(budget.into()).resume_edge()),
+            false => Err(RobotError::NothingToResume),
         }
-        self.search.work = 0;
-        Ok(self.spend(budget.into()))
-    }
-
-    fn spend(&mut self, budget: ClockedBudget<'_>) -> Outcome<Edge> {
-        let Self {
-            world,
-            order,
-            search,
-            run,
-            ..
-        } = self;
-        let outcome = search.along(world, &order.pairs, &mut order.facts, run, budget);
-        // The order is part of a stopped run.
-        if outcome.stop == StopReason::Finished {
-            order.count(1);
-        }
-        outcome
     }
 }
 
-impl Search {
-    /// Goes on with a run.
-    pub fn along(
-        &mut self,
-        world: &World,
-        order: &[Asked],
-        facts: &mut [Fact],
-        run: &mut Run,
-        budget: ClockedBudget<'_>,
-    ) -> Outcome<Edge> {
-        let mut deadline = Deadline::of(budget);
-        let stop = run.advance(world, order, facts, self, &mut deadline);
-        self.outcome(run.edge(world), stop, &deadline)
+impl Call<'_> {
+    pub fn edge(self, knots: &[&[f64]], options: EdgeOptions) -> Outcome<Edge> {
+        self.room.run.begin(self.world, knots, options);
+        self.resume_edge()
+    }
+
+    pub fn resume_edge(mut self) -> Outcome<Edge> {
+        let mut run = std::mem::take(&mut self.room.run);
+        let stop = run.advance(&mut self);
+        let edge = run.edge(self.world);
+        self.room.run = run;
+        self.outcome(edge, stop)
     }
 }

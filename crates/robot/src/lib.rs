@@ -44,10 +44,11 @@
 #![forbid(unsafe_code)]
 
 // A call places the shapes (`placement`), tests spheres of all pairs at once (`near`), and asks the
-// pairs that remain in the learned order (`order`): boxes, then an exact query (`search`). Edges
+// pairs that remain in the learned order (`order`): boxes, then an exact query (`call`). Edges
 // (`edge`) and clearances (`clearance`) use the same steps.
 
 mod batch;
+mod call;
 mod checker;
 mod clearance;
 mod edge;
@@ -56,7 +57,6 @@ mod model;
 mod near;
 mod order;
 mod placement;
-mod search;
 mod shape;
 mod transform;
 #[cfg(feature = "urdf")]

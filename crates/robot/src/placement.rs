@@ -155,67 +155,87 @@ impl Placement {
         a.to(&self.shape(world, pair.b))
     }
 
-    /// By so much at most the distance of a pair changes from this configuration on, per unit of
-    /// time, if the joint of each body moves at its speed (rad/s or m/s, not negative).
+    /// By so much at most the distance of a pair changes until the joint of each body has moved by
+    /// `moves` (rad or m, signed), all at once and steadily.
     ///
-    /// A joint moves a point by at most its angle times the distance from its axis. Moving one
-    /// joint after the other, those near the root first, each finds what it moves at the same
-    /// distances from its axis as now, for what lies between has turned rigidly. So distances at
-    /// this configuration suffice, however far the joints move. Joints above both bodies move
-    /// neither relative to the other.
-    pub fn rate(&mut self, world: &World, pair: &Pair, speeds: &[f64]) -> f64 {
-        let of_a = self.rate_of(world, pair.a, pair.common, speeds);
-        let of_b = self.rate_of(world, pair.b, pair.common, speeds);
+    /// Joints above both bodies move neither relative to the other. So this is the way of `a`'s
+    /// points and that of `b`'s, each relative to the last common body.
+    pub fn reach(&mut self, world: &World, pair: &Pair, moves: &[f64]) -> f64 {
+        let of_a = self.reach_of(world, pair.a, pair.common, moves);
+        let of_b = self.reach_of(world, pair.b, pair.common, moves);
         (of_a + of_b) * (1.0 + 1e-9)
     }
 
-    /// The sum over the joints of the shape's chain from `from` on.
-    fn rate_of(&mut self, world: &World, shape: u32, from: u32, speeds: &[f64]) -> f64 {
+    /// An upper bound of the way of a shape's points, if joints of its chain from `from` on move.
+    ///
+    /// The lesser of two bounds, where `r` is the largest distance of a point from a joint's axis
+    /// now (1 for a sliding joint), and `m` what the joint moves:
+    ///
+    /// - The sum of `|m| r`. Moving one joint after the other, those near the root first, each
+    ///   finds what it moves at the same distances from its axis as now, for what lies between has
+    ///   turned rigidly. So distances now suffice, however far the joints move.
+    /// - The way at the speed of now, and half of the largest acceleration. The speed is linear in
+    ///   the point, so largest at a corner of the box. The acceleration is the sum over all pairs
+    ///   of joints, also of each with itself, of `m m'` times the axis of the one nearer to the root
+    ///   (none if it slides) times the lever of the other: at most its `r` and the sum above of the
+    ///   joints after it, for these may have moved the point away from its axis.
+    fn reach_of(&mut self, world: &World, shape: u32, from: u32, moves: &[f64]) -> f64 {
         let (row, placed) = self.rows[shape as usize];
-        let (row, placed_now) = (row as usize, self.placed);
-        if placed != placed_now {
-            self.rows[shape as usize].1 = placed_now;
+        let row = row as usize;
+        if placed != self.placed {
+            self.rows[shape as usize].1 = self.placed;
             let place = self.shape(world, shape);
-            let body = world.shapes[shape as usize].body;
-            let chain = &world.model.bodies[body as usize].chain;
+            let shape = &world.shapes[shape as usize];
+            let inner = shape.shape.inner();
+            let chain = &world.model.bodies[shape.body as usize].chain;
+            let centre = place.point(inner.centre);
+            let r = place.r * inner.frame.r;
+            let half = [0, 1, 2].map(|i| r.col(i) * inner.half[i]);
+            let (mut sum, mut levers, mut bend, mut rounding) = (0.0, 0.0, 0.0, 0.0);
+            let (mut turn, mut speed) = (DVec3::ZERO, DVec3::ZERO);
             self.sums[row + chain.len()] = 0.0;
-            for k in (0..chain.len()).rev() {
-                let body = chain[k] as usize;
-                let radius = match speeds[body] {
-                    0.0 => 0.0,
-                    speed => speed * self.radius(world, body, shape, &place),
-                };
-                self.sums[row + k] = self.sums[row + k + 1] + radius;
+            for (k, &body) in chain.iter().enumerate().rev() {
+                let way = moves[body as usize];
+                if way != 0.0 {
+                    let Transform { r, t } = self.bodies[body as usize];
+                    let size = way.abs();
+                    rounding += size * self.slack;
+                    match world.model.bodies[body as usize].motion {
+                        Motion::Turn(axis) => {
+                            let axis = r * axis;
+                            let across = |v: DVec3| v - axis * v.dot(axis);
+                            let c = across(centre - t);
+                            let by_box = farthest(c, half.map(across));
+                            let radius = by_box.min(c.length() + inner.radius) + self.slack;
+                            let lever = size * (radius + sum);
+                            bend += size * (lever + 2.0 * levers);
+                            levers += lever;
+                            sum += size * radius;
+                            turn += axis * way;
+                            speed += axis.cross(centre - t) * way;
+                        }
+                        Motion::Slide(axis) => {
+                            levers += size;
+                            sum += size;
+                            speed += r * axis * way;
+                        }
+                    }
+                }
+                let fastest = farthest(speed, half.map(|h| turn.cross(h)));
+                self.sums[row + k] = sum.min(fastest + 0.5 * bend + rounding);
             }
         }
         self.sums[row + from as usize]
     }
+}
 
-    /// Upper bound of the distance of a shape's points from the axis of a joint; 1 for a sliding
-    /// joint, which moves every point as far as itself.
-    fn radius(&self, world: &World, body: usize, shape: u32, place: &Transform) -> f64 {
-        let Motion::Turn(axis) = world.model.bodies[body].motion else {
-            return 1.0;
-        };
-        let Transform { r, t } = self.bodies[body];
-        let axis = r * axis;
-        let across = |v: DVec3| v - axis * v.dot(axis);
-        let inner = world.shapes[shape as usize].shape.inner();
-        let c = across(place.point(inner.centre) - t);
-        let r = place.r * inner.frame.r;
-        let half = inner.half;
-        let [u, v, w] = [
-            across(r.x_axis * half.x),
-            across(r.y_axis * half.y),
-            across(r.z_axis * half.z),
-        ];
-        // The farthest of two opposite corners, for each of the four diagonals.
-        let diagonals = [u + v + w, u + v - w, u - v + w, u - v - w];
-        let farthest = |s: &DVec3| s.length_squared() + 2.0 * c.dot(*s).abs();
-        let corner = diagonals.iter().map(farthest).fold(0.0, f64::max);
-        let by_box = (c.length_squared() + corner).sqrt();
-        by_box.min(c.length() + inner.radius) + self.slack
-    }
+/// The length of the longest vector `c + u + v + w`, where `u`, `v` and `w` may be reversed.
+fn farthest(c: DVec3, [u, v, w]: [DVec3; 3]) -> f64 {
+    // The farthest of two opposite corners, for each of the four diagonals.
+    let diagonals = [u + v + w, u + v - w, u - v + w, u - v - w];
+    let corner = |s: &DVec3| s.length_squared() + 2.0 * c.dot(*s).abs();
+    let corner = diagonals.iter().map(corner).fold(0.0, f64::max);
+    (c.length_squared() + corner).sqrt()
 }
 
 /// The largest gap of two boxes along 15 axes: a lower bound of their distance, up to rounding.
