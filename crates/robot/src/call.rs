@@ -11,7 +11,7 @@ use crate::edge::Run;
 use crate::order::{Asked, BOX_WORK, Fact};
 use crate::placement::Placement;
 use crate::shape::{Inner, holds_part};
-use crate::transform::Transform;
+use crate::transform::{Transform, to_pose};
 use crate::world::World;
 
 /// Work of placing a body, and of the test of a pair's spheres, in units of a query's work.
@@ -128,7 +128,7 @@ impl<'c> Call<'c> {
             }
         }
         let memory = with_memory.then_some(pair);
-        let (pose, margins) = (b_in_a.pose(), [a.margin, b.margin]);
+        let (pose, margins) = (to_pose(&b_in_a), [a.margin, b.margin]);
         if margins != [0.0; 2] {
             let query = Query::distance(&a.tree, &b.tree, pose).margins(margins);
             let (bounds, end) = self.run(&query.closer_than(0.0), memory);
@@ -147,7 +147,8 @@ impl<'c> Call<'c> {
         ask: impl for<'q> Fn(Query<'q, Distance>) -> Query<'q, Distance>,
     ) -> (distance::Bounds, Result<(), StopReason>) {
         let ([a, b], b_in_a) = self.pair(pair);
-        let query = Query::distance(&a.tree, &b.tree, b_in_a.pose()).margins([a.margin, b.margin]);
+        let query =
+            Query::distance(&a.tree, &b.tree, to_pose(&b_in_a)).margins([a.margin, b.margin]);
         self.run(&ask(query), Some(pair))
     }
 

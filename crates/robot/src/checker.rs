@@ -8,9 +8,9 @@ use punctual::engine::Deadline;
 use punctual::{Pose, StopReason};
 
 use crate::call::{Call, Room};
-use crate::model::{LARGEST, PlacedShape, prefixed};
+use crate::model::{PlacedShape, prefixed};
 use crate::order::Order;
-use crate::transform::Transform;
+use crate::transform::{Transform, from_pose};
 use crate::world::World;
 use crate::{Model, RobotError, Shape, ShapeId};
 
@@ -197,29 +197,18 @@ impl Checker {
     fn insert(
         &mut self,
         name: &str,
-        (body, frame): (u32, Transform),
+        place: (u32, Transform),
         pose: Pose,
         shape: Shape,
         touches: Vec<u32>,
     ) -> Result<ShapeId, RobotError> {
-        let fail = |error| prefixed(&format!("obstacle {name}"), error);
-        let in_body = frame.then(&Transform::from_pose(&pose).map_err(fail)?);
-        if shape.inner().radius > LARGEST {
-            return Err(fail(RobotError::model(format!("larger than {LARGEST:e}"))));
-        }
+        let placed = PlacedShape::new(name.into(), None, place, &pose, shape);
+        let placed = placed.map_err(|error| prefixed(&format!("obstacle {name}"), error))?;
         let id = ShapeId(self.next);
         self.next += 1;
         self.change(|world| {
             world.ids.push(id);
-            world.shapes.push(PlacedShape {
-                name: name.into(),
-                link: None,
-                touches,
-                body,
-                frame,
-                in_body,
-                shape,
-            });
+            world.shapes.push(PlacedShape { touches, ..placed });
         });
         Ok(id)
     }
@@ -231,9 +220,9 @@ impl Checker {
     /// [`RobotError::NoObstacle`], and those of [`Checker::add`].
     pub fn move_to(&mut self, id: ShapeId, pose: Pose) -> Result<(), RobotError> {
         let at = self.world.obstacle(id).ok_or(RobotError::NoObstacle)?;
-        let pose = Transform::from_pose(&pose)?;
+        let pose = from_pose(&pose)?;
         let shape = &mut self.world.shapes[at];
-        shape.in_body = shape.frame.then(&pose);
+        shape.in_body = shape.frame * pose;
         self.world.version += 1;
         self.room.sync(&self.world);
         Ok(())
@@ -254,11 +243,10 @@ impl Checker {
 
     /// Changes the shapes, and lists their pairs anew.
     fn change(&mut self, change: impl FnOnce(&mut World)) {
-        let before: Vec<_> = self.pairs().collect();
         change(&mut self.world);
         self.world.pair();
         self.world.version += 1;
-        self.order = self.order.repaired(&before, &self.world);
+        self.order = Order::new(&self.world);
         self.room.sync(&self.world);
     }
 

@@ -186,7 +186,7 @@ impl Call<'_> {
                 if let Some(nearest) = measured.nearest {
                     let pair = &self.world.pairs[number as usize];
                     let place = self.room.placement.shape(self.world, pair.a);
-                    found.points = nearest.points.map(|p| place.point(p));
+                    found.points = nearest.points.map(|p| place.transform_point3(p));
                     if pair.a > pair.b {
                         found.points.swap(0, 1);
                     }

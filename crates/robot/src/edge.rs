@@ -13,6 +13,7 @@ use std::collections::VecDeque;
 
 use punctual::StopReason;
 use punctual::clock::ClockedBudget;
+use punctual_geom::named;
 
 use crate::call::Call;
 use crate::checker::Outcome;
@@ -45,24 +46,24 @@ pub struct EdgeOptions {
 
 impl Default for EdgeOptions {
     fn default() -> Self {
-        Self {
-            first: false,
-            resolution: 1e-6,
-        }
+        Self::any()
     }
 }
 
 impl EdgeOptions {
     /// Any contact, with the default resolution.
-    pub fn any() -> Self {
-        Self::default()
+    pub const fn any() -> Self {
+        Self {
+            first: false,
+            resolution: 1e-6,
+        }
     }
 
     /// The first contact, with the default resolution.
-    pub fn first() -> Self {
+    pub const fn first() -> Self {
         Self {
             first: true,
-            ..Self::default()
+            ..Self::any()
         }
     }
 }
@@ -95,27 +96,19 @@ pub enum EdgeAnswer {
     Undecided,
 }
 
-impl EdgeAnswer {
-    /// Name in files: `free`, `contact` or `undecided`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Contact => "contact",
-            Self::Undecided => "undecided",
-        }
-    }
-}
+named!(EdgeAnswer { Free => "free", Contact => "contact", Undecided => "undecided" });
 
 /// A time of a path: the number of its line, and the share of that line.
 type Time = (u32, f64);
 
-/// A part of a line that is not proven, and the list of the pairs to be proven on it.
+/// A part of a line that is not proven, and where the pairs to be proven on it lie in
+/// [`Run::pairs`].
 #[derive(Clone, Copy, Debug)]
 struct Interval {
     line: u32,
     low: f64,
     high: f64,
-    list: usize,
+    pairs: [usize; 2],
 }
 
 /// A pair at the middle of an interval: how near it may come, and whether boxes tell it apart.
@@ -142,7 +135,9 @@ pub(crate) struct Run {
     options: EdgeOptions,
     /// Configurations between the lines, one after the other.
     knots: Vec<f64>,
+    width: usize,
     lines: u32,
+    /// The configuration that was placed last, or the differences along its line.
     at: Vec<f64>,
     /// How far the joint of each body moves in half of the interval at hand.
     moves: Vec<f64>,
@@ -152,8 +147,8 @@ pub(crate) struct Run {
     open: VecDeque<Interval>,
     now: Option<(Interval, Phase)>,
     kept: Vec<Kept>,
-    /// Lists of pairs, with the number of intervals that use each.
-    lists: Vec<(u32, Vec<u32>)>,
+    /// Of all intervals, in the order in which they were made.
+    pairs: Vec<u32>,
     touching: Option<(Time, u32)>,
     /// Start of the first interval that was given up.
     unproven: Option<Time>,
@@ -180,18 +175,15 @@ impl Run {
             ..options
         };
         self.knots.clear();
-        knots
-            .iter()
-            .for_each(|part| self.knots.extend_from_slice(part));
-        let width = world.model.joint_names().len().max(1);
-        self.lines = (self.knots.len() / width).max(2) as u32 - 1;
+        for part in knots {
+            self.knots.extend_from_slice(part);
+        }
+        self.width = world.model.joint_names().len();
+        self.lines = (self.knots.len() / self.width.max(1)).max(2) as u32 - 1;
         (self.probes, self.cursor, self.now) = (0, None, None);
         (self.touching, self.unproven) = (None, None);
         self.open.clear();
-        for (users, list) in &mut self.lists {
-            *users = 0;
-            list.clear();
-        }
+        self.pairs.clear();
     }
 
     /// Goes on until the question is answered or the budget ends.
@@ -204,18 +196,14 @@ impl Run {
         }
     }
 
-    /// The joint values at the two ends of a line.
-    fn ends(&self, line: u32) -> impl Iterator<Item = (f64, f64)> {
-        let width = self.knots.len() / (self.lines as usize + 1);
-        let (from, to) = self.knots[line as usize * width..].split_at(width);
-        from.iter().copied().zip(to.iter().copied())
-    }
-
     fn put(&mut self, (line, share): Time, call: &mut Call<'_>) -> Result<(), StopReason> {
-        let mut at = std::mem::take(&mut self.at);
-        at.clear();
-        at.extend(self.ends(line).map(|(from, to)| from + share * (to - from)));
-        self.at = at;
+        let (from, to) = self.knots[line as usize * self.width..].split_at(self.width);
+        let at = from
+            .iter()
+            .zip(to)
+            .map(|(from, to)| from + share * (to - from));
+        self.at.clear();
+        self.at.extend(at);
         call.put(&self.at)
     }
 
@@ -248,11 +236,14 @@ impl Run {
             self.cursor = None;
             self.probes += 1;
             if self.probes == self.probe_count() {
-                let list = self.new_list(call.order.iter().map(|asked| asked.pair));
-                (0..self.lines).for_each(|line| self.push(line, [0.0, 1.0], list));
-                if self.options.first {
-                    self.open.make_contiguous().reverse();
-                }
+                self.pairs.extend(call.order.iter().map(|asked| asked.pair));
+                let whole = |line| Interval {
+                    line,
+                    low: 0.0,
+                    high: 1.0,
+                    pairs: [0, self.pairs.len()],
+                };
+                self.open.extend((0..self.lines).map(whole));
             }
         }
         Ok(())
@@ -270,7 +261,6 @@ impl Run {
             };
             self.halve(interval, phase, call)?;
             self.now = None;
-            self.lists[interval.list].0 -= 1;
         }
     }
 
@@ -318,8 +308,7 @@ impl Run {
                         if !self.options.first {
                             return Err(End::Found);
                         }
-                        let rest = self.new_list_of_kept();
-                        self.push(line, [low, middle], rest);
+                        self.leave([[low, middle]], line);
                         return Ok(());
                     }
                     Phase::Contacts(at + 1)
@@ -327,53 +316,71 @@ impl Run {
                 Phase::Contacts(_) => break,
             };
         }
-        if !self.kept.is_empty() {
-            let rest = self.new_list_of_kept();
-            let halves = [[low, middle], [middle, high]];
-            // The last one is taken first where the first contact is sought.
-            for half in if self.options.first { [1, 0] } else { [0, 1] } {
-                self.push(line, halves[half], rest);
+        self.leave([[low, middle], [middle, high]], line);
+        Ok(())
+    }
+
+    /// Leaves parts of a line on which what was kept is not proven.
+    fn leave<const N: usize>(&mut self, mut parts: [[f64; 2]; N], line: u32) {
+        if self.kept.is_empty() {
+            return;
+        }
+        let begin = self.pairs.len();
+        self.pairs.extend(self.kept.iter().map(|kept| kept.pair));
+        let pairs = [begin, self.pairs.len()];
+        if self.options.first {
+            parts.reverse();
+        }
+        for [low, high] in parts {
+            let part = Interval {
+                line,
+                low,
+                high,
+                pairs,
+            };
+            match self.options.first {
+                true => self.open.push_front(part),
+                false => self.open.push_back(part),
             }
         }
-        Ok(())
     }
 
     /// The next interval worth halving.
     fn next(&mut self) -> Option<Interval> {
         loop {
-            let interval = match self.options.first {
-                true => self.open.pop_back()?,
-                false => self.open.pop_front()?,
-            };
+            let interval = self.open.pop_front()?;
             let begin = (interval.line, interval.low);
-            let is_late = self.touching.is_some_and(|(time, _)| begin >= time);
-            if !is_late && interval.high - interval.low >= self.options.resolution {
+            if self.options.first {
+                // Those of intervals that are done.
+                self.pairs.truncate(interval.pairs[1]);
+            }
+            if self.touching.is_some_and(|(time, _)| begin >= time) {
+                continue;
+            }
+            if interval.high - interval.low >= self.options.resolution {
                 return Some(interval);
             }
-            self.lists[interval.list].0 -= 1;
-            if !is_late {
-                let unproven = self.unproven.get_or_insert(begin);
-                *unproven = earlier(*unproven, begin);
-            }
+            let unproven = self.unproven.get_or_insert(begin);
+            *unproven = earlier(*unproven, begin);
         }
     }
 
     /// Keeps the pairs that spheres and boxes do not prove free on an interval.
     fn filter(&mut self, interval: Interval, call: &mut Call<'_>) -> Result<(), StopReason> {
-        call.pay(self.lists[interval.list].1.len() as u64 * BOX_WORK)?;
+        let [begin, end] = interval.pairs;
+        call.pay((end - begin) as u64 * BOX_WORK)?;
         let world = call.world;
         let half = 0.5 * (interval.high - interval.low);
-        let width = world.model.joint_names().len();
-        let line = &self.knots[interval.line as usize * width..];
         self.moves.clear();
-        self.moves.extend(world.model.bodies.iter().map(|body| {
-            let value = body.value as usize;
-            let ends = line.get(value).zip(line.get(width + value));
-            let way = ends.map_or(0.0, |(from, to)| to - from);
-            body.multiplier * way * half
-        }));
+        let (from, to) = self.knots[interval.line as usize * self.width..].split_at(self.width);
+        self.at.clear();
+        self.at
+            .extend(from.iter().zip(to).map(|(from, to)| to - from));
+        let bodies = world.model.bodies.iter();
+        let moves = bodies.map(|body| body.value.change(&self.at) * half);
+        self.moves.extend(moves);
         self.kept.clear();
-        for &number in &self.lists[interval.list].1 {
+        for &number in &self.pairs[begin..end] {
             let pair = &world.pairs[number as usize];
             let placement = &mut call.room.placement;
             let limit = placement.reach(world, pair, &self.moves) + placement.slack;
@@ -391,34 +398,6 @@ impl Run {
             }
         }
         Ok(())
-    }
-
-    fn push(&mut self, line: u32, [low, high]: [f64; 2], list: usize) {
-        self.lists[list].0 += 1;
-        self.open.push_back(Interval {
-            line,
-            low,
-            high,
-            list,
-        });
-    }
-
-    fn new_list(&mut self, pairs: impl Iterator<Item = u32>) -> usize {
-        let free = self.lists.iter().position(|(users, _)| *users == 0);
-        let list = free.unwrap_or(self.lists.len());
-        if free.is_none() {
-            self.lists.push((0, Vec::new()));
-        }
-        self.lists[list].1.clear();
-        self.lists[list].1.extend(pairs);
-        list
-    }
-
-    fn new_list_of_kept(&mut self) -> usize {
-        let kept = std::mem::take(&mut self.kept);
-        let list = self.new_list(kept.iter().map(|kept| kept.pair));
-        self.kept = kept;
-        list
     }
 
     /// What is known so far.
@@ -494,7 +473,9 @@ impl Checker {
     ) -> Result<Outcome<Edge>, RobotError> {
         let (rows, width) = self.rows(knots)?;
         if rows < 2 {
-            return Err(RobotError::model("a path of fewer than two configurations"));
+            return Err(RobotError::Model(
+                "a path of fewer than two configurations".into(),
+            ));
         }
         let call = self.begin(&knots[..width], budget.into())?;
         Ok(call.edge(&[knots], *options))

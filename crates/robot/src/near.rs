@@ -1,8 +1,8 @@
 //! The first filter: which pairs of shapes may be near each other, eight moving shapes at a time.
 
-use punctual::glam::{DMat3, DVec3};
 use punctual_geom::lanes::{Column, F8, Instructions, Kernel, Lanes};
 
+use crate::placement::StillBox;
 use crate::world::{LANES, World};
 
 /// The slack, relative to the size of what is placed. With `u = 2^-24`, the point in the frame of a
@@ -23,9 +23,10 @@ enum First {
 }
 
 /// Tells of each pair whether it is near.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Near {
-    instructions: Instructions,
+    /// `None` before there is a world.
+    instructions: Option<Instructions>,
     /// Spheres of the moving shapes, in lanes: x, y, z and radius.
     spheres: Vec<[[f32; LANES]; 4]>,
     firsts: Vec<(u32, First)>,
@@ -34,39 +35,30 @@ pub(crate) struct Near {
     slack: f32,
 }
 
-impl Default for Near {
-    fn default() -> Self {
-        Self {
-            instructions: Instructions::detect(),
-            spheres: Vec::new(),
-            firsts: Vec::new(),
-            bits: Vec::new(),
-            slack: 0.0,
-        }
-    }
-}
-
 impl Near {
-    /// Takes over the pairs of the world; `still` has the boxes of shapes that stand still.
-    pub fn sync(&mut self, world: &World, still: &[Option<(DMat3, DVec3, DVec3)>]) {
+    /// For the pairs of the world; `still` gives the boxes of shapes that stand still.
+    pub fn new(world: &World, still: impl Fn(u32) -> Option<StillBox>) -> Self {
         let chunks = world.stride() / LANES;
-        self.spheres.clear();
-        self.spheres.resize(chunks, [[0.0; LANES]; 4]);
-        self.bits.clear();
-        self.bits.resize(chunks * world.shapes.len(), 0);
         let mut firsts: Vec<u32> = world.pairs.iter().map(|pair| pair.a).collect();
         firsts.sort_unstable();
         firsts.dedup();
-        let first = |shape: u32| match &still[shape as usize] {
+        let first = |shape: u32| match still(shape) {
             Some((back, centre, half)) => {
                 let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
                 First::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
             }
             None => First::Sphere(world.column(shape)),
         };
-        let firsts = firsts.into_iter().map(|shape| (shape, first(shape)));
-        self.firsts.clear();
-        self.firsts.extend(firsts);
+        Self {
+            instructions: Some(Instructions::detect()),
+            spheres: vec![[[0.0; LANES]; 4]; chunks],
+            firsts: firsts
+                .into_iter()
+                .map(|shape| (shape, first(shape)))
+                .collect(),
+            bits: vec![0; chunks * world.shapes.len()],
+            slack: 0.0,
+        }
     }
 
     /// Places the sphere of a moving shape.
@@ -84,7 +76,9 @@ impl Near {
             return self.bits.fill(u8::MAX);
         }
         self.slack = (SLACK * size) as f32;
-        self.instructions.run(self);
+        if let Some(instructions) = self.instructions {
+            instructions.run(self);
+        }
     }
 
     /// False proves that the pair is apart.

@@ -2,8 +2,7 @@
 //!
 //! The order decides which contact is found first and how fast, never whether there is one.
 
-use crate::world::{Pair, ShapeId, World};
-use std::collections::HashMap;
+use crate::world::World;
 
 /// What is known of a pair whose spheres met.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,12 +60,10 @@ pub(crate) struct Order {
 
 impl Order {
     pub fn new(world: &World) -> Self {
-        let asked = |(pair, of): (u32, &Pair)| Asked {
-            pair,
-            slot: of.slot,
-        };
+        let slots = world.pairs.iter().map(|pair| pair.slot);
+        let pairs = (0..).zip(slots).map(|(pair, slot)| Asked { pair, slot });
         Self {
-            pairs: (0..).zip(&world.pairs).map(asked).collect(),
+            pairs: pairs.collect(),
             facts: vec![Fact::default(); world.pairs.len()],
             seen: 0,
             due: SHORTEST,
@@ -88,18 +85,5 @@ impl Order {
             self.pairs
                 .sort_unstable_by(|p, q| chance(q).total_cmp(&chance(p)).then(p.pair.cmp(&q.pair)));
         }
-    }
-
-    /// The order for other pairs: what is known of those that remain is kept.
-    pub fn repaired(&self, before: &[[ShapeId; 2]], world: &World) -> Self {
-        let known: HashMap<_, _> = before.iter().zip(&self.facts).collect();
-        let mut order = Self::new(world);
-        for (pair, fact) in order.facts.iter_mut().enumerate() {
-            if let Some(known) = known.get(&world.ids_of(pair as u32)) {
-                *fact = **known;
-            }
-        }
-        order.count(self.seen);
-        order
     }
 }
