@@ -1,9 +1,10 @@
-//! Measures a robot in its cell: `measure DIR [labels|clearance|edges [REPETITIONS]]`, with files:
+//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon [REPETITIONS]]`, with files:
 //! `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
 
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 use punctual::{Budget, Pose};
@@ -132,5 +133,37 @@ fn main() -> Result<(), Box<dyn Error>> {
             work / u64::from(free[0] + free[1]),
         );
     }
+    if asks("horizon") {
+        horizon(&mut checker, &configs[..2000])?;
+    }
+    Ok(())
+}
+
+/// Moments at random configurations, on the way to others at up to 2 rad/s: how many are proven
+/// free for 100 ms within 200 us, of those that are.
+fn horizon(checker: &mut Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Error>> {
+    let (mut free, mut proven, mut times) = (0, 0, Vec::new());
+    for (q, next) in configs.iter().zip(&configs[1..]) {
+        let ways = q.iter().zip(next).map(|(a, b)| b - a);
+        let fastest = ways.clone().fold(0f64, |most, way| most.max(way.abs()));
+        let velocity: Vec<f64> = ways.map(|way| way * 2.0 / fastest).collect();
+        let whole = checker.horizon(q, &velocity, 0.1, Budget::unlimited())?;
+        if whole.value.free_for < 0.1 {
+            continue;
+        }
+        free += 1;
+        let start = Instant::now();
+        let cut = checker.horizon(q, &velocity, 0.1, Budget::time(Duration::from_micros(200)))?;
+        times.push(start.elapsed());
+        proven += u32::from(cut.value.free_for == 0.1);
+    }
+    times.sort_unstable();
+    let at = |share: f64| times[(share * (times.len() - 1) as f64) as usize];
+    println!(
+        "horizon 100 ms within 200 us: proven {proven} of {free} free moments, median {:?}, 99 % {:?}, most {:?}",
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    );
     Ok(())
 }

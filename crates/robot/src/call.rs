@@ -26,6 +26,8 @@ pub(crate) struct Room {
     /// Bounds of a clearance.
     pub bounds: Bounds,
     pub run: Run,
+    /// The configuration at the end of a horizon.
+    pub then: Vec<f64>,
     /// What was learned of the pairs in a round of a batch.
     pub facts: Vec<Fact>,
     /// What was near or met at the configurations before, by pair, since the time in `stamps`.

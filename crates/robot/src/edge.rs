@@ -29,6 +29,9 @@ const ENDS: usize = 2;
 /// shorter intervals prove the pair.
 const APART: f64 = 1.0 / 16.0;
 
+/// Work of bounding a pair's way, and of the test of its spheres, in units of a query's work.
+const SPHERE_WORK: u64 = 20;
+
 /// Intervals are never narrower than this.
 const NARROWEST: f64 = 1e-12;
 
@@ -123,7 +126,7 @@ struct Kept {
 #[derive(Clone, Copy, Debug)]
 enum Phase {
     Place,
-    Filter,
+    Filter(usize),
     Distances(usize),
     Contacts(usize),
 }
@@ -279,12 +282,14 @@ impl Run {
             phase = match phase {
                 Phase::Place => {
                     self.put((line, middle), call)?;
-                    Phase::Filter
+                    self.measure_moves(interval, call.world);
+                    Phase::Filter(interval.pairs[0])
                 }
-                Phase::Filter => {
-                    self.filter(interval, call)?;
-                    Phase::Distances(0)
+                Phase::Filter(at) if at < interval.pairs[1] => {
+                    self.filter(self.pairs[at], call)?;
+                    Phase::Filter(at + 1)
                 }
+                Phase::Filter(_) => Phase::Distances(0),
                 Phase::Distances(at) if at < self.kept.len() => {
                     let Kept { pair, limit, gap } = self.kept[at];
                     if gap > APART * limit {
@@ -365,36 +370,32 @@ impl Run {
         }
     }
 
-    /// Keeps the pairs that spheres and boxes do not prove free on an interval.
-    fn filter(&mut self, interval: Interval, call: &mut Call<'_>) -> Result<(), StopReason> {
-        let [begin, end] = interval.pairs;
-        call.pay((end - begin) as u64 * BOX_WORK)?;
-        let world = call.world;
+    /// Begins with an interval whose middle is placed.
+    fn measure_moves(&mut self, interval: Interval, world: &World) {
         let half = 0.5 * (interval.high - interval.low);
-        self.moves.clear();
         let (from, to) = self.knots[interval.line as usize * self.width..].split_at(self.width);
         self.at.clear();
         self.at
             .extend(from.iter().zip(to).map(|(from, to)| to - from));
         let bodies = world.model.bodies.iter();
         let moves = bodies.map(|body| body.value.change(&self.at) * half);
+        self.moves.clear();
         self.moves.extend(moves);
         self.kept.clear();
-        for &number in &self.pairs[begin..end] {
-            let pair = &world.pairs[number as usize];
-            let placement = &mut call.room.placement;
-            let limit = placement.reach(world, pair, &self.moves) + placement.slack;
-            if placement.sphere_gap(pair) > limit {
-                continue;
-            }
-            let (shapes, b_in_a) = call.pair(number);
+    }
+
+    /// Keeps a pair unless spheres or boxes prove it free on the interval.
+    fn filter(&mut self, pair: u32, call: &mut Call<'_>) -> Result<(), StopReason> {
+        call.pay(SPHERE_WORK)?;
+        let asked = &call.world.pairs[pair as usize];
+        let placement = &mut call.room.placement;
+        let limit = placement.reach(call.world, asked, &self.moves) + placement.slack;
+        if placement.sphere_gap(asked) <= limit {
+            call.deadline.spend(BOX_WORK);
+            let (shapes, b_in_a) = call.pair(pair);
             let gap = call.room.placement.box_gap(shapes, &b_in_a);
             if gap <= limit {
-                self.kept.push(Kept {
-                    pair: number,
-                    limit,
-                    gap,
-                });
+                self.kept.push(Kept { pair, limit, gap });
             }
         }
         Ok(())
