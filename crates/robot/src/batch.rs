@@ -12,6 +12,7 @@ use punctual::engine::Deadline;
 
 use crate::call::{Call, Room};
 use crate::checker::Outcome;
+use crate::error::refuse;
 use crate::order::Fact;
 use crate::{Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, RobotError};
 
@@ -32,7 +33,7 @@ impl Checker {
         budget: Budget,
         threads: usize,
     ) -> Result<Vec<Outcome<Collision>>, RobotError> {
-        let (rows, width) = self.rows(configurations)?;
+        let (rows, width) = self.model().rows(configurations)?;
         Ok(self.batch(rows, budget, threads, |call, row| {
             call.collide(&configurations[row * width..][..width])
         }))
@@ -49,7 +50,7 @@ impl Checker {
         budget: Budget,
         threads: usize,
     ) -> Result<Vec<Outcome<Clearance>>, RobotError> {
-        let (rows, width) = self.rows(configurations)?;
+        let (rows, width) = self.model().rows(configurations)?;
         Ok(self.batch(rows, budget, threads, |call, row| {
             call.clearance(&configurations[row * width..][..width], options)
         }))
@@ -59,7 +60,7 @@ impl Checker {
     /// of the one to row `i` of the other.
     ///
     /// # Errors
-    /// Those of [`Checker::collide_batch`]; both must have the same number of rows.
+    /// Those of [`Checker::collide_batch`]; [`RobotError::Model`] unless both have the same number of rows.
     pub fn edge_batch(
         &mut self,
         from: &[f64],
@@ -68,29 +69,17 @@ impl Checker {
         budget: Budget,
         threads: usize,
     ) -> Result<Vec<Outcome<Edge>>, RobotError> {
-        let (rows, width) = self.rows(from)?;
-        self.world.model.check_rows(to, rows)?;
+        let (rows, width) = self.model().rows(from)?;
+        let ends = self.model().rows(to)?.0;
+        if ends != rows {
+            return refuse(format!("edges from {rows} configurations to {ends}"));
+        }
         Ok(self.batch(rows, budget, threads, |call, row| {
             call.edge(
                 &[from, to].map(|ends| &ends[row * width..][..width]),
                 *options,
             )
         }))
-    }
-
-    pub(crate) fn rows(&self, configurations: &[f64]) -> Result<(usize, usize), RobotError> {
-        let model = &self.world.model;
-        let width = model.joint_names().len();
-        let rows = configurations.len().checked_div(width).unwrap_or(0);
-        let found = configurations.len() - rows * width;
-        if found > 0 {
-            return Err(RobotError::Length {
-                expected: width,
-                found,
-            });
-        }
-        model.check_rows(configurations, rows)?;
-        Ok((rows, width))
     }
 
     /// Asks in rounds, each as long as all before.

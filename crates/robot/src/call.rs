@@ -8,7 +8,7 @@ use punctual::{Budget, PairMemory, Query, StopReason, Verdict, Workspace};
 use crate::checker::Outcome;
 use crate::clearance::Bounds;
 use crate::edge::Run;
-use crate::order::{Asked, BOX_WORK, Fact};
+use crate::order::{BOX_WORK, Fact};
 use crate::placement::Placement;
 use crate::shape::{Inner, holds_part};
 use crate::transform::{Transform, to_pose};
@@ -57,7 +57,7 @@ impl Room {
 
 pub(crate) struct Call<'c> {
     pub world: &'c World,
-    pub order: &'c [Asked],
+    pub order: &'c [u32],
     pub facts: &'c mut [Fact],
     pub room: &'c mut Room,
     pub deadline: Deadline<'c>,
@@ -96,7 +96,8 @@ impl<'c> Call<'c> {
     /// Asks the pairs from `cursor` on until one meets. After an error the cursor is at the pair
     /// whose query was stopped.
     pub fn find(&mut self, cursor: &mut usize) -> Result<Option<u32>, StopReason> {
-        while let Some(&Asked { pair, slot }) = self.order.get(*cursor) {
+        while let Some(&pair) = self.order.get(*cursor) {
+            let slot = self.world.pairs[pair as usize].slot;
             if self.room.placement.is_near(slot) {
                 let before = self.deadline.done();
                 let met = self.meets(pair, false)?;

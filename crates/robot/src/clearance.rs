@@ -81,6 +81,16 @@ pub struct Clearance {
     pub normal: DVec3,
 }
 
+impl Clearance {
+    const UNKNOWN: Self = Self {
+        low: 0.0,
+        high: f64::INFINITY,
+        pair: None,
+        points: [DVec3::ZERO; 2],
+        normal: DVec3::ZERO,
+    };
+}
+
 /// The pairs that are still to be measured, the nearest first: the bits of a lower bound of the
 /// distance (not negative, so they are in order), the pair, and whether boxes gave the bound.
 pub(crate) type Bounds = BinaryHeap<Reverse<(u64, u32, bool)>>;
@@ -121,13 +131,7 @@ impl Call<'_> {
         configuration: &[f64],
         options: &ClearanceOptions,
     ) -> Outcome<Clearance> {
-        let mut found = Clearance {
-            low: 0.0,
-            high: f64::INFINITY,
-            pair: None,
-            points: [DVec3::ZERO; 2],
-            normal: DVec3::ZERO,
-        };
+        let mut found = Clearance::UNKNOWN;
         let mut bounds = std::mem::take(&mut self.room.bounds);
         let end = self.put(configuration).and_then(|()| {
             bounds.clear();
@@ -173,8 +177,8 @@ impl Call<'_> {
             }
             let band = shapes[0].band + shapes[1].band;
             if holds_part(shapes[0], shapes[1], &b_in_a) {
-                (found.low, found.high) = (0.0, band);
-                found.pair = Some(self.world.ids_of(number));
+                *found = Clearance::UNKNOWN;
+                (found.high, found.pair) = (band, Some(self.world.ids_of(number)));
                 return Ok(());
             }
             let (measured, end) = self.distance(number, |query| {

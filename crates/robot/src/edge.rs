@@ -239,7 +239,7 @@ impl Run {
             self.cursor = None;
             self.probes += 1;
             if self.probes == self.probe_count() {
-                self.pairs.extend(call.order.iter().map(|asked| asked.pair));
+                self.pairs.extend_from_slice(call.order);
                 let whole = |line| Interval {
                     line,
                     low: 0.0,
@@ -472,7 +472,7 @@ impl Checker {
         options: &EdgeOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
-        let (rows, width) = self.rows(knots)?;
+        let (rows, width) = self.model().rows(knots)?;
         if rows < 2 {
             return Err(RobotError::Model(
                 "a path of fewer than two configurations".into(),

@@ -19,21 +19,25 @@ pub struct Horizon {
 }
 
 impl Horizon {
-    /// The largest share of the speed asked (0 to 1) with which the robot may go on for `cycle`
-    /// seconds, and then still stop before the proven time ends.
-    ///
-    /// `braking` is the time in seconds in which it stops from the full speed at a constant
-    /// deceleration, all joints in proportion ([`braking_time`]). At the share `s` it stops in `s
-    /// braking`, on half of the way: `s cycle + s s braking / 2 <= free_for`.
+    /// [`safe_speed`] within the time that is proven free.
     pub fn safe_speed(&self, cycle: f64, braking: f64) -> f64 {
-        let root = (cycle * cycle + 2.0 * braking * self.free_for).sqrt();
-        let share = 2.0 * self.free_for / (cycle + root) * (1.0 - 1e-12);
-        // Not a number where there is nothing to do: no time proven, none needed.
-        if share < 1.0 {
-            share
-        } else {
-            f64::from(self.free_for > 0.0)
-        }
+        safe_speed(self.free_for, cycle, braking)
+    }
+}
+
+/// The largest share of the speed (0 to 1) with which a robot that is free for `free_for` seconds
+/// at full speed may go on for `cycle` seconds, and then still stop in time.
+///
+/// `braking` is the time in seconds in which it stops from the full speed at a constant
+/// deceleration, all joints in proportion ([`braking_time`]). At the share `s` it stops in `s
+/// braking`, on half of the way: `s cycle + s s braking / 2 <= free_for`.
+pub fn safe_speed(free_for: f64, cycle: f64, braking: f64) -> f64 {
+    let root = (cycle * cycle + 2.0 * braking * free_for).sqrt();
+    let share = 2.0 * free_for / (cycle + root) * (1.0 - 1e-12);
+    match share < 1.0 {
+        true => share,
+        // Not a number where nothing is proven and nothing needed.
+        false => f64::from(free_for > 0.0),
     }
 }
 

@@ -397,20 +397,25 @@ impl Model {
         (link.body, link.in_body)
     }
 
-    /// Refuses configurations of the wrong length and values that are not finite or too large.
+    /// Refuses what is not one configuration of fine values.
     pub(crate) fn check(&self, configuration: &[f64]) -> Result<(), RobotError> {
-        self.check_rows(configuration, 1)
+        let (expected, found) = (self.joint_names.len(), configuration.len());
+        if found != expected {
+            return Err(RobotError::Length { expected, found });
+        }
+        self.rows(configuration).map(drop)
     }
 
-    /// The same for `rows` configurations, one after the other.
-    pub(crate) fn check_rows(&self, values: &[f64], rows: usize) -> Result<(), RobotError> {
+    /// The number of configurations that lie one after the other, and their length.
+    pub(crate) fn rows(&self, values: &[f64]) -> Result<(usize, usize), RobotError> {
         let expected = self.joint_names.len();
-        if values.len() != expected * rows {
-            let found = values.len().checked_div(rows).unwrap_or(values.len());
+        let rows = values.len().checked_div(expected).unwrap_or(0);
+        let found = values.len() - rows * expected;
+        if found > 0 {
             return Err(RobotError::Length { expected, found });
         }
         match values.iter().position(|v| v.is_nan() || v.abs() > LARGEST) {
-            None => Ok(()),
+            None => Ok((rows, expected)),
             Some(at) => Err(RobotError::JointValue {
                 row: at / expected,
                 joint: self.joint_names[at % expected].clone(),

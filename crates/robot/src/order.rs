@@ -41,17 +41,10 @@ pub(crate) const BOX_WORK: u64 = 100;
 const LONGEST: u64 = 1 << 14;
 const SHORTEST: u64 = 32;
 
-/// A pair, and where the filter by spheres tells whether it is near.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Asked {
-    pub pair: u32,
-    pub slot: u32,
-}
-
 /// The pairs in the order in which they are asked, with what was learned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
-    pub pairs: Vec<Asked>,
+    pub pairs: Vec<u32>,
     pub facts: Vec<Fact>,
     /// Configurations seen, and when the next order is due.
     seen: u64,
@@ -60,10 +53,8 @@ pub(crate) struct Order {
 
 impl Order {
     pub fn new(world: &World) -> Self {
-        let slots = world.pairs.iter().map(|pair| pair.slot);
-        let pairs = (0..).zip(slots).map(|(pair, slot)| Asked { pair, slot });
         Self {
-            pairs: pairs.collect(),
+            pairs: (0..world.pairs.len() as u32).collect(),
             facts: vec![Fact::default(); world.pairs.len()],
             seen: 0,
             due: SHORTEST,
@@ -80,10 +71,9 @@ impl Order {
         self.seen += configurations;
         if self.seen >= self.due {
             self.due = self.seen + self.seen.clamp(SHORTEST, LONGEST);
-            let facts = &self.facts;
-            let chance = |asked: &Asked| facts[asked.pair as usize].chance();
+            let chance = |&pair: &u32| self.facts[pair as usize].chance();
             self.pairs
-                .sort_unstable_by(|p, q| chance(q).total_cmp(&chance(p)).then(p.pair.cmp(&q.pair)));
+                .sort_unstable_by(|p, q| chance(q).total_cmp(&chance(p)).then(p.cmp(q)));
         }
     }
 }
