@@ -10,8 +10,8 @@ use crate::sized::{grows, place};
 use crate::status::{Fault, door, free, given, punctual_status};
 use crate::tree::punctual_tree;
 use ::punctual_robot::{
-    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Horizon, Model,
-    Outcome, RobotError, Shape, ShapeId, UrdfOptions, braking_time, safe_speed,
+    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
+    RobotError, Shape, ShapeId, UrdfOptions, braking_time, safe_speed,
 };
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
@@ -397,21 +397,7 @@ pub unsafe extern "C" fn punctual_robot_horizon(
             let found = ask(robot, budget, clock, |robot, budget| {
                 robot.horizon(values, velocity, seconds, budget)
             })?;
-            let verdict = match found.value {
-                Horizon {
-                    touching_in: Some(_),
-                    ..
-                } => punctual_robot_verdict::Contact,
-                Horizon { free_for, .. } if free_for == seconds => punctual_robot_verdict::Free,
-                _ => punctual_robot_verdict::Undecided,
-            };
-            let Horizon {
-                free_for,
-                touching_in,
-                pair,
-                ..
-            } = found.value;
-            out.write(motion_of(&found, verdict, free_for, touching_in, pair));
+            out.write(found.into());
         }
         Ok(())
     })
@@ -525,24 +511,14 @@ impl From<Outcome<Edge>> for punctual_robot_motion {
             EdgeAnswer::Contact => punctual_robot_verdict::Contact,
             EdgeAnswer::Undecided => punctual_robot_verdict::Undecided,
         };
-        motion_of(&found, verdict, free_until, touching_at, pair)
-    }
-}
-
-fn motion_of<T>(
-    found: &Outcome<T>,
-    verdict: punctual_robot_verdict,
-    free_until: f64,
-    touching_at: Option<f64>,
-    pair: Option<[ShapeId; 2]>,
-) -> punctual_robot_motion {
-    punctual_robot_motion {
-        size: punctual_robot_motion::SIZE,
-        verdict,
-        free_until,
-        touching_at: touching_at.unwrap_or(f64::INFINITY),
-        shapes: numbers(pair),
-        stop: found.stop.into(),
-        work: found.work,
+        Self {
+            size: Self::SIZE,
+            verdict,
+            free_until,
+            touching_at: touching_at.unwrap_or(f64::INFINITY),
+            shapes: numbers(pair),
+            stop: found.stop.into(),
+            work: found.work,
+        }
     }
 }

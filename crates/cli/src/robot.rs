@@ -246,11 +246,13 @@ impl Asked<'_> {
                 writeln!(out, "{i},,,0,error,0")?;
                 continue;
             };
-            let pair = match found.value {
-                Collision::Contact(pair) => self.names(Some(pair)).join("|"),
-                _ => String::new(),
+            let (verdict, pair) = match found.value {
+                Collision::Free => ("free", None),
+                Collision::Contact(pair) => ("contact", Some(pair)),
+                Collision::Undecided => ("undecided", None),
             };
-            let (verdict, ns) = (found.value.name(), least.as_nanos());
+            let pair = pair.map_or(String::new(), |pair| self.names(Some(pair)).join("|"));
+            let ns = least.as_nanos();
             writeln!(
                 out,
                 "{i},{verdict},{pair},{ns},{},{}",

@@ -596,7 +596,7 @@ impl Robot {
             model.name(),
             model.joint_names().len(),
             model.link_names().len(),
-            checker.pair_count()
+            checker.pairs().len()
         )
     }
 }

@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         checker.add(&name, Pose::IDENTITY, Shape::mesh(mesh))?;
     }
     let pairs = table(&dir.join("pairs.csv"))?.len();
-    println!("pairs {} of {pairs}", checker.pair_count());
+    println!("pairs {} of {pairs}", checker.pairs().len());
     let configs: Vec<Vec<f64>> = table(&dir.join("configs.csv"))?
         .iter()
         .map(|r| numbers(r))
@@ -148,14 +148,14 @@ fn horizon(checker: &mut Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Er
         let fastest = ways.clone().fold(0f64, |most, way| most.max(way.abs()));
         let velocity: Vec<f64> = ways.map(|way| way * 2.0 / fastest).collect();
         let whole = checker.horizon(q, &velocity, 0.1, Budget::unlimited())?;
-        if whole.value.free_for < 0.1 {
+        if whole.value.free_until < 0.1 {
             continue;
         }
         free += 1;
         let start = Instant::now();
         let cut = checker.horizon(q, &velocity, 0.1, Budget::time(Duration::from_micros(200)))?;
         times.push(start.elapsed());
-        proven += u32::from(cut.value.free_for == 0.1);
+        proven += u32::from(cut.value.free_until == 0.1);
     }
     times.sort_unstable();
     let at = |share: f64| times[(share * (times.len() - 1) as f64) as usize];

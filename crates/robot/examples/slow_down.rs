@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use punctual::{Budget, Pose, glam::DMat3};
 use punctual_robot::{
-    Checker, ClearanceOptions, Collision, Model, Shape, UrdfOptions, braking_time,
+    Checker, ClearanceOptions, Collision, Model, Shape, UrdfOptions, braking_time, safe_speed,
 };
 
 const CYCLE: f64 = 0.001;
@@ -34,13 +34,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     for cycle in 0..3_000 {
         let start = Instant::now();
         let budget = Budget::time(Duration::from_micros(200));
-        let mut ahead = checker.horizon(&q, &velocity, HORIZON, budget)?.value;
+        let ahead = checker.horizon(&q, &velocity, HORIZON, budget)?.value;
         late += u32::from(start.elapsed() > Duration::from_micros(250));
         // What was proven before remains true, so the arm can always brake as it planned.
-        free_for = ahead.free_for.max(free_for);
-        ahead.free_for = free_for;
+        free_for = ahead.free_until.max(free_for);
         let change = CYCLE / braking;
-        let allowed = ahead.safe_speed(CYCLE, braking);
+        let allowed = safe_speed(free_for, CYCLE, braking);
         speed = (speed + change).min(allowed.max(speed - change));
         if cycle % 250 == 0 {
             println!("{cycle:4} ms: {speed:.3} of the speed, free for {free_for:.3} s");

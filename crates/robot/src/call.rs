@@ -101,7 +101,11 @@ impl<'c> Call<'c> {
             if self.room.placement.is_near(slot) {
                 let before = self.deadline.done();
                 let met = self.meets(pair, false)?;
-                self.facts[pair as usize].learn(met, self.deadline.done() - before);
+                self.facts[pair as usize].add(&Fact {
+                    asked: 1,
+                    met: u64::from(met),
+                    work: self.deadline.done() - before,
+                });
                 if met {
                     return Ok(Some(pair));
                 }

@@ -42,17 +42,6 @@ pub enum Collision {
     Undecided,
 }
 
-impl Collision {
-    /// Name in files: `free`, `contact` or `undecided`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Contact(_) => "contact",
-            Self::Undecided => "undecided",
-        }
-    }
-}
-
 /// A robot among obstacles, and what one thread needs to ask about it.
 ///
 /// Answers are for the poses that [`Model::link_poses`] gives, in f64, and exact for these: no
@@ -133,33 +122,27 @@ impl Checker {
         &self.world.model
     }
 
-    /// Number of pairs of shapes that are asked.
-    pub fn pair_count(&self) -> usize {
-        self.world.pairs.len()
-    }
-
     /// The pairs of shapes that are asked, each with the lower id first.
-    pub fn pairs(&self) -> impl Iterator<Item = [ShapeId; 2]> {
+    pub fn pairs(&self) -> impl ExactSizeIterator<Item = [ShapeId; 2]> {
         (0..self.world.pairs.len() as u32).map(|pair| self.world.ids_of(pair))
     }
 
     /// Name of a shape: that of its link or of the obstacle, and the number of the shape if the
     /// link has several (`hand:1`). `None` if the obstacle was removed.
     pub fn name(&self, id: ShapeId) -> Option<&str> {
-        let at = self.world.ids.binary_search(&id).ok()?;
-        Some(&self.world.shapes[at].name)
+        Some(&self.world.shapes[self.world.index(id)?].name)
     }
 
     /// The first shape of this name.
     pub fn find(&self, name: &str) -> Option<ShapeId> {
         let mut shapes = self.world.shapes.iter();
-        Some(self.world.ids[shapes.position(|shape| &*shape.name == name)?])
+        Some(shapes.find(|shape| &*shape.name == name)?.id)
     }
 
     /// The shape of this number, if there is one.
     pub fn id(&self, number: u32) -> Option<ShapeId> {
         let id = ShapeId(number);
-        self.world.ids.binary_search(&id).ok().map(|_| id)
+        self.world.index(id).map(|_| id)
     }
 
     /// Gives the next obstacle this number, unless it was given already: to restore a checker.
@@ -202,14 +185,12 @@ impl Checker {
         shape: Shape,
         touches: Vec<u32>,
     ) -> Result<ShapeId, RobotError> {
-        let placed = PlacedShape::new(name.into(), None, place, &pose, shape);
-        let placed = placed.map_err(|error| prefixed(&format!("obstacle {name}"), error))?;
         let id = ShapeId(self.next);
+        let placed = PlacedShape::new(id, name.into(), None, place, &pose, shape);
+        let placed = placed.map_err(|error| prefixed(&format!("obstacle {name}"), error))?;
         self.next += 1;
-        self.change(|world| {
-            world.ids.push(id);
-            world.shapes.push(PlacedShape { touches, ..placed });
-        });
+        self.world.shapes.push(PlacedShape { touches, ..placed });
+        self.pair();
         Ok(id)
     }
 
@@ -219,7 +200,7 @@ impl Checker {
     /// # Errors
     /// [`RobotError::NoObstacle`], and those of [`Checker::add`].
     pub fn move_to(&mut self, id: ShapeId, pose: Pose) -> Result<(), RobotError> {
-        let at = self.world.obstacle(id).ok_or(RobotError::NoObstacle)?;
+        let at = self.world.obstacle(id)?;
         let pose = from_pose(&pose)?;
         let shape = &mut self.world.shapes[at];
         shape.in_body = shape.frame * pose;
@@ -233,17 +214,14 @@ impl Checker {
     /// # Errors
     /// [`RobotError::NoObstacle`].
     pub fn remove(&mut self, id: ShapeId) -> Result<(), RobotError> {
-        let at = self.world.obstacle(id).ok_or(RobotError::NoObstacle)?;
-        self.change(|world| {
-            world.ids.remove(at);
-            world.shapes.remove(at);
-        });
+        let at = self.world.obstacle(id)?;
+        self.world.shapes.remove(at);
+        self.pair();
         Ok(())
     }
 
-    /// Changes the shapes, and lists their pairs anew.
-    fn change(&mut self, change: impl FnOnce(&mut World)) {
-        change(&mut self.world);
+    /// Lists the pairs of the shapes, which have changed.
+    fn pair(&mut self) {
         self.world.pair();
         self.world.version += 1;
         self.order = Order::new(&self.world);

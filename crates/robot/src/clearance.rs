@@ -209,16 +209,12 @@ impl Call<'_> {
 
 /// True if a pair is in the scope.
 fn counts(world: &World, number: u32, scope: Scope) -> bool {
+    let Pair { a, a_is_still, .. } = world.pairs[number as usize];
+    let with_obstacle = a_is_still && a as usize >= world.model.shapes.len();
     match scope {
         Scope::All => true,
-        Scope::Robot => !is_obstacle_pair(world, number),
-        Scope::Obstacles => is_obstacle_pair(world, number),
+        Scope::Robot => !with_obstacle,
+        Scope::Obstacles => with_obstacle,
         Scope::Shape(id) => world.ids_of(number).contains(&id),
     }
-}
-
-/// True for pairs with an obstacle that stands still.
-fn is_obstacle_pair(world: &World, number: u32) -> bool {
-    let Pair { a, a_is_still, .. } = world.pairs[number as usize];
-    a_is_still && a as usize >= world.model.shapes.len()
 }

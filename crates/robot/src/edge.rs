@@ -71,15 +71,15 @@ impl EdgeOptions {
     }
 }
 
-/// What is known of an edge or a path. Time 0 is its start; each straight line takes 1.
+/// What is known of a motion. Its start is at the time 0; each line of an edge or a path takes 1,
+/// those of a horizon are told in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
 pub struct Edge {
     /// The answer.
     pub answer: EdgeAnswer,
-    /// Proven: no contact before this time. The number of lines if all are free; then the end is
-    /// free too.
+    /// Proven: no contact before this time. The time of the end if all is free, the end included.
     pub free_until: f64,
     /// Proven: contact at this time; the earliest one found.
     pub touching_at: Option<f64>,
@@ -157,18 +157,6 @@ pub(crate) struct Run {
     unproven: Option<Time>,
 }
 
-/// Why a run ends before all of its intervals are done.
-enum End {
-    Stop(StopReason),
-    Found,
-}
-
-impl From<StopReason> for End {
-    fn from(stop: StopReason) -> Self {
-        Self::Stop(stop)
-    }
-}
-
 impl Run {
     /// Begins with a path of at least two knots.
     pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions) {
@@ -191,12 +179,16 @@ impl Run {
 
     /// Goes on until the question is answered or the budget ends.
     pub fn advance(&mut self, call: &mut Call<'_>) -> StopReason {
-        let end = self.probe(call).and_then(|()| self.halve_all(call));
-        self.is_stopped = matches!(end, Err(End::Stop(_)));
-        match end {
-            Err(End::Stop(stop)) => stop,
-            Ok(()) | Err(End::Found) => StopReason::Finished,
-        }
+        let end = self.probe(call);
+        let end = end.and_then(|is_done| {
+            if is_done {
+                Ok(())
+            } else {
+                self.halve_all(call)
+            }
+        });
+        self.is_stopped = end.is_err();
+        end.err().unwrap_or(StopReason::Finished)
     }
 
     fn put(&mut self, (line, share): Time, call: &mut Call<'_>) -> Result<(), StopReason> {
@@ -218,8 +210,8 @@ impl Run {
         }
     }
 
-    /// Whole configurations, and then the first intervals.
-    fn probe(&mut self, call: &mut Call<'_>) -> Result<(), End> {
+    /// Asks whole configurations, and makes the first intervals. True if a contact answers all.
+    fn probe(&mut self, call: &mut Call<'_>) -> Result<bool, StopReason> {
         while self.probes < self.probe_count() {
             let time = PROBES[self.probes] * f64::from(self.lines);
             let line = (time as u32).min(self.lines - 1);
@@ -233,7 +225,7 @@ impl Run {
             if let Some(pair) = found? {
                 self.touching = Some((time, pair));
                 if !self.options.first || time == (0, 0.0) {
-                    return Err(End::Found);
+                    return Ok(true);
                 }
             }
             self.cursor = None;
@@ -249,11 +241,12 @@ impl Run {
                 self.open.extend((0..self.lines).map(whole));
             }
         }
-        Ok(())
+        Ok(false)
     }
 
-    /// Takes intervals, and leaves what is not proven of each, until none is open.
-    fn halve_all(&mut self, call: &mut Call<'_>) -> Result<(), End> {
+    /// Takes intervals, and leaves what is not proven of each, until none is open or a contact
+    /// answers all.
+    fn halve_all(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
         loop {
             if self.now.is_none() {
                 let next = self.next();
@@ -264,6 +257,9 @@ impl Run {
             };
             self.halve(interval, phase, call)?;
             self.now = None;
+            if self.touching.is_some() && !self.options.first {
+                return Ok(());
+            }
         }
     }
 
@@ -272,7 +268,7 @@ impl Run {
         interval: Interval,
         mut phase: Phase,
         call: &mut Call<'_>,
-    ) -> Result<(), End> {
+    ) -> Result<(), StopReason> {
         let Interval {
             line, low, high, ..
         } = interval;
@@ -310,9 +306,6 @@ impl Run {
                     let Kept { pair, gap, .. } = self.kept[at];
                     if gap <= 0.0 && call.meets(pair, true)? {
                         self.touching = Some(((line, middle), pair));
-                        if !self.options.first {
-                            return Err(End::Found);
-                        }
                         self.leave([[low, middle]], line);
                         return Ok(());
                     }

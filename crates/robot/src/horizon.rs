@@ -3,27 +3,7 @@
 use punctual::clock::ClockedBudget;
 
 use crate::checker::Outcome;
-use crate::{Checker, Edge, EdgeOptions, RobotError, ShapeId};
-
-/// What is known of the time to come, in seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use]
-#[non_exhaustive]
-pub struct Horizon {
-    /// Proven: no contact before. The seconds asked if all of them are free.
-    pub free_for: f64,
-    /// Proven: contact then, the earliest one found.
-    pub touching_in: Option<f64>,
-    /// The shapes that meet then.
-    pub pair: Option<[ShapeId; 2]>,
-}
-
-impl Horizon {
-    /// [`safe_speed`] within the time that is proven free.
-    pub fn safe_speed(&self, cycle: f64, braking: f64) -> f64 {
-        safe_speed(self.free_for, cycle, braking)
-    }
-}
+use crate::{Checker, Edge, EdgeOptions, RobotError};
 
 /// The largest share of the speed (0 to 1) with which a robot that is free for `free_for` seconds
 /// at full speed may go on for `cycle` seconds, and then still stop in time.
@@ -50,21 +30,21 @@ pub fn braking_time(velocity: &[f64], decelerations: &[f64]) -> f64 {
 
 impl Checker {
     /// For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most
-    /// for these seconds; what is not above 0 counts as 0.
+    /// for these seconds; what is not above 0 counts as 0. Times of the answer are seconds.
     ///
     /// **Guarantee.** As that of [`Checker::edge`], which seeks the first contact here: the near
-    /// future is proven first, so a budget that ends early leaves a shorter `free_for`.
+    /// future is proven first, so a budget that ends early leaves a shorter `free_until`.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`], of the configurations now and then.
     ///
     /// ```no_run
     /// # use punctual::Budget;
-    /// # use punctual_robot::{Checker, RobotError, braking_time};
+    /// # use punctual_robot::{Checker, RobotError, braking_time, safe_speed};
     /// # fn cycle(checker: &mut Checker, q: [f64; 7], velocity: [f64; 7]) -> Result<(), RobotError> {
     /// let budget = Budget::time(std::time::Duration::from_micros(200));
     /// let ahead = checker.horizon(&q, &velocity, 0.1, budget)?.value;
-    /// let speed = ahead.safe_speed(0.001, braking_time(&velocity, &[10.0; 7]));
+    /// let speed = safe_speed(ahead.free_until, 0.001, braking_time(&velocity, &[10.0; 7]));
     /// # Ok(())
     /// # }
     /// ```
@@ -74,7 +54,7 @@ impl Checker {
         velocity: &[f64],
         seconds: f64,
         budget: impl Into<ClockedBudget<'c>>,
-    ) -> Result<Outcome<Horizon>, RobotError> {
+    ) -> Result<Outcome<Edge>, RobotError> {
         self.model().check(velocity)?;
         let seconds = seconds.max(0.0);
         let ways = velocity.iter().map(|v| v * seconds);
@@ -83,27 +63,17 @@ impl Checker {
         then.extend(configuration.iter().zip(ways).map(|(q, way)| q + way));
         let edge = self.edge(configuration, &then, &EdgeOptions::first(), budget);
         self.room.then = then;
-        let edge = edge?;
+        let mut found = edge?;
         let Edge {
             free_until,
             touching_at,
-            pair,
             ..
-        } = edge.value;
-        let free_for = match free_until {
+        } = &mut found.value;
+        *free_until = match *free_until {
             1.0 => seconds,
             share => (share * seconds).next_down().max(0.0),
         };
-        let touching_in = touching_at.map(|share| share * seconds);
-        Ok(Outcome {
-            value: Horizon {
-                free_for,
-                touching_in,
-                pair,
-            },
-            stop: edge.stop,
-            work: edge.work,
-            elapsed: edge.elapsed,
-        })
+        *touching_at = touching_at.map(|share| share * seconds);
+        Ok(found)
     }
 }

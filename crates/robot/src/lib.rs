@@ -68,7 +68,7 @@ pub use checker::{Checker, Collision, Outcome};
 pub use clearance::{Clearance, ClearanceOptions, Scope};
 pub use edge::{Edge, EdgeAnswer, EdgeOptions};
 pub use error::RobotError;
-pub use horizon::{Horizon, braking_time, safe_speed};
+pub use horizon::{braking_time, safe_speed};
 pub use model::{Description, Joint, JointKind, Link, Mimic, Model};
 pub use shape::{CYLINDER_SIDES, Shape};
 #[cfg(feature = "urdf")]

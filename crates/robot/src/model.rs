@@ -8,7 +8,7 @@ use punctual::glam::DVec3;
 
 use crate::error::refuse;
 use crate::transform::{Transform, from_pose, rotation_about, to_pose};
-use crate::{RobotError, Shape};
+use crate::{RobotError, Shape, ShapeId};
 
 /// Largest joint value, factor or length (m), so that squares of all that follows are finite.
 pub(crate) const LARGEST: f64 = 1e30;
@@ -110,6 +110,7 @@ struct PlacedLink {
 /// A shape that is part of a rigid body.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacedShape {
+    pub id: ShapeId,
     pub name: Arc<str>,
     /// Number of the link; `None` for obstacles, attached ones too.
     pub link: Option<u32>,
@@ -125,6 +126,7 @@ pub(crate) struct PlacedShape {
 impl PlacedShape {
     /// A shape at a pose in the frame of a link, or of the world, which is in a body.
     pub fn new(
+        id: ShapeId,
         name: String,
         link: Option<u32>,
         (body, frame): (u32, Transform),
@@ -135,6 +137,7 @@ impl PlacedShape {
             return refuse(format!("larger than {LARGEST:e}"));
         }
         Ok(Self {
+            id,
             name: name.into(),
             link,
             touches: Vec::new(),
@@ -307,8 +310,8 @@ impl Model {
                     1 => link.name.clone(),
                     _ => format!("{}:{i}", link.name),
                 };
-                let place = (body, in_body);
-                let placed = PlacedShape::new(name, Some(number), place, pose, shape.clone());
+                let (id, place) = (ShapeId(shapes.len() as u32), (body, in_body));
+                let placed = PlacedShape::new(id, name, Some(number), place, pose, shape.clone());
                 shapes.push(placed.map_err(|error| prefixed(&of, error))?);
             }
             let name = link.name.clone();

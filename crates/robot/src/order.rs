@@ -13,12 +13,6 @@ pub(crate) struct Fact {
 }
 
 impl Fact {
-    pub fn learn(&mut self, met: bool, work: u64) {
-        self.asked += 1;
-        self.met += u64::from(met);
-        self.work += work;
-    }
-
     pub fn add(&mut self, other: &Self) {
         self.asked += other.asked;
         self.met += other.met;

@@ -202,10 +202,8 @@ impl Placement {
             for (k, &body) in chain.iter().enumerate().rev() {
                 let way = moves[body as usize];
                 if way != 0.0 {
-                    let Transform {
-                        matrix3: r,
-                        translation: t,
-                    } = self.bodies[body as usize];
+                    let at = self.bodies[body as usize];
+                    let (r, t) = (at.matrix3, at.translation);
                     let size = way.abs();
                     rounding += size * self.slack;
                     match world.model.bodies[body as usize].motion {

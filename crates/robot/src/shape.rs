@@ -38,7 +38,8 @@ pub(crate) struct Inner {
     pub tree: Arc<Tree>,
     /// Radius that thickens the surface: that of a sphere, whose surface is a point.
     pub margin: f64,
-    pub solid: Solid,
+    /// True if what is inside of it meets it: of its closed surface, or of its margin.
+    pub is_solid: bool,
     /// No point of the shape is farther than this from the shape it stands for.
     pub band: f64,
     /// Middle of the box, and the radius of a sphere about it that holds the shape.
@@ -49,17 +50,6 @@ pub(crate) struct Inner {
     pub half: DVec3,
     /// One vertex of each connected part of the surface.
     pub samples: Vec<DVec3>,
-}
-
-/// What is inside.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Solid {
-    Surface,
-    Box(DVec3),
-    Sphere(f64),
-    /// Half the length, and the radius of the circle around the prism.
-    Prism(f64, f64),
-    Mesh,
 }
 
 impl Shape {
@@ -78,12 +68,7 @@ impl Shape {
     /// closed, else a surface.
     pub fn tree(tree: Arc<Tree>) -> Self {
         let is_solid = tree.solid().is_some_and(tree::Solidity::is_closed);
-        let solid = if is_solid {
-            Solid::Mesh
-        } else {
-            Solid::Surface
-        };
-        Self::new(tree, 0.0, solid, 0.0)
+        Self::new(tree, 0.0, is_solid, 0.0)
     }
 
     /// A solid box around the origin with these lengths along x, y and z.
@@ -96,12 +81,18 @@ impl Shape {
             let side = |axis: u32| if i >> axis & 1 > 0 { 1.0 } else { -1.0 };
             (half * DVec3::new(side(0), side(1), side(2))).to_array()
         };
-        #[rustfmt::skip]
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let quads = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
         let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
         let triangles = quads.into_iter().flat_map(halves);
         let tree = checked("box", (0..8).map(corner).collect(), triangles.collect())?;
-        Ok(Self::new(tree, 0.0, Solid::Box(half), 0.0))
+        Ok(Self::new(tree, 0.0, true, 0.0))
     }
 
     /// A solid sphere around the origin.
@@ -111,7 +102,7 @@ impl Shape {
     pub fn sphere(radius: f64) -> Result<Self, RobotError> {
         let [radius] = positive("sphere radius", [radius])?;
         let tree = checked("sphere", vec![[0.0; 3]], vec![[0; 3]])?;
-        Ok(Self::new(tree, radius, Solid::Sphere(radius), 0.0))
+        Ok(Self::new(tree, radius, true, 0.0))
     }
 
     /// A solid cylinder along z, its middle in the origin: a prism around it.
@@ -135,13 +126,13 @@ impl Shape {
             [wall[0], wall[1], [ends[0], b, a], [ends[1], a + 1, b + 1]]
         };
         let tree = checked("cylinder", vertices, (0..n).flat_map(side).collect())?;
-        let solid = Solid::Prism(length / 2.0, outer);
-        Ok(Self::new(tree, 0.0, solid, outer - radius + SLACK * radius))
+        let band = outer - radius + SLACK * radius;
+        Ok(Self::new(tree, 0.0, true, band))
     }
 
     /// True if a body inside meets it.
     pub fn is_solid(&self) -> bool {
-        self.0.solid != Solid::Surface
+        self.0.is_solid
     }
 
     /// No point of the shape is farther from the true one than this, in metres: 0 except for
@@ -159,7 +150,7 @@ impl Shape {
         &self.0
     }
 
-    fn new(tree: Arc<Tree>, margin: f64, solid: Solid, band: f64) -> Self {
+    fn new(tree: Arc<Tree>, margin: f64, is_solid: bool, band: f64) -> Self {
         let mesh = tree.mesh();
         let corners = || mesh.triangles().iter().flatten();
         let vertices = || corners().map(|&i| mesh.vertex(i as usize));
@@ -187,7 +178,7 @@ impl Shape {
         let radius = vertices().map(|v| v.distance(centre)).fold(0.0, f64::max);
         Self(Arc::new(Inner {
             margin,
-            solid,
+            is_solid,
             band,
             centre,
             radius: radius + margin + rounding,
@@ -200,18 +191,12 @@ impl Shape {
 }
 
 impl Inner {
-    /// True if a point in the shape's frame is inside. A prism counts as the cylinder around it,
-    /// which is within the band too.
+    /// True if a point in the shape's frame is inside.
     #[inline]
     fn holds(&self, p: DVec3) -> bool {
-        match self.solid {
-            Solid::Surface => false,
-            Solid::Box(half) => p.abs().cmple(half).all(),
-            Solid::Sphere(radius) => p.length_squared() <= radius * radius,
-            Solid::Prism(half, radius) => {
-                p.z.abs() <= half && p.truncate().length_squared() <= radius * radius
-            }
-            Solid::Mesh => inside(&self.tree, p).is_inside(),
+        match self.margin {
+            0.0 => inside(&self.tree, p).is_inside(),
+            radius => p.length_squared() <= radius * radius,
         }
     }
 }
@@ -227,7 +212,7 @@ pub(crate) fn holds_part(a: &Inner, b: &Inner, b_in_a: &Transform) -> bool {
     };
     let back = |p| b_in_a.matrix3.transpose() * (p - b_in_a.translation);
     let in_b = || a.samples.iter().any(|&p| b.holds(back(p)));
-    (a.solid != Solid::Surface && in_a()) || (b.solid != Solid::Surface && in_b())
+    (a.is_solid && in_a()) || (b.is_solid && in_b())
 }
 
 /// One vertex of each connected part; vertices at equal positions count as one.

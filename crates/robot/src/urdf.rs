@@ -42,15 +42,6 @@ impl UrdfOptions {
         self.packages.push(folder.into());
         self
     }
-
-    /// The same with meshes as solids.
-    #[must_use]
-    pub fn solids(self) -> Self {
-        Self {
-            solids: true,
-            ..self
-        }
-    }
 }
 
 impl Model {

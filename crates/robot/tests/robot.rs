@@ -8,6 +8,7 @@ use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_robot::{
     Checker, ClearanceOptions, Collision, Description, Edge, EdgeAnswer, EdgeOptions, Joint,
     JointKind, Link, Mimic, Model, RobotError, Scope, Shape, ShapeId, UrdfOptions, braking_time,
+    safe_speed,
 };
 
 const UNLIMITED: Budget = Budget::unlimited();
@@ -360,7 +361,9 @@ fn solids_hold_what_is_inside_them_and_surfaces_do_not() {
 
 #[test]
 fn meshes_of_files_are_solids_if_asked_scaled_and_mirrored_ones_too() {
-    let solids = read_arm("solids", &UrdfOptions::default().solids());
+    let mut options = UrdfOptions::default();
+    options.solids = true;
+    let solids = read_arm("solids", &options);
     let q = [0.3, -0.4, 0.2, 0.05];
     for (link, z) in [("fore", 0.25), ("right", 0.0)] {
         for (model, meets) in [(arm(), false), (Arc::clone(&solids), true)] {
@@ -644,28 +647,26 @@ fn a_horizon_is_true_and_leaves_room_to_stop() {
             let q: Vec<f64> = from.iter().zip(&velocity).map(|(q, v)| q + t * v).collect();
             checker.collide(&q, UNLIMITED).unwrap().value != Collision::Free
         };
-        assert!((0.0..=seconds).contains(&ahead.free_for));
-        for t in (0..200).map(|i| ahead.free_for * f64::from(i) / 200.0) {
-            assert!(ahead.free_for == 0.0 || !meets(t), "{ahead:?} {t}");
+        assert!((0.0..=seconds).contains(&ahead.free_until));
+        for t in (0..200).map(|i| ahead.free_until * f64::from(i) / 200.0) {
+            assert!(ahead.free_until == 0.0 || !meets(t), "{ahead:?} {t}");
         }
-        assert_eq!(ahead.touching_in.is_some(), ahead.pair.is_some());
-        assert!(ahead.touching_in.is_none_or(|t| t >= ahead.free_for));
+        assert_eq!(ahead.touching_at.is_some(), ahead.pair.is_some());
+        assert!(ahead.touching_at.is_none_or(|t| t >= ahead.free_until));
         let braking = braking_time(&velocity, &[3.0; 4]);
-        let share = ahead.safe_speed(0.01, braking);
+        let share = safe_speed(ahead.free_until, 0.01, braking);
         let way = share * 0.01 + share * share * braking / 2.0;
-        assert!((0.0..=1.0).contains(&share) && way <= ahead.free_for);
-        assert!(share == 1.0 || way >= ahead.free_for * (1.0 - 1e-9));
-        counts[usize::from(ahead.free_for == seconds)] += 1;
+        assert!((0.0..=1.0).contains(&share) && way <= ahead.free_until);
+        assert!(share == 1.0 || way >= ahead.free_until * (1.0 - 1e-9));
+        counts[usize::from(ahead.free_until == seconds)] += 1;
     }
     assert!(counts.iter().all(|&count| count > 20), "{counts:?}");
     let still = checker
         .horizon(&[0.0; 4], &[0.0; 4], 1.0, UNLIMITED)
         .unwrap();
-    assert_eq!(still.value.free_for, 1.0);
+    assert_eq!(still.value.free_until, 1.0);
     assert_eq!(
-        still
-            .value
-            .safe_speed(0.0, braking_time(&[0.0; 4], &[1.0; 4])),
+        safe_speed(1.0, 0.0, braking_time(&[0.0; 4], &[1.0; 4])),
         1.0
     );
     let error = checker.horizon(&[0.0; 4], &[f64::NAN; 4], 1.0, UNLIMITED);
@@ -737,7 +738,7 @@ fn obstacles_come_move_and_go() {
     let q = [0.0, 0.0, 0.0, 0.0];
     let verdict = |checker: &mut Checker| checker.collide(&q, UNLIMITED).unwrap().value;
     assert_eq!(verdict(&mut checker), Collision::Free);
-    let pairs = checker.pair_count();
+    let pairs = checker.pairs().len();
     let upper = checker.find("upper").unwrap();
     let ball = checker
         .add("ball", at(0.3, 0.0, 0.6), Shape::sphere(0.1).unwrap())
@@ -747,7 +748,7 @@ fn obstacles_come_move_and_go() {
     assert_eq!(verdict(&mut checker), Collision::Contact([upper, ball]));
     checker.remove(ball).unwrap();
     assert_eq!(
-        (verdict(&mut checker), checker.pair_count()),
+        (verdict(&mut checker), checker.pairs().len()),
         (Collision::Free, pairs)
     );
     assert_eq!(

@@ -121,13 +121,13 @@ fn robots_answer_as_in_rust() {
             let want = theirs.horizon(&BENT, &TURN, seconds, same).unwrap();
             assert_eq!(
                 (found.free_until, found.work),
-                (want.value.free_for, want.work)
+                (want.value.free_until, want.work)
             );
             assert_eq!(
                 found.touching_at,
-                want.value.touching_in.unwrap_or(f64::INFINITY)
+                want.value.touching_at.unwrap_or(f64::INFINITY)
             );
-            let is_free = want.value.free_for == seconds;
+            let is_free = want.value.free_until == seconds;
             assert_eq!(found.verdict == punctual_robot_verdict::Free, is_free);
         }
     }
