@@ -11,7 +11,7 @@ use crate::call::Call;
 use crate::checker::Outcome;
 use crate::order::BOX_WORK;
 use crate::shape::holds_part;
-use crate::world::{Pair, World};
+use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
 
 /// Which pairs of shapes count.
@@ -209,8 +209,8 @@ impl Call<'_> {
 
 /// True if a pair is in the scope.
 fn counts(world: &World, number: u32, scope: Scope) -> bool {
-    let Pair { a, a_is_still, .. } = world.pairs[number as usize];
-    let with_obstacle = a_is_still && a as usize >= world.model.shapes.len();
+    let a = world.pairs[number as usize].a as usize;
+    let with_obstacle = world.shapes[a].body == 0 && a >= world.model.shapes.len();
     match scope {
         Scope::All => true,
         Scope::Robot => !with_obstacle,

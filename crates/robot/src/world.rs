@@ -24,7 +24,6 @@ impl ShapeId {
 pub(crate) struct Pair {
     pub a: u32,
     pub b: u32,
-    pub a_is_still: bool,
     /// Where the filter by spheres tells whether the pair is near.
     pub slot: u32,
     /// Number of joints above both bodies: they move neither relative to the other.
@@ -91,7 +90,6 @@ impl World {
                 self.pairs.push(Pair {
                     a: a as u32,
                     b: b as u32,
-                    a_is_still: x == 0 || y == 0,
                     slot: a as u32 * stride + self.column(b as u32) as u32,
                     common: common.count() as u32,
                 });
