@@ -16,11 +16,13 @@
  *   10. Distance: how far apart are they?
  *   11. Contacts: where do they touch?
  *   12. Motion: until when are they free?
- *   13. Penetration: how deep are they, and what parts them?
- *   14. Rays: what do they hit?
- *   15. Points: are they inside a solid?
- *   16. Scenes: many bodies, one budget a frame
- *   17. Calibration: probabilities that learn
+ *   13. Push-out: what parts them?
+ *   14. Penetration: how deep are they?
+ *   15. Rays: what do they hit?
+ *   16. Points: are they inside a solid?
+ *   17. Scenes: many bodies, one budget a frame
+ *   18. Robots: is a motion free?
+ *   19. Calibration: probabilities that learn
  *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
@@ -2377,7 +2379,112 @@ punctual_status punctual_motion_query_open_boxes(const struct punctual_motion_qu
                                                  size_t *count);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 13. Penetration: how deep are they, and what parts them?
+ * 13. Push-out: what parts them?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
+ * `punctual_push_out_query_new`, one for each pose; it borrows the trees.
+ */
+typedef struct punctual_push_out_query {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
+   */
+  uint32_t query_limit;
+  /**
+   * Tree A.
+   */
+  const struct punctual_tree *a;
+  /**
+   * Tree B; it may be the same.
+   */
+  const struct punctual_tree *b;
+  /**
+   * Brings coordinates of B into those of A.
+   */
+  struct punctual_pose b_in_a;
+} punctual_push_out_query;
+
+/**
+ * The answer: the shortest push found. There may be a shorter one.
+ */
+typedef struct punctual_push_out {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Whether the budget sufficed for one; if not, direction, distance and pose are zeros.
+   */
+  bool has_push;
+  /**
+   * Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
+   */
+  struct punctual_point direction;
+  /**
+   * How far, in the unit of the meshes; 0 if the surfaces do not meet anyway.
+   */
+  double distance;
+  /**
+   * The pose after the push. Proven: no triangle of A shares a point with one of B there.
+   */
+  struct punctual_pose b_in_a;
+  /**
+   * Exact queries that were run.
+   */
+  uint32_t queries;
+  /**
+   * Why it returned; STOP_REASON_FINISHED also at the limit of queries.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Units of work.
+   */
+  uint64_t work;
+  /**
+   * Time in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_push_out;
+
+/**
+ * What `punctual_push_out_query_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_push_out_query_init(struct punctual_push_out_query *query,
+                                  size_t size,
+                                  const struct punctual_tree *a,
+                                  const struct punctual_tree *b,
+                                  struct punctual_pose b_in_a);
+
+/**
+ * The question how `b` is pushed out of `a`, with the default options. Checked when it is run.
+ */
+PUNCTUAL_INLINE punctual_push_out_query punctual_push_out_query_new(const struct punctual_tree *a,
+                                                                    const struct punctual_tree *b,
+                                                                    struct punctual_pose b_in_a) {
+  punctual_push_out_query query;
+  punctual_push_out_query_init(&query, sizeof query, a, b, b_in_a);
+  return query;
+}
+
+/**
+ * Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
+ * the workspace holds nothing that could be resumed. `clock` may be null: the clock of the system.
+ *
+ * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
+ */
+punctual_status punctual_push_out_query_run(const struct punctual_push_out_query *query,
+                                            struct punctual_workspace *workspace,
+                                            struct punctual_budget budget,
+                                            const struct punctual_clock *clock,
+                                            struct punctual_push_out *push);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 14. Penetration: how deep are they?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2399,12 +2506,7 @@ typedef struct punctual_penetration_query {
    * Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a body inside of the other
    * penetrates it. 0 by default.
    */
-  uint16_t solid;
-  /**
-   * Whether only a short push is looked for, so that low stays 0: 0 or not 0. The query is then finished when it has tried
-   * 32 directions all around and turned the best one. 0 by default.
-   */
-  uint16_t push_only;
+  uint32_t solid;
   /**
    * Tree A.
    */
@@ -2448,10 +2550,6 @@ typedef struct punctual_penetration {
    * The length of the push; 0 if they are apart, infinite if none is known.
    */
   double high;
-  /**
-   * The pose after the push, at which they are apart: proven. The pose of the query if no push is known.
-   */
-  struct punctual_pose b_in_a;
   /**
    * Why it returned.
    */
@@ -2520,7 +2618,7 @@ punctual_status punctual_penetration_query_resume(const struct punctual_penetrat
                                                   struct punctual_penetration *penetration);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 14. Rays: what do they hit?
+ * 15. Rays: what do they hit?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2866,7 +2964,7 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_batch_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 15. Points: are they inside a solid?
+ * 16. Points: are they inside a solid?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -3000,7 +3098,7 @@ punctual_status punctual_points_resume(const struct punctual_tree *tree,
                                        struct punctual_points_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 16. Scenes: many bodies, one budget a frame
+ * 17. Scenes: many bodies, one budget a frame
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -4039,7 +4137,298 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
                                                        float importance);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 17. Calibration: probabilities that learn
+ * 18. Robots: is a motion free?
+ * -------------------------------------------------------------------------------------------------------------------- */
+
+/**
+ * No shape of a robot.
+ */
+#define PUNCTUAL_NO_SHAPE UINT32_MAX
+
+/**
+ * What is known of a configuration or a motion.
+ */
+enum punctual_robot_verdict
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * The budget ended first, or shapes come too near to be told apart.
+   */
+  PUNCTUAL_ROBOT_VERDICT_UNDECIDED = 0,
+  /**
+   * Proven: no two shapes meet.
+   */
+  PUNCTUAL_ROBOT_VERDICT_FREE = 1,
+  /**
+   * Proven: two shapes meet.
+   */
+  PUNCTUAL_ROBOT_VERDICT_CONTACT = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum punctual_robot_verdict punctual_robot_verdict;
+#else
+typedef uint32_t punctual_robot_verdict;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * A robot among obstacles, with all that one thread needs to ask about it. Lengths are in metres, angles in radians. A
+ * configuration has a number for each joint that moves and follows no other, in the order of the URDF file.
+ */
+typedef struct punctual_robot punctual_robot;
+
+/**
+ * Whether a configuration collides.
+ */
+typedef struct punctual_robot_collision {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * The answer.
+   */
+  punctual_robot_verdict verdict;
+  /**
+   * The shapes that meet, or PUNCTUAL_NO_SHAPE twice.
+   */
+  uint32_t shapes[2];
+  /**
+   * Why the call returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Units of work done.
+   */
+  uint64_t work;
+} punctual_robot_collision;
+
+/**
+ * The least distance of all pairs of shapes: `low <= distance <= high`, in metres, whenever it stopped.
+ */
+typedef struct punctual_robot_clearance {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Why the call returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Proven; infinite if no pair is asked.
+   */
+  double low;
+  /**
+   * Proven; infinite if nothing was measured yet.
+   */
+  double high;
+  /**
+   * The closest shapes found, or PUNCTUAL_NO_SHAPE twice.
+   */
+  uint32_t shapes[2];
+  /**
+   * Their closest points, in the world; the origin if one holds the other.
+   */
+  struct punctual_point points[2];
+  /**
+   * The unit vector from the first of them to the second; 0 if they are one point.
+   */
+  struct punctual_point normal;
+  /**
+   * Units of work done.
+   */
+  uint64_t work;
+} punctual_robot_clearance;
+
+/**
+ * What is known of a motion. Times are shares of an edge (0 to 1), or seconds of a horizon.
+ */
+typedef struct punctual_robot_motion {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * The answer for all of the motion.
+   */
+  punctual_robot_verdict verdict;
+  /**
+   * Proven: no contact before.
+   */
+  double free_until;
+  /**
+   * Proven: contact then; infinite if none was found.
+   */
+  double touching_at;
+  /**
+   * The shapes that meet then, or PUNCTUAL_NO_SHAPE twice.
+   */
+  uint32_t shapes[2];
+  /**
+   * Why the call returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Units of work done.
+   */
+  uint64_t work;
+} punctual_robot_motion;
+
+/**
+ * Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs of links are not asked; without it,
+ * links joined by one moving joint are not. `packages` may be null, or names a folder in which `package://` names are sought,
+ * before those above the URDF file. With `solids` other than 0 closed meshes are solids: what is inside them collides.
+ *
+ * Fails with BAD_FILE; the text names the file, the line, and the link or joint.
+ */
+punctual_status punctual_robot_from_urdf(const char *urdf,
+                                         const char *srdf,
+                                         const char *packages,
+                                         uint32_t solids,
+                                         struct punctual_robot **robot);
+
+/**
+ * Frees a robot; null is fine.
+ */
+void punctual_robot_free(struct punctual_robot *robot);
+
+/**
+ * The number of values of a configuration.
+ */
+punctual_status punctual_robot_joints(const struct punctual_robot *robot, size_t *joints);
+
+/**
+ * The name of a shape: that of its link or of the obstacle, as UTF-8 that ends with a zero byte. As much as `capacity` allows is
+ * written to `name`; its whole length, without the zero byte, to `length`.
+ *
+ * Fails with BAD_ARGUMENT if there is no such shape.
+ */
+punctual_status punctual_robot_shape_name(const struct punctual_robot *robot,
+                                          uint32_t shape,
+                                          char *name,
+                                          size_t capacity,
+                                          size_t *length);
+
+/**
+ * Adds an obstacle, which shares the tree: a solid if it was built as one and is closed, else a surface. With `link` null it stands
+ * at a pose in the world; otherwise it moves with that link, at a pose in the frame of the link, and is not asked with it. Its
+ * number is written to `shape`.
+ *
+ * Fails with BAD_POSE if the pose is off a rotation by more than 1e-6, and with BAD_ARGUMENT if there is no such link.
+ */
+punctual_status punctual_robot_add(struct punctual_robot *robot,
+                                   const char *name,
+                                   const struct punctual_tree *tree,
+                                   struct punctual_pose pose,
+                                   const char *link,
+                                   uint32_t *shape);
+
+/**
+ * Moves an obstacle to another pose, in the frame in which it was added.
+ *
+ * Fails with BAD_ARGUMENT if there is no such obstacle, and as `punctual_robot_add`.
+ */
+punctual_status punctual_robot_move(struct punctual_robot *robot, uint32_t shape, struct punctual_pose pose);
+
+/**
+ * Removes an obstacle.
+ *
+ * Fails with BAD_ARGUMENT if there is no such obstacle.
+ */
+punctual_status punctual_robot_remove(struct punctual_robot *robot, uint32_t shape);
+
+/**
+ * Whether a configuration of `joints` values collides, within a budget; `clock` may be null: the clock of the system. It does not
+ * lock or panic, and allocates nothing but room for more pairs or intervals than ever before.
+ *
+ * Fails with BAD_ARGUMENT if the robot has another number of joint values, or one is not finite.
+ */
+punctual_status punctual_robot_collide(struct punctual_robot *robot,
+                                       const double *values,
+                                       size_t joints,
+                                       struct punctual_budget budget,
+                                       const struct punctual_clock *clock,
+                                       struct punctual_robot_collision *collision);
+
+/**
+ * The least distance of all pairs of shapes at a configuration: bounds that are `tolerance` metres apart, unless the budget ends.
+ *
+ * Fails as `punctual_robot_collide`, and with BAD_ARGUMENT if the tolerance is negative or not finite.
+ */
+punctual_status punctual_robot_measure(struct punctual_robot *robot,
+                                       const double *values,
+                                       size_t joints,
+                                       double tolerance,
+                                       struct punctual_budget budget,
+                                       const struct punctual_clock *clock,
+                                       struct punctual_robot_clearance *clearance);
+
+/**
+ * Whether the straight line in joint space between two configurations is free: proven for all of it, not at samples. With
+ * `first` other than 0 the first contact is sought, not any.
+ *
+ * Fails as `punctual_robot_collide`.
+ */
+punctual_status punctual_robot_edge(struct punctual_robot *robot,
+                                    const double *from,
+                                    const double *to,
+                                    size_t joints,
+                                    uint32_t first,
+                                    struct punctual_budget budget,
+                                    const struct punctual_clock *clock,
+                                    struct punctual_robot_motion *motion);
+
+/**
+ * Continues the last edge, which its budget has stopped. However it is cut into pieces by work budgets, the answer at the end is
+ * that of one uninterrupted call.
+ *
+ * Fails with NOT_RESUMABLE if it is done, or another question was asked or an obstacle changed since.
+ */
+punctual_status punctual_robot_edge_resume(struct punctual_robot *robot,
+                                           struct punctual_budget budget,
+                                           const struct punctual_clock *clock,
+                                           struct punctual_robot_motion *motion);
+
+/**
+ * For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most for `seconds`. The near future is
+ * proven first, so a budget that ends early leaves a shorter `free_until`.
+ *
+ * Fails as `punctual_robot_collide`.
+ */
+punctual_status punctual_robot_horizon(struct punctual_robot *robot,
+                                       const double *values,
+                                       const double *velocity,
+                                       size_t joints,
+                                       double seconds,
+                                       struct punctual_budget budget,
+                                       const struct punctual_clock *clock,
+                                       struct punctual_robot_motion *motion);
+
+/**
+ * The seconds in which joints with these velocities stop, all in proportion, so that they stay on their straight line, if each can
+ * decelerate so much (rad/s^2 or m/s^2).
+ *
+ * Fails with NULL.
+ */
+punctual_status punctual_robot_braking_time(const double *velocity,
+                                            const double *decelerations,
+                                            size_t joints,
+                                            double *seconds);
+
+/**
+ * The largest share of the speed (0 to 1) with which a robot that is proven free for `free_until` seconds may go on for `cycle`
+ * seconds, and then still stop in time. `braking` is the time in which it stops from the full speed, at a constant deceleration.
+ */
+double punctual_robot_safe_speed(double free_until,
+                                 double cycle,
+                                 double braking);
+
+/* --------------------------------------------------------------------------------------------------------------------
+ * 19. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**

@@ -825,6 +825,64 @@ public:
   }
 };
 
+/** A robot among obstacles. A configuration is an array with as many values as `joints` tells. */
+class Robot : public detail::Handle<punctual_robot, punctual_robot_free> {
+public:
+  using Handle::Handle;
+
+  /** `srdf` and `packages` may be null. */
+  static Result<Robot> from_urdf(const char *urdf, const char *srdf = nullptr, const char *packages = nullptr,
+                                 bool solids = false) noexcept {
+    return detail::owned<Robot, punctual_robot>(punctual_robot_from_urdf, urdf, srdf, packages, solids ? 1U : 0U);
+  }
+
+  Result<std::size_t> joints() const noexcept { return detail::filled<std::size_t>(punctual_robot_joints, get()); }
+  /** Writes up to `capacity` bytes with a zero byte at the end; how long the name is without it. */
+  Result<std::size_t> shape_name(std::uint32_t shape, char *name, std::size_t capacity) const noexcept {
+    return detail::filled<std::size_t>(punctual_robot_shape_name, get(), shape, name, capacity);
+  }
+  /** An obstacle in the world, or one that moves with `link`. */
+  Result<std::uint32_t> add(const char *name, const Tree &tree, const punctual_pose &pose,
+                            const char *link = nullptr) noexcept {
+    return detail::filled<std::uint32_t>(punctual_robot_add, get(), name, tree.get(), pose, link);
+  }
+  [[nodiscard]] punctual_status move(std::uint32_t shape, const punctual_pose &pose) noexcept {
+    return punctual_robot_move(get(), shape, pose);
+  }
+  [[nodiscard]] punctual_status remove(std::uint32_t shape) noexcept { return punctual_robot_remove(get(), shape); }
+
+  Result<punctual_robot_collision> collide(const double *values, std::size_t joints, punctual_budget budget,
+                                           const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_collision>(punctual_robot_collide, get(), values, joints, budget, clock);
+  }
+  Result<punctual_robot_clearance> measure(const double *values, std::size_t joints, double tolerance,
+                                           punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_clearance>(punctual_robot_measure, get(), values, joints, tolerance, budget,
+                                                    clock);
+  }
+  Result<punctual_robot_motion> edge(const double *from, const double *to, std::size_t joints, bool first,
+                                     punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_motion>(punctual_robot_edge, get(), from, to, joints, first ? 1U : 0U, budget,
+                                                 clock);
+  }
+  Result<punctual_robot_motion> resume_edge(punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_motion>(punctual_robot_edge_resume, get(), budget, clock);
+  }
+  Result<punctual_robot_motion> horizon(const double *values, const double *velocity, std::size_t joints,
+                                        double seconds, punctual_budget budget,
+                                        const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_robot_motion>(punctual_robot_horizon, get(), values, velocity, joints, seconds,
+                                                 budget, clock);
+  }
+  static Result<double> braking_time(const double *velocity, const double *decelerations,
+                                     std::size_t joints) noexcept {
+    return detail::filled<double>(punctual_robot_braking_time, velocity, decelerations, joints);
+  }
+  static double safe_speed(double free_until, double cycle, double braking) noexcept {
+    return punctual_robot_safe_speed(free_until, cycle, braking);
+  }
+};
+
 } // namespace punctual
 
 #endif // PUNCTUAL_HPP

@@ -10,4 +10,5 @@ pub use crate::query::{
     Ask, Deadline, QueryWithMemory, Question, Remembers, SYSTEM, SeparatingPlane, displacement,
     flushing_matters,
 };
+pub use crate::sets::{find, unite};
 pub use crate::tree::inside::{Count, crossings, inside};

@@ -1,69 +1,38 @@
-#!/usr/bin/env python3
-"""Plans a robot's motion by OMPL's RRT-Connect; what it returns is proven free, not sampled.
+"""OMPL's RRT-Connect on proven motions: ompl_rrt_connect.py ROBOT.urdf ROBOT.srdf FOLDER_OF_MESHES"""
 
-    pip install ompl
-    python examples/python/ompl_rrt_connect.py robot.urdf --srdf robot.srdf --env FOLDER_OF_MESHES
-"""
-
-import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
 import punctual3d
 from ompl import base, geometric
 
+robot = punctual3d.Robot.from_urdf(sys.argv[1], srdf=sys.argv[2])
+for file in sorted(Path(sys.argv[3]).iterdir()):
+    robot.add(file.stem, mesh=punctual3d.Tree.load(file))
+low, high = np.clip(robot.joint_limits, -np.pi, np.pi).T
+samples = np.random.default_rng(1).uniform(low, high, (1000, len(low)))
+free = samples[robot.collide(samples).verdict == 0]
 
-def plan(robot, start, goal, seconds=10.0):
-    """Configurations from start to goal, (N, J), or None."""
-    size = len(start)
-    numbers = lambda state: np.array([state[i] for i in range(size)])
-    space = base.RealVectorStateSpace(size)
-    bounds = base.RealVectorBounds(size)
-    for i, (low, high) in enumerate(np.clip(robot.joint_limits, -np.pi, np.pi)):
-        bounds.setLow(i, low)
-        bounds.setHigh(i, high)
-    space.setBounds(bounds)
-    setup = geometric.SimpleSetup(space)
-    information = setup.getSpaceInformation()
-
-    class Motions(base.MotionValidator):
-        def checkMotion(self, a, b, last=None):
-            return robot.is_edge_valid(numbers(a), numbers(b))
-
-    setup.setStateValidityChecker(lambda state: robot.is_valid(numbers(state)))
-    motions = Motions(information)
-    information.setMotionValidator(motions)
-    ends = [space.allocState() for _ in range(2)]
-    for end, values in zip(ends, (start, goal)):
-        for i, value in enumerate(values):
-            end[i] = float(value)
-    setup.setStartAndGoalStates(*ends)
-    setup.setPlanner(geometric.RRTConnect(information))
-    if not setup.solve(seconds):
-        return None
-    path = setup.getSolutionPath()
-    return np.array([numbers(path.getState(i)) for i in range(path.getStateCount())])
+space = base.RealVectorStateSpace(0)
+for limits in zip(low, high):
+    space.addDimension(*limits)
+ends = [space.allocState(), space.allocState()]
+for i in range(len(low)):
+    ends[0][i], ends[1][i] = free[:2, i].tolist()
+values = lambda state: [state[i] for i in range(len(low))]
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("urdf")
-    parser.add_argument("--srdf")
-    parser.add_argument("--env", type=Path, help="a folder of meshes in world coordinates")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    robot = punctual3d.Robot.from_urdf(options.urdf, srdf=options.srdf)
-    for file in sorted(options.env.iterdir()) if options.env else []:
-        robot.add(file.stem, mesh=punctual3d.Tree.load(file))
-    low, high = np.clip(robot.joint_limits, -np.pi, np.pi).T
-    samples = np.random.default_rng(options.seed).uniform(low, high, (1000, len(low)))
-    free = samples[robot.collide(samples).verdict == 0]
-    path = plan(robot, free[0], free[1])
-    if path is None:
-        raise SystemExit("no path found")
-    print(f"{len(path)} configurations, proven free:", (robot.edges(path[:-1], path[1:]).verdict == 0).all())
-    print(path.round(3))
+class Motions(base.MotionValidator):
+    def checkMotion(self, a, b, last=None):
+        return robot.is_edge_valid(values(a), values(b))
 
 
-if __name__ == "__main__":
-    main()
+setup = geometric.SimpleSetup(space)
+motions = Motions(setup.getSpaceInformation())
+setup.setStateValidityChecker(lambda state: robot.is_valid(values(state)))
+setup.getSpaceInformation().setMotionValidator(motions)
+setup.setStartAndGoalStates(*ends)
+setup.setPlanner(geometric.RRTConnect(setup.getSpaceInformation()))
+if setup.solve(10.0):
+    print(np.array([values(state) for state in setup.getSolutionPath().getStates()]))

@@ -227,6 +227,12 @@ impl<'c> Deadline<'c> {
         }
     }
 
+    /// Work done since the start.
+    #[inline]
+    pub fn done(&self) -> u64 {
+        self.done
+    }
+
     /// Work left until the limit of work.
     #[inline]
     pub fn work_left(&self) -> u64 {

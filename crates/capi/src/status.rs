@@ -1,5 +1,6 @@
 //! How a call ends: a status, and a text for people.
 
+use ::punctual_robot::RobotError;
 use ::punctual_scene::SceneError;
 use core::cell::RefCell;
 use core::ffi::c_char;
@@ -85,6 +86,7 @@ pub(crate) enum Fault {
     MeshBytes(ReadError),
     Thread(io::Error),
     Points(PointError),
+    Robot(RobotError),
 }
 
 impl Fault {
@@ -118,6 +120,9 @@ impl Fault {
             Self::Tree(_) => punctual_status::BadTree,
             Self::TreeFile(_) | Self::MeshFile(_) | Self::MeshBytes(_) => punctual_status::BadFile,
             Self::Thread(_) => punctual_status::NoThread,
+            Self::Robot(RobotError::File { .. }) => punctual_status::BadFile,
+            Self::Robot(RobotError::NothingToResume) => punctual_status::NotResumable,
+            Self::Robot(_) => punctual_status::BadArgument,
         }
     }
 }
@@ -171,6 +176,7 @@ impl fmt::Display for Fault {
             Self::MeshBytes(error) => error.fmt(f),
             Self::Thread(error) => error.fmt(f),
             Self::Points(error) => error.fmt(f),
+            Self::Robot(error) => error.fmt(f),
         }
     }
 }
@@ -196,7 +202,8 @@ fault_from!(
     MeshFile(FileError),
     MeshBytes(ReadError),
     Thread(io::Error),
-    Points(PointError)
+    Points(PointError),
+    Robot(RobotError)
 );
 
 /// Runs the work of the call `name`. No panic leaves it.

@@ -41,6 +41,9 @@ pub struct Args {
     /// A folder in which packages of the robot are sought; may be given several times.
     #[arg(long, value_name = "DIR")]
     packages: Vec<PathBuf>,
+    /// Closed meshes are solids: what is inside them collides.
+    #[arg(long)]
+    solids: bool,
     /// A folder of meshes in world coordinates that stand around the robot.
     #[arg(long, value_name = "DIR")]
     env: Option<PathBuf>,
@@ -106,6 +109,7 @@ impl Args {
         let mut options = UrdfOptions::default();
         options.srdf.clone_from(&self.srdf);
         options.packages.clone_from(&self.packages);
+        options.solids = self.solids;
         let model = Model::from_urdf(&self.urdf, &options)?;
         model.notices().iter().for_each(|notice| complain(notice));
         let mut checker = Checker::new(Arc::new(model));
@@ -120,7 +124,11 @@ impl Args {
         for file in files.iter().map(fs::DirEntry::path) {
             let name = file.file_stem().unwrap_or_default().to_string_lossy();
             let mesh = punctual_io::load(&file)?.mesh;
-            checker.add(&name, Pose::IDENTITY, Shape::mesh(mesh))?;
+            let shape = match self.solids {
+                true => Shape::solid(mesh),
+                false => Shape::mesh(mesh),
+            };
+            checker.add(&name, Pose::IDENTITY, shape)?;
         }
         Ok(checker)
     }
@@ -238,11 +246,13 @@ impl Asked<'_> {
                 writeln!(out, "{i},,,0,error,0")?;
                 continue;
             };
-            let pair = match found.value {
-                Collision::Contact(pair) => self.names(Some(pair)).join("|"),
-                _ => String::new(),
+            let (verdict, pair) = match found.value {
+                Collision::Free => ("free", None),
+                Collision::Contact(pair) => ("contact", Some(pair)),
+                Collision::Undecided => ("undecided", None),
             };
-            let (verdict, ns) = (found.value.name(), least.as_nanos());
+            let pair = pair.map_or(String::new(), |pair| self.names(Some(pair)).join("|"));
+            let ns = least.as_nanos();
             writeln!(
                 out,
                 "{i},{verdict},{pair},{ns},{},{}",
@@ -313,7 +323,6 @@ impl Asked<'_> {
             } = found.value;
             let at = touching_at.map(|time| time.to_string()).unwrap_or_default();
             let ([a, b], ns) = (self.names(pair), least.as_nanos());
-            let answer = answer.name();
             writeln!(
                 out,
                 "{i},{answer},{free_until},{at},{a},{b},{ns},{}",

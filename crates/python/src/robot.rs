@@ -56,15 +56,16 @@ struct Source {
     urdf: PathBuf,
     srdf: Option<PathBuf>,
     packages: Vec<PathBuf>,
+    solids: bool,
 }
 
 /// A robot among obstacles: which configurations collide, how much clearance they have, which edges
 /// are free.
 ///
 /// Made by `from_urdf`. A configuration has one value for each of `joint_names`, in radians or
-/// metres; a call takes one, (J,), or many, (N, J). Meshes are surfaces; boxes, spheres and
-/// cylinders are solids, cylinders as prisms around them of 128 sides. Answers are exact for the
-/// poses of `link_poses`. Calls of several threads wait for each other: to use several cores, give
+/// metres; a call takes one, (J,), or many, (N, J). Meshes are surfaces, or solids as asked; boxes,
+/// spheres and cylinders are solids, cylinders as prisms around them of 128 sides. Answers are exact
+/// for the poses of `link_poses`. Calls of several threads wait for each other: to use several cores, give
 /// `threads`, or pickle a robot for each process.
 #[pyclass(module = "punctual3d", frozen)]
 pub struct Robot {
@@ -170,11 +171,26 @@ impl<'py> FromPyObject<'_, 'py> for Rows<'py> {
     }
 }
 
+/// One configuration: of an array of f64, or any sequence of numbers.
+struct One(Vec<f64>);
+
+impl<'py> FromPyObject<'_, 'py> for One {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match given.cast::<PyArray1<f64>>() {
+            Ok(array) if array.is_c_contiguous() => Ok(Self(array.to_vec()?)),
+            _ => Ok(Self(given.extract()?)),
+        }
+    }
+}
+
 impl Robot {
     fn new(source: Source) -> Result<Self, RobotError> {
         let mut options = UrdfOptions::default();
         options.srdf.clone_from(&source.srdf);
         options.packages.clone_from(&source.packages);
+        options.solids = source.solids;
         let model = Model::from_urdf(&source.urdf, &options)?;
         Ok(Self {
             checker: Box::new(Mutex::new(Checker::new(Arc::new(model)))),
@@ -256,22 +272,24 @@ impl Robot {
     ///
     /// srdf: the SRDF file, whose disabled pairs are not asked; without it, links joined by one
     /// moving joint are not. packages: folders in which `package://` names are sought, before those
-    /// above the URDF file.
+    /// above the URDF file. solids: closed meshes are solids, so that what is inside them collides.
     ///
     /// Raises ValueError with the file, the line, and the link or joint.
     #[classmethod]
-    #[pyo3(signature = (urdf, *, srdf=None, packages=Vec::new()))]
+    #[pyo3(signature = (urdf, *, srdf=None, packages=Vec::new(), solids=false))]
     fn from_urdf(
         _: &Bound<'_, PyType>,
         py: Python<'_>,
         urdf: PathBuf,
         srdf: Option<PathBuf>,
         packages: Vec<PathBuf>,
+        solids: bool,
     ) -> PyResult<Self> {
         let source = Source {
             urdf,
             srdf,
             packages,
+            solids,
         };
         py.detach(|| Self::new(source)).map_err(value_error)
     }
@@ -311,8 +329,8 @@ impl Robot {
         Ok(name.to_owned())
     }
 
-    /// Adds an obstacle, and returns its number: one of mesh (a Tree or a trimesh.Trimesh), box
-    /// (three lengths), sphere (radius) and cylinder (radius, length), centred, a cylinder along z.
+    /// Adds an obstacle, and returns its number: one of mesh (a Tree or a trimesh.Trimesh; a Tree
+    /// that was built as a closed solid is one), box (three lengths), sphere (radius) and cylinder (radius, length), centred, a cylinder along z.
     ///
     /// T: (4, 4), its place in the world, or in the frame of link if that is given: then it moves
     /// with that link, and is not asked with the links of may_touch.
@@ -525,21 +543,18 @@ impl Robot {
 
     /// Whether one configuration, (J,), is free.
     #[pyo3(signature = (q))]
-    fn is_valid(&self, q: Rows<'_>) -> PyResult<bool> {
-        let q = q.0.as_slice().map_err(value_error)?;
-        let found = self
-            .checker()
-            .collide(q, Budget::unlimited())
-            .map_err(value_error)?;
-        Ok(found.value == Collision::Free)
+    fn is_valid(&self, q: One) -> PyResult<bool> {
+        let found = self.checker().collide(&q.0, Budget::unlimited());
+        Ok(found.map_err(value_error)?.value == Collision::Free)
     }
 
     /// Whether the straight line between two configurations, (J,), is proven free.
     #[pyo3(signature = (q0, q1))]
-    fn is_edge_valid(&self, q0: Rows<'_>, q1: Rows<'_>) -> PyResult<bool> {
-        let [q0, q1] = [&q0, &q1].map(|q| q.0.as_slice().map_err(value_error));
-        let (q0, q1, options) = (q0?, q1?, EdgeOptions::any());
-        let found = self.checker().edge(q0, q1, &options, Budget::unlimited());
+    fn is_edge_valid(&self, q0: One, q1: One) -> PyResult<bool> {
+        let options = EdgeOptions::any();
+        let found = self
+            .checker()
+            .edge(&q0.0, &q1.0, &options, Budget::unlimited());
         Ok(found.map_err(value_error)?.value.answer == EdgeAnswer::Free)
     }
 
@@ -581,7 +596,7 @@ impl Robot {
             model.name(),
             model.joint_names().len(),
             model.link_names().len(),
-            checker.pair_count()
+            checker.pairs().len()
         )
     }
 }

@@ -1,9 +1,10 @@
-//! Measures a robot in its cell: `measure DIR [labels [REPETITIONS]]`, with the files of one robot:
+//! Measures a robot in its cell: `measure DIR [labels|clearance|edges|horizon [REPETITIONS]]`, with files:
 //! `robot.urdf`, `robot.srdf`, `env/`, `configs.csv`, `labels.csv`, `clearance.csv`, `edges.csv`.
 
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 use punctual::{Budget, Pose};
@@ -42,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         checker.add(&name, Pose::IDENTITY, Shape::mesh(mesh))?;
     }
     let pairs = table(&dir.join("pairs.csv"))?.len();
-    println!("pairs {} of {pairs}", checker.pair_count());
+    println!("pairs {} of {pairs}", checker.pairs().len());
     let configs: Vec<Vec<f64>> = table(&dir.join("configs.csv"))?
         .iter()
         .map(|r| numbers(r))
@@ -52,17 +53,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|r| r[1] == "1")
         .collect();
     let unlimited = Budget::unlimited();
-    let mut wrong = 0;
-    for (q, &meets) in configs.iter().zip(&labels) {
-        let met = checker.collide(q, unlimited)?.value != Collision::Free;
-        wrong += u32::from(met != meets);
+    let only = std::env::args().nth(2);
+    let asks = |what: &str| only.as_deref().is_none_or(|only| only == what);
+    let repetitions = std::env::args().nth(3);
+    let repetitions = repetitions.and_then(|n| n.parse().ok()).unwrap_or(7);
+    if asks("labels") {
+        let mut wrong = 0;
+        for (q, &meets) in configs.iter().zip(&labels) {
+            let met = checker.collide(q, unlimited)?.value != Collision::Free;
+            wrong += u32::from(met != meets);
+        }
+        println!("labels wrong {wrong} of {}", labels.len());
     }
-    println!("labels wrong {wrong} of {}", labels.len());
-    let repetitions = std::env::args()
-        .nth(3)
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(7);
-    for (name, range) in [("random", 0..2000), ("near contact", 2000..2500)] {
+    let ranges = if asks("labels") { 2 } else { 0 };
+    for (name, range) in [("random", 0..2000), ("near contact", 2000..2500)]
+        .into_iter()
+        .take(ranges)
+    {
         let mut least = f64::INFINITY;
         for _ in 0..repetitions {
             let start = ThreadTime::now();
@@ -73,11 +80,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         println!("a label, {name}: {least:.2} us");
     }
-    if std::env::args().nth(2).is_some_and(|what| what == "labels") {
-        return Ok(());
-    }
     let rows = table(&dir.join("clearance.csv"))?;
-    for tolerance in [1e-9, 1e-4] {
+    for tolerance in [1e-9, 1e-4].into_iter().filter(|_| asks("clearance")) {
         let (mut off, mut widest, mut work) = (0f64, 0f64, 0);
         let options = ClearanceOptions::default().tolerance(tolerance);
         let start = ThreadTime::now();
@@ -96,10 +100,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let rows = table(&dir.join("edges.csv"))?;
     let n = model.joint_names().len();
-    for (name, options) in [("any", EdgeOptions::any()), ("first", EdgeOptions::first())] {
-        let (mut contradicted, mut undecided, mut free, mut work) = (0, 0, [0; 2], 0);
+    let edges = [("any", EdgeOptions::any()), ("first", EdgeOptions::first())];
+    for (name, options) in edges.into_iter().filter(|_| asks("edges")) {
+        let (mut contradicted, mut undecided, mut free, mut work) = (0, 0, [0u32; 2], 0);
         let (mut late, mut times) = (0f64, [0.0; 2]);
-        for row in &rows {
+        for row in rows.iter().cycle().take(rows.len() * repetitions) {
             let q = numbers(row);
             let start = ThreadTime::now();
             let edge = checker.edge(&q[1..=n], &q[n + 1..=2 * n], &options, unlimited)?;
@@ -122,11 +127,43 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         println!(
             "edges, {name}: {:.0} us; free {:.0}, blocked {:.0}; contradicted {contradicted}, undecided {undecided}, widest {late:e}, work {}",
-            (times[0] + times[1]) / rows.len() as f64,
+            (times[0] + times[1]) / f64::from(free[0] + free[1]),
             times[1] / f64::from(free[1]),
             times[0] / f64::from(free[0]),
-            work / rows.len() as u64,
+            work / u64::from(free[0] + free[1]),
         );
     }
+    if asks("horizon") {
+        horizon(&mut checker, &configs[..2000])?;
+    }
+    Ok(())
+}
+
+/// Moments at random configurations, on the way to others at up to 2 rad/s: how many are proven
+/// free for 100 ms within 200 us, of those that are.
+fn horizon(checker: &mut Checker, configs: &[Vec<f64>]) -> Result<(), Box<dyn Error>> {
+    let (mut free, mut proven, mut times) = (0, 0, Vec::new());
+    for (q, next) in configs.iter().zip(&configs[1..]) {
+        let ways = q.iter().zip(next).map(|(a, b)| b - a);
+        let fastest = ways.clone().fold(0f64, |most, way| most.max(way.abs()));
+        let velocity: Vec<f64> = ways.map(|way| way * 2.0 / fastest).collect();
+        let whole = checker.horizon(q, &velocity, 0.1, Budget::unlimited())?;
+        if whole.value.free_until < 0.1 {
+            continue;
+        }
+        free += 1;
+        let start = Instant::now();
+        let cut = checker.horizon(q, &velocity, 0.1, Budget::time(Duration::from_micros(200)))?;
+        times.push(start.elapsed());
+        proven += u32::from(cut.value.free_until == 0.1);
+    }
+    times.sort_unstable();
+    let at = |share: f64| times[(share * (times.len() - 1) as f64) as usize];
+    println!(
+        "horizon 100 ms within 200 us: proven {proven} of {free} free moments, median {:?}, 99 % {:?}, most {:?}",
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    );
     Ok(())
 }

@@ -8,24 +8,16 @@ use std::sync::Mutex;
 use std::thread;
 
 use punctual::Budget;
+use punctual::engine::Deadline;
 
+use crate::call::{Call, Room};
 use crate::checker::Outcome;
-use crate::edge::Run;
-use crate::order::{Asked, Fact};
-use crate::search::Search;
-use crate::world::World;
+use crate::error::refuse;
+use crate::order::Fact;
 use crate::{Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, RobotError};
 
 /// Questions that a thread takes at a time.
 const BLOCK: usize = 16;
-
-/// What one thread needs for batches.
-#[derive(Debug, Default)]
-pub(crate) struct Worker {
-    search: Search,
-    run: Run,
-    facts: Vec<Fact>,
-}
 
 impl Checker {
     /// [`Checker::collide`] for configurations that lie one after the other, each within the
@@ -41,11 +33,9 @@ impl Checker {
         budget: Budget,
         threads: usize,
     ) -> Result<Vec<Outcome<Collision>>, RobotError> {
-        let (rows, width) = self.rows(configurations)?;
-        Ok(self.batch(rows, threads, |world, order, worker, row| {
-            let at = &configurations[row * width..][..width];
-            let Worker { search, facts, .. } = worker;
-            search.collide(world, order, facts, at, budget.into())
+        let (rows, width) = self.model().rows(configurations)?;
+        Ok(self.batch(rows, budget, threads, |call, row| {
+            call.collide(&configurations[row * width..][..width])
         }))
     }
 
@@ -60,10 +50,9 @@ impl Checker {
         budget: Budget,
         threads: usize,
     ) -> Result<Vec<Outcome<Clearance>>, RobotError> {
-        let (rows, width) = self.rows(configurations)?;
-        Ok(self.batch(rows, threads, |world, _, worker, row| {
-            let at = &configurations[row * width..][..width];
-            worker.search.clearance(world, at, options, budget.into())
+        let (rows, width) = self.model().rows(configurations)?;
+        Ok(self.batch(rows, budget, threads, |call, row| {
+            call.clearance(&configurations[row * width..][..width], options)
         }))
     }
 
@@ -71,7 +60,7 @@ impl Checker {
     /// of the one to row `i` of the other.
     ///
     /// # Errors
-    /// Those of [`Checker::collide_batch`]; both must have the same number of rows.
+    /// Those of [`Checker::collide_batch`]; [`RobotError::Model`] unless both have the same number of rows.
     pub fn edge_batch(
         &mut self,
         from: &[f64],
@@ -80,84 +69,80 @@ impl Checker {
         budget: Budget,
         threads: usize,
     ) -> Result<Vec<Outcome<Edge>>, RobotError> {
-        let (rows, width) = self.rows(from)?;
-        self.world.model.check_rows(to, rows)?;
-        Ok(self.batch(rows, threads, |world, order, worker, row| {
-            let ends = [from, to].map(|ends| &ends[row * width..][..width]);
-            let Worker { search, run, facts } = worker;
-            run.begin(world, ends, *options);
-            search.begin();
-            search.along(world, order, facts, run, budget.into())
-        }))
-    }
-
-    fn rows(&self, configurations: &[f64]) -> Result<(usize, usize), RobotError> {
-        let model = &self.world.model;
-        let width = model.joint_names().len();
-        let rows = configurations.len().checked_div(width).unwrap_or(0);
-        let found = configurations.len() - rows * width;
-        if found > 0 {
-            return Err(RobotError::Length {
-                expected: width,
-                found,
-            });
+        let (rows, width) = self.model().rows(from)?;
+        let ends = self.model().rows(to)?.0;
+        if ends != rows {
+            return refuse(format!("edges from {rows} configurations to {ends}"));
         }
-        model.check_rows(configurations, rows)?;
-        Ok((rows, width))
+        Ok(self.batch(rows, budget, threads, |call, row| {
+            call.edge(
+                &[from, to].map(|ends| &ends[row * width..][..width]),
+                *options,
+            )
+        }))
     }
 
     /// Asks in rounds, each as long as all before.
     fn batch<T: Send>(
         &mut self,
         rows: usize,
+        budget: Budget,
         threads: usize,
-        ask: impl Fn(&World, &[Asked], &mut Worker, usize) -> T + Sync,
+        ask: impl Fn(Call<'_>, usize) -> T + Sync,
     ) -> Vec<T> {
         let Self {
             world,
             order,
-            workers,
-            run,
+            room,
+            rooms,
             ..
         } = self;
-        run.forget();
+        room.begin();
         let threads = threads.clamp(1, rows.div_ceil(BLOCK).max(1));
-        workers.resize_with(workers.len().max(threads), Worker::default);
-        for worker in &mut workers[..threads] {
-            worker.search.sync(world);
-        }
+        rooms.resize_with(rooms.len().max(threads), Room::default);
+        let rooms = &mut rooms[..threads];
+        rooms.iter_mut().for_each(|room| room.sync(world));
         let mut answers: Vec<Option<T>> = Vec::new();
         answers.resize_with(rows, || None);
         let mut first = 0;
         while first < rows {
             let round = (order.until_due() as usize).min(rows - first);
-            let pairs = &order.pairs;
             let blocks = answers[first..first + round].chunks_mut(BLOCK).enumerate();
             let blocks = Mutex::new(blocks);
-            let work = |worker: &mut Worker| {
-                worker.facts.clear();
-                worker.facts.resize(world.pairs.len(), Fact::default());
+            let work = |room: &mut Room| {
+                let mut facts = std::mem::take(&mut room.facts);
+                facts.clear();
+                facts.resize(world.pairs.len(), Fact::default());
                 loop {
                     let next = blocks.lock().map(|mut blocks| blocks.next());
                     let Ok(Some((block, answers))) = next else {
                         break;
                     };
-                    for (i, answer) in answers.iter_mut().enumerate() {
-                        *answer = Some(ask(world, pairs, worker, first + block * BLOCK + i));
+                    for (row, answer) in (first + block * BLOCK..).zip(answers) {
+                        room.begin();
+                        let call = Call {
+                            world,
+                            order: &order.pairs,
+                            facts: &mut facts,
+                            room,
+                            deadline: Deadline::of(budget.into()),
+                        };
+                        *answer = Some(ask(call, row));
                     }
                 }
+                room.facts = facts;
             };
-            let threads = threads.min(round.div_ceil(BLOCK));
             thread::scope(|scope| {
-                let (own, others) = workers[..threads].split_at_mut(1);
-                for worker in others {
-                    scope.spawn(|| work(worker));
+                let threads = threads.min(round.div_ceil(BLOCK));
+                let (own, others) = rooms[..threads].split_at_mut(1);
+                for room in others {
+                    scope.spawn(|| work(room));
                 }
                 work(&mut own[0]);
             });
-            for worker in &workers[..threads] {
-                for (fact, learned) in order.facts.iter_mut().zip(&worker.facts) {
-                    fact.add(learned);
+            for room in &mut *rooms {
+                for (fact, learned) in order.facts.iter_mut().zip(room.facts.drain(..)) {
+                    fact.add(&learned);
                 }
             }
             order.count(round as u64);

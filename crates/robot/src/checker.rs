@@ -7,12 +7,10 @@ use punctual::clock::ClockedBudget;
 use punctual::engine::Deadline;
 use punctual::{Pose, StopReason};
 
-use crate::batch::Worker;
-use crate::edge::Run;
-use crate::model::{LARGEST, PlacedShape, prefixed};
-use crate::order::{Asked, Fact, Order};
-use crate::search::Search;
-use crate::transform::Transform;
+use crate::call::{Call, Room};
+use crate::model::{PlacedShape, prefixed};
+use crate::order::Order;
+use crate::transform::{Transform, from_pose};
 use crate::world::World;
 use crate::{Model, RobotError, Shape, ShapeId};
 
@@ -42,17 +40,6 @@ pub enum Collision {
     Contact([ShapeId; 2]),
     /// The budget ended before the answer was known.
     Undecided,
-}
-
-impl Collision {
-    /// Name in files: `free`, `contact` or `undecided`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Contact(_) => "contact",
-            Self::Undecided => "undecided",
-        }
-    }
 }
 
 /// A robot among obstacles, and what one thread needs to ask about it.
@@ -96,27 +83,16 @@ impl Collision {
 pub struct Checker {
     pub(crate) world: World,
     pub(crate) order: Order,
-    pub(crate) search: Search,
-    pub(crate) run: Run,
+    pub(crate) room: Room,
     /// Those of the threads of batches.
-    pub(crate) workers: Vec<Worker>,
+    pub(crate) rooms: Vec<Room>,
     next: u32,
 }
 
 /// Another checker with the same obstacles and the same learned order.
 impl Clone for Checker {
     fn clone(&self) -> Self {
-        let world = self.world.clone();
-        let mut search = Search::default();
-        search.sync(&world);
-        Self {
-            world,
-            order: self.order.clone(),
-            search,
-            workers: Vec::new(),
-            run: Run::default(),
-            next: self.next,
-        }
+        Self::with(self.world.clone(), self.order.clone(), self.next)
     }
 }
 
@@ -125,14 +101,18 @@ impl Checker {
     pub fn new(model: Arc<Model>) -> Self {
         let next = model.shapes.len() as u32;
         let world = World::new(model);
-        let mut search = Search::default();
-        search.sync(&world);
+        let order = Order::new(&world);
+        Self::with(world, order, next)
+    }
+
+    fn with(world: World, order: Order, next: u32) -> Self {
+        let mut room = Room::default();
+        room.sync(&world);
         Self {
-            order: Order::new(&world),
             world,
-            search,
-            workers: Vec::new(),
-            run: Run::default(),
+            order,
+            room,
+            rooms: Vec::new(),
             next,
         }
     }
@@ -142,37 +122,27 @@ impl Checker {
         &self.world.model
     }
 
-    /// Number of pairs of shapes that are asked.
-    pub fn pair_count(&self) -> usize {
-        self.world.pairs.len()
-    }
-
     /// The pairs of shapes that are asked, each with the lower id first.
-    pub fn pairs(&self) -> impl Iterator<Item = [ShapeId; 2]> {
+    pub fn pairs(&self) -> impl ExactSizeIterator<Item = [ShapeId; 2]> {
         (0..self.world.pairs.len() as u32).map(|pair| self.world.ids_of(pair))
     }
 
     /// Name of a shape: that of its link or of the obstacle, and the number of the shape if the
     /// link has several (`hand:1`). `None` if the obstacle was removed.
     pub fn name(&self, id: ShapeId) -> Option<&str> {
-        let at = self.world.ids.binary_search(&id).ok()?;
-        Some(&self.world.shapes[at].name)
+        Some(&self.world.shapes[self.world.index(id)?].name)
     }
 
     /// The first shape of this name.
     pub fn find(&self, name: &str) -> Option<ShapeId> {
-        let at = self
-            .world
-            .shapes
-            .iter()
-            .position(|shape| &*shape.name == name);
-        Some(self.world.ids[at?])
+        let mut shapes = self.world.shapes.iter();
+        Some(shapes.find(|shape| &*shape.name == name)?.id)
     }
 
     /// The shape of this number, if there is one.
     pub fn id(&self, number: u32) -> Option<ShapeId> {
         let id = ShapeId(number);
-        self.world.ids.binary_search(&id).ok().map(|_| id)
+        self.world.index(id).map(|_| id)
     }
 
     /// Gives the next obstacle this number, unless it was given already: to restore a checker.
@@ -210,30 +180,17 @@ impl Checker {
     fn insert(
         &mut self,
         name: &str,
-        (body, frame): (u32, Transform),
+        place: (u32, Transform),
         pose: Pose,
         shape: Shape,
         touches: Vec<u32>,
     ) -> Result<ShapeId, RobotError> {
-        let fail = |error| prefixed(&format!("obstacle {name}"), error);
-        let in_body = frame.then(&Transform::from_pose(&pose).map_err(fail)?);
-        if shape.inner().radius > LARGEST {
-            return Err(fail(RobotError::model(format!("larger than {LARGEST:e}"))));
-        }
         let id = ShapeId(self.next);
+        let placed = PlacedShape::new(id, name.into(), None, place, &pose, shape);
+        let placed = placed.map_err(|error| prefixed(&format!("obstacle {name}"), error))?;
         self.next += 1;
-        self.change(|world| {
-            world.ids.push(id);
-            world.shapes.push(PlacedShape {
-                name: name.into(),
-                link: None,
-                touches,
-                body,
-                frame,
-                in_body,
-                shape,
-            });
-        });
+        self.world.shapes.push(PlacedShape { touches, ..placed });
+        self.pair();
         Ok(id)
     }
 
@@ -243,13 +200,12 @@ impl Checker {
     /// # Errors
     /// [`RobotError::NoObstacle`], and those of [`Checker::add`].
     pub fn move_to(&mut self, id: ShapeId, pose: Pose) -> Result<(), RobotError> {
-        let at = self.world.obstacle(id).ok_or(RobotError::NoObstacle)?;
-        let pose = Transform::from_pose(&pose)?;
+        let at = self.world.obstacle(id)?;
+        let pose = from_pose(&pose)?;
         let shape = &mut self.world.shapes[at];
-        shape.in_body = shape.frame.then(&pose);
+        shape.in_body = shape.frame * pose;
         self.world.version += 1;
-        self.search.sync(&self.world);
-        self.run.forget();
+        self.room.sync(&self.world);
         Ok(())
     }
 
@@ -258,23 +214,18 @@ impl Checker {
     /// # Errors
     /// [`RobotError::NoObstacle`].
     pub fn remove(&mut self, id: ShapeId) -> Result<(), RobotError> {
-        let at = self.world.obstacle(id).ok_or(RobotError::NoObstacle)?;
-        self.change(|world| {
-            world.ids.remove(at);
-            world.shapes.remove(at);
-        });
+        let at = self.world.obstacle(id)?;
+        self.world.shapes.remove(at);
+        self.pair();
         Ok(())
     }
 
-    /// Changes the shapes, and lists their pairs anew.
-    fn change(&mut self, change: impl FnOnce(&mut World)) {
-        let before: Vec<_> = self.pairs().collect();
-        change(&mut self.world);
+    /// Lists the pairs of the shapes, which have changed.
+    fn pair(&mut self) {
         self.world.pair();
         self.world.version += 1;
-        self.order = self.order.repaired(&before, &self.world);
-        self.search.sync(&self.world);
-        self.run.forget();
+        self.order = Order::new(&self.world);
+        self.room.sync(&self.world);
     }
 
     /// Whether a configuration collides; it stops at the first pair that meets.
@@ -286,24 +237,9 @@ impl Checker {
         configuration: &[f64],
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Collision>, RobotError> {
-        self.world.model.check(configuration)?;
-        let Self {
-            world,
-            order,
-            search,
-            run,
-            ..
-        } = self;
-        run.forget();
-        let outcome = search.collide(
-            world,
-            &order.pairs,
-            &mut order.facts,
-            configuration,
-            budget.into(),
-        );
-        order.count(1);
-        Ok(outcome)
+        Ok(self
+            .begin(configuration, budget.into())?
+            .collide(configuration))
     }
 
     /// All pairs that meet, as far as the budget reaches; they replace the content of `pairs`, in
@@ -318,29 +254,13 @@ impl Checker {
         budget: impl Into<ClockedBudget<'c>>,
         pairs: &mut Vec<[ShapeId; 2]>,
     ) -> Result<Outcome<Collision>, RobotError> {
-        self.world.model.check(configuration)?;
+        let mut call = self.begin(configuration, budget.into())?;
         pairs.clear();
-        let Self {
-            world,
-            order,
-            search,
-            run,
-            ..
-        } = self;
-        run.forget();
-        let mut deadline = Deadline::of(budget.into());
-        search.begin();
-        let mut cursor = 0;
         let mut find = || {
-            search.put(world, configuration, &mut deadline)?;
-            while let Some(pair) = search.find(
-                world,
-                &order.pairs,
-                &mut order.facts,
-                &mut cursor,
-                &mut deadline,
-            )? {
-                pairs.push(world.ids_of(pair));
+            call.put(configuration)?;
+            let mut cursor = 0;
+            while let Some(pair) = call.find(&mut cursor)? {
+                pairs.push(call.world.ids_of(pair));
                 cursor += 1;
             }
             Ok(())
@@ -352,39 +272,44 @@ impl Checker {
             (None, StopReason::Finished) => Collision::Free,
             (None, _) => Collision::Undecided,
         };
-        order.count(1);
-        Ok(search.outcome(value, stop, &deadline))
+        Ok(call.outcome(value, stop))
+    }
+
+    /// Begins a call, after a check of its first configuration.
+    pub(crate) fn begin<'c>(
+        &'c mut self,
+        configuration: &[f64],
+        budget: ClockedBudget<'c>,
+    ) -> Result<Call<'c>, RobotError> {
+        self.world.model.check(configuration)?;
+        self.order.count(1);
+        self.room.begin();
+        Ok(self.call(budget))
+    }
+
+    /// A call that goes on with what the last one has left.
+    pub(crate) fn call<'c>(&'c mut self, budget: ClockedBudget<'c>) -> Call<'c> {
+        Call {
+            world: &self.world,
+            order: &self.order.pairs,
+            facts: &mut self.order.facts,
+            room: &mut self.room,
+            deadline: Deadline::of(budget),
+        }
     }
 }
 
-impl Search {
-    pub fn collide(
-        &mut self,
-        world: &World,
-        order: &[Asked],
-        facts: &mut [Fact],
-        configuration: &[f64],
-        budget: ClockedBudget<'_>,
-    ) -> Outcome<Collision> {
-        let mut deadline = Deadline::of(budget);
-        self.begin();
-        let found = self
-            .put(world, configuration, &mut deadline)
-            .and_then(|()| self.find(world, order, facts, &mut 0, &mut deadline));
-        let (value, stop) = match found {
-            Ok(Some(pair)) => (Collision::Contact(world.ids_of(pair)), StopReason::Finished),
+impl Call<'_> {
+    pub fn collide(mut self, configuration: &[f64]) -> Outcome<Collision> {
+        let found = self.put(configuration);
+        let (value, stop) = match found.and_then(|()| self.find(&mut 0)) {
+            Ok(Some(pair)) => {
+                let met = Collision::Contact(self.world.ids_of(pair));
+                (met, StopReason::Finished)
+            }
             Ok(None) => (Collision::Free, StopReason::Finished),
             Err(stop) => (Collision::Undecided, stop),
         };
-        self.outcome(value, stop, &deadline)
-    }
-
-    pub fn outcome<T>(&self, value: T, stop: StopReason, deadline: &Deadline) -> Outcome<T> {
-        Outcome {
-            value,
-            stop,
-            work: self.work,
-            elapsed: deadline.elapsed(),
-        }
+        self.outcome(value, stop)
     }
 }

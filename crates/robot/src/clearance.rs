@@ -5,14 +5,13 @@ use std::collections::BinaryHeap;
 
 use punctual::StopReason;
 use punctual::clock::ClockedBudget;
-use punctual::engine::Deadline;
 use punctual::glam::DVec3;
 
+use crate::call::Call;
 use crate::checker::Outcome;
 use crate::order::BOX_WORK;
-use crate::search::Search;
 use crate::shape::holds_part;
-use crate::world::{Pair, World};
+use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
 
 /// Which pairs of shapes count.
@@ -82,6 +81,16 @@ pub struct Clearance {
     pub normal: DVec3,
 }
 
+impl Clearance {
+    const UNKNOWN: Self = Self {
+        low: 0.0,
+        high: f64::INFINITY,
+        pair: None,
+        points: [DVec3::ZERO; 2],
+        normal: DVec3::ZERO,
+    };
+}
+
 /// The pairs that are still to be measured, the nearest first: the bits of a lower bound of the
 /// distance (not negative, so they are in order), the pair, and whether boxes gave the bound.
 pub(crate) type Bounds = BinaryHeap<Reverse<(u64, u32, bool)>>;
@@ -111,73 +120,45 @@ impl Checker {
         options: &ClearanceOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Clearance>, RobotError> {
-        self.world.model.check(configuration)?;
-        self.run.forget();
-        let search = &mut self.search;
-        Ok(search.clearance(&self.world, configuration, options, budget.into()))
+        let call = self.begin(configuration, budget.into())?;
+        Ok(call.clearance(configuration, options))
     }
 }
 
-impl Search {
+impl Call<'_> {
     pub fn clearance(
-        &mut self,
-        world: &World,
+        mut self,
         configuration: &[f64],
         options: &ClearanceOptions,
-        budget: ClockedBudget<'_>,
     ) -> Outcome<Clearance> {
-        let mut deadline = Deadline::of(budget);
-        self.begin();
-        let mut found = Clearance {
-            low: f64::INFINITY,
-            high: f64::INFINITY,
-            pair: None,
-            points: [DVec3::ZERO; 2],
-            normal: DVec3::ZERO,
-        };
-        let stop = self.measure(world, configuration, options, &mut found, &mut deadline);
-        let stop = stop.err().unwrap_or(StopReason::Finished);
-        self.outcome(found, stop, &deadline)
-    }
-
-    fn measure(
-        &mut self,
-        world: &World,
-        configuration: &[f64],
-        options: &ClearanceOptions,
-        found: &mut Clearance,
-        deadline: &mut Deadline,
-    ) -> Result<(), StopReason> {
-        let mut bounds = std::mem::take(&mut self.bounds);
-        let result = self.put(world, configuration, deadline).and_then(|()| {
+        let mut found = Clearance::UNKNOWN;
+        let mut bounds = std::mem::take(&mut self.room.bounds);
+        let end = self.put(configuration).and_then(|()| {
             bounds.clear();
-            for number in (0..world.pairs.len() as u32).filter(|&i| counts(world, i, options.scope))
-            {
-                let gap = self.placement.sphere_gap(&world.pairs[number as usize]);
-                bounds.push(bound(gap, number, false));
+            for number in 0..self.world.pairs.len() as u32 {
+                if counts(self.world, number, options.scope) {
+                    let pair = &self.world.pairs[number as usize];
+                    let gap = self.room.placement.sphere_gap(pair);
+                    bounds.push(bound(gap, number, false));
+                }
             }
-            self.nearest(world, &mut bounds, options.tolerance, found, deadline)
+            found.low = f64::INFINITY;
+            let end = self.nearest(&mut bounds, options.tolerance, &mut found);
+            // What is left may be as near as its least bound.
+            found.low = found.low.min(least_of(&bounds));
+            end
         });
-        // What is left may be as near as its least bound; before the robot was placed, at 0.
-        let left = if self.work > 0 {
-            least_of(&bounds)
-        } else {
-            0.0
-        };
-        found.low = found.low.min(left);
-        self.bounds = bounds;
-        result
+        self.room.bounds = bounds;
+        self.outcome(found, end.err().unwrap_or(StopReason::Finished))
     }
 
     /// Measures pairs, the nearest by their bounds first, until no other can be nearer. A pair that
     /// is not done stays in the heap.
     fn nearest(
         &mut self,
-        world: &World,
         bounds: &mut Bounds,
         tolerance: f64,
         found: &mut Clearance,
-        deadline: &mut Deadline,
     ) -> Result<(), StopReason> {
         // The least upper bound, before bands are added.
         let mut least = f64::INFINITY;
@@ -186,38 +167,30 @@ impl Search {
             if gap >= least {
                 break;
             }
-            let pair = &world.pairs[number as usize];
-            let shapes = [pair.a, pair.b].map(|i| world.shapes[i as usize].shape.inner());
-            let b_in_a = self.placement.b_in_a(world, pair);
+            let (shapes, b_in_a) = self.pair(number);
             if !by_boxes {
-                self.pay(BOX_WORK, deadline)?;
-                let gap = gap.max(self.placement.box_gap(shapes, &b_in_a));
+                self.pay(BOX_WORK)?;
+                let gap = gap.max(self.room.placement.box_gap(shapes, &b_in_a));
                 bounds.pop();
                 bounds.push(bound(gap, number, true));
                 continue;
             }
             let band = shapes[0].band + shapes[1].band;
             if holds_part(shapes[0], shapes[1], &b_in_a) {
-                *found = Clearance {
-                    low: 0.0,
-                    high: band,
-                    pair: Some(world.ids_of(number)),
-                    ..*found
-                };
+                *found = Clearance::UNKNOWN;
+                (found.high, found.pair) = (band, Some(self.world.ids_of(number)));
                 return Ok(());
             }
-            let (measured, stop) = self.distance(
-                world,
-                number,
-                |query| query.absolute_tolerance(tolerance).below(least),
-                deadline,
-            );
+            let (measured, end) = self.distance(number, |query| {
+                query.absolute_tolerance(tolerance).below(least)
+            });
             if measured.high < least {
                 least = measured.high;
-                found.pair = Some(world.ids_of(number));
+                found.pair = Some(self.world.ids_of(number));
                 if let Some(nearest) = measured.nearest {
-                    let place = self.placement.shape(world, pair.a);
-                    found.points = nearest.points.map(|p| place.point(p));
+                    let pair = &self.world.pairs[number as usize];
+                    let place = self.room.placement.shape(self.world, pair.a);
+                    found.points = nearest.points.map(|p| place.transform_point3(p));
                     if pair.a > pair.b {
                         found.points.swap(0, 1);
                     }
@@ -226,9 +199,7 @@ impl Search {
                 }
             }
             found.high = found.high.min(measured.high + band);
-            if let Some(stop) = stop {
-                return Err(stop);
-            }
+            end?;
             found.low = found.low.min(measured.low);
             bounds.pop();
         }
@@ -238,16 +209,12 @@ impl Search {
 
 /// True if a pair is in the scope.
 fn counts(world: &World, number: u32, scope: Scope) -> bool {
+    let a = world.pairs[number as usize].a as usize;
+    let with_obstacle = world.shapes[a].body == 0 && a >= world.model.shapes.len();
     match scope {
         Scope::All => true,
-        Scope::Robot => !is_obstacle_pair(world, number),
-        Scope::Obstacles => is_obstacle_pair(world, number),
+        Scope::Robot => !with_obstacle,
+        Scope::Obstacles => with_obstacle,
         Scope::Shape(id) => world.ids_of(number).contains(&id),
     }
-}
-
-/// True for pairs with an obstacle that stands still.
-fn is_obstacle_pair(world: &World, number: u32) -> bool {
-    let Pair { a, a_is_still, .. } = world.pairs[number as usize];
-    a_is_still && a as usize >= world.model.shapes.len()
 }

@@ -1,10 +1,10 @@
-//! A straight line in joint space: proven free, in contact, or not known from some time on.
+//! A path of straight lines in joint space: proven free, in contact, or not known from some time on.
 //!
-//! The line is halved. At the middle of an interval each pair of shapes has a distance, and a rate
+//! Lines are halved. At the middle of an interval each pair of shapes has a distance, and a rate
 //! by which it can change ([`Placement::rate`](crate::placement::Placement::rate)). If the distance
 //! exceeds what half of the interval can take, the pair is free on the whole of it. Otherwise both
 //! halves ask the pair again. An open interval keeps the pairs that are not proven on it, so at
-//! each moment all of the line is proven, known to be in contact, or covered by an open interval.
+//! each moment all of the path is proven, known to be in contact, or covered by an open interval.
 //!
 //! For any contact, five configurations are asked first, and then wide intervals before narrow
 //! ones. For the first contact, intervals are taken from left to right.
@@ -13,17 +13,24 @@ use std::collections::VecDeque;
 
 use punctual::StopReason;
 use punctual::clock::ClockedBudget;
-use punctual::engine::Deadline;
+use punctual_geom::named;
 
+use crate::call::Call;
 use crate::checker::Outcome;
-use crate::order::{Asked, BOX_WORK, Fact};
-use crate::search::Search;
+use crate::order::BOX_WORK;
 use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
 
-/// Where contacts are sought first: the whole line, from coarse to fine.
+/// Shares of the path where contacts are sought first, from coarse to fine.
 const PROBES: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 const ENDS: usize = 2;
+
+/// Boxes that are farther apart than this share of the limit are not worth an exact query: those of
+/// shorter intervals prove the pair.
+const APART: f64 = 1.0 / 16.0;
+
+/// Work of bounding a pair's way, and of the test of its spheres, in units of a query's work.
+const SPHERE_WORK: u64 = 20;
 
 /// Intervals are never narrower than this.
 const NARROWEST: f64 = 1e-12;
@@ -42,36 +49,37 @@ pub struct EdgeOptions {
 
 impl Default for EdgeOptions {
     fn default() -> Self {
-        Self {
-            first: false,
-            resolution: 1e-6,
-        }
+        Self::any()
     }
 }
 
 impl EdgeOptions {
     /// Any contact, with the default resolution.
-    pub fn any() -> Self {
-        Self::default()
+    pub const fn any() -> Self {
+        Self {
+            first: false,
+            resolution: 1e-6,
+        }
     }
 
     /// The first contact, with the default resolution.
-    pub fn first() -> Self {
+    pub const fn first() -> Self {
         Self {
             first: true,
-            ..Self::default()
+            ..Self::any()
         }
     }
 }
 
-/// What is known of an edge. Times are shares of the edge: 0 at its start, 1 at its end.
+/// What is known of a motion. Its start is at the time 0; each line of an edge or a path takes 1,
+/// those of a horizon are told in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
 pub struct Edge {
     /// The answer.
     pub answer: EdgeAnswer,
-    /// Proven: no contact before this time. 1 if the edge is free; then its end is free too.
+    /// Proven: no contact before this time. The time of the end if all is free, the end included.
     pub free_until: f64,
     /// Proven: contact at this time; the earliest one found.
     pub touching_at: Option<f64>,
@@ -91,23 +99,19 @@ pub enum EdgeAnswer {
     Undecided,
 }
 
-impl EdgeAnswer {
-    /// Name in files: `free`, `contact` or `undecided`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Contact => "contact",
-            Self::Undecided => "undecided",
-        }
-    }
-}
+named!(EdgeAnswer { Free => "free", Contact => "contact", Undecided => "undecided" });
 
-/// An interval that is not proven, and the list of the pairs to be proven on it.
+/// A time of a path: the number of its line, and the share of that line.
+type Time = (u32, f64);
+
+/// A part of a line that is not proven, and where the pairs to be proven on it lie in
+/// [`Run::pairs`].
 #[derive(Clone, Copy, Debug)]
 struct Interval {
+    line: u32,
     low: f64,
     high: f64,
-    list: usize,
+    pairs: [usize; 2],
 }
 
 /// A pair at the middle of an interval: how near it may come, and whether boxes tell it apart.
@@ -115,341 +119,314 @@ struct Interval {
 struct Kept {
     pair: u32,
     limit: f64,
-    is_apart: bool,
+    gap: f64,
 }
 
 /// What remains to be done at the middle of an interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 enum Phase {
     Place,
-    Filter,
-    Contacts(usize),
+    Filter(usize),
     Distances(usize),
+    Contacts(usize),
 }
 
-/// A run along an edge, which may be stopped at any step.
+/// A run along a path, which may be stopped at any step.
 #[derive(Debug, Default)]
 pub(crate) struct Run {
-    is_stopped: bool,
+    pub is_stopped: bool,
     options: EdgeOptions,
-    from: Vec<f64>,
-    step: Vec<f64>,
+    /// Configurations between the lines, one after the other.
+    knots: Vec<f64>,
+    width: usize,
+    lines: u32,
+    /// The configuration that was placed last, or the differences along its line.
     at: Vec<f64>,
-    /// Speed of each body's joint, by the length of the edge.
-    speeds: Vec<f64>,
+    /// How far the joint of each body moves in half of the interval at hand.
+    moves: Vec<f64>,
     /// Probes done, and the place in the order of the one at hand, if it is placed.
     probes: usize,
     cursor: Option<usize>,
     open: VecDeque<Interval>,
     now: Option<(Interval, Phase)>,
     kept: Vec<Kept>,
-    /// Lists of pairs, with the number of intervals that use each.
-    lists: Vec<(u32, Vec<u32>)>,
-    touching: Option<(f64, u32)>,
+    /// Of all intervals, in the order in which they were made.
+    pairs: Vec<u32>,
+    touching: Option<(Time, u32)>,
     /// Start of the first interval that was given up.
-    unproven: f64,
-}
-
-/// Why a run ends before it is done, or that it is done with.
-enum End {
-    Stop(StopReason),
-    Found,
-}
-
-impl From<StopReason> for End {
-    fn from(stop: StopReason) -> Self {
-        Self::Stop(stop)
-    }
+    unproven: Option<Time>,
 }
 
 impl Run {
-    /// A run that can no longer be resumed.
-    pub fn forget(&mut self) {
-        self.is_stopped = false;
-    }
-
-    pub fn begin(&mut self, world: &World, [from, to]: [&[f64]; 2], options: EdgeOptions) {
-        self.options = options;
-        self.options.resolution = options.resolution.max(NARROWEST);
-        self.from.clear();
-        self.from.extend_from_slice(from);
-        self.step.clear();
-        self.step.extend(from.iter().zip(to).map(|(a, b)| b - a));
-        self.speeds.clear();
-        let bodies = &world.model.bodies;
-        let speed = |i: usize| {
-            let way = self.step.get(bodies[i].value as usize).unwrap_or(&0.0);
-            (bodies[i].multiplier * way).abs()
+    /// Begins with a path of at least two knots.
+    pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions) {
+        let resolution = options.resolution.max(NARROWEST);
+        self.options = EdgeOptions {
+            resolution,
+            ..options
         };
-        self.speeds.extend((0..bodies.len()).map(speed));
-        (self.probes, self.cursor, self.now) = (0, None, None);
-        (self.touching, self.unproven) = (None, f64::INFINITY);
-        self.open.clear();
-        for (users, list) in &mut self.lists {
-            *users = 0;
-            list.clear();
+        self.knots.clear();
+        for part in knots {
+            self.knots.extend_from_slice(part);
         }
+        self.width = world.model.joint_names().len();
+        self.lines = (self.knots.len() / self.width.max(1)).max(2) as u32 - 1;
+        (self.probes, self.cursor, self.now) = (0, None, None);
+        (self.touching, self.unproven) = (None, None);
+        self.open.clear();
+        self.pairs.clear();
     }
 
     /// Goes on until the question is answered or the budget ends.
-    pub fn advance(
-        &mut self,
-        world: &World,
-        order: &[Asked],
-        facts: &mut [Fact],
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> StopReason {
-        let end = self.probe(world, order, facts, search, deadline);
-        let end = end.and_then(|()| {
-            while self.halve(world, search, deadline)? {}
-            Ok(())
+    pub fn advance(&mut self, call: &mut Call<'_>) -> StopReason {
+        let end = self.probe(call);
+        let end = end.and_then(|is_done| {
+            if is_done {
+                Ok(())
+            } else {
+                self.halve_all(call)
+            }
         });
-        match end {
-            Err(End::Stop(stop)) => {
-                self.is_stopped = true;
-                stop
-            }
-            Ok(()) | Err(End::Found) => {
-                self.is_stopped = false;
-                StopReason::Finished
-            }
+        self.is_stopped = end.is_err();
+        end.err().unwrap_or(StopReason::Finished)
+    }
+
+    fn put(&mut self, (line, share): Time, call: &mut Call<'_>) -> Result<(), StopReason> {
+        let (from, to) = self.knots[line as usize * self.width..].split_at(self.width);
+        let at = from
+            .iter()
+            .zip(to)
+            .map(|(from, to)| from + share * (to - from));
+        self.at.clear();
+        self.at.extend(at);
+        call.put(&self.at)
+    }
+
+    /// Number of configurations that are asked before intervals.
+    fn probe_count(&self) -> usize {
+        match self.options.first {
+            true => ENDS,
+            false => PROBES.len(),
         }
     }
 
-    fn put(
-        &mut self,
-        world: &World,
-        time: f64,
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> Result<(), StopReason> {
-        self.at.clear();
-        let values = self.from.iter().zip(&self.step);
-        self.at
-            .extend(values.map(|(from, step)| from + time * step));
-        search.put(world, &self.at, deadline)
-    }
-
-    /// Whole configurations, and then the first interval.
-    fn probe(
-        &mut self,
-        world: &World,
-        order: &[Asked],
-        facts: &mut [Fact],
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> Result<(), End> {
-        let probes = if self.options.first {
-            ENDS
-        } else {
-            PROBES.len()
-        };
-        while self.probes < probes {
-            let time = PROBES[self.probes];
+    /// Asks whole configurations, and makes the first intervals. True if a contact answers all.
+    fn probe(&mut self, call: &mut Call<'_>) -> Result<bool, StopReason> {
+        while self.probes < self.probe_count() {
+            let time = PROBES[self.probes] * f64::from(self.lines);
+            let line = (time as u32).min(self.lines - 1);
+            let time = (line, time - f64::from(line));
             if self.cursor.is_none() {
-                self.put(world, time, search, deadline)?;
+                self.put(time, call)?;
             }
             let mut cursor = self.cursor.unwrap_or(0);
-            let found = search.find(world, order, facts, &mut cursor, deadline);
+            let found = call.find(&mut cursor);
             self.cursor = Some(cursor);
             if let Some(pair) = found? {
                 self.touching = Some((time, pair));
-                if !self.options.first || time == 0.0 {
-                    return Err(End::Found);
+                if !self.options.first || time == (0, 0.0) {
+                    return Ok(true);
                 }
             }
             self.cursor = None;
             self.probes += 1;
-            if self.probes == probes {
-                let list = self.new_list();
-                self.lists[list]
-                    .1
-                    .extend(order.iter().map(|asked| asked.pair));
-                self.push([0.0, 1.0], list);
+            if self.probes == self.probe_count() {
+                self.pairs.extend_from_slice(call.order);
+                let whole = |line| Interval {
+                    line,
+                    low: 0.0,
+                    high: 1.0,
+                    pairs: [0, self.pairs.len()],
+                };
+                self.open.extend((0..self.lines).map(whole));
             }
         }
+        Ok(false)
+    }
+
+    /// Takes intervals, and leaves what is not proven of each, until none is open or a contact
+    /// answers all.
+    fn halve_all(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
+        loop {
+            if self.now.is_none() {
+                let next = self.next();
+                self.now = next.map(|interval| (interval, Phase::Place));
+            }
+            let Some((interval, phase)) = self.now else {
+                return Ok(());
+            };
+            self.halve(interval, phase, call)?;
+            self.now = None;
+            if self.touching.is_some() && !self.options.first {
+                return Ok(());
+            }
+        }
+    }
+
+    fn halve(
+        &mut self,
+        interval: Interval,
+        mut phase: Phase,
+        call: &mut Call<'_>,
+    ) -> Result<(), StopReason> {
+        let Interval {
+            line, low, high, ..
+        } = interval;
+        let middle = 0.5 * (low + high);
+        loop {
+            self.now = Some((interval, phase));
+            phase = match phase {
+                Phase::Place => {
+                    self.put((line, middle), call)?;
+                    self.measure_moves(interval, call.world);
+                    Phase::Filter(interval.pairs[0])
+                }
+                Phase::Filter(at) if at < interval.pairs[1] => {
+                    self.filter(self.pairs[at], call)?;
+                    Phase::Filter(at + 1)
+                }
+                Phase::Filter(_) => Phase::Distances(0),
+                Phase::Distances(at) if at < self.kept.len() => {
+                    let Kept { pair, limit, gap } = self.kept[at];
+                    if gap > APART * limit {
+                        phase = Phase::Distances(at + 1);
+                        continue;
+                    }
+                    let (bounds, end) = call.distance(pair, |query| query.closer_than(limit));
+                    end?;
+                    if bounds.closer == Some(false) {
+                        self.kept.remove(at);
+                        Phase::Distances(at)
+                    } else {
+                        Phase::Distances(at + 1)
+                    }
+                }
+                Phase::Distances(_) => Phase::Contacts(0),
+                Phase::Contacts(at) if at < self.kept.len() => {
+                    let Kept { pair, gap, .. } = self.kept[at];
+                    if gap <= 0.0 && call.meets(pair, true)? {
+                        self.touching = Some(((line, middle), pair));
+                        self.leave([[low, middle]], line);
+                        return Ok(());
+                    }
+                    Phase::Contacts(at + 1)
+                }
+                Phase::Contacts(_) => break,
+            };
+        }
+        self.leave([[low, middle], [middle, high]], line);
         Ok(())
     }
 
-    /// Takes an interval, and leaves what is not proven of it. False if none is open.
-    fn halve(
-        &mut self,
-        world: &World,
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> Result<bool, End> {
-        let (interval, mut phase) = match self.now {
-            Some(now) => now,
-            None => match self.next() {
-                Some(interval) => (interval, Phase::Place),
-                None => return Ok(false),
-            },
-        };
-        self.now = Some((interval, phase));
-        let Interval { low, high, list } = interval;
-        let middle = 0.5 * (low + high);
-        if phase == Phase::Place {
-            self.put(world, middle, search, deadline)?;
-            phase = Phase::Filter;
-            self.now = Some((interval, phase));
+    /// Leaves parts of a line on which what was kept is not proven.
+    fn leave<const N: usize>(&mut self, mut parts: [[f64; 2]; N], line: u32) {
+        if self.kept.is_empty() {
+            return;
         }
-        if phase == Phase::Filter {
-            self.filter(world, 0.5 * (high - low), list, search, deadline)?;
-            phase = Phase::Contacts(0);
-            self.now = Some((interval, phase));
+        let begin = self.pairs.len();
+        self.pairs.extend(self.kept.iter().map(|kept| kept.pair));
+        let pairs = [begin, self.pairs.len()];
+        if self.options.first {
+            parts.reverse();
         }
-        if let Phase::Contacts(mut at) = phase {
-            // The probes have found no contact.
-            let is_known = !self.options.first && PROBES.contains(&middle);
-            while at < self.kept.len() {
-                let Kept { pair, is_apart, .. } = self.kept[at];
-                self.now = Some((interval, Phase::Contacts(at)));
-                if !is_apart && !is_known && search.meets(world, pair, true, deadline)? {
-                    self.touching = Some((middle, pair));
-                    if !self.options.first {
-                        return Err(End::Found);
-                    }
-                    let rest = self.new_list();
-                    let kept = self.kept.iter().map(|kept| kept.pair);
-                    self.lists[rest].1.extend(kept);
-                    self.push([low, middle], rest);
-                    self.done(list);
-                    return Ok(true);
-                }
-                at += 1;
-            }
-            phase = Phase::Distances(0);
-        }
-        if let Phase::Distances(mut at) = phase {
-            while at < self.kept.len() {
-                self.now = Some((interval, Phase::Distances(at)));
-                let Kept { pair, limit, .. } = self.kept[at];
-                let (bounds, stop) =
-                    search.distance(world, pair, |query| query.closer_than(limit), deadline);
-                if let Some(stop) = stop {
-                    return Err(stop.into());
-                }
-                if bounds.closer == Some(false) {
-                    self.kept.remove(at);
-                } else {
-                    at += 1;
-                }
+        for [low, high] in parts {
+            let part = Interval {
+                line,
+                low,
+                high,
+                pairs,
+            };
+            match self.options.first {
+                true => self.open.push_front(part),
+                false => self.open.push_back(part),
             }
         }
-        if !self.kept.is_empty() {
-            let rest = self.new_list();
-            let kept = self.kept.iter().map(|kept| kept.pair);
-            self.lists[rest].1.extend(kept);
-            self.push([low, middle], rest);
-            self.push([middle, high], rest);
-            if self.options.first {
-                // The left one is taken first.
-                let at = self.open.len();
-                self.open.swap(at - 2, at - 1);
-            }
-        }
-        self.done(list);
-        Ok(true)
     }
 
     /// The next interval worth halving.
     fn next(&mut self) -> Option<Interval> {
         loop {
-            let interval = match self.options.first {
-                true => self.open.pop_back()?,
-                false => self.open.pop_front()?,
-            };
-            if self.touching.is_some_and(|(time, _)| interval.low >= time) {
-                self.done(interval.list);
-            } else if interval.high - interval.low < self.options.resolution {
-                self.unproven = self.unproven.min(interval.low);
-                self.done(interval.list);
-            } else {
+            let interval = self.open.pop_front()?;
+            let begin = (interval.line, interval.low);
+            if self.options.first {
+                // Those of intervals that are done.
+                self.pairs.truncate(interval.pairs[1]);
+            }
+            if self.touching.is_some_and(|(time, _)| begin >= time) {
+                continue;
+            }
+            if interval.high - interval.low >= self.options.resolution {
                 return Some(interval);
             }
+            let unproven = self.unproven.get_or_insert(begin);
+            *unproven = earlier(*unproven, begin);
         }
     }
 
-    /// Keeps the pairs that spheres and boxes do not prove free on an interval of this half length.
-    fn filter(
-        &mut self,
-        world: &World,
-        half: f64,
-        list: usize,
-        search: &mut Search,
-        deadline: &mut Deadline,
-    ) -> Result<(), StopReason> {
+    /// Begins with an interval whose middle is placed.
+    fn measure_moves(&mut self, interval: Interval, world: &World) {
+        let half = 0.5 * (interval.high - interval.low);
+        let (from, to) = self.knots[interval.line as usize * self.width..].split_at(self.width);
+        self.at.clear();
+        self.at
+            .extend(from.iter().zip(to).map(|(from, to)| to - from));
+        let bodies = world.model.bodies.iter();
+        let moves = bodies.map(|body| body.value.change(&self.at) * half);
+        self.moves.clear();
+        self.moves.extend(moves);
         self.kept.clear();
-        search.pay(self.lists[list].1.len() as u64 * BOX_WORK, deadline)?;
-        let placement = &mut search.placement;
-        for &number in &self.lists[list].1 {
-            let pair = &world.pairs[number as usize];
-            let limit = placement.rate(world, pair, &self.speeds) * half + placement.slack;
-            if placement.sphere_gap(pair) > limit {
-                continue;
+    }
+
+    /// Keeps a pair unless spheres or boxes prove it free on the interval.
+    fn filter(&mut self, pair: u32, call: &mut Call<'_>) -> Result<(), StopReason> {
+        call.pay(SPHERE_WORK)?;
+        let asked = &call.world.pairs[pair as usize];
+        let placement = &mut call.room.placement;
+        let limit = placement.reach(call.world, asked, &self.moves) + placement.slack;
+        if placement.sphere_gap(asked) <= limit {
+            call.deadline.spend(BOX_WORK);
+            let (shapes, b_in_a) = call.pair(pair);
+            let gap = call.room.placement.box_gap(shapes, &b_in_a);
+            if gap <= limit {
+                self.kept.push(Kept { pair, limit, gap });
             }
-            let shapes = [pair.a, pair.b].map(|i| world.shapes[i as usize].shape.inner());
-            let b_in_a = placement.b_in_a(world, pair);
-            let gap = placement.box_gap(shapes, &b_in_a);
-            if gap > limit {
-                continue;
-            }
-            self.kept.push(Kept {
-                pair: number,
-                limit,
-                is_apart: gap > 0.0,
-            });
         }
         Ok(())
     }
 
-    fn push(&mut self, [low, high]: [f64; 2], list: usize) {
-        self.lists[list].0 += 1;
-        self.open.push_back(Interval { low, high, list });
-    }
-
-    fn new_list(&mut self) -> usize {
-        let free = self.lists.iter().position(|(users, _)| *users == 0);
-        let list = free.unwrap_or(self.lists.len());
-        if free.is_none() {
-            self.lists.push((0, Vec::new()));
-        }
-        self.lists[list].1.clear();
-        list
-    }
-
-    fn done(&mut self, list: usize) {
-        self.lists[list].0 -= 1;
-        self.now = None;
-    }
-
     /// What is known so far.
     pub fn edge(&self, world: &World) -> Edge {
-        let probes = if self.options.first {
-            ENDS
-        } else {
-            PROBES.len()
+        let end = (self.lines - 1, 1.0);
+        let begun = match self.probes < self.probe_count() {
+            true => (0, 0.0),
+            false => end,
         };
-        let open = self.open.iter().map(|interval| interval.low);
-        let now = self.now.map(|(interval, _)| interval.low);
-        let begun: f64 = if self.probes < probes { 0.0 } else { 1.0 };
+        let open = self.open.iter().chain(self.now.iter().map(|now| &now.0));
+        let touching = self.touching.map(|(time, _)| time);
         let free_until = open
-            .chain(now)
-            .chain(self.touching.map(|(time, _)| time))
-            .fold(begun.min(self.unproven), f64::min);
+            .map(|interval| (interval.line, interval.low))
+            .chain(touching)
+            .chain(self.unproven)
+            .fold(begun, earlier);
         let answer = match self.touching {
             Some(_) => EdgeAnswer::Contact,
-            None if free_until == 1.0 => EdgeAnswer::Free,
+            None if free_until == end => EdgeAnswer::Free,
             None => EdgeAnswer::Undecided,
         };
+        // Rounded down, so that nothing is claimed that is not proven.
+        let sum = f64::from(free_until.0) + free_until.1;
+        let is_late = sum - f64::from(free_until.0) > free_until.1;
         Edge {
             answer,
-            free_until,
-            touching_at: self.touching.map(|(time, _)| time),
+            free_until: if is_late { sum.next_down() } else { sum },
+            touching_at: touching.map(|(line, share)| f64::from(line) + share),
             pair: self.touching.map(|(_, pair)| world.ids_of(pair)),
         }
     }
+}
+
+fn earlier(a: Time, b: Time) -> Time {
+    if b < a { b } else { a }
 }
 
 impl Checker {
@@ -471,58 +448,60 @@ impl Checker {
         options: &EdgeOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
-        self.world.model.check(from)?;
         self.world.model.check(to)?;
-        self.run.begin(&self.world, [from, to], *options);
-        self.search.begin();
-        Ok(self.spend(budget.into()))
+        let call = self.begin(from, budget.into())?;
+        Ok(call.edge(&[from, to], *options))
     }
 
-    /// Continues the last edge, which its budget has stopped.
+    /// Whether a path is free: straight lines from each of its knots to the next one. The knots lie
+    /// one after the other. What is known of it is as of one edge, asked from coarse to fine along
+    /// all of the path.
     ///
     /// # Errors
-    /// [`RobotError::NothingToResume`] if the edge is done, or another question was asked or an
-    /// obstacle changed since.
+    /// Those of [`Checker::edge`], with the row; [`RobotError::Model`] for fewer than two knots.
+    pub fn path<'c>(
+        &mut self,
+        knots: &[f64],
+        options: &EdgeOptions,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Outcome<Edge>, RobotError> {
+        let (rows, width) = self.model().rows(knots)?;
+        if rows < 2 {
+            return Err(RobotError::Model(
+                "a path of fewer than two configurations".into(),
+            ));
+        }
+        let call = self.begin(&knots[..width], budget.into())?;
+        Ok(call.edge(&[knots], *options))
+    }
+
+    /// Continues the last edge, path or horizon, which its budget has stopped.
+    ///
+    /// # Errors
+    /// [`RobotError::NothingToResume`] if it is done, or another question was asked or an obstacle
+    /// changed since.
     pub fn resume_edge<'c>(
         &mut self,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
-        if !self.run.is_stopped {
-            return Err(RobotError::NothingToResume);
+        match self.room.run.is_stopped {
+            true => Ok(self.call(budget.into()).resume_edge()),
+            false => Err(RobotError::NothingToResume),
         }
-        self.search.work = 0;
-        Ok(self.spend(budget.into()))
-    }
-
-    fn spend(&mut self, budget: ClockedBudget<'_>) -> Outcome<Edge> {
-        let Self {
-            world,
-            order,
-            search,
-            run,
-            ..
-        } = self;
-        let outcome = search.along(world, &order.pairs, &mut order.facts, run, budget);
-        // The order is part of a stopped run.
-        if outcome.stop == StopReason::Finished {
-            order.count(1);
-        }
-        outcome
     }
 }
 
-impl Search {
-    /// Goes on with a run.
-    pub fn along(
-        &mut self,
-        world: &World,
-        order: &[Asked],
-        facts: &mut [Fact],
-        run: &mut Run,
-        budget: ClockedBudget<'_>,
-    ) -> Outcome<Edge> {
-        let mut deadline = Deadline::of(budget);
-        let stop = run.advance(world, order, facts, self, &mut deadline);
-        self.outcome(run.edge(world), stop, &deadline)
+impl Call<'_> {
+    pub fn edge(self, knots: &[&[f64]], options: EdgeOptions) -> Outcome<Edge> {
+        self.room.run.begin(self.world, knots, options);
+        self.resume_edge()
+    }
+
+    pub fn resume_edge(mut self) -> Outcome<Edge> {
+        let mut run = std::mem::take(&mut self.room.run);
+        let stop = run.advance(&mut self);
+        let edge = run.edge(self.world);
+        self.room.run = run;
+        self.outcome(edge, stop)
     }
 }

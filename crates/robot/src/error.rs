@@ -40,27 +40,22 @@ pub enum RobotError {
     NothingToResume,
 }
 
+/// An error of a link, joint or shape.
+pub(crate) fn refuse<T>(what: impl Into<String>) -> Result<T, RobotError> {
+    Err(RobotError::Model(what.into()))
+}
+
 impl RobotError {
-    pub(crate) fn model(what: impl Into<String>) -> Self {
-        Self::Model(what.into())
-    }
-
-    #[cfg(feature = "urdf")]
-    pub(crate) fn file(file: &Path, line: Option<u32>, what: impl Into<String>) -> Self {
-        Self::File {
-            file: file.to_owned(),
-            line,
-            what: what.into(),
-        }
-    }
-
     /// The same, as a fault of a file.
     #[cfg(feature = "urdf")]
-    pub(crate) fn within(self, file: &Path, line: Option<u32>) -> Self {
-        match self {
-            Self::Model(what) => Self::file(file, line, what),
-            other => other,
-        }
+    pub(crate) fn within(self, file: &Path) -> Self {
+        let (line, what) = match self {
+            Self::Model(what) => (None, what),
+            Self::File { line, what, .. } => (line, what),
+            other => return other,
+        };
+        let file = file.to_owned();
+        Self::File { file, line, what }
     }
 }
 

@@ -44,19 +44,20 @@
 #![forbid(unsafe_code)]
 
 // A call places the shapes (`placement`), tests spheres of all pairs at once (`near`), and asks the
-// pairs that remain in the learned order (`order`): boxes, then an exact query (`search`). Edges
+// pairs that remain in the learned order (`order`): boxes, then an exact query (`call`). Edges
 // (`edge`) and clearances (`clearance`) use the same steps.
 
 mod batch;
+mod call;
 mod checker;
 mod clearance;
 mod edge;
 mod error;
+mod horizon;
 mod model;
 mod near;
 mod order;
 mod placement;
-mod search;
 mod shape;
 mod transform;
 #[cfg(feature = "urdf")]
@@ -67,6 +68,7 @@ pub use checker::{Checker, Collision, Outcome};
 pub use clearance::{Clearance, ClearanceOptions, Scope};
 pub use edge::{Edge, EdgeAnswer, EdgeOptions};
 pub use error::RobotError;
+pub use horizon::{braking_time, safe_speed};
 pub use model::{Description, Joint, JointKind, Link, Mimic, Model};
 pub use shape::{CYLINDER_SIDES, Shape};
 #[cfg(feature = "urdf")]

@@ -4,10 +4,11 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use punctual::Pose;
-use punctual::glam::{DMat3, DVec3};
+use punctual::glam::DVec3;
 
-use crate::transform::{Transform, rotation_about};
-use crate::{RobotError, Shape};
+use crate::error::refuse;
+use crate::transform::{Transform, from_pose, rotation_about, to_pose};
+use crate::{RobotError, Shape, ShapeId};
 
 /// Largest joint value, factor or length (m), so that squares of all that follows are finite.
 pub(crate) const LARGEST: f64 = 1e30;
@@ -109,6 +110,7 @@ struct PlacedLink {
 /// A shape that is part of a rigid body.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacedShape {
+    pub id: ShapeId,
     pub name: Arc<str>,
     /// Number of the link; `None` for obstacles, attached ones too.
     pub link: Option<u32>,
@@ -121,6 +123,32 @@ pub(crate) struct PlacedShape {
     pub shape: Shape,
 }
 
+impl PlacedShape {
+    /// A shape at a pose in the frame of a link, or of the world, which is in a body.
+    pub fn new(
+        id: ShapeId,
+        name: String,
+        link: Option<u32>,
+        (body, frame): (u32, Transform),
+        pose: &Pose,
+        shape: Shape,
+    ) -> Result<Self, RobotError> {
+        if shape.inner().radius > LARGEST {
+            return refuse(format!("larger than {LARGEST:e}"));
+        }
+        Ok(Self {
+            id,
+            name: name.into(),
+            link,
+            touches: Vec::new(),
+            body,
+            frame,
+            in_body: frame * from_pose(pose)?,
+            shape,
+        })
+    }
+}
+
 /// A rigid body behind a moving joint; the first one is the world, which holds the root.
 #[derive(Debug)]
 pub(crate) struct Body {
@@ -128,12 +156,35 @@ pub(crate) struct Body {
     /// Frame of the joint in the frame of the parent body.
     pub origin: Transform,
     pub motion: Motion,
-    /// Number of the joint value, and the value of this joint: `multiplier * value + offset`.
-    pub value: u32,
-    pub multiplier: f64,
-    pub offset: f64,
+    pub value: Value,
     /// The moving joints from the root to this one, by their bodies; the world has none.
     pub chain: Vec<u32>,
+}
+
+/// The value of a joint: `multiplier * configuration[of] + offset`; without `of` the offset.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Value {
+    of: Option<u32>,
+    multiplier: f64,
+    offset: f64,
+}
+
+impl Value {
+    const NONE: Self = Self {
+        of: None,
+        multiplier: 1.0,
+        offset: 0.0,
+    };
+
+    fn at(&self, configuration: &[f64]) -> f64 {
+        self.change(configuration) + self.offset
+    }
+
+    /// How far it changes when the configuration does.
+    pub fn change(&self, of_configuration: &[f64]) -> f64 {
+        let of = self.of.and_then(|of| of_configuration.get(of as usize));
+        of.map_or(0.0, |value| self.multiplier * value)
+    }
 }
 
 /// How a body moves with its joint's value, along or about a unit axis.
@@ -144,16 +195,24 @@ pub(crate) enum Motion {
 }
 
 impl Motion {
+    /// `None` for a fixed joint.
+    fn of(joint: &Joint) -> Result<Option<Self>, RobotError> {
+        let axis = DVec3::from_array(joint.axis);
+        let length = axis.length();
+        match joint.kind {
+            JointKind::Fixed => Ok(None),
+            _ if !(length > 0.0 && length.is_finite()) => {
+                refuse(format!("axis {:?}, must have a direction", joint.axis))
+            }
+            JointKind::Prismatic => Ok(Some(Self::Slide(axis / length))),
+            _ => Ok(Some(Self::Turn(axis / length))),
+        }
+    }
+
     fn at(self, value: f64) -> Transform {
         match self {
-            Self::Turn(axis) => Transform {
-                r: rotation_about(axis, value),
-                t: DVec3::ZERO,
-            },
-            Self::Slide(axis) => Transform {
-                r: DMat3::IDENTITY,
-                t: axis * value,
-            },
+            Self::Turn(axis) => Transform::from_mat3(rotation_about(axis, value)),
+            Self::Slide(axis) => Transform::from_translation(axis * value),
         }
     }
 }
@@ -166,57 +225,47 @@ impl Model {
     /// no root or several, a circle of joints or mimics, an axis of length 0, a pose that is no
     /// rotation up to 1e-6, numbers that are not finite.
     pub fn new(description: &Description) -> Result<Self, RobotError> {
-        let Description {
-            links: given,
-            joints,
-            ..
-        } = description;
-        let numbers = numbered("link", given.iter().map(|link| link.name.as_str()))?;
-        let joint_numbers = numbered("joint", joints.iter().map(|joint| joint.name.as_str()))?;
-        let link = |name: &str, of: &str| {
-            let found = numbers.get(name).copied();
-            found.ok_or_else(|| RobotError::model(format!("{of}: there is no link {name}")))
+        let (given, joints) = (&description.links, &description.joints);
+        let numbers = numbered("link", given.iter().map(|link| &*link.name))?;
+        let joint_numbers = numbered("joint", joints.iter().map(|joint| &*joint.name))?;
+        let link = |name: &str, of: &str| match numbers.get(name) {
+            Some(number) => Ok(*number),
+            None => refuse(format!("{of}: there is no link {name}")),
         };
-        // The joint that holds each link.
-        let mut holder: Vec<Option<usize>> = vec![None; given.len()];
+        // The joint that holds each link, and those that it holds.
+        let mut holder: Vec<Option<&Joint>> = vec![None; given.len()];
+        let mut children: Vec<Vec<usize>> = vec![Vec::new(); given.len()];
         for (number, joint) in joints.iter().enumerate() {
-            let of = format!("joint {}", joint.name);
-            link(&joint.parent, &of)?;
-            let child = link(&joint.child, &of)?;
-            if let Some(other) = holder[child].replace(number) {
-                return Err(RobotError::model(format!(
-                    "{of}: its child {} is held by joint {} already",
-                    joint.child, joints[other].name
-                )));
+            let Joint { name, child, .. } = joint;
+            let of = format!("joint {name}");
+            children[link(&joint.parent, &of)?].push(number);
+            if let Some(other) = holder[link(child, &of)?].replace(joint) {
+                let other = &other.name;
+                return refuse(format!(
+                    "{of}: its child {child} is held by joint {other} already"
+                ));
             }
         }
         let mut roots = (0..given.len()).filter(|&i| holder[i].is_none());
-        let root = roots
-            .next()
-            .ok_or_else(|| RobotError::model("no root: each link is the child of a joint"))?;
-        if let Some(second) = roots.next() {
-            return Err(RobotError::model(format!(
-                "links {} and {} are not connected: each is the child of no joint",
-                given[root].name, given[second].name
-            )));
-        }
+        let root = match [roots.next(), roots.next()] {
+            [Some(root), None] => root,
+            [Some(a), Some(b)] => {
+                let [a, b] = [a, b].map(|i| &given[i].name);
+                let what = format!("links {a} and {b} are not connected");
+                return refuse(format!("{what}: each is the child of no joint"));
+            }
+            _ => return refuse("no root: each link is the child of a joint"),
+        };
         let values = Values::new(joints, &joint_numbers)?;
-
         let mut bodies = vec![Body {
             parent: 0,
             origin: Transform::IDENTITY,
             motion: Motion::Slide(DVec3::X),
-            value: 0,
-            multiplier: 0.0,
-            offset: 0.0,
+            value: Value::NONE,
             chain: Vec::new(),
         }];
         let mut places = vec![None; given.len()];
         places[root] = Some((0, Transform::IDENTITY));
-        let mut children: Vec<Vec<usize>> = vec![Vec::new(); given.len()];
-        for (number, joint) in joints.iter().enumerate() {
-            children[link(&joint.parent, "")?].push(number);
-        }
         // Depth first, so that parents come before children, in the order of the joints.
         let mut open: Vec<usize> = children[root].iter().rev().copied().collect();
         while let Some(number) = open.pop() {
@@ -226,18 +275,13 @@ impl Model {
             let Some((body, in_body)) = places[parent] else {
                 continue;
             };
-            let origin = in_body.then(&Transform::from_pose(&joint.origin).map_err(fail)?);
-            let motion = motion(joint).map_err(fail)?;
-            let Value {
-                value,
-                multiplier,
-                offset,
-            } = values.of[number];
-            places[child] = Some(match (motion, value) {
-                (None, _) => (body, origin),
+            let origin = in_body * from_pose(&joint.origin).map_err(fail)?;
+            let value = values.of[number];
+            places[child] = Some(match Motion::of(joint).map_err(fail)? {
+                None => (body, origin),
                 // Follows a fixed joint: stands still at its offset.
-                (Some(motion), None) => (body, origin.then(&motion.at(offset))),
-                (Some(motion), Some(value)) => {
+                Some(motion) if value.of.is_none() => (body, origin * motion.at(value.offset)),
+                Some(motion) => {
                     let number = bodies.len() as u32;
                     let mut chain = bodies[body as usize].chain.clone();
                     chain.push(number);
@@ -246,8 +290,6 @@ impl Model {
                         origin,
                         motion,
                         value,
-                        multiplier,
-                        offset,
                         chain,
                     });
                     (number, Transform::IDENTITY)
@@ -255,36 +297,26 @@ impl Model {
             });
             open.extend(children[child].iter().rev());
         }
-        let mut links = Vec::new();
-        let mut shapes = Vec::new();
-        for (number, link) in given.iter().enumerate() {
+        let (mut links, mut shapes) = (Vec::new(), Vec::new());
+        for ((number, link), place) in (0..).zip(given).zip(places) {
             let of = format!("link {}", link.name);
-            let (body, in_body) = places[number].ok_or_else(|| {
-                RobotError::model(format!(
+            let Some((body, in_body)) = place else {
+                return refuse(format!(
                     "{of}: not connected to the root, by joints in a circle"
-                ))
-            })?;
+                ));
+            };
             for (i, (pose, shape)) in link.shapes.iter().enumerate() {
-                let pose = Transform::from_pose(pose).map_err(|error| prefixed(&of, error))?;
-                if shape.inner().radius > LARGEST {
-                    return Err(RobotError::model(format!("{of}: larger than {LARGEST:e}")));
-                }
                 let name = match link.shapes.len() {
                     1 => link.name.clone(),
                     _ => format!("{}:{i}", link.name),
                 };
-                shapes.push(PlacedShape {
-                    name: name.into(),
-                    link: Some(number as u32),
-                    touches: Vec::new(),
-                    body,
-                    frame: in_body,
-                    in_body: in_body.then(&pose),
-                    shape: shape.clone(),
-                });
+                let (id, place) = (ShapeId(shapes.len() as u32), (body, in_body));
+                let placed = PlacedShape::new(id, name, Some(number), place, pose, shape.clone());
+                shapes.push(placed.map_err(|error| prefixed(&of, error))?);
             }
+            let name = link.name.clone();
             links.push(PlacedLink {
-                name: link.name.clone(),
+                name,
                 body,
                 in_body,
             });
@@ -294,12 +326,10 @@ impl Model {
             let pair = [link(a, "allowed pair")?, link(b, "allowed pair")?];
             allowed.insert(sorted(pair.map(|i| i as u32)));
         }
-        for (a, x) in (0..).zip(&links) {
-            let parent = bodies[x.body as usize].parent;
-            let near = (0..)
-                .zip(&links)
-                .filter(|(_, y)| x.body != 0 && y.body == parent);
-            if description.allows_neighbours {
+        if description.allows_neighbours {
+            for (a, x) in (0..).zip(&links).filter(|(_, x)| x.body != 0) {
+                let parent = bodies[x.body as usize].parent;
+                let near = (0..).zip(&links).filter(|(_, y)| y.body == parent);
                 allowed.extend(near.map(|(b, _)| sorted([a, b])));
             }
         }
@@ -353,14 +383,15 @@ impl Model {
         self.check(configuration)?;
         let mut bodies = vec![Transform::IDENTITY; self.bodies.len()];
         self.place_bodies(configuration, &mut bodies);
-        let place = |link: &PlacedLink| bodies[link.body as usize].then(&link.in_body).pose();
+        let place = |link: &PlacedLink| to_pose(&(bodies[link.body as usize] * link.in_body));
         Ok(self.links.iter().map(place).collect())
     }
 
     pub(crate) fn link_number(&self, name: &str) -> Result<u32, RobotError> {
-        let found = self.links.iter().position(|link| link.name == name);
-        let found = found.ok_or_else(|| RobotError::model(format!("there is no link {name}")));
-        Ok(found? as u32)
+        match self.links.iter().position(|link| link.name == name) {
+            Some(number) => Ok(number as u32),
+            None => refuse(format!("there is no link {name}")),
+        }
     }
 
     /// Body of a link, and the frame of the link in it.
@@ -369,20 +400,25 @@ impl Model {
         (link.body, link.in_body)
     }
 
-    /// Refuses configurations of the wrong length and values that are not finite or too large.
+    /// Refuses what is not one configuration of fine values.
     pub(crate) fn check(&self, configuration: &[f64]) -> Result<(), RobotError> {
-        self.check_rows(configuration, 1)
+        let (expected, found) = (self.joint_names.len(), configuration.len());
+        if found != expected {
+            return Err(RobotError::Length { expected, found });
+        }
+        self.rows(configuration).map(drop)
     }
 
-    /// The same for `rows` configurations, one after the other.
-    pub(crate) fn check_rows(&self, values: &[f64], rows: usize) -> Result<(), RobotError> {
+    /// The number of configurations that lie one after the other, and their length.
+    pub(crate) fn rows(&self, values: &[f64]) -> Result<(usize, usize), RobotError> {
         let expected = self.joint_names.len();
-        if values.len() != expected * rows {
-            let found = values.len().checked_div(rows).unwrap_or(values.len());
+        let rows = values.len().checked_div(expected).unwrap_or(0);
+        let found = values.len() - rows * expected;
+        if found > 0 {
             return Err(RobotError::Length { expected, found });
         }
         match values.iter().position(|v| v.is_nan() || v.abs() > LARGEST) {
-            None => Ok(()),
+            None => Ok((rows, expected)),
             Some(at) => Err(RobotError::JointValue {
                 row: at / expected,
                 joint: self.joint_names[at % expected].clone(),
@@ -392,21 +428,9 @@ impl Model {
 
     #[inline]
     pub(crate) fn place_bodies(&self, configuration: &[f64], out: &mut [Transform]) {
-        for i in 1..self.bodies.len() {
-            let body = &self.bodies[i];
-            let value = body.multiplier * configuration[body.value as usize] + body.offset;
-            let parent = out[body.parent as usize];
-            let joint = parent.then(&body.origin);
-            out[i] = match body.motion {
-                Motion::Turn(axis) => Transform {
-                    r: joint.r * rotation_about(axis, value),
-                    t: joint.t,
-                },
-                Motion::Slide(axis) => Transform {
-                    r: joint.r,
-                    t: joint.t + joint.r * (axis * value),
-                },
-            };
+        for (i, body) in self.bodies.iter().enumerate().skip(1) {
+            let motion = body.motion.at(body.value.at(configuration));
+            out[i] = out[body.parent as usize] * body.origin * motion;
         }
     }
 }
@@ -416,11 +440,11 @@ pub(crate) fn sorted<T: Ord>([a, b]: [T; 2]) -> [T; 2] {
     if a <= b { [a, b] } else { [b, a] }
 }
 
-pub(crate) fn prefixed(place: &str, error: RobotError) -> RobotError {
-    match error {
-        RobotError::Model(what) => RobotError::Model(format!("{place}: {what}")),
-        other => other,
+pub(crate) fn prefixed(place: &str, mut error: RobotError) -> RobotError {
+    if let RobotError::Model(what) | RobotError::File { what, .. } = &mut error {
+        *what = format!("{place}: {what}");
     }
+    error
 }
 
 /// Numbers by names; an error if a name occurs twice.
@@ -431,38 +455,10 @@ fn numbered<'n>(
     let mut numbers = HashMap::new();
     for (number, name) in names.enumerate() {
         if numbers.insert(name, number).is_some() {
-            return Err(RobotError::model(format!("two {what}s are named {name}")));
+            return refuse(format!("two {what}s are named {name}"));
         }
     }
     Ok(numbers)
-}
-
-/// The motion of a joint along or about its unit axis; `None` if it is fixed.
-fn motion(joint: &Joint) -> Result<Option<Motion>, RobotError> {
-    if joint.kind == JointKind::Fixed {
-        return Ok(None);
-    }
-    let axis = DVec3::from_array(joint.axis);
-    let length = axis.length();
-    if !(length > 0.0 && length.is_finite()) {
-        return Err(RobotError::model(format!(
-            "axis {:?}, must have a direction",
-            joint.axis
-        )));
-    }
-    let axis = axis / length;
-    Ok(Some(match joint.kind {
-        JointKind::Prismatic => Motion::Slide(axis),
-        _ => Motion::Turn(axis),
-    }))
-}
-
-/// The value of a joint: `multiplier * configuration[value] + offset`; constant without `value`.
-#[derive(Clone, Copy)]
-struct Value {
-    value: Option<u32>,
-    multiplier: f64,
-    offset: f64,
 }
 
 /// Values of all joints, and the joints that make a configuration.
@@ -474,46 +470,41 @@ struct Values {
 
 impl Values {
     fn new(joints: &[Joint], numbers: &HashMap<&str, usize>) -> Result<Self, RobotError> {
-        let (mut names, mut limits) = (Vec::new(), Vec::new());
-        let mut own = vec![None; joints.len()];
-        for (number, joint) in joints.iter().enumerate() {
-            if joint.kind != JointKind::Fixed && joint.mimic.is_none() {
-                own[number] = Some(names.len() as u32);
-                names.push(joint.name.clone());
-                limits.push(joint.limits);
+        let mut values = Self {
+            of: vec![Value::NONE; joints.len()],
+            names: Vec::new(),
+            limits: Vec::new(),
+        };
+        // A mimic tag on a fixed joint moves nothing.
+        let mimics = |joint: &Joint| joint.kind != JointKind::Fixed && joint.mimic.is_some();
+        for (value, joint) in values.of.iter_mut().zip(joints) {
+            if joint.kind != JointKind::Fixed && !mimics(joint) {
+                value.of = Some(values.names.len() as u32);
+                values.names.push(joint.name.clone());
+                values.limits.push(joint.limits);
             }
         }
-        let follow = |number: usize| {
-            let (mut at, mut multiplier, mut offset) = (number, 1.0, 0.0);
-            for _ in 0..=joints.len() {
-                // A mimic tag on a fixed joint moves nothing.
-                let mimic = match &joints[at].mimic {
-                    Some(mimic) if joints[at].kind != JointKind::Fixed => mimic,
-                    _ => {
-                        return Ok(Value {
-                            value: own[at],
-                            multiplier,
-                            offset,
-                        });
-                    }
-                };
-                offset += multiplier * mimic.offset;
-                multiplier *= mimic.multiplier;
-                if !(offset.abs() <= LARGEST && multiplier.abs() <= LARGEST) {
-                    let what = format!("joint {}: mimic of more than {LARGEST}", joints[at].name);
-                    return Err(RobotError::model(what));
+        for (number, joint) in joints.iter().enumerate().filter(|(_, joint)| mimics(joint)) {
+            let (mut at, mut value, mut steps) = (joint, Value::NONE, 0);
+            while let Some(mimic) = at.mimic.as_ref().filter(|_| mimics(at)) {
+                value.offset += value.multiplier * mimic.offset;
+                value.multiplier *= mimic.multiplier;
+                let name = &at.name;
+                if !(value.offset.abs() <= LARGEST && value.multiplier.abs() <= LARGEST) {
+                    return refuse(format!("joint {name}: mimic of more than {LARGEST}"));
                 }
-                at = *numbers.get(mimic.joint.as_str()).ok_or_else(|| {
-                    RobotError::model(format!(
-                        "joint {}: mimics {}, which there is not",
-                        joints[at].name, mimic.joint
-                    ))
-                })?;
+                let Some(&other) = numbers.get(&*mimic.joint) else {
+                    let other = &mimic.joint;
+                    return refuse(format!("joint {name}: mimics {other}, which there is not"));
+                };
+                steps += 1;
+                if steps > joints.len() {
+                    return refuse(format!("joint {}: mimics itself", joint.name));
+                }
+                (at, value.of) = (&joints[other], values.of[other].of);
             }
-            let what = format!("joint {}: mimics itself", joints[number].name);
-            Err(RobotError::model(what))
-        };
-        let of = (0..joints.len()).map(follow).collect::<Result<_, _>>()?;
-        Ok(Self { of, names, limits })
+            values.of[number] = value;
+        }
+        Ok(values)
     }
 }

@@ -1,8 +1,8 @@
 //! The first filter: which pairs of shapes may be near each other, eight moving shapes at a time.
 
-use punctual::glam::{DMat3, DVec3};
 use punctual_geom::lanes::{Column, F8, Instructions, Kernel, Lanes};
 
+use crate::placement::StillBox;
 use crate::world::{LANES, World};
 
 /// The slack, relative to the size of what is placed. With `u = 2^-24`, the point in the frame of a
@@ -12,61 +12,56 @@ const SLACK: f64 = 64.0 / (1u32 << 24) as f64;
 /// In metres: below this size squares in f32 would underflow, and the filter tells nothing.
 const SMALLEST: f64 = 1e-10;
 
-/// What the first shape of a pair is for the filter.
+/// The first shape of pairs: a box that stands still, or a sphere that moves.
 #[derive(Clone, Copy, Debug)]
-enum First {
-    /// A box that stands still: the rows of the rotation into its frame, its centre and half
-    /// extents.
-    Box([[f32; 3]; 5]),
-    /// A sphere that moves: its column.
-    Sphere(usize),
+struct First {
+    shape: u32,
+    /// Column of a sphere that moves.
+    moving: Option<usize>,
+    /// The rows of the rotation into the frame of the box, its centre and half extents; those of a
+    /// point for a sphere.
+    still: [[f32; 3]; 5],
 }
 
 /// Tells of each pair whether it is near.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Near {
-    instructions: Instructions,
+    /// `None` before there is a world.
+    instructions: Option<Instructions>,
     /// Spheres of the moving shapes, in lanes: x, y, z and radius.
     spheres: Vec<[[f32; LANES]; 4]>,
-    firsts: Vec<(u32, First)>,
+    firsts: Vec<First>,
     /// For each shape that is the first of a pair a row of bits, one for each moving shape.
     bits: Vec<u8>,
     slack: f32,
 }
 
-impl Default for Near {
-    fn default() -> Self {
-        Self {
-            instructions: Instructions::detect(),
-            spheres: Vec::new(),
-            firsts: Vec::new(),
-            bits: Vec::new(),
-            slack: 0.0,
-        }
-    }
-}
-
 impl Near {
-    /// Takes over the pairs of the world; `still` has the boxes of shapes that stand still.
-    pub fn sync(&mut self, world: &World, still: &[Option<(DMat3, DVec3, DVec3)>]) {
+    /// For the pairs of the world; `still` gives the boxes of shapes that stand still.
+    pub fn new(world: &World, still: impl Fn(u32) -> Option<StillBox>) -> Self {
         let chunks = world.stride() / LANES;
-        self.spheres.clear();
-        self.spheres.resize(chunks, [[0.0; LANES]; 4]);
-        self.bits.clear();
-        self.bits.resize(chunks * world.shapes.len(), 0);
         let mut firsts: Vec<u32> = world.pairs.iter().map(|pair| pair.a).collect();
         firsts.sort_unstable();
         firsts.dedup();
-        let first = |shape: u32| match &still[shape as usize] {
-            Some((back, centre, half)) => {
-                let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
-                First::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
+        let first = |shape: u32| {
+            let still = still(shape);
+            let moving = still.is_none().then(|| world.column(shape));
+            let (back, centre, half) = still.unwrap_or_default();
+            let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
+            let still = [x, y, z, centre.as_vec3().into(), half.as_vec3().into()];
+            First {
+                shape,
+                moving,
+                still,
             }
-            None => First::Sphere(world.column(shape)),
         };
-        let firsts = firsts.into_iter().map(|shape| (shape, first(shape)));
-        self.firsts.clear();
-        self.firsts.extend(firsts);
+        Self {
+            instructions: Some(Instructions::detect()),
+            spheres: vec![[[0.0; LANES]; 4]; chunks],
+            firsts: firsts.into_iter().map(first).collect(),
+            bits: vec![0; chunks * world.shapes.len()],
+            slack: 0.0,
+        }
     }
 
     /// Places the sphere of a moving shape.
@@ -84,7 +79,9 @@ impl Near {
             return self.bits.fill(u8::MAX);
         }
         self.slack = (SLACK * size) as f32;
-        self.instructions.run(self);
+        if let Some(instructions) = self.instructions {
+            instructions.run(self);
+        }
     }
 
     /// False proves that the pair is apart.
@@ -101,41 +98,26 @@ impl Kernel for &mut Near {
     fn run<L: Lanes>(self, lanes: L) {
         let splat = |x| F8::splat(lanes, x);
         let (slack, zero) = (splat(self.slack), splat(0.0));
-        for &(shape, first) in &self.firsts {
-            let row = shape as usize * self.spheres.len();
+        for first in &self.firsts {
+            let row = first.shape as usize * self.spheres.len();
+            let [u, v, w, mut c, h] = first.still;
             // A moving shape is the second of its pairs only with those before it.
-            let begin = match first {
-                First::Sphere(column) => column / LANES,
-                First::Box(_) => 0,
-            };
+            let (mut begin, mut radius) = (0, 0.0);
+            if let Some(column) = first.moving {
+                let [x, y, z, r] = self.spheres[column / LANES].map(|lanes| lanes[column % LANES]);
+                (begin, c, radius) = (column / LANES, [x, y, z], r);
+            }
             for chunk in begin..self.spheres.len() {
-                let spheres = &self.spheres[chunk];
-                let [x, y, z, r] = [
-                    F8::load(lanes, &spheres[0]),
-                    F8::load(lanes, &spheres[1]),
-                    F8::load(lanes, &spheres[2]),
-                    F8::load(lanes, &spheres[3]),
-                ];
-                let (squared, reach) = match first {
-                    First::Box([u, v, w, c, h]) => {
-                        let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));
-                        let u = splat(u[0]) * x + splat(u[1]) * y + splat(u[2]) * z;
-                        let v = splat(v[0]) * x + splat(v[1]) * y + splat(v[2]) * z;
-                        let w = splat(w[0]) * x + splat(w[1]) * y + splat(w[2]) * z;
-                        let u = (u.abs() - splat(h[0])).max(zero);
-                        let v = (v.abs() - splat(h[1])).max(zero);
-                        let w = (w.abs() - splat(h[2])).max(zero);
-                        (u * u + v * v + w * w, r + slack)
-                    }
-                    First::Sphere(column) => {
-                        let (at, lane) = (&self.spheres[column / LANES], column % LANES);
-                        let x = x - splat(at[0][lane]);
-                        let y = y - splat(at[1][lane]);
-                        let z = z - splat(at[2][lane]);
-                        let radii = r + splat(at[3][lane]);
-                        (x * x + y * y + z * z, radii + slack)
-                    }
-                };
+                let [x, y, z, r] = self.spheres[chunk].each_ref().map(|it| F8::load(lanes, it));
+                let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));
+                let axes = [(u, h[0]), (v, h[1]), (w, h[2])];
+                let squared = axes.map(|(axis, half)| {
+                    let along = splat(axis[0]) * x + splat(axis[1]) * y + splat(axis[2]) * z;
+                    let beyond = (along.abs() - splat(half)).max(zero);
+                    beyond * beyond
+                });
+                let squared = squared[0] + squared[1] + squared[2];
+                let reach = r + splat(radius) + slack;
                 // Not a number counts as near.
                 self.bits[row + chunk] = !(reach * reach).less(squared).mask() as u8;
             }

@@ -2,8 +2,7 @@
 //!
 //! The order decides which contact is found first and how fast, never whether there is one.
 
-use crate::world::{Pair, ShapeId, World};
-use std::collections::HashMap;
+use crate::world::World;
 
 /// What is known of a pair whose spheres met.
 #[derive(Clone, Copy, Debug, Default)]
@@ -14,12 +13,6 @@ pub(crate) struct Fact {
 }
 
 impl Fact {
-    pub fn learn(&mut self, met: bool, work: u64) {
-        self.asked += 1;
-        self.met += u64::from(met);
-        self.work += work;
-    }
-
     pub fn add(&mut self, other: &Self) {
         self.asked += other.asked;
         self.met += other.met;
@@ -42,17 +35,10 @@ pub(crate) const BOX_WORK: u64 = 100;
 const LONGEST: u64 = 1 << 14;
 const SHORTEST: u64 = 32;
 
-/// A pair, and where the filter by spheres tells whether it is near.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Asked {
-    pub pair: u32,
-    pub slot: u32,
-}
-
 /// The pairs in the order in which they are asked, with what was learned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
-    pub pairs: Vec<Asked>,
+    pub pairs: Vec<u32>,
     pub facts: Vec<Fact>,
     /// Configurations seen, and when the next order is due.
     seen: u64,
@@ -61,12 +47,8 @@ pub(crate) struct Order {
 
 impl Order {
     pub fn new(world: &World) -> Self {
-        let asked = |(pair, of): (u32, &Pair)| Asked {
-            pair,
-            slot: of.slot,
-        };
         Self {
-            pairs: (0..).zip(&world.pairs).map(asked).collect(),
+            pairs: (0..world.pairs.len() as u32).collect(),
             facts: vec![Fact::default(); world.pairs.len()],
             seen: 0,
             due: SHORTEST,
@@ -83,23 +65,9 @@ impl Order {
         self.seen += configurations;
         if self.seen >= self.due {
             self.due = self.seen + self.seen.clamp(SHORTEST, LONGEST);
-            let facts = &self.facts;
-            let chance = |asked: &Asked| facts[asked.pair as usize].chance();
+            let chance = |&pair: &u32| self.facts[pair as usize].chance();
             self.pairs
-                .sort_unstable_by(|p, q| chance(q).total_cmp(&chance(p)).then(p.pair.cmp(&q.pair)));
+                .sort_unstable_by(|p, q| chance(q).total_cmp(&chance(p)).then(p.cmp(q)));
         }
-    }
-
-    /// The order for other pairs: what is known of those that remain is kept.
-    pub fn repaired(&self, before: &[[ShapeId; 2]], world: &World) -> Self {
-        let known: HashMap<_, _> = before.iter().zip(&self.facts).collect();
-        let mut order = Self::new(world);
-        for (pair, fact) in order.facts.iter_mut().enumerate() {
-            if let Some(known) = known.get(&world.ids_of(pair as u32)) {
-                *fact = **known;
-            }
-        }
-        order.count(self.seen);
-        order
     }
 }

@@ -3,12 +3,14 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use punctual::engine::{find, inside, unite};
 use punctual::glam::{DMat3, DVec3};
-use punctual::{Mesh, Tree};
+use punctual::{BuildOptions, Mesh, Tree, tree};
 
 use crate::RobotError;
+use crate::error::refuse;
 use crate::model::LARGEST;
-use crate::transform::Transform;
+use crate::transform::{Transform, orthonormal};
 
 /// Sides of the prism that stands for a cylinder.
 pub const CYLINDER_SIDES: u32 = 128;
@@ -18,8 +20,9 @@ const SLACK: f64 = 1e-12;
 
 /// A collision shape in its own frame, in metres. Cheap to clone: clones share the tree.
 ///
-/// - **Meshes are surfaces**: a body wholly inside a closed mesh does not meet it.
-/// - **Boxes, spheres and cylinders are solids**: a body inside them meets them.
+/// - **Meshes are surfaces or solids** as asked: a body wholly inside a solid meets it. A mesh with
+///   open edges is a surface in any case.
+/// - **Boxes, spheres and cylinders are solids.**
 /// - **Boxes** are exact: 12 triangles.
 /// - **Spheres** are a point with a margin, exact up to 4e-14 times the size of the pair; what is
 ///   closer to touching than that counts as touching.
@@ -35,7 +38,8 @@ pub(crate) struct Inner {
     pub tree: Arc<Tree>,
     /// Radius that thickens the surface: that of a sphere, whose surface is a point.
     pub margin: f64,
-    pub solid: Solid,
+    /// True if what is inside of it meets it: of its closed surface, or of its margin.
+    pub is_solid: bool,
     /// No point of the shape is farther than this from the shape it stands for.
     pub band: f64,
     /// Middle of the box, and the radius of a sphere about it that holds the shape.
@@ -48,25 +52,23 @@ pub(crate) struct Inner {
     pub samples: Vec<DVec3>,
 }
 
-/// What is inside.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Solid {
-    Surface,
-    Box(DVec3),
-    Sphere(f64),
-    /// Half the length, and the radius of the circle around the prism.
-    Prism(f64, f64),
-}
-
 impl Shape {
     /// A mesh, as a surface.
     pub fn mesh(mesh: Mesh) -> Self {
         Self::tree(Arc::new(Tree::new(mesh)))
     }
 
-    /// The mesh of a tree, as a surface.
+    /// A mesh, as a solid if it is closed ([`Shape::is_solid`]). Its triangles may face either way.
+    pub fn solid(mesh: Mesh) -> Self {
+        let options = BuildOptions::default().solid(tree::Solid::Flip);
+        Self::tree(Arc::new(Tree::with_options(mesh, &options)))
+    }
+
+    /// The mesh of a tree: a solid if the tree was built as one ([`BuildOptions::solid`]) and is
+    /// closed, else a surface.
     pub fn tree(tree: Arc<Tree>) -> Self {
-        Self::new(tree, 0.0, Solid::Surface, 0.0)
+        let is_solid = tree.solid().is_some_and(tree::Solidity::is_closed);
+        Self::new(tree, 0.0, is_solid, 0.0)
     }
 
     /// A solid box around the origin with these lengths along x, y and z.
@@ -87,11 +89,10 @@ impl Shape {
             [0, 4, 6, 2],
             [1, 3, 7, 5],
         ];
-        let triangles = quads
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
+        let triangles = quads.into_iter().flat_map(halves);
         let tree = checked("box", (0..8).map(corner).collect(), triangles.collect())?;
-        Ok(Self::new(tree, 0.0, Solid::Box(half), 0.0))
+        Ok(Self::new(tree, 0.0, true, 0.0))
     }
 
     /// A solid sphere around the origin.
@@ -101,7 +102,7 @@ impl Shape {
     pub fn sphere(radius: f64) -> Result<Self, RobotError> {
         let [radius] = positive("sphere radius", [radius])?;
         let tree = checked("sphere", vec![[0.0; 3]], vec![[0; 3]])?;
-        Ok(Self::new(tree, radius, Solid::Sphere(radius), 0.0))
+        Ok(Self::new(tree, radius, true, 0.0))
     }
 
     /// A solid cylinder along z, its middle in the origin: a prism around it.
@@ -120,17 +121,18 @@ impl Shape {
         let mut vertices: Vec<_> = (0..2 * n).map(corner).collect();
         vertices.extend([[0.0, 0.0, -length / 2.0], [0.0, 0.0, length / 2.0]]);
         let side = |i: u32| {
-            let (a, b) = (2 * i, 2 * ((i + 1) % n));
-            [
-                [a, b, a + 1],
-                [b, b + 1, a + 1],
-                [2 * n, b, a],
-                [2 * n + 1, a + 1, b + 1],
-            ]
+            let (a, b, ends) = (2 * i, 2 * ((i + 1) % n), [2 * n, 2 * n + 1]);
+            let wall = [[a, b, a + 1], [b, b + 1, a + 1]];
+            [wall[0], wall[1], [ends[0], b, a], [ends[1], a + 1, b + 1]]
         };
         let tree = checked("cylinder", vertices, (0..n).flat_map(side).collect())?;
-        let solid = Solid::Prism(length / 2.0, outer);
-        Ok(Self::new(tree, 0.0, solid, outer - radius + SLACK * radius))
+        let band = outer - radius + SLACK * radius;
+        Ok(Self::new(tree, 0.0, true, band))
+    }
+
+    /// True if a body inside meets it.
+    pub fn is_solid(&self) -> bool {
+        self.0.is_solid
     }
 
     /// No point of the shape is farther from the true one than this, in metres: 0 except for
@@ -148,17 +150,13 @@ impl Shape {
         &self.0
     }
 
-    fn new(tree: Arc<Tree>, margin: f64, solid: Solid, band: f64) -> Self {
+    fn new(tree: Arc<Tree>, margin: f64, is_solid: bool, band: f64) -> Self {
         let mesh = tree.mesh();
         let corners = || mesh.triangles().iter().flatten();
         let vertices = || corners().map(|&i| mesh.vertex(i as usize));
         // The axes of the mesh, or of the tree's root, whichever box has the least surface.
-        let of_root = tree.root().map_or(DMat3::IDENTITY, |root| {
-            let r = root.rotation().as_dmat3();
-            let x = r.x_axis.normalize();
-            let z = x.cross(r.y_axis).normalize();
-            DMat3::from_cols(x, z.cross(x), z)
-        });
+        let of_root = tree.root().map(|root| root.rotation().as_dmat3());
+        let of_root = of_root.map_or(DMat3::IDENTITY, orthonormal);
         let fit = |r: DMat3| {
             let back = r.transpose();
             let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -170,49 +168,35 @@ impl Shape {
             (e.x * e.y + e.y * e.z + e.z * e.x, r, min, max)
         };
         let boxes = [DMat3::IDENTITY, of_root, of_root.transpose()].map(fit);
-        let (_, r, min, max) = boxes
-            .into_iter()
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .unwrap_or((0.0, DMat3::IDENTITY, DVec3::ZERO, DVec3::ZERO));
-        let (centre, half) = if mesh.is_empty() {
-            (DVec3::ZERO, DVec3::ZERO)
-        } else {
-            (r * ((min + max) / 2.0), (max - min) / 2.0)
-        };
+        let least = boxes.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let mut found = (DMat3::IDENTITY, DVec3::ZERO, DVec3::ZERO);
+        if let Some((_, r, min, max)) = least.filter(|_| !mesh.is_empty()) {
+            found = (r, r * ((min + max) / 2.0), (max - min) / 2.0);
+        }
+        let (r, centre, half) = found;
         let rounding = SLACK * (centre.abs().max_element() + half.max_element());
         let radius = vertices().map(|v| v.distance(centre)).fold(0.0, f64::max);
-        let samples = samples(mesh);
-        let frame = Transform { r, t: centre };
-        let (half, radius) = (
-            half + DVec3::splat(margin + rounding),
-            radius + margin + rounding,
-        );
         Self(Arc::new(Inner {
-            tree,
             margin,
-            solid,
+            is_solid,
             band,
             centre,
-            radius,
-            frame,
-            half,
-            samples,
+            radius: radius + margin + rounding,
+            frame: Transform::from_mat3_translation(r, centre),
+            half: half + DVec3::splat(margin + rounding),
+            samples: samples(mesh),
+            tree,
         }))
     }
 }
 
 impl Inner {
-    /// True if a point in the shape's frame is inside. A prism counts as the cylinder around it,
-    /// which is within the band too.
+    /// True if a point in the shape's frame is inside.
     #[inline]
     fn holds(&self, p: DVec3) -> bool {
-        match self.solid {
-            Solid::Surface => false,
-            Solid::Box(half) => p.abs().cmple(half).all(),
-            Solid::Sphere(radius) => p.length_squared() <= radius * radius,
-            Solid::Prism(half, radius) => {
-                p.z.abs() <= half && p.truncate().length_squared() <= radius * radius
-            }
+        match self.margin {
+            0.0 => inside(&self.tree, p).is_inside(),
+            radius => p.length_squared() <= radius * radius,
         }
     }
 }
@@ -221,47 +205,35 @@ impl Inner {
 /// into the frame of `a`. Parts whose surfaces cross may be told or not.
 #[inline]
 pub(crate) fn holds_part(a: &Inner, b: &Inner, b_in_a: &Transform) -> bool {
-    let in_a = || b.samples.iter().any(|&p| a.holds(b_in_a.point(p)));
-    let in_b = || a.samples.iter().any(|&p| b.holds(b_in_a.point_back(p)));
-    (a.solid != Solid::Surface && in_a()) || (b.solid != Solid::Surface && in_b())
+    let in_a = || {
+        b.samples
+            .iter()
+            .any(|&p| a.holds(b_in_a.transform_point3(p)))
+    };
+    let back = |p| b_in_a.matrix3.transpose() * (p - b_in_a.translation);
+    let in_b = || a.samples.iter().any(|&p| b.holds(back(p)));
+    (a.is_solid && in_a()) || (b.is_solid && in_b())
 }
 
 /// One vertex of each connected part; vertices at equal positions count as one.
 fn samples(mesh: &Mesh) -> Vec<DVec3> {
-    let count = mesh.vertex_count();
-    let mut parent: Vec<u32> = (0..count as u32).collect();
-    fn root(parent: &mut [u32], mut i: u32) -> u32 {
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    }
+    let mut parents: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
     let mut in_use: Vec<u32> = mesh.triangles().iter().flatten().copied().collect();
     in_use.sort_unstable();
     in_use.dedup();
     // 0 and -0 are one position.
-    let key = |&i: &u32| {
-        mesh.vertex(i as usize)
-            .to_array()
-            .map(|c| (c + 0.0).to_bits())
-    };
+    let key = |&i: &u32| (mesh.vertex(i as usize) + 0.0).to_array().map(f64::to_bits);
     let mut by_place = in_use.clone();
     by_place.sort_unstable_by_key(key);
-    let same = by_place.windows(2).filter(|w| key(&w[0]) == key(&w[1]));
-    let edges = mesh
-        .triangles()
-        .iter()
-        .flat_map(|t| [[t[0], t[1]], [t[0], t[2]]]);
-    for [i, j] in same.map(|w| [w[0], w[1]]).chain(edges) {
-        let (i, j) = (root(&mut parent, i), root(&mut parent, j));
-        parent[i.max(j) as usize] = i.min(j);
+    for pair in by_place.windows(2).filter(|w| key(&w[0]) == key(&w[1])) {
+        unite(&mut parents, pair[0], pair[1]);
     }
-    in_use
-        .into_iter()
-        .filter(|&i| parent[i as usize] == i)
-        .map(|i| mesh.vertex(i as usize))
-        .collect()
+    for &[a, b, c] in mesh.triangles() {
+        unite(&mut parents, a, b);
+        unite(&mut parents, a, c);
+    }
+    in_use.retain(|&i| find(&mut parents, i) == i);
+    in_use.iter().map(|&i| mesh.vertex(i as usize)).collect()
 }
 
 fn positive<const N: usize>(what: &str, values: [f64; N]) -> Result<[f64; N], RobotError> {
@@ -269,9 +241,8 @@ fn positive<const N: usize>(what: &str, values: [f64; N]) -> Result<[f64; N], Ro
     if values.iter().all(is_fine) {
         return Ok(values);
     }
-    Err(RobotError::model(format!(
-        "{what} {values:?}, must be above 0 and at most {LARGEST:e}"
-    )))
+    let limits = format!("must be above 0 and at most {LARGEST:e}");
+    refuse(format!("{what} {values:?}, {limits}"))
 }
 
 fn checked(
@@ -280,6 +251,6 @@ fn checked(
     triangles: Vec<[u32; 3]>,
 ) -> Result<Arc<Tree>, RobotError> {
     let mesh = Mesh::from_f64(vertices, triangles)
-        .map_err(|error| RobotError::model(format!("{what}: {error}")))?;
+        .map_err(|error| RobotError::Model(format!("{what}: {error}")))?;
     Ok(Arc::new(Tree::new(mesh)))
 }

@@ -1,10 +1,11 @@
 //! Rigid transforms of the inner loops: rotations are orthonormal up to rounding.
 
 use punctual::Pose;
-use punctual::glam::{DMat3, DVec3};
+use punctual::glam::{DAffine3, DMat3, DVec3};
 use punctual_geom::rotation_deviation;
 
 use crate::RobotError;
+use crate::error::refuse;
 use crate::model::LARGEST;
 
 /// A pose is used as given up to this deviation from a rotation.
@@ -13,89 +14,54 @@ const ORTHONORMAL: f64 = 1e-14;
 /// A pose is refused beyond this deviation. Matrices of f32 numbers are within it.
 const REFUSED: f64 = 1e-6;
 
-/// Maps a point `p` to `r p + t`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Transform {
-    pub r: DMat3,
-    pub t: DVec3,
+/// Maps a point `p` to `matrix3 p + translation`.
+pub(crate) type Transform = DAffine3;
+
+/// Takes a pose; one that is not orthonormal to rounding is replaced by the nearest that is.
+pub(crate) fn from_pose(pose: &Pose) -> Result<Transform, RobotError> {
+    let (r, t) = (*pose.rotation(), pose.translation());
+    let deviation = rotation_deviation(&r);
+    if t.abs().max_element() > LARGEST {
+        return refuse(format!("translation {t}, allowed is {LARGEST:e}"));
+    }
+    if deviation > REFUSED {
+        let what = format!("pose is off a rotation by {deviation:e}");
+        return refuse(format!("{what}, allowed is {REFUSED:e}"));
+    }
+    let is_fine = deviation <= ORTHONORMAL;
+    let r = if is_fine { r } else { orthonormal(r) };
+    Ok(Transform::from_mat3_translation(r, t))
 }
 
-impl Transform {
-    pub const IDENTITY: Self = Self {
-        r: DMat3::IDENTITY,
-        t: DVec3::ZERO,
-    };
+pub(crate) fn to_pose(transform: &Transform) -> Pose {
+    Pose::unchecked(transform.matrix3, transform.translation)
+}
 
-    /// Takes a pose; one that is not orthonormal to rounding is replaced by the nearest that is.
-    pub fn from_pose(pose: &Pose) -> Result<Self, RobotError> {
-        let (r, t) = (*pose.rotation(), pose.translation());
-        if t.abs().max_element() > LARGEST {
-            return Err(RobotError::model(format!(
-                "translation {t}, allowed is {LARGEST:e}"
-            )));
-        }
-        let deviation = rotation_deviation(&r);
-        if deviation <= ORTHONORMAL {
-            return Ok(Self { r, t });
-        }
-        if deviation > REFUSED {
-            return Err(RobotError::model(format!(
-                "pose is off a rotation by {deviation:e}, allowed is {REFUSED:e}"
-            )));
-        }
-        let x = r.x_axis.normalize();
-        let z = x.cross(r.y_axis).normalize();
-        let r = DMat3::from_cols(x, z.cross(x), z);
-        Ok(Self { r, t })
-    }
+/// `b` seen from `a`.
+#[inline]
+pub(crate) fn relative(a: &Transform, b: &Transform) -> Transform {
+    let inverse = a.matrix3.transpose();
+    let t = inverse * (b.translation - a.translation);
+    Transform::from_mat3_translation(inverse * b.matrix3, t)
+}
 
-    pub fn pose(&self) -> Pose {
-        Pose::unchecked(self.r, self.t)
-    }
+/// A rotation about x, then y, then z, all fixed, and a translation: how URDF states origins.
+#[cfg(feature = "urdf")]
+pub(crate) fn from_rpy([roll, pitch, yaw]: [f64; 3], t: [f64; 3]) -> Transform {
+    let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
+    let r = DMat3::from_cols(
+        DVec3::new(cy * cp, sy * cp, -sp),
+        DVec3::new(cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr),
+        DVec3::new(cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr),
+    );
+    Transform::from_mat3_translation(r, t.into())
+}
 
-    #[inline]
-    pub fn then(&self, inner: &Self) -> Self {
-        Self {
-            r: self.r * inner.r,
-            t: self.r * inner.t + self.t,
-        }
-    }
-
-    /// `self` inverted, after `other`: the frame of `other` seen from the frame of `self`.
-    #[inline]
-    pub fn to(&self, other: &Self) -> Self {
-        let inverse = self.r.transpose();
-        Self {
-            r: inverse * other.r,
-            t: inverse * (other.t - self.t),
-        }
-    }
-
-    #[inline]
-    pub fn point(&self, p: DVec3) -> DVec3 {
-        self.r * p + self.t
-    }
-
-    /// Maps a point back.
-    #[inline]
-    pub fn point_back(&self, p: DVec3) -> DVec3 {
-        self.r.transpose() * (p - self.t)
-    }
-
-    /// A rotation about x, then y, then z, all fixed, and a translation: how URDF states origins.
-    #[cfg(feature = "urdf")]
-    pub fn from_rpy([roll, pitch, yaw]: [f64; 3], t: [f64; 3]) -> Self {
-        let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
-        let r = DMat3::from_cols(
-            DVec3::new(cy * cp, sy * cp, -sp),
-            DVec3::new(cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr),
-            DVec3::new(cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr),
-        );
-        Self {
-            r,
-            t: DVec3::from_array(t),
-        }
-    }
+/// A rotation near a matrix that is nearly one.
+pub(crate) fn orthonormal(r: DMat3) -> DMat3 {
+    let x = r.x_axis.normalize();
+    let z = x.cross(r.y_axis).normalize();
+    DMat3::from_cols(x, z.cross(x), z)
 }
 
 /// Rotation about a unit axis (Rodrigues' formula).

@@ -8,8 +8,9 @@ use punctual::Mesh;
 use punctual::glam::DVec3;
 use roxmltree::{Document, Node};
 
-use crate::model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model};
-use crate::transform::Transform;
+use crate::error::refuse;
+use crate::model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model, prefixed, sorted};
+use crate::transform::{Transform, from_rpy, to_pose};
 use crate::{RobotError, Shape};
 
 /// What belongs to a URDF file.
@@ -22,6 +23,9 @@ pub struct UrdfOptions {
     /// Folders in which packages are sought: `package://arm/hand.stl` is `FOLDER/arm/hand.stl`, or
     /// `FOLDER/hand.stl` if the folder is named `arm`. The folders above the URDF file follow.
     pub packages: Vec<PathBuf>,
+    /// Meshes are solids ([`Shape::solid`]), not surfaces. [`Model::notices`] names those that have
+    /// open edges, and stay surfaces.
+    pub solids: bool,
 }
 
 impl UrdfOptions {
@@ -49,208 +53,205 @@ impl Model {
     /// floating or planar, and the errors of [`Model::new`].
     pub fn from_urdf(file: impl AsRef<Path>, options: &UrdfOptions) -> Result<Self, RobotError> {
         let file = file.as_ref();
-        let text = read(file)?;
-        let document = parse(&text, file)?;
-        let reader = Reader::new(file, &document);
-        let mut description = reader.robot(options)?;
-        description.allows_neighbours = options.srdf.is_none();
-        let notices = match &options.srdf {
-            Some(srdf) => allow(srdf, &mut description)?,
-            None => Vec::new(),
+        let mut meshes = Meshes {
+            folder: file.parent().unwrap_or(Path::new("")),
+            options,
+            read: HashMap::new(),
+            notices: Vec::new(),
         };
-        let mut model = Self::new(&description).map_err(|error| error.within(file, None))?;
+        let mut description = parse(file, |root| robot(root, &mut meshes))?;
+        description.allows_neighbours = options.srdf.is_none();
+        let mut notices = meshes.notices;
+        if let Some(srdf) = &options.srdf {
+            let passed_over = parse(srdf, |root| allow(root, &mut description))?;
+            let place = |what| format!("{}:{what}", srdf.display());
+            notices.extend(passed_over.into_iter().map(place));
+        }
+        let mut model = Self::new(&description).map_err(|error| error.within(file))?;
         model.notices = notices;
         Ok(model)
     }
 }
 
-struct Reader<'d> {
-    file: &'d Path,
-    document: &'d Document<'d>,
+/// Reads a file; errors name it.
+fn parse<T>(
+    file: &Path,
+    read: impl FnOnce(Node<'_, '_>) -> Result<T, RobotError>,
+) -> Result<T, RobotError> {
+    let parsed = || {
+        let text = fs::read_to_string(file).or_else(|error| refuse(error.to_string()))?;
+        let document = Document::parse(&text).map_err(|error| RobotError::File {
+            file: PathBuf::new(),
+            line: Some(error.pos().row),
+            what: error.to_string(),
+        })?;
+        let root = document.root_element();
+        match root.has_tag_name("robot") {
+            true => read(root),
+            false => fail(root, "the outermost element is not `robot`"),
+        }
+    };
+    parsed().map_err(|error| error.within(file))
 }
 
-impl<'d> Reader<'d> {
-    fn new(file: &'d Path, document: &'d Document<'d>) -> Self {
-        Self { file, document }
-    }
+fn line(node: Node<'_, '_>) -> u32 {
+    node.document().text_pos_at(node.range().start).row
+}
 
-    fn fail<T>(&self, node: Node<'_, '_>, what: impl Into<String>) -> Result<T, RobotError> {
-        let line = self.document.text_pos_at(node.range().start).row;
-        Err(RobotError::file(self.file, Some(line), what))
-    }
+/// An error at an element of a file that [`parse`] names.
+fn fail<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, RobotError> {
+    Err(RobotError::File {
+        file: PathBuf::new(),
+        line: Some(line(node)),
+        what: what.into(),
+    })
+}
 
-    fn root(&self) -> Result<Node<'d, 'd>, RobotError> {
-        let root = self.document.root_element();
-        if root.tag_name().name() != "robot" {
-            return self.fail(root, "the outermost element is not `robot`");
+fn robot(root: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Description, RobotError> {
+    let is_macro = |node: &Node<'_, '_>| {
+        let space = node.tag_name().namespace();
+        space.is_some_and(|space| space.contains("xacro"))
+    };
+    if let Some(node) = root.descendants().find(is_macro) {
+        return fail(node, "a xacro file; `xacro FILE` expands it to URDF");
+    }
+    let mut robot = Description {
+        name: root.attribute("name").unwrap_or("").to_owned(),
+        ..Description::default()
+    };
+    for node in root.children() {
+        let tag = node.tag_name().name();
+        let name = node.attribute("name").unwrap_or("without a name");
+        let of = |error| prefixed(&format!("{tag} {name}"), error);
+        match tag {
+            "link" => robot.links.push(link(node, meshes).map_err(of)?),
+            "joint" => robot.joints.push(joint(node).map_err(of)?),
+            _ => {}
         }
-        Ok(root)
     }
+    Ok(robot)
+}
 
-    fn robot(&self, options: &UrdfOptions) -> Result<Description, RobotError> {
-        let root = self.root()?;
-        let is_macro = |node: &Node<'_, '_>| {
-            let space = node.tag_name().namespace();
-            space.is_some_and(|space| space.contains("xacro"))
+fn link(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Link, RobotError> {
+    let mut shapes = Vec::new();
+    let is_collision = |node: &Node<'_, '_>| node.has_tag_name("collision");
+    for collision in node.children().filter(is_collision) {
+        let geometry = child(collision, "geometry").and_then(|node| node.first_element_child());
+        let Some(geometry) = geometry else {
+            return fail(collision, "a collision without geometry");
         };
-        if let Some(node) = root.descendants().find(is_macro) {
-            return self.fail(node, "a xacro file; `xacro FILE` expands it to URDF");
+        let shape = shape(geometry, meshes).or_else(|error| match error {
+            RobotError::Model(what) => fail(geometry, what),
+            error => Err(error),
+        })?;
+        shapes.push((to_pose(&origin(collision)?), shape));
+    }
+    let name = attribute(node, "name")?.to_owned();
+    Ok(Link { name, shapes })
+}
+
+fn shape(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Shape, RobotError> {
+    match node.tag_name().name() {
+        "box" => Shape::cuboid(numbers(node, "size", None)?),
+        "sphere" => Shape::sphere(number(node, "radius", None)?),
+        "cylinder" => {
+            let radius = number(node, "radius", None)?;
+            Shape::cylinder(radius, number(node, "length", None)?)
         }
-        let mut robot = Description {
-            name: root.attribute("name").unwrap_or("").to_owned(),
-            ..Description::default()
-        };
-        let mut meshes = Meshes {
-            folder: self.file.parent().unwrap_or(Path::new("")),
-            packages: &options.packages,
-            read: HashMap::new(),
-        };
-        for node in elements(root) {
-            match node.tag_name().name() {
-                "link" => robot.links.push(self.link(node, &mut meshes)?),
-                "joint" => robot.joints.push(self.joint(node)?),
-                _ => {}
-            }
+        "mesh" => {
+            let scale = numbers(node, "scale", Some([1.0; 3]))?;
+            meshes.shape(attribute(node, "filename")?, scale)
         }
-        Ok(robot)
+        other => refuse(format!(
+            "a shape of the kind `{other}`, known are box, sphere, cylinder and mesh"
+        )),
     }
+}
 
-    fn link(&self, node: Node<'d, 'd>, meshes: &mut Meshes<'_>) -> Result<Link, RobotError> {
-        let name = self.attribute(node, "name", "a link")?.to_owned();
-        let of = format!("link {name}");
-        let mut shapes = Vec::new();
-        for collision in elements(node).filter(|node| node.has_tag_name("collision")) {
-            let geometry = child(collision, "geometry");
-            let Some(node) = geometry.and_then(|node| node.first_element_child()) else {
-                return self.fail(collision, format!("{of}: a collision without geometry"));
-            };
-            let shape = self.shape(node, &of, meshes)?;
-            shapes.push((self.origin(collision, &of)?.pose(), shape));
+fn joint(node: Node<'_, '_>) -> Result<Joint, RobotError> {
+    let kind = match attribute(node, "type")? {
+        "fixed" => JointKind::Fixed,
+        "revolute" => JointKind::Revolute,
+        "continuous" => JointKind::Continuous,
+        "prismatic" => JointKind::Prismatic,
+        other => {
+            let known = "known are fixed, revolute, continuous and prismatic";
+            return fail(node, format!("of the type `{other}`, {known}"));
         }
-        Ok(Link { name, shapes })
-    }
-
-    fn shape(
-        &self,
-        node: Node<'d, 'd>,
-        of: &str,
-        meshes: &mut Meshes<'_>,
-    ) -> Result<Shape, RobotError> {
-        let number = |name: &str| {
-            let [number] = self.numbers(node, name, of, None)?;
-            Ok::<_, RobotError>(number)
-        };
-        let shape = match node.tag_name().name() {
-            "box" => Shape::cuboid(self.numbers(node, "size", of, None)?),
-            "sphere" => Shape::sphere(number("radius")?),
-            "cylinder" => Shape::cylinder(number("radius")?, number("length")?),
-            "mesh" => {
-                let name = self.attribute(node, "filename", of)?;
-                let scale = self.numbers(node, "scale", of, Some([1.0; 3]))?;
-                meshes.shape(name, scale)
-            }
-            other => Err(RobotError::model(format!(
-                "a shape of the kind `{other}`, known are box, sphere, cylinder and mesh"
-            ))),
-        };
-        let line = self.document.text_pos_at(node.range().start).row;
-        shape.map_err(|error| RobotError::file(self.file, Some(line), format!("{of}: {error}")))
-    }
-
-    fn joint(&self, node: Node<'d, 'd>) -> Result<Joint, RobotError> {
-        let name = self.attribute(node, "name", "a joint")?.to_owned();
-        let of = format!("joint {name}");
-        let kind = match self.attribute(node, "type", &of)? {
-            "fixed" => JointKind::Fixed,
-            "revolute" => JointKind::Revolute,
-            "continuous" => JointKind::Continuous,
-            "prismatic" => JointKind::Prismatic,
-            other => {
-                let known = "known are fixed, revolute, continuous and prismatic";
-                return self.fail(node, format!("{of}: of the type `{other}`, {known}"));
-            }
-        };
-        let link = |which: &str| match child(node, which) {
-            Some(node) => Ok(self.attribute(node, "link", &of)?.to_owned()),
-            None => self.fail(node, format!("{of}: no {which}")),
-        };
-        let axis = match child(node, "axis") {
-            Some(node) => self.numbers(node, "xyz", &of, Some([1.0, 0.0, 0.0]))?,
-            None => [1.0, 0.0, 0.0],
-        };
-        let limit = child(node, "limit").filter(|_| kind != JointKind::Continuous);
-        let limits = match limit {
-            Some(node) => {
-                let [lower] = self.numbers(node, "lower", &of, Some([0.0]))?;
-                let [upper] = self.numbers(node, "upper", &of, Some([0.0]))?;
-                Some([lower, upper])
-            }
-            None => None,
-        };
-        let mimic = match child(node, "mimic") {
-            Some(node) => {
-                let [multiplier] = self.numbers(node, "multiplier", &of, Some([1.0]))?;
-                let [offset] = self.numbers(node, "offset", &of, Some([0.0]))?;
-                let joint = self.attribute(node, "joint", &of)?.to_owned();
-                Some(Mimic {
-                    joint,
-                    multiplier,
-                    offset,
-                })
-            }
-            None => None,
-        };
-        Ok(Joint {
-            kind,
-            parent: link("parent")?,
-            child: link("child")?,
-            origin: self.origin(node, &of)?.pose(),
-            axis,
-            limits,
-            mimic,
-            name,
+    };
+    let link = |which: &str| match child(node, which) {
+        Some(node) => Ok(attribute(node, "link")?.to_owned()),
+        None => fail(node, format!("no {which}")),
+    };
+    let axis = child(node, "axis").map(|node| numbers(node, "xyz", Some([1.0, 0.0, 0.0])));
+    let limits = child(node, "limit").filter(|_| kind != JointKind::Continuous);
+    let limits = limits.map(|node| {
+        let lower = number(node, "lower", Some(0.0))?;
+        Ok([lower, number(node, "upper", Some(0.0))?])
+    });
+    let mimic = child(node, "mimic").map(|node| {
+        Ok(Mimic {
+            joint: attribute(node, "joint")?.to_owned(),
+            multiplier: number(node, "multiplier", Some(1.0))?,
+            offset: number(node, "offset", Some(0.0))?,
         })
-    }
+    });
+    Ok(Joint {
+        name: attribute(node, "name")?.to_owned(),
+        kind,
+        parent: link("parent")?,
+        child: link("child")?,
+        origin: to_pose(&origin(node)?),
+        axis: axis.unwrap_or(Ok([1.0, 0.0, 0.0]))?,
+        limits: limits.transpose()?,
+        mimic: mimic.transpose()?,
+    })
+}
 
-    fn origin(&self, node: Node<'d, 'd>, of: &str) -> Result<Transform, RobotError> {
-        let Some(node) = child(node, "origin") else {
-            return Ok(Transform::IDENTITY);
-        };
-        let rpy = self.numbers(node, "rpy", of, Some([0.0; 3]))?;
-        let xyz = self.numbers(node, "xyz", of, Some([0.0; 3]))?;
-        Ok(Transform::from_rpy(rpy, xyz))
-    }
+fn origin(node: Node<'_, '_>) -> Result<Transform, RobotError> {
+    let Some(node) = child(node, "origin") else {
+        return Ok(Transform::IDENTITY);
+    };
+    let rpy = numbers(node, "rpy", Some([0.0; 3]))?;
+    let xyz = numbers(node, "xyz", Some([0.0; 3]))?;
+    Ok(from_rpy(rpy, xyz))
+}
 
-    fn attribute(&self, node: Node<'d, 'd>, name: &str, of: &str) -> Result<&'d str, RobotError> {
-        match node.attribute(name) {
-            Some(text) => Ok(text.trim()),
-            None => {
-                let tag = node.tag_name().name();
-                self.fail(node, format!("{of}: `{tag}` without `{name}`"))
-            }
+fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
+    node.children().find(|node| node.has_tag_name(name))
+}
+
+fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, RobotError> {
+    match node.attribute(name) {
+        Some(text) => Ok(text.trim()),
+        None => {
+            let tag = node.tag_name().name();
+            fail(node, format!("`{tag}` without `{name}`"))
         }
     }
+}
 
-    /// The numbers of an attribute, or what stands for them where it is missing.
-    fn numbers<const N: usize>(
-        &self,
-        node: Node<'d, 'd>,
-        name: &str,
-        of: &str,
-        missing: Option<[f64; N]>,
-    ) -> Result<[f64; N], RobotError> {
-        let text = match (node.attribute(name), missing) {
-            (None, Some(missing)) => return Ok(missing),
-            _ => self.attribute(node, name, of)?,
-        };
-        let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
-        let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
-        match numbers.filter(|numbers: &[f64; N]| numbers.iter().all(|x| x.abs() <= LARGEST)) {
-            Some(numbers) => Ok(numbers),
-            None => self.fail(
-                node,
-                format!("{of}: `{name}` is \"{text}\", must be {N} numbers of at most {LARGEST:e}"),
-            ),
+fn number(node: Node<'_, '_>, name: &str, missing: Option<f64>) -> Result<f64, RobotError> {
+    numbers(node, name, missing.map(|number| [number])).map(|[number]| number)
+}
+
+/// The numbers of an attribute, or what stands for them where it is missing.
+fn numbers<const N: usize>(
+    node: Node<'_, '_>,
+    name: &str,
+    missing: Option<[f64; N]>,
+) -> Result<[f64; N], RobotError> {
+    if let (None, Some(missing)) = (node.attribute(name), missing) {
+        return Ok(missing);
+    }
+    let text = attribute(node, name)?;
+    let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+    let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    match numbers.filter(|numbers: &[f64; N]| numbers.iter().all(|x| x.abs() <= LARGEST)) {
+        Some(numbers) => Ok(numbers),
+        None => {
+            let must = format!("must be {N} numbers of at most {LARGEST:e}");
+            fail(node, format!("`{name}` is \"{text}\", {must}"))
         }
     }
 }
@@ -258,62 +259,62 @@ impl<'d> Reader<'d> {
 /// The mesh files of a robot, each scale of each read once.
 struct Meshes<'o> {
     folder: &'o Path,
-    packages: &'o [PathBuf],
+    options: &'o UrdfOptions,
     read: HashMap<(PathBuf, [u64; 3]), Shape>,
+    notices: Vec<String>,
 }
 
 impl Meshes<'_> {
     fn shape(&mut self, name: &str, scale: [f64; 3]) -> Result<Shape, RobotError> {
         if scale.contains(&0.0) {
-            return Err(RobotError::model(format!("mesh {name}: a scale of 0")));
+            return refuse(format!("mesh {name}: a scale of 0"));
         }
-        let file = self.find(name)?;
-        let key = (file, scale.map(f64::to_bits));
+        let key = (self.find(name)?, scale.map(f64::to_bits));
         if let Some(shape) = self.read.get(&key) {
             return Ok(shape.clone());
         }
-        let extension = key.0.extension().map(|e| e.to_ascii_lowercase());
-        if extension.is_some_and(|extension| extension == "dae") {
-            return Err(RobotError::model(format!(
-                "mesh {}: COLLADA is not read; convert it to STL, OBJ, PLY or glTF",
-                key.0.display()
-            )));
+        let (file, place) = (&key.0, key.0.display());
+        let kind = file.extension().unwrap_or_default();
+        if kind.eq_ignore_ascii_case("dae") {
+            let instead = "convert it to STL, OBJ, PLY or glTF";
+            return refuse(format!("mesh {place}: COLLADA is not read; {instead}"));
         }
-        let loaded = punctual_io::load(&key.0);
-        let mesh = loaded
-            .map_err(|error| RobotError::model(error.to_string()))?
-            .mesh;
-        let mesh = scaled(mesh, scale)?;
-        let shape = Shape::mesh(mesh);
+        let loaded = punctual_io::load(file).or_else(|error| refuse(error.to_string()))?;
+        let mesh = scaled(loaded.mesh, scale)?;
+        let shape = match self.options.solids {
+            true => Shape::solid(mesh),
+            false => Shape::mesh(mesh),
+        };
+        let solid = shape.surface().solid();
+        if let Some(solid) = solid.filter(|solid| !solid.is_closed()) {
+            let why = format!("it has {} open edges", solid.open_edges());
+            let notice = format!("mesh {place}: a surface, for {why}");
+            self.notices.push(notice);
+        }
         self.read.insert(key, shape.clone());
         Ok(shape)
     }
 
     /// The file of a name, which may be a URL.
     fn find(&self, name: &str) -> Result<PathBuf, RobotError> {
-        let url = name
-            .strip_prefix("package://")
-            .or(name.strip_prefix("model://"));
-        let Some(path) = url else {
-            return Ok(self
-                .folder
-                .join(name.strip_prefix("file://").unwrap_or(name)));
+        let mut kinds = ["package://", "model://"].iter();
+        let Some(path) = kinds.find_map(|kind| name.strip_prefix(kind)) else {
+            let path = name.strip_prefix("file://").unwrap_or(name);
+            return Ok(self.folder.join(path));
         };
         let (package, rest) = path.split_once('/').unwrap_or(("", path));
         let folder = fs::canonicalize(self.folder).unwrap_or(self.folder.to_owned());
-        let above = folder.ancestors().map(Path::to_owned);
-        for folder in self.packages.iter().cloned().chain(above) {
+        let packages = self.options.packages.iter().map(PathBuf::as_path);
+        for folder in packages.chain(folder.ancestors()) {
             let is_package = folder.file_name().is_some_and(|name| name == package);
             let within = is_package.then(|| folder.join(rest));
-            for file in [Some(folder.join(path)), within].into_iter().flatten() {
-                if file.is_file() {
-                    return Ok(file);
-                }
+            let mut files = [folder.join(path)].into_iter().chain(within);
+            if let Some(file) = files.find(|file| file.is_file()) {
+                return Ok(file);
             }
         }
-        Err(RobotError::model(format!(
-            "mesh {name}: not found in the package folders, nor in those above the URDF file"
-        )))
+        let sought = "not found in the package folders, nor in those above the URDF file";
+        refuse(format!("mesh {name}: {sought}"))
     }
 }
 
@@ -330,76 +331,37 @@ fn scaled(mesh: Mesh, scale: [f64; 3]) -> Result<Mesh, RobotError> {
         true => [a, c, b],
         false => [a, b, c],
     });
-    Mesh::from_f64(vertices, triangles).map_err(|error| RobotError::model(error.to_string()))
+    Mesh::from_f64(vertices, triangles).or_else(|error| refuse(error.to_string()))
 }
 
-/// Adds the pairs of an SRDF file that are not asked. Returns what was passed over: links that the
-/// robot does not have.
-fn allow(file: &Path, robot: &mut Description) -> Result<Vec<String>, RobotError> {
-    let text = read(file)?;
-    let document = parse(&text, file)?;
-    let reader = Reader::new(file, &document);
-    let mut notices = Vec::new();
-    let names: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
-    let mut known = |name: &str, node: Node<'_, '_>| {
-        let is_known = names.iter().any(|known| known == name);
-        if !is_known {
-            let line = document.text_pos_at(node.range().start).row;
-            notices.push(format!(
-                "{}:{line}: there is no link {name}",
-                file.display()
-            ));
+/// Adds the pairs of an SRDF file that are not asked. Returns what was passed over, with the lines:
+/// links that the robot does not have.
+fn allow(root: Node<'_, '_>, robot: &mut Description) -> Result<Vec<String>, RobotError> {
+    let (mut notices, mut enabled) = (Vec::new(), Vec::new());
+    for node in root.children() {
+        let keys: &[&str] = match node.tag_name().name() {
+            "disable_collisions" | "enable_collisions" => &["link1", "link2"],
+            "disable_default_collisions" => &["link"],
+            _ => continue,
+        };
+        let links = keys.iter().map(|key| attribute(node, key));
+        let links = links.collect::<Result<Vec<_>, _>>()?;
+        let known = |name: &str| robot.links.iter().any(|link| link.name == name);
+        if let Some(name) = links.iter().find(|name| !known(name)) {
+            notices.push(format!("{}: there is no link {name}", line(node)));
+            continue;
         }
-        is_known
-    };
-    let mut enabled = Vec::new();
-    let root = reader.root()?;
-    for node in elements(root) {
-        let tag = node.tag_name().name();
-        match tag {
-            "disable_collisions" | "enable_collisions" => {
-                let a = reader.attribute(node, "link1", tag)?;
-                let b = reader.attribute(node, "link2", tag)?;
-                if known(a, node) && known(b, node) {
-                    let pair = [a.to_owned(), b.to_owned()];
-                    match tag {
-                        "disable_collisions" => robot.allowed.push(pair),
-                        _ => enabled.push(pair),
-                    }
-                }
+        let others = robot.links.iter().map(|link| link.name.clone());
+        match (node.tag_name().name(), &links[..]) {
+            ("enable_collisions", &[a, b]) => enabled.push(sorted([a.to_owned(), b.to_owned()])),
+            (_, &[a, b]) => robot.allowed.push([a.to_owned(), b.to_owned()]),
+            (_, names) => {
+                let pairs = others.map(|other| [names[0].to_owned(), other]);
+                robot.allowed.extend(pairs);
             }
-            "disable_default_collisions" => {
-                let link = reader.attribute(node, "link", tag)?;
-                if known(link, node) {
-                    let pairs = names.iter().map(|name| [link.to_owned(), name.clone()]);
-                    robot.allowed.extend(pairs);
-                }
-            }
-            _ => {}
         }
     }
-    let is_enabled = |[a, b]: &[String; 2]| {
-        enabled
-            .iter()
-            .any(|[x, y]| (a == x && b == y) || (a == y && b == x))
-    };
-    robot.allowed.retain(|pair| !is_enabled(pair));
+    let is_off = |pair: &[String; 2]| !enabled.contains(&sorted(pair.clone()));
+    robot.allowed.retain(is_off);
     Ok(notices)
-}
-
-fn read(file: &Path) -> Result<String, RobotError> {
-    fs::read_to_string(file).map_err(|error| RobotError::file(file, None, error.to_string()))
-}
-
-fn parse<'t>(text: &'t str, file: &Path) -> Result<Document<'t>, RobotError> {
-    Document::parse(text)
-        .map_err(|error| RobotError::file(file, Some(error.pos().row), error.to_string()))
-}
-
-fn elements<'d>(node: Node<'d, 'd>) -> impl Iterator<Item = Node<'d, 'd>> {
-    node.children().filter(Node::is_element)
-}
-
-fn child<'d>(node: Node<'d, 'd>, name: &str) -> Option<Node<'d, 'd>> {
-    elements(node).find(|node| node.has_tag_name(name))
 }

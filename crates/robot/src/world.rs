@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::RobotError;
 use crate::model::{Model, PlacedShape, sorted};
 
 /// A shape of the robot, or an obstacle.
@@ -23,7 +24,6 @@ impl ShapeId {
 pub(crate) struct Pair {
     pub a: u32,
     pub b: u32,
-    pub a_is_still: bool,
     /// Where the filter by spheres tells whether the pair is near.
     pub slot: u32,
     /// Number of joints above both bodies: they move neither relative to the other.
@@ -37,10 +37,8 @@ pub(crate) const LANES: usize = 8;
 #[derive(Clone, Debug)]
 pub(crate) struct World {
     pub model: Arc<Model>,
-    /// Those of the robot, then the obstacles.
+    /// Those of the robot, then the obstacles, by ascending ids.
     pub shapes: Vec<PlacedShape>,
-    /// Ids of the shapes, ascending.
-    pub ids: Vec<ShapeId>,
     pub pairs: Vec<Pair>,
     /// The shapes that move, by index.
     pub moving: Vec<u32>,
@@ -50,11 +48,9 @@ pub(crate) struct World {
 
 impl World {
     pub fn new(model: Arc<Model>) -> Self {
-        let shapes = model.shapes.clone();
         let mut world = Self {
-            ids: (0..shapes.len() as u32).map(ShapeId).collect(),
+            shapes: model.shapes.clone(),
             model,
-            shapes,
             pairs: Vec::new(),
             moving: Vec::new(),
             version: 1,
@@ -63,10 +59,17 @@ impl World {
         world
     }
 
+    /// Index of a shape.
+    pub fn index(&self, id: ShapeId) -> Option<usize> {
+        let found = self.shapes.binary_search_by_key(&id, |shape| shape.id);
+        found.ok()
+    }
+
     /// Index of an obstacle.
-    pub fn obstacle(&self, id: ShapeId) -> Option<usize> {
-        let at = self.ids.binary_search(&id).ok()?;
-        (at >= self.model.shapes.len()).then_some(at)
+    pub fn obstacle(&self, id: ShapeId) -> Result<usize, RobotError> {
+        let found = self.index(id);
+        let obstacle = found.filter(|&at| at >= self.model.shapes.len());
+        obstacle.ok_or(RobotError::NoObstacle)
     }
 
     /// Lists the pairs anew.
@@ -87,7 +90,6 @@ impl World {
                 self.pairs.push(Pair {
                     a: a as u32,
                     b: b as u32,
-                    a_is_still: x == 0 || y == 0,
                     slot: a as u32 * stride + self.column(b as u32) as u32,
                     common: common.count() as u32,
                 });
@@ -119,6 +121,6 @@ impl World {
     /// The shapes of a pair, the lower id first.
     pub fn ids_of(&self, pair: u32) -> [ShapeId; 2] {
         let Pair { a, b, .. } = self.pairs[pair as usize];
-        sorted([a, b].map(|i| self.ids[i as usize]))
+        sorted([a, b].map(|i| self.shapes[i as usize].id))
     }
 }

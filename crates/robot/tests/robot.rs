@@ -7,7 +7,8 @@ use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Pose, Query, Tree, Verdict, Workspace, shapes};
 use punctual_robot::{
     Checker, ClearanceOptions, Collision, Description, Edge, EdgeAnswer, EdgeOptions, Joint,
-    JointKind, Link, Mimic, Model, RobotError, Scope, Shape, ShapeId, UrdfOptions,
+    JointKind, Link, Mimic, Model, RobotError, Scope, Shape, ShapeId, UrdfOptions, braking_time,
+    safe_speed,
 };
 
 const UNLIMITED: Budget = Budget::unlimited();
@@ -21,19 +22,21 @@ fn file(name: &str) -> PathBuf {
 /// Read once: the tests run at the same time.
 fn arm() -> Arc<Model> {
     static ARM: OnceLock<Arc<Model>> = OnceLock::new();
+    Arc::clone(ARM.get_or_init(|| read_arm("surfaces", &UrdfOptions::default())))
+}
+
+fn read_arm(of: &str, options: &UrdfOptions) -> Arc<Model> {
     let read = || {
         // The package is named `arm`, the folder is not.
-        let packages = std::env::temp_dir().join(format!("punctual-arm-{}", std::process::id()));
+        let packages = std::env::temp_dir().join(format!("punctual-{of}-{}", std::process::id()));
         std::fs::create_dir_all(packages.join("arm")).unwrap();
         std::fs::copy(file("wedge.obj"), packages.join("arm/wedge.obj")).unwrap();
-        let options = UrdfOptions::default()
-            .srdf(file("arm.srdf"))
-            .packages(&packages);
+        let options = options.clone().srdf(file("arm.srdf")).packages(&packages);
         let model = Model::from_urdf(file("arm.urdf"), &options).unwrap();
         std::fs::remove_dir_all(packages).unwrap();
         Arc::new(model)
     };
-    Arc::clone(ARM.get_or_init(read))
+    read()
 }
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -333,6 +336,49 @@ fn solids_hold_what_is_inside_them_and_surfaces_do_not() {
         || Shape::mesh(punctual::Mesh::from_f64(vertices.clone(), triangles.clone()).unwrap());
     assert!(meets(two(), Shape::cuboid([2.0; 3]).unwrap(), 0.0));
     assert!(!meets(two(), Shape::cuboid([2.0; 3]).unwrap(), 3.0));
+    // Meshes as solids: a torus has a hole, and what faces inwards is turned.
+    let mesh = shapes::cuboid([4.0; 3], 1);
+    let vertices = (0..mesh.vertex_count()).map(|i| mesh.vertex(i).to_array());
+    let inside_out = mesh.triangles().iter().map(|&[a, b, c]| [a, c, b]);
+    let inside_out = punctual::Mesh::from_f64(vertices.clone(), inside_out).unwrap();
+    let open = punctual::Mesh::from_f64(vertices, mesh.triangles()[1..].iter().copied()).unwrap();
+    for (solid, is_solid) in [(mesh, true), (inside_out, true), (open, false)] {
+        let solid = Shape::solid(solid);
+        assert_eq!(solid.is_solid(), is_solid);
+        assert_eq!(meets(small(), solid.clone(), 0.0), is_solid);
+        assert_eq!(meets(solid.clone(), small(), 0.0), is_solid);
+        assert!(!meets(small(), solid.clone(), 5.01) && meets(small(), solid, 4.9));
+    }
+    let torus = || Shape::solid(shapes::torus(3.0, 1.5, 64));
+    let pea = || Shape::sphere(0.1).unwrap();
+    assert!(
+        !meets(pea(), torus(), 0.0) && meets(pea(), torus(), 3.0) && meets(torus(), pea(), -3.0)
+    );
+    let options = punctual::BuildOptions::default().solid(punctual::tree::Solid::Keep);
+    let tree = Tree::with_options(shapes::icosphere(2), &options);
+    assert!(meets(pea(), Shape::tree(tree.into()), 0.0));
+}
+
+#[test]
+fn meshes_of_files_are_solids_if_asked_scaled_and_mirrored_ones_too() {
+    let mut options = UrdfOptions::default();
+    options.solids = true;
+    let solids = read_arm("solids", &options);
+    let q = [0.3, -0.4, 0.2, 0.05];
+    for (link, z) in [("fore", 0.25), ("right", 0.0)] {
+        for (model, meets) in [(arm(), false), (Arc::clone(&solids), true)] {
+            let number = model.link_names().position(|name| name == link).unwrap();
+            let pose = model.link_poses(&q).unwrap()[number];
+            let place = pose.compose(&at(0.0, 0.0, z)).unwrap();
+            let mut checker = Checker::new(model);
+            let pea = checker
+                .add("pea", place, Shape::sphere(0.001).unwrap())
+                .unwrap();
+            let met = Collision::Contact([checker.find(link).unwrap(), pea]);
+            let found = checker.collide(&q, UNLIMITED).unwrap().value;
+            assert_eq!(found, if meets { met } else { Collision::Free });
+        }
+    }
 }
 
 #[test]
@@ -469,6 +515,164 @@ fn edges_are_never_contradicted_by_samples() {
     );
 }
 
+/// A chain of balls on joints of random kinds and axes, among balls.
+fn random_chain(seed: u64) -> Checker {
+    let mut random = random(seed);
+    let mut within = |size: f64| (2.0 * random() - 1.0) * size;
+    let (mut links, mut joints) = (Vec::new(), Vec::new());
+    for i in 0..7 {
+        let pose = at(within(0.2), within(0.2), within(0.2));
+        let ball = Shape::sphere(0.03 + within(0.02)).unwrap();
+        let name = format!("link{i}");
+        links.push(Link {
+            name: name.clone(),
+            shapes: vec![(pose, ball)],
+        });
+        let kind = match within(1.0) < -0.5 {
+            true => JointKind::Prismatic,
+            false => JointKind::Continuous,
+        };
+        joints.push(Joint {
+            name: format!("joint{i}"),
+            kind,
+            parent: name,
+            child: format!("link{}", i + 1),
+            origin: at(within(0.1), within(0.1), within(0.4)),
+            axis: [within(1.0), within(1.0), within(1.0)],
+            limits: None,
+            mimic: None,
+        });
+    }
+    joints.pop();
+    let robot = Description {
+        links,
+        joints,
+        allows_neighbours: true,
+        ..Description::default()
+    };
+    let mut checker = Checker::new(Model::new(&robot).unwrap().into());
+    for i in 0..4 {
+        let pose = at(within(0.8), within(0.8), within(0.8));
+        let ball = Shape::sphere(0.1).unwrap();
+        checker.add(&format!("ball{i}"), pose, ball).unwrap();
+    }
+    checker
+}
+
+#[test]
+fn random_chains_never_meet_where_they_are_proven_free() {
+    let (mut free, mut touching) = (0, 0);
+    for seed in 1..60 {
+        let mut checker = random_chain(seed);
+        let mut random = random(seed + 100);
+        let mut row = || Vec::from_iter((0..6).map(|_| 2.0 * random() - 1.0));
+        for (from, to) in (0..6).map(|_| (row(), row())).collect::<Vec<_>>() {
+            let edge = checker.edge(&from, &to, &EdgeOptions::first(), UNLIMITED);
+            let edge = edge.unwrap().value;
+            let mut meets = |t: f64| {
+                let q: Vec<f64> = from.iter().zip(&to).map(|(a, b)| a + t * (b - a)).collect();
+                checker.collide(&q, UNLIMITED).unwrap().value != Collision::Free
+            };
+            let dense = (0..=300).map(|i| f64::from(i) / 300.0).find(|&t| meets(t));
+            assert!(
+                dense.is_none_or(|t| edge.free_until <= t),
+                "{seed} {edge:?}"
+            );
+            assert!(edge.touching_at.is_none_or(meets));
+            free += u32::from(edge.answer == EdgeAnswer::Free);
+            touching += u32::from(edge.touching_at.is_some());
+        }
+    }
+    assert!(free > 50 && touching > 50, "{free} {touching}");
+}
+
+#[test]
+fn a_path_is_free_if_its_lines_are() {
+    let mut checker = cell();
+    let mut counts = [0; 2];
+    for (i, lines) in edges(60).chunks(3).enumerate() {
+        // The second half of each path leads back.
+        let mut knots: Vec<f64> = lines[0].concat();
+        knots.extend(&lines[i % 3][1]);
+        knots.extend(&lines[0][0]);
+        for options in [EdgeOptions::any(), EdgeOptions::first()] {
+            let path = checker.path(&knots, &options, UNLIMITED).unwrap().value;
+            let each: Vec<Edge> = (0..3)
+                .map(|line| {
+                    let (from, to) = knots[4 * line..4 * line + 8].split_at(4);
+                    checker.edge(from, to, &options, UNLIMITED).unwrap().value
+                })
+                .collect();
+            let first = each.iter().position(|edge| edge.answer != EdgeAnswer::Free);
+            counts[usize::from(first.is_some())] += 1;
+            let Some(first) = first else {
+                assert_eq!((path.answer, path.free_until), (EdgeAnswer::Free, 3.0));
+                continue;
+            };
+            assert_eq!(path.answer, EdgeAnswer::Contact);
+            assert!(path.free_until <= path.touching_at.unwrap());
+            let at = first as f64 + each[first].touching_at.unwrap();
+            assert!(path.free_until <= at);
+            if options.first {
+                assert!(
+                    (path.touching_at.unwrap() - at).abs() < 2e-6 && at - path.free_until < 2e-4
+                );
+            }
+        }
+    }
+    assert!(counts.iter().all(|&count| count >= 4), "{counts:?}");
+    let error = checker.path(&[0.0; 4], &EdgeOptions::any(), UNLIMITED);
+    assert!(
+        error
+            .unwrap_err()
+            .to_string()
+            .contains("two configurations")
+    );
+    let error = checker.path(&[0.0; 6], &EdgeOptions::any(), UNLIMITED);
+    let (expected, found) = (4, 2);
+    assert_eq!(error, Err(RobotError::Length { expected, found }));
+}
+
+#[test]
+fn a_horizon_is_true_and_leaves_room_to_stop() {
+    let mut checker = cell();
+    let mut counts = [0; 2];
+    for (i, [from, to]) in edges(120).into_iter().enumerate() {
+        let velocity: Vec<f64> = from.iter().zip(&to).map(|(a, b)| b - a).collect();
+        let seconds = [0.5, 1.5][i % 2];
+        let budget = [UNLIMITED, Budget::work(20_000)][i / 2 % 2];
+        let ahead = checker.horizon(&from, &velocity, seconds, budget).unwrap();
+        let ahead = ahead.value;
+        let mut meets = |t: f64| {
+            let q: Vec<f64> = from.iter().zip(&velocity).map(|(q, v)| q + t * v).collect();
+            checker.collide(&q, UNLIMITED).unwrap().value != Collision::Free
+        };
+        assert!((0.0..=seconds).contains(&ahead.free_until));
+        for t in (0..200).map(|i| ahead.free_until * f64::from(i) / 200.0) {
+            assert!(ahead.free_until == 0.0 || !meets(t), "{ahead:?} {t}");
+        }
+        assert_eq!(ahead.touching_at.is_some(), ahead.pair.is_some());
+        assert!(ahead.touching_at.is_none_or(|t| t >= ahead.free_until));
+        let braking = braking_time(&velocity, &[3.0; 4]);
+        let share = safe_speed(ahead.free_until, 0.01, braking);
+        let way = share * 0.01 + share * share * braking / 2.0;
+        assert!((0.0..=1.0).contains(&share) && way <= ahead.free_until);
+        assert!(share == 1.0 || way >= ahead.free_until * (1.0 - 1e-9));
+        counts[usize::from(ahead.free_until == seconds)] += 1;
+    }
+    assert!(counts.iter().all(|&count| count > 20), "{counts:?}");
+    let still = checker
+        .horizon(&[0.0; 4], &[0.0; 4], 1.0, UNLIMITED)
+        .unwrap();
+    assert_eq!(still.value.free_until, 1.0);
+    assert_eq!(
+        safe_speed(1.0, 0.0, braking_time(&[0.0; 4], &[1.0; 4])),
+        1.0
+    );
+    let error = checker.horizon(&[0.0; 4], &[f64::NAN; 4], 1.0, UNLIMITED);
+    assert!(error.unwrap_err().to_string().contains("joint pan"));
+}
+
 #[test]
 fn a_cut_edge_ends_with_the_same_answer() {
     let mut checker = cell();
@@ -534,7 +738,7 @@ fn obstacles_come_move_and_go() {
     let q = [0.0, 0.0, 0.0, 0.0];
     let verdict = |checker: &mut Checker| checker.collide(&q, UNLIMITED).unwrap().value;
     assert_eq!(verdict(&mut checker), Collision::Free);
-    let pairs = checker.pair_count();
+    let pairs = checker.pairs().len();
     let upper = checker.find("upper").unwrap();
     let ball = checker
         .add("ball", at(0.3, 0.0, 0.6), Shape::sphere(0.1).unwrap())
@@ -544,7 +748,7 @@ fn obstacles_come_move_and_go() {
     assert_eq!(verdict(&mut checker), Collision::Contact([upper, ball]));
     checker.remove(ball).unwrap();
     assert_eq!(
-        (verdict(&mut checker), checker.pair_count()),
+        (verdict(&mut checker), checker.pairs().len()),
         (Collision::Free, pairs)
     );
     assert_eq!(

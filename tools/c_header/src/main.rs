@@ -9,7 +9,7 @@ use std::{env, error::Error, fs, iter};
 
 /// The sections of the header, each with the sources that it is made of. What a section needs stands in those before
 /// it.
-const SECTIONS: [(&str, &[&str]); 17] = [
+const SECTIONS: [(&str, &[&str]); 13] = [
     ("Errors, and the version", &["status"]),
     ("Points, boxes and poses", &["pose"]),
     ("Meshes", &["mesh", "shapes"]),
@@ -41,6 +41,7 @@ const SECTIONS: [(&str, &[&str]); 17] = [
         "Scenes: many bodies, one budget a frame",
         &["body", "scene", "scene_answers", "scene_groups"],
     ),
+    ("Robots: is a motion free?", &["robot"]),
     ("Calibration: probabilities that learn", &["calibration"]),
 ];
 

@@ -582,6 +582,7 @@ int main(int count, char **arguments) {
   motions();
   contacts();
   rays();
+  robots();
   scenes();
   scene_answers();
   versions();

@@ -21,6 +21,9 @@
 /** In rays.c. */
 void rays(void);
 
+/** In robots.c. */
+void robots(void);
+
 /** In scene_calls.c. */
 void scene_answers(void);
 

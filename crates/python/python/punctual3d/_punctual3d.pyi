@@ -1118,6 +1118,7 @@ class Robot:
         *,
         srdf: str | PathLike[str] | None = None,
         packages: Sequence[str | PathLike[str]] = ...,
+        solids: bool = False,
     ) -> Robot: ...
     @property
     def joint_names(self) -> list[str]: ...

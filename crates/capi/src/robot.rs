@@ -1,0 +1,524 @@
+//! Robots among obstacles: which configurations collide, how near contact is, for how long a motion is free.
+
+use crate::arrays::{array, path, room};
+use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::distance::finite;
+use crate::handle::{Handle, put};
+use crate::outcome::punctual_stop_reason;
+use crate::pose::{punctual_point, punctual_pose};
+use crate::sized::{grows, place};
+use crate::status::{Fault, door, free, given, punctual_status};
+use crate::tree::punctual_tree;
+use ::punctual_robot::{
+    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
+    RobotError, Shape, ShapeId, UrdfOptions, braking_time, safe_speed,
+};
+use core::ffi::c_char;
+use core::mem::MaybeUninit;
+use punctual::clock::ClockedBudget;
+use std::sync::Arc;
+
+/// No shape of a robot.
+pub const PUNCTUAL_NO_SHAPE: u32 = u32::MAX;
+
+/// A robot among obstacles, with all that one thread needs to ask about it. Lengths are in metres, angles in radians. A
+/// configuration has a number for each joint that moves and follows no other, in the order of the URDF file.
+#[derive(Debug)]
+pub struct punctual_robot(Handle<Checker>);
+
+/// What is known of a configuration or a motion.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum punctual_robot_verdict {
+    /// The budget ended first, or shapes come too near to be told apart.
+    Undecided = 0,
+    /// Proven: no two shapes meet.
+    Free = 1,
+    /// Proven: two shapes meet.
+    Contact = 2,
+}
+
+/// Whether a configuration collides.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_robot_collision {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// The answer.
+    pub verdict: punctual_robot_verdict,
+    /// The shapes that meet, or PUNCTUAL_NO_SHAPE twice.
+    pub shapes: [u32; 2],
+    /// Why the call returned.
+    pub stop: punctual_stop_reason,
+    /// Units of work done.
+    pub work: u64,
+}
+
+grows!(punctual_robot_collision: size, stop..work);
+
+/// The least distance of all pairs of shapes: `low <= distance <= high`, in metres, whenever it stopped.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_robot_clearance {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// Why the call returned.
+    pub stop: punctual_stop_reason,
+    /// Proven; infinite if no pair is asked.
+    pub low: f64,
+    /// Proven; infinite if nothing was measured yet.
+    pub high: f64,
+    /// The closest shapes found, or PUNCTUAL_NO_SHAPE twice.
+    pub shapes: [u32; 2],
+    /// Their closest points, in the world; the origin if one holds the other.
+    pub points: [punctual_point; 2],
+    /// The unit vector from the first of them to the second; 0 if they are one point.
+    pub normal: punctual_point,
+    /// Units of work done.
+    pub work: u64,
+}
+
+grows!(punctual_robot_clearance: size, normal..work);
+
+/// What is known of a motion. Times are shares of an edge (0 to 1), or seconds of a horizon.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_robot_motion {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// The answer for all of the motion.
+    pub verdict: punctual_robot_verdict,
+    /// Proven: no contact before.
+    pub free_until: f64,
+    /// Proven: contact then; infinite if none was found.
+    pub touching_at: f64,
+    /// The shapes that meet then, or PUNCTUAL_NO_SHAPE twice.
+    pub shapes: [u32; 2],
+    /// Why the call returned.
+    pub stop: punctual_stop_reason,
+    /// Units of work done.
+    pub work: u64,
+}
+
+grows!(punctual_robot_motion: size, stop..work);
+
+/// Reads a robot from a URDF file. `srdf` may be null, or names the file whose disabled pairs of links are not asked; without it,
+/// links joined by one moving joint are not. `packages` may be null, or names a folder in which `package://` names are sought,
+/// before those above the URDF file. With `solids` other than 0 closed meshes are solids: what is inside them collides.
+///
+/// Fails with BAD_FILE; the text names the file, the line, and the link or joint.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_from_urdf(
+    urdf: *const c_char,
+    srdf: *const c_char,
+    packages: *const c_char,
+    solids: u32,
+    robot: Option<&mut MaybeUninit<Option<Box<punctual_robot>>>>,
+) -> punctual_status {
+    door("punctual_robot_from_urdf", || {
+        let mut options = UrdfOptions::default();
+        options.solids = solids != 0;
+        // SAFETY: the contract of the header for texts.
+        let urdf = unsafe {
+            if !srdf.is_null() {
+                options.srdf = Some(path(srdf, "srdf")?.into());
+            }
+            if !packages.is_null() {
+                options.packages.push(path(packages, "packages")?.into());
+            }
+            path(urdf, "urdf")
+        }?;
+        put(robot, || {
+            let model = Model::from_urdf(urdf, &options)?;
+            Ok(punctual_robot(Handle::new(Checker::new(Arc::new(model)))))
+        })
+    })
+}
+
+/// Frees a robot; null is fine.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_robot_free(robot: Option<Box<punctual_robot>>) {
+    free(robot);
+}
+
+/// The number of values of a configuration.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_robot_joints(
+    robot: Option<&punctual_robot>,
+    joints: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_robot_joints", || {
+        let robot = given(robot, "robot")?.0.get("robot")?;
+        given(joints, "joints")?.write(robot.model().joint_names().len());
+        Ok(())
+    })
+}
+
+/// The name of a shape: that of its link or of the obstacle, as UTF-8 that ends with a zero byte. As much as `capacity` allows is
+/// written to `name`; its whole length, without the zero byte, to `length`.
+///
+/// Fails with BAD_ARGUMENT if there is no such shape.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_shape_name(
+    robot: Option<&punctual_robot>,
+    shape: u32,
+    name: *mut c_char,
+    capacity: usize,
+    length: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_robot_shape_name", || {
+        let robot = given(robot, "robot")?.0.get("robot")?;
+        let found = robot.id(shape).and_then(|id| robot.name(id));
+        let text = found.ok_or(RobotError::NoObstacle)?.as_bytes();
+        // SAFETY: the contract of the header for arrays.
+        let room = unsafe { room(name, capacity, "name") }?;
+        let length = given(length, "length")?;
+        let cut = text.len().min(capacity.saturating_sub(1));
+        for (place, byte) in room.iter_mut().zip(text[..cut].iter().chain([&0])) {
+            place.write(*byte as c_char);
+        }
+        length.write(text.len());
+        Ok(())
+    })
+}
+
+/// Adds an obstacle, which shares the tree: a solid if it was built as one and is closed, else a surface. With `link` null it stands
+/// at a pose in the world; otherwise it moves with that link, at a pose in the frame of the link, and is not asked with it. Its
+/// number is written to `shape`.
+///
+/// Fails with BAD_POSE if the pose is off a rotation by more than 1e-6, and with BAD_ARGUMENT if there is no such link.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_add(
+    robot: Option<&mut punctual_robot>,
+    name: *const c_char,
+    tree: Option<&punctual_tree>,
+    pose: punctual_pose,
+    link: *const c_char,
+    shape: Option<&mut MaybeUninit<u32>>,
+) -> punctual_status {
+    door("punctual_robot_add", || {
+        // SAFETY: the contract of the header for texts.
+        let name = unsafe { path(name, "name") }?.to_string_lossy();
+        let tree = Arc::clone(given(tree, "tree")?.0.get("tree")?);
+        let (solid, pose, shape) = (Shape::tree(tree), pose.check()?, given(shape, "shape")?);
+        let link = match link.is_null() {
+            true => None,
+            // SAFETY: the contract of the header for texts.
+            false => Some(unsafe { path(link, "link") }?.to_string_lossy()),
+        };
+        given(robot, "robot")?.0.change("robot", |robot| {
+            let id = match &link {
+                Some(link) => robot.attach(&name, link, pose, solid, &[link]),
+                None => robot.add(&name, pose, solid),
+            }?;
+            shape.write(id.number());
+            Ok(())
+        })
+    })
+}
+
+/// Moves an obstacle to another pose, in the frame in which it was added.
+///
+/// Fails with BAD_ARGUMENT if there is no such obstacle, and as `punctual_robot_add`.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_robot_move(
+    robot: Option<&mut punctual_robot>,
+    shape: u32,
+    pose: punctual_pose,
+) -> punctual_status {
+    door("punctual_robot_move", || {
+        let pose = pose.check()?;
+        given(robot, "robot")?.0.change("robot", |robot| {
+            let id = robot.id(shape).ok_or(RobotError::NoObstacle)?;
+            Ok(robot.move_to(id, pose)?)
+        })
+    })
+}
+
+/// Removes an obstacle.
+///
+/// Fails with BAD_ARGUMENT if there is no such obstacle.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_robot_remove(
+    robot: Option<&mut punctual_robot>,
+    shape: u32,
+) -> punctual_status {
+    door("punctual_robot_remove", || {
+        given(robot, "robot")?.0.change("robot", |robot| {
+            let id = robot.id(shape).ok_or(RobotError::NoObstacle)?;
+            Ok(robot.remove(id)?)
+        })
+    })
+}
+
+/// Whether a configuration of `joints` values collides, within a budget; `clock` may be null: the clock of the system. It does not
+/// lock or panic, and allocates nothing but room for more pairs or intervals than ever before.
+///
+/// Fails with BAD_ARGUMENT if the robot has another number of joint values, or one is not finite.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_collide(
+    robot: Option<&mut punctual_robot>,
+    values: *const f64,
+    joints: usize,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    collision: *mut punctual_robot_collision,
+) -> punctual_status {
+    door("punctual_robot_collide", || {
+        // SAFETY: the contract of the header for arrays, structs and clocks.
+        unsafe {
+            let (values, out) = (
+                array(values, joints, "values")?,
+                place(collision, "collision")?,
+            );
+            out.write(
+                ask(robot, budget, clock, |robot, budget| {
+                    robot.collide(values, budget)
+                })?
+                .into(),
+            );
+        }
+        Ok(())
+    })
+}
+
+/// The least distance of all pairs of shapes at a configuration: bounds that are `tolerance` metres apart, unless the budget ends.
+///
+/// Fails as `punctual_robot_collide`, and with BAD_ARGUMENT if the tolerance is negative or not finite.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_measure(
+    robot: Option<&mut punctual_robot>,
+    values: *const f64,
+    joints: usize,
+    tolerance: f64,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    clearance: *mut punctual_robot_clearance,
+) -> punctual_status {
+    door("punctual_robot_measure", || {
+        finite(tolerance, "tolerance")?;
+        let options = ClearanceOptions::default().tolerance(tolerance);
+        // SAFETY: the contract of the header for arrays, structs and clocks.
+        unsafe {
+            let (values, out) = (
+                array(values, joints, "values")?,
+                place(clearance, "clearance")?,
+            );
+            let found = ask(robot, budget, clock, |robot, budget| {
+                robot.clearance(values, &options, budget)
+            })?;
+            out.write(found.into());
+        }
+        Ok(())
+    })
+}
+
+/// Whether the straight line in joint space between two configurations is free: proven for all of it, not at samples. With
+/// `first` other than 0 the first contact is sought, not any.
+///
+/// Fails as `punctual_robot_collide`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_edge(
+    robot: Option<&mut punctual_robot>,
+    from: *const f64,
+    to: *const f64,
+    joints: usize,
+    first: u32,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    motion: *mut punctual_robot_motion,
+) -> punctual_status {
+    door("punctual_robot_edge", || {
+        let options = match first {
+            0 => EdgeOptions::any(),
+            _ => EdgeOptions::first(),
+        };
+        // SAFETY: the contract of the header for arrays, structs and clocks.
+        unsafe {
+            let (from, to) = (array(from, joints, "from")?, array(to, joints, "to")?);
+            let out = place(motion, "motion")?;
+            let found = ask(robot, budget, clock, |robot, budget| {
+                robot.edge(from, to, &options, budget)
+            })?;
+            out.write(found.into());
+        }
+        Ok(())
+    })
+}
+
+/// Continues the last edge, which its budget has stopped. However it is cut into pieces by work budgets, the answer at the end is
+/// that of one uninterrupted call.
+///
+/// Fails with NOT_RESUMABLE if it is done, or another question was asked or an obstacle changed since.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_edge_resume(
+    robot: Option<&mut punctual_robot>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    motion: *mut punctual_robot_motion,
+) -> punctual_status {
+    door("punctual_robot_edge_resume", || {
+        // SAFETY: the contract of the header for structs and clocks.
+        unsafe {
+            let out = place(motion, "motion")?;
+            out.write(
+                ask(robot, budget, clock, |robot, budget| {
+                    robot.resume_edge(budget)
+                })?
+                .into(),
+            );
+        }
+        Ok(())
+    })
+}
+
+/// For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most for `seconds`. The near future is
+/// proven first, so a budget that ends early leaves a shorter `free_until`.
+///
+/// Fails as `punctual_robot_collide`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_horizon(
+    robot: Option<&mut punctual_robot>,
+    values: *const f64,
+    velocity: *const f64,
+    joints: usize,
+    seconds: f64,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    motion: *mut punctual_robot_motion,
+) -> punctual_status {
+    door("punctual_robot_horizon", || {
+        finite(seconds, "seconds")?;
+        // SAFETY: the contract of the header for arrays, structs and clocks.
+        unsafe {
+            let values = array(values, joints, "values")?;
+            let velocity = array(velocity, joints, "velocity")?;
+            let out = place(motion, "motion")?;
+            let found = ask(robot, budget, clock, |robot, budget| {
+                robot.horizon(values, velocity, seconds, budget)
+            })?;
+            out.write(found.into());
+        }
+        Ok(())
+    })
+}
+
+/// The seconds in which joints with these velocities stop, all in proportion, so that they stay on their straight line, if each can
+/// decelerate so much (rad/s^2 or m/s^2).
+///
+/// Fails with NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_robot_braking_time(
+    velocity: *const f64,
+    decelerations: *const f64,
+    joints: usize,
+    seconds: Option<&mut MaybeUninit<f64>>,
+) -> punctual_status {
+    door("punctual_robot_braking_time", || {
+        // SAFETY: the contract of the header for arrays.
+        let [velocity, decelerations] = unsafe {
+            [
+                array(velocity, joints, "velocity")?,
+                array(decelerations, joints, "decelerations")?,
+            ]
+        };
+        given(seconds, "seconds")?.write(braking_time(velocity, decelerations));
+        Ok(())
+    })
+}
+
+/// The largest share of the speed (0 to 1) with which a robot that is proven free for `free_until` seconds may go on for `cycle`
+/// seconds, and then still stop in time. `braking` is the time in which it stops from the full speed, at a constant deceleration.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_robot_safe_speed(free_until: f64, cycle: f64, braking: f64) -> f64 {
+    safe_speed(free_until, cycle, braking)
+}
+
+/// Asks within a budget.
+///
+/// # Safety
+/// Until it returns, the function of the clock may be called with its context on this thread.
+unsafe fn ask<T>(
+    robot: Option<&mut punctual_robot>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    ask: impl FnOnce(&mut Checker, ClockedBudget<'_>) -> Result<Outcome<T>, RobotError>,
+) -> Result<Outcome<T>, Fault> {
+    // SAFETY: the caller's promise.
+    let clock = unsafe { AnyClock::new(clock) }?;
+    let budget = budget.check()?;
+    let robot = given(robot, "robot")?;
+    robot
+        .0
+        .change("robot", |robot| Ok(ask(robot, budget.clock(&clock))?))
+}
+
+fn numbers(pair: Option<[ShapeId; 2]>) -> [u32; 2] {
+    pair.map_or([PUNCTUAL_NO_SHAPE; 2], |pair| pair.map(ShapeId::number))
+}
+
+impl From<Outcome<Collision>> for punctual_robot_collision {
+    fn from(found: Outcome<Collision>) -> Self {
+        let (verdict, pair) = match found.value {
+            Collision::Free => (punctual_robot_verdict::Free, None),
+            Collision::Contact(pair) => (punctual_robot_verdict::Contact, Some(pair)),
+            Collision::Undecided => (punctual_robot_verdict::Undecided, None),
+        };
+        Self {
+            size: Self::SIZE,
+            verdict,
+            shapes: numbers(pair),
+            stop: found.stop.into(),
+            work: found.work,
+        }
+    }
+}
+
+impl From<Outcome<Clearance>> for punctual_robot_clearance {
+    fn from(found: Outcome<Clearance>) -> Self {
+        let Clearance {
+            low,
+            high,
+            pair,
+            points,
+            normal,
+            ..
+        } = found.value;
+        Self {
+            size: Self::SIZE,
+            stop: found.stop.into(),
+            low,
+            high,
+            shapes: numbers(pair),
+            points: points.map(Into::into),
+            normal: normal.into(),
+            work: found.work,
+        }
+    }
+}
+
+impl From<Outcome<Edge>> for punctual_robot_motion {
+    fn from(found: Outcome<Edge>) -> Self {
+        let Edge {
+            answer,
+            free_until,
+            touching_at,
+            pair,
+            ..
+        } = found.value;
+        let verdict = match answer {
+            EdgeAnswer::Free => punctual_robot_verdict::Free,
+            EdgeAnswer::Contact => punctual_robot_verdict::Contact,
+            EdgeAnswer::Undecided => punctual_robot_verdict::Undecided,
+        };
+        Self {
+            size: Self::SIZE,
+            verdict,
+            free_until,
+            touching_at: touching_at.unwrap_or(f64::INFINITY),
+            shapes: numbers(pair),
+            stop: found.stop.into(),
+            work: found.work,
+        }
+    }
+}

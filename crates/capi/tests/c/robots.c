@@ -1,0 +1,87 @@
+/* Robots: each call once, on an arm with seven joints beside a post. */
+
+#include "check.h"
+#include <math.h>
+
+enum { JOINTS = 7 };
+static const double bent[JOINTS] = {-0.5, 1.2, 0.3, 0.4, 0, 0.2, 0}, beyond[JOINTS] = {1.5, 1.2, 0.3, 0.4, 0, 0.2, 0};
+
+static void questions(punctual_robot *robot, uint32_t post) {
+  punctual_robot_collision collision = {.size = sizeof collision};
+  punctual_robot_clearance clearance = {.size = sizeof clearance};
+  punctual_robot_motion motion = {.size = sizeof motion};
+  punctual_budget all = punctual_budget_unlimited();
+  const double turn[JOINTS] = {1}, brakes[JOINTS] = {10, 10, 10, 10, 10, 10, 10};
+  double braking;
+  OK(punctual_robot_collide(robot, bent, JOINTS, all, NULL, &collision));
+  CHECK(collision.verdict == PUNCTUAL_ROBOT_VERDICT_FREE && collision.stop == PUNCTUAL_STOP_REASON_FINISHED);
+  CHECK(collision.shapes[0] == PUNCTUAL_NO_SHAPE && collision.work > 0);
+  OK(punctual_robot_measure(robot, bent, JOINTS, 1e-9, all, NULL, &clearance));
+  CHECK(clearance.low > 0.01 && clearance.high - clearance.low < 1e-3 && clearance.shapes[1] != PUNCTUAL_NO_SHAPE);
+
+  OK(punctual_robot_edge(robot, bent, beyond, JOINTS, 1, all, NULL, &motion));
+  CHECK(motion.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && motion.shapes[1] == post);
+  double touching = motion.touching_at;
+  CHECK(motion.free_until > 0.3 && motion.free_until <= touching && touching < 0.9);
+  int calls = 1;
+  OK(punctual_robot_edge(robot, bent, beyond, JOINTS, 1, punctual_budget_work(2000), NULL, &motion));
+  for (; motion.stop == PUNCTUAL_STOP_REASON_WORK_LIMIT; calls++) {
+    CHECK(motion.free_until <= touching);
+    OK(punctual_robot_edge_resume(robot, punctual_budget_work(2000), NULL, &motion));
+  }
+  CHECK(calls > 3 && fabs(motion.touching_at - touching) < 1e-4);
+
+  /* 2 rad in 2 s. */
+  OK(punctual_robot_horizon(robot, bent, turn, JOINTS, 0.2, all, NULL, &motion));
+  CHECK(motion.verdict == PUNCTUAL_ROBOT_VERDICT_FREE && motion.free_until == 0.2 && motion.touching_at > 1e300);
+  OK(punctual_robot_horizon(robot, bent, turn, JOINTS, 2, all, NULL, &motion));
+  CHECK(motion.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && fabs(motion.touching_at - 2 * touching) < 1e-3);
+  OK(punctual_robot_horizon(robot, bent, turn, JOINTS, 2, punctual_budget_work(0), NULL, &motion));
+  CHECK(motion.verdict == PUNCTUAL_ROBOT_VERDICT_UNDECIDED && motion.free_until == 0);
+  OK(punctual_robot_braking_time(turn, brakes, JOINTS, &braking));
+  CHECK(braking == 0.1 && punctual_robot_safe_speed(0.2, 0.001, braking) == 1);
+  CHECK(punctual_robot_safe_speed(0.001, 0.001, braking) < 0.2 && punctual_robot_safe_speed(0, 0.001, braking) == 0);
+}
+
+void robots(void) {
+  punctual_robot *robot;
+  punctual_mesh *cube;
+  punctual_tree *tree;
+  punctual_robot_collision collision = {.size = sizeof collision};
+  punctual_pose place = punctual_pose_identity();
+  size_t joints, length;
+  uint32_t post, load;
+  char name[6];
+  FAILS(punctual_robot_from_urdf("none.urdf", NULL, NULL, 0, &robot), BAD_FILE,
+        "punctual_robot_from_urdf: none.urdf: No such file or directory (os error 2)");
+  OK(punctual_robot_from_urdf("crates/robot/examples/arm7.urdf", NULL, NULL, 1, &robot));
+  OK(punctual_robot_joints(robot, &joints));
+  CHECK(joints == JOINTS);
+  OK(punctual_shape_cuboid(0.05f, 0.05f, 0.5f, 1, &cube));
+  OK(punctual_tree_new(cube, NULL, &tree));
+  place.m[3] = 0.35;
+  place.m[7] = 0.45;
+  place.m[11] = 0.5;
+  OK(punctual_robot_add(robot, "post 1", tree, place, NULL, &post));
+  OK(punctual_robot_shape_name(robot, post, name, sizeof name, &length));
+  CHECK(length == 6 && strcmp(name, "post ") == 0);
+  FAILS(punctual_robot_add(robot, "it", tree, place, "nose", &load), BAD_ARGUMENT,
+        "punctual_robot_add: there is no link nose");
+  questions(robot, post);
+  FAILS(punctual_robot_collide(robot, bent, 3, punctual_budget_unlimited(), NULL, &collision), BAD_ARGUMENT,
+        "punctual_robot_collide: 3 joint values, the robot has 7");
+
+  /* In the way, gone, and in the hand. */
+  place.m[7] = -0.19;
+  OK(punctual_robot_move(robot, post, place));
+  OK(punctual_robot_collide(robot, bent, JOINTS, punctual_budget_unlimited(), NULL, &collision));
+  CHECK(collision.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && collision.shapes[1] == post);
+  OK(punctual_robot_remove(robot, post));
+  FAILS(punctual_robot_remove(robot, post), BAD_ARGUMENT, "punctual_robot_remove: no such obstacle");
+  OK(punctual_robot_add(robot, "load", tree, punctual_pose_identity(), "flange", &load));
+  OK(punctual_robot_collide(robot, bent, JOINTS, punctual_budget_unlimited(), NULL, &collision));
+  CHECK(load == post + 1 && collision.verdict == PUNCTUAL_ROBOT_VERDICT_CONTACT && collision.shapes[1] == load);
+  punctual_robot_free(robot);
+  punctual_tree_free(tree);
+  punctual_mesh_free(cube);
+}

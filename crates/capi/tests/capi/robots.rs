@@ -1,0 +1,267 @@
+//! Robots: the answers of Rust, and what is refused.
+
+use std::ffi::CString;
+use std::ptr::{null, null_mut};
+
+use super::call::*;
+use ::punctual_robot::{
+    Checker, ClearanceOptions, Collision, EdgeOptions, Model, Shape, UrdfOptions,
+};
+use punctual::{Budget, Tree, shapes};
+use punctual_capi::{punctual_status as Status, *};
+
+const ARM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../robot/examples/arm7.urdf");
+const BENT: [f64; 7] = [-0.5, 1.2, 0.3, 0.4, 0.0, 0.2, 0.0];
+const TURN: [f64; 7] = [1.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0];
+
+fn text(text: &str) -> CString {
+    CString::new(text).unwrap()
+}
+
+/// The arm beside a cube, here and in Rust.
+fn arms() -> (Box<punctual_robot>, Checker, Box<punctual_tree>) {
+    let (urdf, name) = (text(ARM), text("cube"));
+    let mut ours =
+        owned(|robot| unsafe { punctual_robot_from_urdf(urdf.as_ptr(), null(), null(), 0, robot) });
+    let cube = owned(|mesh| punctual_shape_cuboid(0.1, 0.1, 0.4, 1, mesh));
+    let tree = tree_of(&cube);
+    let mut pose = punctual_pose_identity();
+    (pose.m[3], pose.m[7], pose.m[11]) = (0.35, 0.45, 0.5);
+    let shape = made(|shape| unsafe {
+        let robot = Some(&mut *ours);
+        punctual_robot_add(robot, name.as_ptr(), Some(&tree), pose, null(), shape)
+    });
+    let model = Model::from_urdf(ARM, &UrdfOptions::default()).unwrap();
+    let mut theirs = Checker::new(model.into());
+    let same = Shape::tree(Tree::new(shapes::cuboid([0.1, 0.1, 0.4], 1)).into());
+    let place = punctual::Pose::from_row_major(pose.m).unwrap();
+    assert_eq!(theirs.add("cube", place, same).unwrap().number(), shape);
+    (ours, theirs, tree)
+}
+
+#[test]
+fn robots_answer_as_in_rust() {
+    let (mut ours, mut theirs, _tree) = arms();
+    let then: Vec<f64> = BENT.iter().zip(TURN).map(|(q, v)| q + 2.0 * v).collect();
+    let numbers = |pair: Option<[::punctual_robot::ShapeId; 2]>| {
+        pair.map_or([PUNCTUAL_NO_SHAPE; 2], |pair| pair.map(|id| id.number()))
+    };
+    for work in [800, 6_000, u64::MAX] {
+        let (budget, same) = (punctual_budget_work(work), Budget::work(work));
+        for q in [&BENT, &then[..]] {
+            // SAFETY: arrays as long as said, no clock of the caller's.
+            let found = made(|out| unsafe {
+                punctual_robot_collide(Some(&mut ours), q.as_ptr(), 7, budget, None, slot(out))
+            });
+            let want = theirs.collide(q, same).unwrap();
+            let pair = match want.value {
+                Collision::Contact(pair) => Some(pair),
+                _ => None,
+            };
+            assert_eq!((found.work, found.shapes), (want.work, numbers(pair)));
+            assert_eq!(
+                found.verdict == punctual_robot_verdict::Free,
+                want.value == Collision::Free
+            );
+            let found = made(|out| unsafe {
+                punctual_robot_measure(
+                    Some(&mut ours),
+                    q.as_ptr(),
+                    7,
+                    1e-6,
+                    budget,
+                    None,
+                    slot(out),
+                )
+            });
+            let want = theirs
+                .clearance(q, &ClearanceOptions::default(), same)
+                .unwrap();
+            assert_eq!(
+                (found.low, found.high, found.work),
+                (want.value.low, want.value.high, want.work)
+            );
+            assert_eq!(found.points.map(|p| p.x), want.value.points.map(|p| p.x));
+            assert_eq!(
+                (found.normal.z, found.shapes),
+                (want.value.normal.z, numbers(want.value.pair))
+            );
+        }
+        for first in [0, 1] {
+            let options = if first > 0 {
+                EdgeOptions::first()
+            } else {
+                EdgeOptions::any()
+            };
+            let (from, to) = (BENT.as_ptr(), then.as_ptr());
+            let mut found = made(|out| unsafe {
+                punctual_robot_edge(Some(&mut ours), from, to, 7, first, budget, None, slot(out))
+            });
+            let mut want = theirs.edge(&BENT, &then, &options, same).unwrap();
+            if want.stop == punctual::StopReason::WorkLimit {
+                want = theirs.resume_edge(Budget::unlimited()).unwrap();
+                found = made(|out| unsafe {
+                    let all = punctual_budget_unlimited();
+                    punctual_robot_edge_resume(Some(&mut ours), all, None, slot(out))
+                });
+            }
+            assert_eq!(found.verdict, punctual_robot_verdict::Contact);
+            assert_eq!(
+                (found.free_until, found.work),
+                (want.value.free_until, want.work)
+            );
+            assert_eq!(Some(found.touching_at), want.value.touching_at);
+            assert_eq!(found.shapes, numbers(want.value.pair));
+        }
+        for seconds in [0.1, 2.0] {
+            let found = made(|out| unsafe {
+                let (q, v, robot) = (BENT.as_ptr(), TURN.as_ptr(), Some(&mut *ours));
+                punctual_robot_horizon(robot, q, v, 7, seconds, budget, None, slot(out))
+            });
+            let want = theirs.horizon(&BENT, &TURN, seconds, same).unwrap();
+            assert_eq!(
+                (found.free_until, found.work),
+                (want.value.free_until, want.work)
+            );
+            assert_eq!(
+                found.touching_at,
+                want.value.touching_at.unwrap_or(f64::INFINITY)
+            );
+            let is_free = want.value.free_until == seconds;
+            assert_eq!(found.verdict == punctual_robot_verdict::Free, is_free);
+        }
+    }
+    let brakes = [5.0; 7];
+    let braking =
+        made(|out| unsafe { punctual_robot_braking_time(TURN.as_ptr(), brakes.as_ptr(), 7, out) });
+    assert_eq!(braking, ::punctual_robot::braking_time(&TURN, &brakes));
+    let speed = ::punctual_robot::safe_speed(0.01, 0.001, braking);
+    assert_eq!(punctual_robot_safe_speed(0.01, 0.001, braking), speed);
+    assert_eq!(made(|out| punctual_robot_joints(Some(&ours), out)), 7);
+}
+
+#[test]
+fn robots_refuse_what_is_wrong() {
+    let (mut robot, _, tree) = arms();
+    let [urdf, name, nose, none] = [ARM, "it", "nose", "none.urdf"].map(text);
+    let pose = punctual_pose_identity();
+    let all = punctual_budget_unlimited();
+    let q = BENT.as_ptr();
+    // SAFETY: arrays and texts as said, no clock of the caller's.
+    unsafe {
+        null_is_seen(
+            punctual_robot_from_urdf(urdf.as_ptr(), null(), null(), 0, None),
+            "the place for the new handle",
+        );
+        null_is_seen(
+            punctual_robot_from_urdf(null(), null(), null(), 0, None),
+            "urdf",
+        );
+        let mut out = std::mem::MaybeUninit::uninit();
+        let status = punctual_robot_from_urdf(none.as_ptr(), null(), null(), 0, Some(&mut out));
+        assert_eq!(status, Status::BadFile);
+        assert!(last_error().contains("none.urdf"), "{}", last_error());
+        let mut shape = std::mem::MaybeUninit::uninit();
+        let ours = &mut *robot;
+        let mut add = |link: *const _, pose| {
+            punctual_robot_add(
+                Some(&mut *ours),
+                name.as_ptr(),
+                Some(&tree),
+                pose,
+                link,
+                Some(&mut shape),
+            )
+        };
+        fails(
+            add(nose.as_ptr(), pose),
+            Status::BadArgument,
+            "punctual_robot_add: there is no link nose",
+        );
+        let mut tilted = pose;
+        tilted.m[0] = 0.9995;
+        assert_eq!(add(null(), tilted), Status::BadArgument);
+        assert!(
+            last_error().contains("obstacle it: pose is off a rotation"),
+            "{}",
+            last_error()
+        );
+        null_is_seen(
+            punctual_robot_add(
+                None,
+                name.as_ptr(),
+                Some(&tree),
+                pose,
+                null(),
+                Some(&mut shape),
+            ),
+            "robot",
+        );
+        let ours = Some(&mut *robot);
+        null_is_seen(
+            punctual_robot_collide(ours, null(), 7, all, None, null_mut()),
+            "values",
+        );
+        let ours = Some(&mut *robot);
+        null_is_seen(
+            punctual_robot_collide(ours, q, 7, all, None, null_mut()),
+            "collision",
+        );
+        let mut collision =
+            made(|out| punctual_robot_collide(Some(&mut robot), q, 7, all, None, slot(out)));
+        let bad = [f64::NAN; 7];
+        let status =
+            punctual_robot_collide(Some(&mut robot), bad.as_ptr(), 7, all, None, &mut collision);
+        let text = "punctual_robot_collide: configuration 0: the value of joint joint1 is not finite or too large";
+        fails(status, Status::BadArgument, text);
+        let mut clearance =
+            made(|out| punctual_robot_measure(Some(&mut robot), q, 7, 0.1, all, None, slot(out)));
+        let status =
+            punctual_robot_measure(Some(&mut robot), q, 7, -1.0, all, None, &mut clearance);
+        let text = "punctual_robot_measure: tolerance is -1, which is negative or no number";
+        fails(status, Status::BadArgument, text);
+        let mut motion =
+            made(|out| punctual_robot_edge(Some(&mut robot), q, q, 7, 0, all, None, slot(out)));
+        let status = punctual_robot_edge_resume(Some(&mut robot), all, None, &mut motion);
+        fails(
+            status,
+            Status::NotResumable,
+            "punctual_robot_edge_resume: no stopped edge to resume",
+        );
+        let status = punctual_robot_horizon(
+            Some(&mut robot),
+            q,
+            q,
+            7,
+            f64::INFINITY,
+            all,
+            None,
+            &mut motion,
+        );
+        let text = "punctual_robot_horizon: seconds is inf, which is not finite or too large";
+        fails(status, Status::BadArgument, text);
+        null_is_seen(
+            punctual_robot_shape_name(Some(&robot), 0, null_mut(), 1, None),
+            "name",
+        );
+        null_is_seen(
+            punctual_robot_shape_name(Some(&robot), 0, null_mut(), 0, None),
+            "length",
+        );
+        null_is_seen(punctual_robot_braking_time(q, q, 7, None), "seconds");
+    }
+    null_is_seen(punctual_robot_joints(None, None), "robot");
+    let text = "punctual_robot_move: no such obstacle";
+    fails(
+        punctual_robot_move(Some(&mut robot), 0, pose),
+        Status::BadArgument,
+        text,
+    );
+    let text = "punctual_robot_remove: no such obstacle";
+    fails(
+        punctual_robot_remove(Some(&mut robot), 99),
+        Status::BadArgument,
+        text,
+    );
+    punctual_robot_free(None);
+}

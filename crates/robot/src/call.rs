@@ -1,0 +1,195 @@
+//! One call: what it asks about, what it has room in, and when it must stop.
+
+use punctual::distance::{self, Distance};
+use punctual::engine::{Ask, Deadline, Question};
+use punctual::intersection::Intersection;
+use punctual::{Budget, PairMemory, Query, StopReason, Verdict, Workspace};
+
+use crate::checker::Outcome;
+use crate::clearance::Bounds;
+use crate::edge::Run;
+use crate::order::{BOX_WORK, Fact};
+use crate::placement::Placement;
+use crate::shape::{Inner, holds_part};
+use crate::transform::{Transform, to_pose};
+use crate::world::World;
+
+/// Work of placing a body, and of the test of a pair's spheres, in units of a query's work.
+const WORK_PER_BODY: u64 = 64;
+const PAIRS_PER_WORK: usize = 8;
+
+/// What one thread needs. Its content changes no answer.
+#[derive(Debug, Default)]
+pub(crate) struct Room {
+    pub placement: Placement,
+    workspace: Workspace,
+    /// Bounds of a clearance.
+    pub bounds: Bounds,
+    pub run: Run,
+    /// The configuration at the end of a horizon.
+    pub then: Vec<f64>,
+    /// What was learned of the pairs in a round of a batch.
+    pub facts: Vec<Fact>,
+    /// What was near or met at the configurations before, by pair, since the time in `stamps`.
+    memory: Vec<PairMemory>,
+    stamps: Vec<u64>,
+    stamp: u64,
+    /// True if the workspace holds a stopped query that is to be resumed.
+    is_stopped: bool,
+}
+
+impl Room {
+    pub fn sync(&mut self, world: &World) {
+        self.placement.sync(world);
+        self.memory
+            .resize_with(world.pairs.len(), PairMemory::without_clearance);
+        self.stamps.resize(world.pairs.len(), 0);
+        self.begin();
+    }
+
+    /// Begins a call: nothing is remembered, and nothing can be resumed.
+    pub fn begin(&mut self) {
+        self.stamp += 1;
+        self.is_stopped = false;
+        self.run.is_stopped = false;
+    }
+}
+
+pub(crate) struct Call<'c> {
+    pub world: &'c World,
+    pub order: &'c [u32],
+    pub facts: &'c mut [Fact],
+    pub room: &'c mut Room,
+    pub deadline: Deadline<'c>,
+}
+
+impl<'c> Call<'c> {
+    pub fn outcome<T>(&self, value: T, stop: StopReason) -> Outcome<T> {
+        Outcome {
+            value,
+            stop,
+            work: self.deadline.done(),
+            elapsed: self.deadline.elapsed(),
+        }
+    }
+
+    /// Places the robot. The error is the reason why the call must stop.
+    pub fn put(&mut self, configuration: &[f64]) -> Result<(), StopReason> {
+        let bodies = self.world.model.bodies.len() as u64 * WORK_PER_BODY;
+        self.pay(bodies + (self.world.pairs.len() / PAIRS_PER_WORK) as u64)?;
+        self.room.placement.put(self.world, configuration);
+        Ok(())
+    }
+
+    /// Pays for work outside of queries; an error if there is no room for it.
+    pub fn pay(&mut self, work: u64) -> Result<(), StopReason> {
+        // A budget of work may be exceeded by a step, so that each call makes progress; one of time
+        // should not be.
+        let need = if self.deadline.is_timed() { work } else { 1 };
+        if !self.deadline.has_room(need) {
+            return Err(self.deadline.why(need));
+        }
+        self.deadline.spend(work);
+        Ok(())
+    }
+
+    /// Asks the pairs from `cursor` on until one meets. After an error the cursor is at the pair
+    /// whose query was stopped.
+    pub fn find(&mut self, cursor: &mut usize) -> Result<Option<u32>, StopReason> {
+        while let Some(&pair) = self.order.get(*cursor) {
+            let slot = self.world.pairs[pair as usize].slot;
+            if self.room.placement.is_near(slot) {
+                let before = self.deadline.done();
+                let met = self.meets(pair, false)?;
+                self.facts[pair as usize].add(&Fact {
+                    asked: 1,
+                    met: u64::from(met),
+                    work: self.deadline.done() - before,
+                });
+                if met {
+                    return Ok(Some(pair));
+                }
+            }
+            *cursor += 1;
+        }
+        Ok(None)
+    }
+
+    /// The shapes of a pair, and the pose of the second in the frame of the first.
+    pub fn pair(&mut self, pair: u32) -> ([&'c Inner; 2], Transform) {
+        let pair = &self.world.pairs[pair as usize];
+        let shapes = [pair.a, pair.b].map(|i| self.world.shapes[i as usize].shape.inner());
+        (shapes, self.room.placement.b_in_a(self.world, pair))
+    }
+
+    /// Whether the shapes of a pair meet. The memory is of earlier configurations of the same call.
+    pub fn meets(&mut self, pair: u32, with_memory: bool) -> Result<bool, StopReason> {
+        let ([a, b], b_in_a) = self.pair(pair);
+        if !self.room.is_stopped {
+            self.pay(BOX_WORK)?;
+            if self.room.placement.box_gap([a, b], &b_in_a) > 0.0 {
+                return Ok(false);
+            }
+            if holds_part(a, b, &b_in_a) {
+                return Ok(true);
+            }
+        }
+        let memory = with_memory.then_some(pair);
+        let (pose, margins) = (to_pose(&b_in_a), [a.margin, b.margin]);
+        if margins != [0.0; 2] {
+            let query = Query::distance(&a.tree, &b.tree, pose).margins(margins);
+            let (bounds, end) = self.run(&query.closer_than(0.0), memory);
+            // What f64 cannot tell from touching counts as touching.
+            return end.map(|()| bounds.closer != Some(false));
+        }
+        let query = Query::<Intersection>::intersection(&a.tree, &b.tree, pose);
+        let (verdict, end) = self.run(&query, memory);
+        end.map(|()| verdict != Verdict::Separated)
+    }
+
+    /// Bounds of the distance of a pair's surfaces, final unless the call must stop.
+    pub fn distance(
+        &mut self,
+        pair: u32,
+        ask: impl for<'q> Fn(Query<'q, Distance>) -> Query<'q, Distance>,
+    ) -> (distance::Bounds, Result<(), StopReason>) {
+        let ([a, b], b_in_a) = self.pair(pair);
+        let query =
+            Query::distance(&a.tree, &b.tree, to_pose(&b_in_a)).margins([a.margin, b.margin]);
+        self.run(&ask(query), Some(pair))
+    }
+
+    /// Runs a query of surfaces, or goes on with it if it was stopped. Its plan does not depend on
+    /// the budget, so that budgets of work may cut it anywhere.
+    fn run<Q: Question>(
+        &mut self,
+        query: &Query<'_, Q>,
+        memory: Option<u32>,
+    ) -> (Q::Value, Result<(), StopReason>)
+    where
+        for<'t> Query<'t, Q>: Ask<Q>,
+    {
+        let room = &mut *self.room;
+        let mut memory = memory.map(|pair| {
+            let (memory, stamp) = (
+                &mut room.memory[pair as usize],
+                &mut room.stamps[pair as usize],
+            );
+            if *stamp != room.stamp {
+                (*memory, *stamp) = (PairMemory::without_clearance(), room.stamp);
+            }
+            memory
+        });
+        if !(room.is_stopped && query.is_stopped_in(&room.workspace)) {
+            query.begin(&mut room.workspace, memory.as_deref(), Budget::unlimited());
+        }
+        let answer = query.spend(&mut room.workspace, memory.take(), &mut self.deadline);
+        room.is_stopped = !answer.stop.is_final();
+        let end = if room.is_stopped {
+            Err(answer.stop)
+        } else {
+            Ok(())
+        };
+        (answer.value, end)
+    }
+}

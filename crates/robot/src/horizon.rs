@@ -1,0 +1,79 @@
+//! A controller's question: for how long is the robot free if it goes on as it does?
+
+use punctual::clock::ClockedBudget;
+
+use crate::checker::Outcome;
+use crate::{Checker, Edge, EdgeOptions, RobotError};
+
+/// The largest share of the speed (0 to 1) with which a robot that is free for `free_for` seconds
+/// at full speed may go on for `cycle` seconds, and then still stop in time.
+///
+/// `braking` is the time in seconds in which it stops from the full speed at a constant
+/// deceleration, all joints in proportion ([`braking_time`]). At the share `s` it stops in `s
+/// braking`, on half of the way: `s cycle + s s braking / 2 <= free_for`.
+pub fn safe_speed(free_for: f64, cycle: f64, braking: f64) -> f64 {
+    let root = (cycle * cycle + 2.0 * braking * free_for).sqrt();
+    let share = 2.0 * free_for / (cycle + root) * (1.0 - 1e-12);
+    match share < 1.0 {
+        true => share,
+        // Not a number where nothing is proven and nothing needed.
+        false => f64::from(free_for > 0.0),
+    }
+}
+
+/// The time in seconds in which joints with these velocities stop, all in proportion, so that they
+/// stay on their straight line, if each can decelerate so much (rad/s^2 or m/s^2).
+pub fn braking_time(velocity: &[f64], decelerations: &[f64]) -> f64 {
+    let each = velocity.iter().zip(decelerations);
+    each.map(|(v, a)| v.abs() / a).fold(0.0, f64::max)
+}
+
+impl Checker {
+    /// For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most
+    /// for these seconds; what is not above 0 counts as 0. Times of the answer are seconds.
+    ///
+    /// **Guarantee.** As that of [`Checker::edge`], which seeks the first contact here: the near
+    /// future is proven first, so a budget that ends early leaves a shorter `free_until`.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::JointValue`], of the configurations now and then.
+    ///
+    /// ```no_run
+    /// # use punctual::Budget;
+    /// # use punctual_robot::{Checker, RobotError, braking_time, safe_speed};
+    /// # fn cycle(checker: &mut Checker, q: [f64; 7], velocity: [f64; 7]) -> Result<(), RobotError> {
+    /// let budget = Budget::time(std::time::Duration::from_micros(200));
+    /// let ahead = checker.horizon(&q, &velocity, 0.1, budget)?.value;
+    /// let speed = safe_speed(ahead.free_until, 0.001, braking_time(&velocity, &[10.0; 7]));
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn horizon<'c>(
+        &mut self,
+        configuration: &[f64],
+        velocity: &[f64],
+        seconds: f64,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Outcome<Edge>, RobotError> {
+        self.model().check(velocity)?;
+        let seconds = seconds.max(0.0);
+        let ways = velocity.iter().map(|v| v * seconds);
+        let mut then = std::mem::take(&mut self.room.then);
+        then.clear();
+        then.extend(configuration.iter().zip(ways).map(|(q, way)| q + way));
+        let edge = self.edge(configuration, &then, &EdgeOptions::first(), budget);
+        self.room.then = then;
+        let mut found = edge?;
+        let Edge {
+            free_until,
+            touching_at,
+            ..
+        } = &mut found.value;
+        *free_until = match *free_until {
+            1.0 => seconds,
+            share => (share * seconds).next_down().max(0.0),
+        };
+        *touching_at = touching_at.map(|share| share * seconds);
+        Ok(found)
+    }
+}
