@@ -16,13 +16,12 @@
  *   10. Distance: how far apart are they?
  *   11. Contacts: where do they touch?
  *   12. Motion: until when are they free?
- *   13. Push-out: what parts them?
- *   14. Penetration: how deep are they?
- *   15. Rays: what do they hit?
- *   16. Points: are they inside a solid?
- *   17. Scenes: many bodies, one budget a frame
- *   18. Robots: is a motion free?
- *   19. Calibration: probabilities that learn
+ *   13. Penetration: how deep are they, and what parts them?
+ *   14. Rays: what do they hit?
+ *   15. Points: are they inside a solid?
+ *   16. Scenes: many bodies, one budget a frame
+ *   17. Robots: is a motion free?
+ *   18. Calibration: probabilities that learn
  *
  * Errors. What can fail returns a punctual_status, and has then written no output. punctual_last_error() tells in words what
  * was wrong and where. No call ends the process, but for two cases that no library can return from: memory runs out while a
@@ -2379,112 +2378,7 @@ punctual_status punctual_motion_query_open_boxes(const struct punctual_motion_qu
                                                  size_t *count);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 13. Push-out: what parts them?
- * -------------------------------------------------------------------------------------------------------------------- */
-
-/**
- * The question which way, and how far, B has to be moved until the surfaces no longer meet. Plain data, made by
- * `punctual_push_out_query_new`, one for each pose; it borrows the trees.
- */
-typedef struct punctual_push_out_query {
-  /**
-   * Its size in bytes, as made.
-   */
-  uint32_t size;
-  /**
-   * Stop after this many exact queries. UINT32_MAX by default: the search ends by itself.
-   */
-  uint32_t query_limit;
-  /**
-   * Tree A.
-   */
-  const struct punctual_tree *a;
-  /**
-   * Tree B; it may be the same.
-   */
-  const struct punctual_tree *b;
-  /**
-   * Brings coordinates of B into those of A.
-   */
-  struct punctual_pose b_in_a;
-} punctual_push_out_query;
-
-/**
- * The answer: the shortest push found. There may be a shorter one.
- */
-typedef struct punctual_push_out {
-  /**
-   * Its size in bytes, to be set before the call.
-   */
-  uint32_t size;
-  /**
-   * Whether the budget sufficed for one; if not, direction, distance and pose are zeros.
-   */
-  bool has_push;
-  /**
-   * Where B moves to, a unit vector in A's frame; the x axis if the surfaces do not meet anyway.
-   */
-  struct punctual_point direction;
-  /**
-   * How far, in the unit of the meshes; 0 if the surfaces do not meet anyway.
-   */
-  double distance;
-  /**
-   * The pose after the push. Proven: no triangle of A shares a point with one of B there.
-   */
-  struct punctual_pose b_in_a;
-  /**
-   * Exact queries that were run.
-   */
-  uint32_t queries;
-  /**
-   * Why it returned; STOP_REASON_FINISHED also at the limit of queries.
-   */
-  punctual_stop_reason stop;
-  /**
-   * Units of work.
-   */
-  uint64_t work;
-  /**
-   * Time in nanoseconds; -1 if it was not measured, which it is only under a time budget.
-   */
-  int64_t elapsed;
-} punctual_push_out;
-
-/**
- * What `punctual_push_out_query_new` calls: writes as many bytes as the caller's struct has.
- */
-void punctual_push_out_query_init(struct punctual_push_out_query *query,
-                                  size_t size,
-                                  const struct punctual_tree *a,
-                                  const struct punctual_tree *b,
-                                  struct punctual_pose b_in_a);
-
-/**
- * The question how `b` is pushed out of `a`, with the default options. Checked when it is run.
- */
-PUNCTUAL_INLINE punctual_push_out_query punctual_push_out_query_new(const struct punctual_tree *a,
-                                                                    const struct punctual_tree *b,
-                                                                    struct punctual_pose b_in_a) {
-  punctual_push_out_query query;
-  punctual_push_out_query_init(&query, sizeof query, a, b, b_in_a);
-  return query;
-}
-
-/**
- * Looks for a push within a budget. More budget of work never gives a longer one. It does not allocate, lock or panic; afterwards
- * the workspace holds nothing that could be resumed. `clock` may be null: the clock of the system.
- *
- * Fails with NULL, BAD_POSE, BAD_ARGUMENT or POISONED before it has begun; the workspace is unchanged then.
- */
-punctual_status punctual_push_out_query_run(const struct punctual_push_out_query *query,
-                                            struct punctual_workspace *workspace,
-                                            struct punctual_budget budget,
-                                            const struct punctual_clock *clock,
-                                            struct punctual_push_out *push);
-
-/* --------------------------------------------------------------------------------------------------------------------
- * 14. Penetration: how deep are they?
+ * 13. Penetration: how deep are they, and what parts them?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2506,7 +2400,12 @@ typedef struct punctual_penetration_query {
    * Whether closed components of trees that were built as solids are solids: 0 or not 0. Then a body inside of the other
    * penetrates it. 0 by default.
    */
-  uint32_t solid;
+  uint16_t solid;
+  /**
+   * Whether only a short push is looked for, so that low stays 0: 0 or not 0. The query is then finished when it has tried
+   * 32 directions all around and turned the best one. 0 by default.
+   */
+  uint16_t push_only;
   /**
    * Tree A.
    */
@@ -2550,6 +2449,10 @@ typedef struct punctual_penetration {
    * The length of the push; 0 if they are apart, infinite if none is known.
    */
   double high;
+  /**
+   * The pose after the push, at which they are apart: proven. The pose of the query if no push is known.
+   */
+  struct punctual_pose b_in_a;
   /**
    * Why it returned.
    */
@@ -2618,7 +2521,7 @@ punctual_status punctual_penetration_query_resume(const struct punctual_penetrat
                                                   struct punctual_penetration *penetration);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 15. Rays: what do they hit?
+ * 14. Rays: what do they hit?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -2964,7 +2867,7 @@ punctual_status punctual_ray_batch_resume(const struct punctual_ray_batch *batch
                                           struct punctual_ray_batch_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 16. Points: are they inside a solid?
+ * 15. Points: are they inside a solid?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -3098,7 +3001,7 @@ punctual_status punctual_points_resume(const struct punctual_tree *tree,
                                        struct punctual_points_outcome *outcome);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 17. Scenes: many bodies, one budget a frame
+ * 16. Scenes: many bodies, one budget a frame
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -3262,6 +3165,14 @@ typedef struct punctual_body {
    * By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
    */
   double margin;
+  /**
+   * Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points.
+   */
+  bool is_sensor;
+  /**
+   * Any value of yours, 0 by default; the scene ignores it.
+   */
+  uint64_t data;
 } punctual_body;
 
 /**
@@ -3625,27 +3536,27 @@ typedef struct punctual_group_distance {
 } punctual_group_distance;
 
 /**
- * A place where two bodies touch, in the coordinates of the scene: one of the few that stand for a patch of contacts.
+ * A point where two bodies touch: one of at most four of a manifold, fixed to both bodies.
  */
 typedef struct punctual_contact_point {
   /**
-   * The patch it belongs to. It stays the same from frame to frame while the patch has a triangle in common with what it was.
+   * The manifold that it belongs to: the same from frame to frame while the manifold keeps a point.
    */
-  uint64_t patch;
+  uint64_t manifold;
   /**
-   * Triangle of the body of the lower index, and of the other one.
+   * The same from frame to frame while the point stays near its place on one of the bodies.
    */
-  struct punctual_triangle_pair triangles;
+  uint64_t id;
   /**
-   * The closest points of these triangles. Of triangles that meet both are the middle of the segment in which they do.
+   * The point on the body of the lower index, in the coordinates of its mesh, and on the other one, in those of its own.
    */
   struct punctual_point points[2];
   /**
-   * Unit vector: moved along it, the body of the lower index parts from the other.
+   * Unit vector in the coordinates of the first body, from the second to the first.
    */
   struct punctual_point normal;
   /**
-   * How far apart the triangles are, without margins; 0 only if they meet.
+   * Signed distance along the normal where it was found, without margins; negative where the bodies are sunk into each other.
    */
   double distance;
 } punctual_contact_point;
@@ -3663,13 +3574,16 @@ typedef struct punctual_contact_points {
    */
   size_t count;
   /**
-   * Every contact within the margins that no point stands for is at least so far away, up to some roundings; infinite if there
-   * is none, and 0 if nothing is known.
+   * The surfaces were at least so far apart wherever no point stands for a contact when the points were found, margins not
+   * subtracted; 0 if nothing is known.
    */
   double low;
   /**
-   * Frames since this was found. 0: it holds for the bodies where they were in the last frame. As many as there were if
-   * nothing is known.
+   * How far the surfaces have moved relative to each other since then, at most; infinite if nothing is known.
+   */
+  double drift;
+  /**
+   * Frames since this was found. As many as there were if nothing is known.
    */
   uint64_t age;
 } punctual_contact_points;
@@ -4096,6 +4010,15 @@ punctual_status punctual_scene_group_distances(const struct punctual_scene *scen
                                                size_t *count);
 
 /**
+ * Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, as if filters excluded it. Forgotten with
+ * one of its bodies. Fails with BAD_ARGUMENT if both bodies are the same.
+ */
+punctual_status punctual_scene_ignore(struct punctual_scene *scene,
+                                      struct punctual_body_id x,
+                                      struct punctual_body_id y,
+                                      bool ignores);
+
+/**
  * Finds where bodies touch from the next frame on, of all pairs that meet: `punctual_scene_contact_points`.
  */
 punctual_status punctual_scene_find_contacts(struct punctual_scene *scene);
@@ -4116,7 +4039,7 @@ punctual_status punctual_scene_stop_finding_contacts_of(struct punctual_scene *s
 
 /**
  * Where two bodies touch, as far as the frames up to the last have found, if that is asked for; no points if they were found
- * apart. As many as `capacity` allows are written to `points`, the nearest patch first, and what is known of all to `found`.
+ * apart. As many as `capacity` allows are written to `points`, the deepest manifold first, and what is known of all to `found`.
  * Fails with BAD_ARGUMENT if both bodies are the same.
  */
 punctual_status punctual_scene_contact_points(const struct punctual_scene *scene,
@@ -4137,7 +4060,7 @@ punctual_status punctual_scene_set_question_importance(struct punctual_scene *sc
                                                        float importance);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 18. Robots: is a motion free?
+ * 17. Robots: is a motion free?
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -4428,7 +4351,7 @@ double punctual_robot_safe_speed(double free_until,
                                  double braking);
 
 /* --------------------------------------------------------------------------------------------------------------------
- * 19. Calibration: probabilities that learn
+ * 18. Calibration: probabilities that learn
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**

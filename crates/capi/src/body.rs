@@ -82,9 +82,11 @@ pub struct punctual_body<'t> {
     pub margin: f64,
     /// Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points.
     pub is_sensor: bool,
+    /// Any value of yours, 0 by default; the scene ignores it.
+    pub data: u64,
 }
 
-grows!(punctual_body<'_>: size, pose..is_sensor);
+grows!(punctual_body<'_>: size, pose..data);
 
 impl punctual_body<'_> {
     pub(crate) fn check(self) -> Result<Body, Fault> {
@@ -102,7 +104,7 @@ impl punctual_body<'_> {
             .filter(Filter::new(self.groups, self.mask))
             .importance(self.importance)
             .margin(self.margin);
-        body.is_sensor = self.is_sensor;
+        (body.is_sensor, body.data) = (self.is_sensor, self.data);
         Ok(body)
     }
 }
@@ -119,6 +121,7 @@ impl From<&Body> for punctual_body<'_> {
             importance,
             margin,
             is_sensor,
+            data,
             ..
         } = *body;
         Self {
@@ -131,6 +134,7 @@ impl From<&Body> for punctual_body<'_> {
             importance,
             margin,
             is_sensor,
+            data,
         }
     }
 }
@@ -149,6 +153,7 @@ impl Default for punctual_body<'_> {
             importance: 0.0,
             margin: 0.0,
             is_sensor: false,
+            data: 0,
         }
     }
 }
