@@ -30,7 +30,7 @@ pub enum Operand {
 
 named!(Operand { A => "a", B => "b" });
 
-/// What a run knows of containment.
+/// The state of a run's question about containment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Containment {
     /// Nothing is known yet.
@@ -87,8 +87,8 @@ impl<Q> Query<'_, Q> {
         self.is_open_in(workspace).then_some(stop)
     }
 
-    /// Continues to find out whether one body has a vertex inside the other.
-    /// What the run has in the frontier stays there.
+    /// Continues to find out whether one body has a vertex inside the other. The frontier of the run
+    /// keeps its pairs.
     #[cold]
     pub(super) fn ask_containment(
         &self,

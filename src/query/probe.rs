@@ -141,7 +141,7 @@ impl Kernel for &mut Probe<'_> {
     }
 }
 
-/// What pairs are replaced by in a run that finds all intersections.
+/// The children that replace pairs in a run that finds all intersections.
 pub(super) struct Children {
     /// The work of opening all pairs.
     pub stats: Stats,

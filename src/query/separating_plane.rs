@@ -60,7 +60,7 @@ impl SeparatingPlane {
 /// Upper bound of the length of a direction.
 const LONGEST: f32 = 1.000_01;
 
-/// How much farther a corner may extend that is not among the extremes, in unit coordinates.
+/// Bound on the distance, in unit coordinates, by which a corner extends beyond the extremes.
 const LEFT_OUT: f32 = 96.0 * ROUNDING;
 
 struct Search<'s> {

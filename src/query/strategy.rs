@@ -26,7 +26,7 @@ const QUEUE_THRESHOLD: f32 = 48.0;
 const ORDER_THRESHOLD: f32 = 128.0;
 
 /// Curves are traced until the traversal has done this much work for each node pair on the
-/// frontier. A pair takes about 800 units, so this is about a fourth of all work.
+/// frontier: about a fourth of all work, because a pair takes about 800 units.
 const WORK_PER_PAIR: u64 = 200;
 
 /// Triangle pairs that wait before they are tested, if the first hit should come soon.

@@ -25,13 +25,14 @@ const HITS: usize = 64;
 #[derive(Clone, Debug)]
 pub(super) struct Trace {
     pub known: Known,
-    /// Number of pairs found along curves, and of those that the traversal has reached since.
+    /// Number of pairs found along curves.
     pub followed: u64,
+    /// Number of these pairs that the traversal has reached since.
     pub passed: u64,
     /// Work of tracing.
     pub work: u64,
-    /// Pairs (tree order) found by tests, and the edges that certainly cross the other triangle:
-    /// one bit each for 01, 12 and 20 of A, then those of B.
+    /// Pairs (tree order) found by tests. The bits are the edges that certainly cross the other
+    /// triangle: 01, 12 and 20 of A, then those of B.
     pub hits: ArrayVec<([u32; 2], u32), HITS>,
     pub ends: [End; 2],
     /// The placement of the vertices of both sides in A's frame: three columns and the translation.

@@ -73,9 +73,9 @@ pub(crate) struct Candidate {
 #[derive(Clone, Debug)]
 pub(crate) struct RayState {
     pub mode: RayMode,
-    /// The current ray of a stopped run; the number of rays of the batch that are done; and the
-    /// number after it.
+    /// The current ray of a stopped run.
     pub ray: Option<Ray>,
+    /// Numbers of rays of the batch before the current one and after it.
     pub done: usize,
     pub after: usize,
     /// The best hit of the current ray so far.

@@ -2,9 +2,6 @@
 
 use core::array::from_fn;
 use core::cmp::Ordering;
-use std::println;
-use std::string::String;
-use std::vec::Vec;
 
 use glam::{DMat3, DVec3};
 
