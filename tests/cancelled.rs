@@ -121,7 +121,8 @@ fn every_question_can_be_cancelled() {
         ends_soon(passage.stop, passage.stats.work);
         assert!(passage.value.upper.is_none() && passage.value.lower < 1.0);
 
-        let push = PenetrationQuery::new(&tree, &tree, Pose::IDENTITY)
+        let deep = Pose::new(DMat3::IDENTITY, DVec3::new(0.2, 0.1, 0.3)).unwrap();
+        let push = PenetrationQuery::new(&tree, &tree, deep)
             .run(&mut PenetrationWorkspace::new(), budget.clock(&clock));
         ends_soon(push.stop, push.stats.work);
 

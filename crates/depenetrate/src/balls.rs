@@ -1,8 +1,8 @@
 //! Balls inside of the bodies, which are grown where a push is blocked.
 //!
-//! A ball that touches the surface at a foot has its center on the normal there. The ball shrinks
-//! to the nearest point of the surface, until no nearer one is found: then it touches the surface
-//! at two places, and no ball that contains it is inside.
+//! A ball that touches the surface at its foot has its center on the normal there. It begins large
+//! and shrinks until it touches the nearest point of the surface too. Then the body has no larger
+//! ball with this foot. What is proven is the distance from the center to the surface.
 
 use super::PenetrationQuery;
 use super::directions::normal;
@@ -28,8 +28,8 @@ pub(super) struct Seed {
     of_b: bool,
     center: DVec3,
     radius: f64,
-    /// The point of the surface at which it touches, and the normal there. `None` if the center is
-    /// what is known.
+    /// The point of the surface at which it touches, and the normal there. `None` if only the center
+    /// is known.
     foot: Option<(DVec3, DVec3)>,
     left: u32,
 }
@@ -40,7 +40,7 @@ impl Machine<'_, '_, '_> {
         self.state.longest[usize::from(of_b)] > 0.0
     }
 
-    /// Keeps a point, and raises `low` by the balls that it gives.
+    /// Keeps a point and the balls that it gives, if they may be of use, and raises `low` by them.
     fn keep(&mut self, point: Point) {
         let state = &mut *self.state;
         let (rounding, longest) = (state.rounding, state.longest);
@@ -55,8 +55,17 @@ impl Machine<'_, '_, '_> {
     pub(super) fn learn(&mut self, id: [u32; 2], direction: DVec3) {
         let corners = self.corners(id);
         self.sets.add_pair(id, Pair::new(corners));
-        for of_b in [false, true] {
-            self.keep_deepest(of_b, &corners[usize::from(of_b)], direction);
+        for (of_b, corners) in [false, true].into_iter().zip(corners) {
+            if let Some(place) = deepest(of_b, corners.into_iter(), direction)
+                && self.has_inside(!of_b)
+            {
+                let radius = 0.0;
+                self.keep(Point {
+                    of_b,
+                    place,
+                    radius,
+                });
+            }
         }
     }
 
@@ -68,39 +77,18 @@ impl Machine<'_, '_, '_> {
         let middle = 0.5 * (a.min.max(b.min) + a.max.min(b.max));
         self.plant(false, middle, None);
         self.plant(true, self.state.back.transform_point(middle), None);
-        for of_b in [false, true] {
+        let corners = [false, true].map(|of_b| {
             let corners = self.sets.corners(of_b);
-            if let Some(place) = deepest(of_b, corners, self.state.direction) {
-                self.keep_deepest(of_b, &[place], self.state.direction);
-                let place = if of_b {
-                    place
-                } else {
-                    self.state.back.transform_point(place)
-                };
-                self.plant(!of_b, place, None);
-            }
-        }
-    }
-
-    /// Keeps the corner of A (of B) that is deepest in the other body for a push along `direction`.
-    fn keep_deepest(&mut self, of_b: bool, corners: &[DVec3], direction: DVec3) {
-        if self.has_inside(!of_b)
-            && let Some(place) = deepest(of_b, corners.iter().copied(), direction)
-        {
-            let radius = 0.0;
-            self.keep(Point {
-                of_b,
-                place,
-                radius,
-            });
+            deepest(of_b, corners, self.state.direction)
+        });
+        if let [Some(of_a), Some(of_b)] = corners {
+            self.plant(false, of_b, None);
+            self.plant(true, self.state.back.transform_point(of_a), None);
         }
     }
 
     /// Plants a ball in each body where they block a push.
     pub(super) fn sow(&mut self, obstacle: Verdict, at: DVec3) {
-        if self.asked.asked.push_only {
-            return;
-        }
         match obstacle {
             Verdict::Intersecting { witness } => {
                 let [a, b] = self.corners(witness);
@@ -117,11 +105,9 @@ impl Machine<'_, '_, '_> {
                 let of_b = inner == Operand::B;
                 let corners = self.asked.tree(of_b).mesh().triangle(0);
                 let foot = (corners[0] + corners[1] + corners[2]) / 3.0;
-                let pose = &self.asked.asked.b_in_a;
-                let other = if of_b {
-                    pose.transform_point(foot) + at
-                } else {
-                    self.state.back.transform_point(foot - at)
+                let other = match inner {
+                    Operand::A => self.state.back.transform_point(foot - at),
+                    Operand::B => self.asked.asked.b_in_a.transform_point(foot) + at,
                 };
                 self.plant(of_b, foot, Some(normal(&corners)));
                 self.plant(!of_b, other, None);
@@ -131,7 +117,7 @@ impl Machine<'_, '_, '_> {
     }
 
     fn plant(&mut self, of_b: bool, place: DVec3, normal: Option<DVec3>) {
-        if !self.has_inside(of_b) {
+        if self.asked.asked.push_only || !self.has_inside(of_b) {
             return;
         }
         let radius = 0.5 * self.size();
@@ -235,15 +221,14 @@ impl PenetrationQuery<'_> {
             return 0.0;
         };
         let pose = &self.asked.b_in_a;
-        match (
-            inside.is_closed(),
-            self.asked.solid,
-            solid.components().len(),
-            pose.inverse(),
-        ) {
-            (true, true, _, Ok(_)) => return f64::INFINITY,
-            (true, false, 1, Ok(_)) => {}
-            _ => return 0.0,
+        if !inside.is_closed() || pose.inverse().is_err() {
+            return 0.0;
+        }
+        if self.asked.solid {
+            return f64::INFINITY;
+        }
+        if solid.components().len() != 1 {
+            return 0.0;
         }
         let bounds = if of_b {
             body.aabb_at(pose)

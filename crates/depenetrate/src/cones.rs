@@ -21,6 +21,7 @@ impl Machine<'_, '_, '_> {
         self.pay(2 * WORK_PER_PROOF)?;
         let rounding = self.state.rounding;
         if let Some((margin, pair)) = &self.state.widest
+            && !self.asked.asked.push_only
             && 0.9 * margin > 64.0 * rounding
             && pair.fills_cube(0.9 * margin)
         {
@@ -30,13 +31,13 @@ impl Machine<'_, '_, '_> {
         let radius = self.state.low;
         self.state.job = if !self.state.seeds.is_empty() && radius < DEEP * self.state.high {
             Job::Grow
-        } else if self.asked.asked.push_only || radius <= 64.0 * rounding {
+        } else if radius <= 64.0 * rounding {
             self.explore_all()
         } else {
+            self.state.seeds.clear();
             for cone in Cone::all_around(radius) {
                 self.add_cone(cone);
             }
-            self.state.seeds.clear();
             Job::Pick
         };
         Ok(())
@@ -146,21 +147,17 @@ impl Machine<'_, '_, '_> {
     /// Splits the cone in hand.
     pub(super) fn split(&mut self) -> Step {
         self.pay(600)?;
+        let has_room = self.sets.cones.len() + 3 <= CONES;
+        let hand = self.state.hand.take().filter(|_| has_room);
+        let parts = hand.and_then(|mut hand| {
+            hand.cone.radius = hand.proven;
+            Some((hand.index, hand.cone.split()?))
+        });
         self.state.job = Job::Over;
-        if let Some(Hand {
-            index,
-            mut cone,
-            proven,
-            ..
-        }) = self.state.hand.take()
-            && let has_room = self.sets.cones.len() + 3 <= CONES
-            && let Some([first, rest @ ..]) = {
-                cone.radius = proven;
-                cone.split().filter(|_| has_room)
-            }
-        {
+        if let Some((index, [first, rest @ ..])) = parts {
             self.sets.cones[index] = first;
-            self.sets.open.push(Reverse((proven.to_bits(), index)));
+            let key = (first.radius.to_bits(), index);
+            self.sets.open.push(Reverse(key));
             rest.into_iter().for_each(|cone| self.add_cone(cone));
             self.state.job = Job::Pick;
         }

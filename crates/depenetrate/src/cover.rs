@@ -40,8 +40,8 @@ pub(super) struct Cone {
     pub radius: f64,
     pub directions: [DVec3; 3],
     /// Distance of the plane through the directions from 0, and the radius of the circle in them.
-    pub plane: f64,
-    pub inradius: f64,
+    plane: f64,
+    inradius: f64,
     level: u8,
 }
 
@@ -96,11 +96,9 @@ impl Cone {
         let along = self.directions.map(|d| d + widening * (d - middle));
         let inner = self.radius - 8.0 * rounding;
         (widening <= MOST_WIDENING && inner > 0.0).then_some(Rays {
+            cone: *self,
             along,
             inner,
-            plane: self.plane,
-            size: self.inradius,
-            radius: self.radius,
             rounding,
         })
     }
@@ -109,13 +107,10 @@ impl Cone {
 /// The three rays of a cone, slightly widened, with what a set has to contain of them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rays {
+    cone: Cone,
     along: [DVec3; 3],
     /// Length of the inner points.
     inner: f64,
-    plane: f64,
-    /// Radius of the circle in the flat triangle.
-    size: f64,
-    radius: f64,
     rounding: f64,
 }
 
@@ -157,19 +152,19 @@ impl Rays {
     fn advance(&self, reach: [f64; 3]) -> Option<Advance> {
         let [p, q, r] = reach;
         let (least, most) = (p.min(q).min(r), p.max(q).max(r));
-        if !(least > self.radius && most < f64::INFINITY) {
+        if !(least > self.cone.radius && most < f64::INFINITY) {
             return None;
         }
         let [p, q, r]: [DVec3; 3] = core::array::from_fn(|i| self.along[i] * (reach[i] / least));
         let normal = (q - p).cross(r - p);
         let area = normal.length();
         // A steeper plane is not known well enough.
-        let oblique = if most - least < 8.0 * least * self.size {
+        let oblique = if most - least < 8.0 * least * self.cone.inradius {
             least * (normal.dot(p).abs() / area)
         } else {
             0.0
         };
-        let straight = least * self.plane;
+        let straight = least * self.cone.plane;
         let (radius, reach) = if oblique > straight {
             (oblique, reach)
         } else {
@@ -177,7 +172,7 @@ impl Rays {
         };
         let radius = radius * (1.0 - 4.0 * SHORTENING) - 8.0 * self.rounding;
         let reach = reach.map(|length| length * (1.0 - SHORTENING));
-        (radius > self.radius).then_some(Advance { radius, reach })
+        (radius > self.cone.radius).then_some(Advance { radius, reach })
     }
 }
 

@@ -141,12 +141,15 @@ impl PenetrationWorkspace {
     /// Uses this workspace for the queries of which a penetration query consists.
     #[must_use]
     pub fn with_engine(mut engine: Workspace) -> Self {
-        // The first question about a point makes room in the workspace.
+        // The first questions about points and containment make room in the workspace.
         let solid = BuildOptions::default().solid(Solid::Keep);
-        let cube = Tree::with_options(shapes::cuboid([1.0; 3], 1), &solid);
+        let [cube, inner] =
+            [1.0, 0.5].map(|x| Tree::with_options(shapes::cuboid([x; 3], 1), &solid));
         if let Ok(query) = Query::signed_distance(&cube, [0.0; 3]) {
             let _ = query.run(&mut engine, Budget::unlimited());
         }
+        let query = Query::intersection(&cube, &inner, Pose::IDENTITY);
+        let _ = query.run(&mut engine, Budget::unlimited());
         Self {
             engine,
             sets: Sets::new(),

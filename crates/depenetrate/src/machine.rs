@@ -40,15 +40,17 @@ pub(super) enum Job {
     Read(usize),
     /// Takes the next of the likely directions.
     Explore,
+    /// Searches the length of a push.
     Push(Push),
-    /// Makes balls of the seeds.
+    /// Grows the balls that are planted.
     Grow,
     /// Makes the first cones.
     Start,
     /// Takes the cone with the least radius in hand.
     Pick,
-    /// Tries the sets from this one on; the best one by now.
+    /// Tries the sets from this one on; with the best one by now.
     Try(usize, Option<(Advance, usize)>),
+    /// Splits the cone in hand.
     Split,
     Over,
 }
@@ -74,8 +76,8 @@ pub(super) struct State {
     pub widest: Option<(f64, Pair)>,
     /// Directions to explore, the last one first.
     pub likely: ArrayVec<DVec3, 40>,
-    /// The angle by which the best direction is turned, 0 before the first turn, and the best push
-    /// before this turn.
+    /// The angle by which the best direction is turned. The length of the best push before it was
+    /// turned last; `None` before all directions are tried.
     pub turn: f64,
     pub turned: Option<f64>,
     pub seeds: ArrayVec<Seed, 16>,
@@ -93,8 +95,8 @@ pub(super) struct State {
     /// Lengths in B's frame are at least so much in A's.
     pub least_scale: f64,
     pub back: Pose,
-    /// For A, up to which length of a push a point of B that is inside of A proves that they are not
-    /// apart; the same for B.
+    /// Up to which length of a push a point of B that is inside of A proves that they are not apart;
+    /// then a point of A that is inside of B.
     pub longest: [f64; 2],
     stats: Stats,
 }

@@ -183,7 +183,8 @@ impl Machine<'_, '_, '_> {
         if state.turned.is_none_or(|before| state.high >= before) {
             state.turn *= 0.5;
         }
-        if state.turn < LEAST_TURN || state.direction == DVec3::ZERO {
+        let is_known = state.rounding < state.high && state.high < f64::INFINITY;
+        if state.turn < LEAST_TURN || !is_known {
             return Job::Over;
         }
         state.turned = Some(state.high);
@@ -236,7 +237,8 @@ impl Machine<'_, '_, '_> {
             Some(_) => WIDTH,
             None => (WIDTH_TO_TURN * self.state.turn).clamp(WIDTH, MOST_WIDTH),
         };
-        let is_narrow = |high| high - push.low <= width * high;
+        let least = self.state.rounding;
+        let is_narrow = |high| high - push.low <= width * high || high <= least;
         self.state.job = if is_over || push.high.is_some_and(is_narrow) {
             self.end_push(&push)
         } else {

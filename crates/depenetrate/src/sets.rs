@@ -253,18 +253,15 @@ impl Sets {
 
     pub fn add_pair(&mut self, id: [u32; 2], pair: Pair) {
         if !self.outlines.iter().any(|&(known, _)| known == id) {
-            put(
-                &mut self.outlines,
-                &mut self.next_pair.clone(),
-                (id, pair.bounds()),
-            );
+            let mut oldest = self.next_pair;
+            put(&mut self.outlines, &mut oldest, (id, pair.bounds()));
             put(&mut self.pairs, &mut self.next_pair, pair);
         }
     }
 
-    /// Adds a point, and the balls that it gives with points of the other body. `longest` of A says
-    /// up to which length a point of B that is inside of A proves that a push is blocked; of B too.
-    /// Of these, it keeps those that `keeps` says.
+    /// Adds a point, and those balls that it gives with points of the other body that `keeps` says.
+    /// `longest`: up to which length of a push a point inside of A, and one inside of B, proves that
+    /// the bodies meet.
     pub fn add_point(
         &mut self,
         point: Point,
@@ -282,17 +279,12 @@ impl Sets {
             } else {
                 [&point, other]
             };
-            let of = |point: &Point, longest| {
-                if point.radius > 0.0 {
-                    longest
-                } else {
-                    f64::INFINITY
-                }
-            };
+            let of = [(a, longest[0]), (b, longest[1])];
+            let of = of.into_iter().filter(|(point, _)| point.radius > 0.0);
             let ball = Ball {
                 center: a.place - b.place,
                 radius: a.radius + b.radius - 16.0 * rounding,
-                longest: of(a, longest[0]).min(of(b, longest[1])),
+                longest: of.fold(f64::INFINITY, |least, (_, longest)| least.min(longest)),
             };
             if a.radius.max(b.radius) > 0.0 && ball.radius > 0.0 && keeps(&ball) {
                 put(&mut self.balls, &mut self.next_ball, ball);
@@ -336,5 +328,35 @@ pub(super) fn unit(v: DVec3) -> DVec3 {
         (v / largest).normalize()
     } else {
         DVec3::ZERO
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use punctual_geom::random::Random;
+
+    fn triangle(random: &mut Random) -> Triangle {
+        let mut next = || (random.bits() % 2001) as f64 / 1000.0 - 1.0;
+        [(); 3].map(|()| DVec3::new(next(), next(), next()))
+    }
+
+    #[test]
+    fn a_pair_is_left_where_the_triangles_part() {
+        let (mut random, mut met) = (Random::new(5), 0);
+        for _ in 0..2000 {
+            let pair = Pair::new([triangle(&mut random), triangle(&mut random)]);
+            let direction = unit(triangle(&mut random)[0]);
+            let [enter, leave] = pair.along(direction);
+            let meets = enter <= 0.0 && 0.0 <= leave;
+            assert_eq!(meets, pair.holds(DVec3::ZERO), "{pair:?}");
+            assert_eq!(meets, pair.may_hold(DVec3::ZERO), "{pair:?}");
+            if meets && leave > 0.0 {
+                met += 1;
+                let holds = |length: f64| pair.holds(direction * length);
+                assert!(holds(leave * (1.0 - 1e-9)) && !holds(leave * (1.0 + 1e-9)));
+            }
+        }
+        assert!(met > 100, "{met}");
     }
 }
