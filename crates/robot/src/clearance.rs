@@ -99,13 +99,6 @@ fn bound(gap: f64, pair: u32, by_boxes: bool) -> Reverse<(u64, u32, bool)> {
     Reverse((gap.max(0.0).to_bits(), pair, by_boxes))
 }
 
-/// The least bound; infinite without pairs.
-fn least_of(bounds: &Bounds) -> f64 {
-    bounds
-        .peek()
-        .map_or(f64::INFINITY, |bound| f64::from_bits(bound.0.0))
-}
-
 impl Checker {
     /// The least distance of all pairs of shapes at a configuration.
     ///
@@ -145,7 +138,8 @@ impl Call<'_> {
             found.low = f64::INFINITY;
             let end = self.nearest(&mut bounds, options.tolerance, &mut found);
             // What is left may be as near as its least bound.
-            found.low = found.low.min(least_of(&bounds));
+            let left = bounds.peek().map(|bound| f64::from_bits(bound.0.0));
+            found.low = found.low.min(left.unwrap_or(f64::INFINITY));
             end
         });
         self.room.bounds = bounds;

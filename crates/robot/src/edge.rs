@@ -47,12 +47,6 @@ pub struct EdgeOptions {
     pub resolution: f64,
 }
 
-impl Default for EdgeOptions {
-    fn default() -> Self {
-        Self::any()
-    }
-}
-
 impl EdgeOptions {
     /// Any contact, with the default resolution.
     pub const fn any() -> Self {
@@ -135,7 +129,8 @@ enum Phase {
 #[derive(Debug, Default)]
 pub(crate) struct Run {
     pub is_stopped: bool,
-    options: EdgeOptions,
+    first: bool,
+    resolution: f64,
     /// Configurations between the lines, one after the other.
     knots: Vec<f64>,
     width: usize,
@@ -160,11 +155,7 @@ pub(crate) struct Run {
 impl Run {
     /// Begins with a path of at least two knots.
     pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions) {
-        let resolution = options.resolution.max(NARROWEST);
-        self.options = EdgeOptions {
-            resolution,
-            ..options
-        };
+        (self.first, self.resolution) = (options.first, options.resolution.max(NARROWEST));
         self.knots.clear();
         for part in knots {
             self.knots.extend_from_slice(part);
@@ -204,7 +195,7 @@ impl Run {
 
     /// Number of configurations that are asked before intervals.
     fn probe_count(&self) -> usize {
-        match self.options.first {
+        match self.first {
             true => ENDS,
             false => PROBES.len(),
         }
@@ -224,7 +215,7 @@ impl Run {
             self.cursor = Some(cursor);
             if let Some(pair) = found? {
                 self.touching = Some((time, pair));
-                if !self.options.first || time == (0, 0.0) {
+                if !self.first || time == (0, 0.0) {
                     return Ok(true);
                 }
             }
@@ -257,7 +248,7 @@ impl Run {
             };
             self.halve(interval, phase, call)?;
             self.now = None;
-            if self.touching.is_some() && !self.options.first {
+            if self.touching.is_some() && !self.first {
                 return Ok(());
             }
         }
@@ -326,7 +317,7 @@ impl Run {
         let begin = self.pairs.len();
         self.pairs.extend(self.kept.iter().map(|kept| kept.pair));
         let pairs = [begin, self.pairs.len()];
-        if self.options.first {
+        if self.first {
             parts.reverse();
         }
         for [low, high] in parts {
@@ -336,7 +327,7 @@ impl Run {
                 high,
                 pairs,
             };
-            match self.options.first {
+            match self.first {
                 true => self.open.push_front(part),
                 false => self.open.push_back(part),
             }
@@ -348,14 +339,14 @@ impl Run {
         loop {
             let interval = self.open.pop_front()?;
             let begin = (interval.line, interval.low);
-            if self.options.first {
+            if self.first {
                 // Those of intervals that are done.
                 self.pairs.truncate(interval.pairs[1]);
             }
             if self.touching.is_some_and(|(time, _)| begin >= time) {
                 continue;
             }
-            if interval.high - interval.low >= self.options.resolution {
+            if interval.high - interval.low >= self.resolution {
                 return Some(interval);
             }
             let unproven = self.unproven.get_or_insert(begin);

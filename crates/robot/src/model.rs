@@ -176,6 +176,34 @@ impl Value {
         offset: 0.0,
     };
 
+    /// Follows mimics up to a joint of `own`, which make a configuration, or to a fixed one.
+    fn of(
+        joint: &Joint,
+        own: &[&Joint],
+        joints: &[Joint],
+        numbers: &HashMap<&str, usize>,
+    ) -> Result<Self, RobotError> {
+        let (mut at, mut value) = (joint, Self::NONE);
+        for _ in 0..=joints.len() {
+            // A mimic tag on a fixed joint moves nothing.
+            let Some(mimic) = at.mimic.as_ref().filter(|_| at.kind != JointKind::Fixed) else {
+                let of = own.iter().position(|joint| joint.name == at.name);
+                value.of = of.map(|of| of as u32);
+                return Ok(value);
+            };
+            value.offset += value.multiplier * mimic.offset;
+            value.multiplier *= mimic.multiplier;
+            if !(value.offset.abs() <= LARGEST && value.multiplier.abs() <= LARGEST) {
+                return refuse(format!("mimic of more than {LARGEST}"));
+            }
+            let Some(&other) = numbers.get(&*mimic.joint) else {
+                return refuse(format!("mimics {}, which there is not", mimic.joint));
+            };
+            at = &joints[other];
+        }
+        refuse("mimics itself")
+    }
+
     fn at(&self, configuration: &[f64]) -> f64 {
         self.change(configuration) + self.offset
     }
@@ -256,7 +284,8 @@ impl Model {
             }
             _ => return refuse("no root: each link is the child of a joint"),
         };
-        let values = Values::new(joints, &joint_numbers)?;
+        let is_own = |joint: &&Joint| joint.kind != JointKind::Fixed && joint.mimic.is_none();
+        let own: Vec<&Joint> = joints.iter().filter(is_own).collect();
         let mut bodies = vec![Body {
             parent: 0,
             origin: Transform::IDENTITY,
@@ -276,7 +305,7 @@ impl Model {
                 continue;
             };
             let origin = in_body * from_pose(&joint.origin).map_err(fail)?;
-            let value = values.of[number];
+            let value = Value::of(joint, &own, joints, &joint_numbers).map_err(fail)?;
             places[child] = Some(match Motion::of(joint).map_err(fail)? {
                 None => (body, origin),
                 // Follows a fixed joint: stands still at its offset.
@@ -335,8 +364,8 @@ impl Model {
         }
         Ok(Self {
             name: description.name.clone(),
-            joint_names: values.names,
-            limits: values.limits,
+            joint_names: own.iter().map(|joint| joint.name.clone()).collect(),
+            limits: own.iter().map(|joint| joint.limits).collect(),
             links,
             bodies,
             shapes,
@@ -459,52 +488,4 @@ fn numbered<'n>(
         }
     }
     Ok(numbers)
-}
-
-/// Values of all joints, and the joints that make a configuration.
-struct Values {
-    of: Vec<Value>,
-    names: Vec<String>,
-    limits: Vec<Option<[f64; 2]>>,
-}
-
-impl Values {
-    fn new(joints: &[Joint], numbers: &HashMap<&str, usize>) -> Result<Self, RobotError> {
-        let mut values = Self {
-            of: vec![Value::NONE; joints.len()],
-            names: Vec::new(),
-            limits: Vec::new(),
-        };
-        // A mimic tag on a fixed joint moves nothing.
-        let mimics = |joint: &Joint| joint.kind != JointKind::Fixed && joint.mimic.is_some();
-        for (value, joint) in values.of.iter_mut().zip(joints) {
-            if joint.kind != JointKind::Fixed && !mimics(joint) {
-                value.of = Some(values.names.len() as u32);
-                values.names.push(joint.name.clone());
-                values.limits.push(joint.limits);
-            }
-        }
-        for (number, joint) in joints.iter().enumerate().filter(|(_, joint)| mimics(joint)) {
-            let (mut at, mut value, mut steps) = (joint, Value::NONE, 0);
-            while let Some(mimic) = at.mimic.as_ref().filter(|_| mimics(at)) {
-                value.offset += value.multiplier * mimic.offset;
-                value.multiplier *= mimic.multiplier;
-                let name = &at.name;
-                if !(value.offset.abs() <= LARGEST && value.multiplier.abs() <= LARGEST) {
-                    return refuse(format!("joint {name}: mimic of more than {LARGEST}"));
-                }
-                let Some(&other) = numbers.get(&*mimic.joint) else {
-                    let other = &mimic.joint;
-                    return refuse(format!("joint {name}: mimics {other}, which there is not"));
-                };
-                steps += 1;
-                if steps > joints.len() {
-                    return refuse(format!("joint {}: mimics itself", joint.name));
-                }
-                (at, value.of) = (&joints[other], values.of[other].of);
-            }
-            values.of[number] = value;
-        }
-        Ok(values)
-    }
 }

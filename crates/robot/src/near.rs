@@ -12,15 +12,14 @@ const SLACK: f64 = 64.0 / (1u32 << 24) as f64;
 /// In metres: below this size squares in f32 would underflow, and the filter tells nothing.
 const SMALLEST: f64 = 1e-10;
 
-/// The first shape of pairs: a box that stands still, or a sphere that moves.
+/// What the first shape of a pair is for the filter.
 #[derive(Clone, Copy, Debug)]
-struct First {
-    shape: u32,
-    /// Column of a sphere that moves.
-    moving: Option<usize>,
-    /// The rows of the rotation into the frame of the box, its centre and half extents; those of a
-    /// point for a sphere.
-    still: [[f32; 3]; 5],
+enum First {
+    /// A box that stands still: the rows of the rotation into its frame, its centre and half
+    /// extents.
+    Box([[f32; 3]; 5]),
+    /// A sphere that moves: its column.
+    Sphere(usize),
 }
 
 /// Tells of each pair whether it is near.
@@ -30,7 +29,7 @@ pub(crate) struct Near {
     instructions: Option<Instructions>,
     /// Spheres of the moving shapes, in lanes: x, y, z and radius.
     spheres: Vec<[[f32; LANES]; 4]>,
-    firsts: Vec<First>,
+    firsts: Vec<(u32, First)>,
     /// For each shape that is the first of a pair a row of bits, one for each moving shape.
     bits: Vec<u8>,
     slack: f32,
@@ -43,22 +42,20 @@ impl Near {
         let mut firsts: Vec<u32> = world.pairs.iter().map(|pair| pair.a).collect();
         firsts.sort_unstable();
         firsts.dedup();
-        let first = |shape: u32| {
-            let still = still(shape);
-            let moving = still.is_none().then(|| world.column(shape));
-            let (back, centre, half) = still.unwrap_or_default();
-            let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
-            let still = [x, y, z, centre.as_vec3().into(), half.as_vec3().into()];
-            First {
-                shape,
-                moving,
-                still,
+        let first = |shape: u32| match still(shape) {
+            Some((back, centre, half)) => {
+                let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
+                First::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
             }
+            None => First::Sphere(world.column(shape)),
         };
         Self {
             instructions: Some(Instructions::detect()),
             spheres: vec![[[0.0; LANES]; 4]; chunks],
-            firsts: firsts.into_iter().map(first).collect(),
+            firsts: firsts
+                .into_iter()
+                .map(|shape| (shape, first(shape)))
+                .collect(),
             bits: vec![0; chunks * world.shapes.len()],
             slack: 0.0,
         }
@@ -98,26 +95,41 @@ impl Kernel for &mut Near {
     fn run<L: Lanes>(self, lanes: L) {
         let splat = |x| F8::splat(lanes, x);
         let (slack, zero) = (splat(self.slack), splat(0.0));
-        for first in &self.firsts {
-            let row = first.shape as usize * self.spheres.len();
-            let [u, v, w, mut c, h] = first.still;
+        for &(shape, first) in &self.firsts {
+            let row = shape as usize * self.spheres.len();
             // A moving shape is the second of its pairs only with those before it.
-            let (mut begin, mut radius) = (0, 0.0);
-            if let Some(column) = first.moving {
-                let [x, y, z, r] = self.spheres[column / LANES].map(|lanes| lanes[column % LANES]);
-                (begin, c, radius) = (column / LANES, [x, y, z], r);
-            }
+            let begin = match first {
+                First::Sphere(column) => column / LANES,
+                First::Box(_) => 0,
+            };
             for chunk in begin..self.spheres.len() {
-                let [x, y, z, r] = self.spheres[chunk].each_ref().map(|it| F8::load(lanes, it));
-                let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));
-                let axes = [(u, h[0]), (v, h[1]), (w, h[2])];
-                let squared = axes.map(|(axis, half)| {
-                    let along = splat(axis[0]) * x + splat(axis[1]) * y + splat(axis[2]) * z;
-                    let beyond = (along.abs() - splat(half)).max(zero);
-                    beyond * beyond
-                });
-                let squared = squared[0] + squared[1] + squared[2];
-                let reach = r + splat(radius) + slack;
+                let spheres = &self.spheres[chunk];
+                let [x, y, z, r] = [
+                    F8::load(lanes, &spheres[0]),
+                    F8::load(lanes, &spheres[1]),
+                    F8::load(lanes, &spheres[2]),
+                    F8::load(lanes, &spheres[3]),
+                ];
+                let (squared, reach) = match first {
+                    First::Box([u, v, w, c, h]) => {
+                        let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));
+                        let u = splat(u[0]) * x + splat(u[1]) * y + splat(u[2]) * z;
+                        let v = splat(v[0]) * x + splat(v[1]) * y + splat(v[2]) * z;
+                        let w = splat(w[0]) * x + splat(w[1]) * y + splat(w[2]) * z;
+                        let u = (u.abs() - splat(h[0])).max(zero);
+                        let v = (v.abs() - splat(h[1])).max(zero);
+                        let w = (w.abs() - splat(h[2])).max(zero);
+                        (u * u + v * v + w * w, r + slack)
+                    }
+                    First::Sphere(column) => {
+                        let (at, lane) = (&self.spheres[column / LANES], column % LANES);
+                        let x = x - splat(at[0][lane]);
+                        let y = y - splat(at[1][lane]);
+                        let z = z - splat(at[2][lane]);
+                        let radii = r + splat(at[3][lane]);
+                        (x * x + y * y + z * z, radii + slack)
+                    }
+                };
                 // Not a number counts as near.
                 self.bits[row + chunk] = !(reach * reach).less(squared).mask() as u8;
             }

@@ -129,24 +129,19 @@ impl Placement {
         self.near.is(slot)
     }
 
-    /// A lower bound of the squared distance, and the sum of the radii that it must exceed.
-    #[inline]
-    fn spheres(&self, pair: &Pair) -> (f64, f64) {
+    /// A lower bound of the distance, by spheres, or the box of a shape that stands still: may be
+    /// negative.
+    pub fn sphere_gap(&self, pair: &Pair) -> f64 {
         let [a, b] = [pair.a, pair.b].map(|i| &self.shapes[i as usize]);
         let ([ax, ay, az, ar], [bx, by, bz, br]) = (a.sphere, b.sphere);
-        if let Some((back, centre, half)) = &a.still {
-            let p = *back * (DVec3::new(bx, by, bz) - *centre);
-            let beyond = (p.abs() - *half).max(DVec3::ZERO);
-            return (beyond.length_squared(), br);
-        }
-        let [x, y, z] = [ax - bx, ay - by, az - bz];
-        (x * x + y * y + z * z, ar + br)
-    }
-
-    /// A lower bound of the distance, by spheres: may be negative.
-    pub fn sphere_gap(&self, pair: &Pair) -> f64 {
-        let (squared, radii) = self.spheres(pair);
-        squared.sqrt() - radii - self.slack
+        let (between, radii) = match &a.still {
+            Some((back, centre, half)) => {
+                let p = *back * (DVec3::new(bx, by, bz) - *centre);
+                ((p.abs() - *half).max(DVec3::ZERO), br)
+            }
+            None => (DVec3::new(ax - bx, ay - by, az - bz), ar + br),
+        };
+        between.length() - radii - self.slack
     }
 
     /// A lower bound of the distance, by boxes: may be negative. `b_in_a` is the pose of the pair.

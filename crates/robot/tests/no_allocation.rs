@@ -58,6 +58,11 @@ fn ask(checker: &mut Checker) {
             let _ = checker
                 .clearance(&from, &ClearanceOptions::default(), budget)
                 .unwrap();
+            let _ = checker.horizon(&from, &to, 0.4, budget).unwrap();
+            let knots = [
+                from[0], from[1], from[2], to[0], to[1], to[2], 0.0, 0.0, 0.0,
+            ];
+            let _ = checker.path(&knots, &EdgeOptions::any(), budget).unwrap();
             for options in [EdgeOptions::any(), EdgeOptions::first()] {
                 let mut edge = checker.edge(&from, &to, &options, budget).unwrap();
                 while edge.stop != StopReason::Finished {
