@@ -759,6 +759,9 @@ public:
   [[nodiscard]] punctual_status stop_measuring_groups(std::uint64_t id) noexcept {
     return punctual_scene_stop_measuring_groups(get(), id);
   }
+  [[nodiscard]] punctual_status ignore(punctual_body_id x, punctual_body_id y, bool ignores) noexcept {
+    return punctual_scene_ignore(get(), x, y, ignores);
+  }
   [[nodiscard]] punctual_status find_contacts() noexcept { return punctual_scene_find_contacts(get()); }
   [[nodiscard]] punctual_status find_contacts_of(punctual_body_id x, punctual_body_id y) noexcept {
     return punctual_scene_find_contacts_of(get(), x, y);

@@ -61,7 +61,9 @@ impl<Q> Query<'_, Q> {
     }
 
     /// True if one body may contain the other.
-    pub(super) fn may_contain(&self) -> bool {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn may_contain(&self) -> bool {
         self.solids && (may_hold(self.a, self.b) || may_hold(self.b, self.a))
     }
 

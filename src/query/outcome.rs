@@ -34,7 +34,7 @@ pub enum Verdict {
         distance: f64,
     },
     /// Proven: the surfaces do not meet, but this body, or a component of it, is inside the other.
-    /// Occurs only if both trees are solids, and the outer one is closed; not in scenes.
+    /// Occurs only if both trees are solids, and the outer one is closed.
     Contained {
         /// The body that is inside the other.
         inner: Operand,

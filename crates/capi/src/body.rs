@@ -80,9 +80,11 @@ pub struct punctual_body<'t> {
     pub importance: f32,
     /// By how much its surface is thickened, 0 by default: pairs meet when they come within the sum of their margins.
     pub margin: f64,
+    /// Whether it is a sensor, false by default: what meets it or is inside it is told, but its pairs have no contact points.
+    pub is_sensor: bool,
 }
 
-grows!(punctual_body<'_>: size, pose..margin);
+grows!(punctual_body<'_>: size, pose..is_sensor);
 
 impl punctual_body<'_> {
     pub(crate) fn check(self) -> Result<Body, Fault> {
@@ -96,10 +98,12 @@ impl punctual_body<'_> {
             BodyKind::Moving => Body::moving(tree, pose),
             BodyKind::Fixed => Body::fixed(tree, pose),
         };
-        Ok(body
+        let mut body = body
             .filter(Filter::new(self.groups, self.mask))
             .importance(self.importance)
-            .margin(self.margin))
+            .margin(self.margin);
+        body.is_sensor = self.is_sensor;
+        Ok(body)
     }
 }
 
@@ -112,7 +116,10 @@ impl From<&Body> for punctual_body<'_> {
         };
         let Filter { groups, mask, .. } = body.filter;
         let Body {
-            importance, margin, ..
+            importance,
+            margin,
+            is_sensor,
+            ..
         } = *body;
         Self {
             size: Self::SIZE,
@@ -123,6 +130,7 @@ impl From<&Body> for punctual_body<'_> {
             mask,
             importance,
             margin,
+            is_sensor,
         }
     }
 }
@@ -140,6 +148,7 @@ impl Default for punctual_body<'_> {
             mask,
             importance: 0.0,
             margin: 0.0,
+            is_sensor: false,
         }
     }
 }

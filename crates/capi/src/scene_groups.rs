@@ -266,6 +266,22 @@ pub unsafe extern "C" fn punctual_scene_group_distances(
     })
 }
 
+/// Ignores a pair of bodies from the next frame on, or does no longer: it may not meet, as if filters excluded it. Forgotten with
+/// one of its bodies. Fails with BAD_ARGUMENT if both bodies are the same.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_ignore(
+    scene: Option<&mut punctual_scene>,
+    x: punctual_body_id,
+    y: punctual_body_id,
+    ignores: bool,
+) -> punctual_status {
+    door("punctual_scene_ignore", || {
+        punctual_scene::change(scene, |scene| {
+            Ok(scene.ignore(x.into(), y.into(), ignores)?)
+        })
+    })
+}
+
 /// Finds where bodies touch from the next frame on, of all pairs that meet: `punctual_scene_contact_points`.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_find_contacts(

@@ -198,10 +198,11 @@ impl Scene {
     /// T: (4, 4) matrix that brings coordinates of the mesh into those of the scene. Fixed bodies are not compared with
     /// each other. groups and mask: bits; two bodies are compared if each has a group in the other's mask. importance:
     /// pairs of more important bodies go first. margin: a length; bodies meet when they come within the sum of theirs.
+    /// sensor: what meets the body or is inside it is told, but its pairs have no contact points.
     ///
     /// Raises ValueError for a T that is not rigid, an importance that is not a number, and a margin that is not a
     /// length from 0 to 2^1000.
-    #[pyo3(signature = (tree, T=None, *, fixed=false, groups=u32::MAX, mask=u32::MAX, importance=0.0, margin=0.0))]
+    #[pyo3(signature = (tree, T=None, *, fixed=false, groups=u32::MAX, mask=u32::MAX, importance=0.0, margin=0.0, sensor=false))]
     #[expect(
         non_snake_case,
         clippy::too_many_arguments,
@@ -216,6 +217,7 @@ impl Scene {
         mask: u32,
         importance: f32,
         margin: f64,
+        sensor: bool,
     ) -> PyResult<u64> {
         let (tree, Transform(pose)) = (Arc::clone(&tree.arc), T.unwrap_or_default());
         let body = if fixed {
@@ -223,11 +225,18 @@ impl Scene {
         } else {
             Body::moving(tree, pose)
         };
-        let body = body
+        let mut body = body
             .filter(Filter::new(groups, mask))
             .importance(importance)
             .margin(margin);
+        body.is_sensor = sensor;
         self.change(|scene| scene.insert(body)).map(BodyId::to_bits)
+    }
+
+    /// Ignores a pair of bodies, or does no longer: it may not meet. Forgotten with one of its bodies.
+    #[pyo3(signature = (x, y, ignores=true))]
+    fn ignore(&mut self, x: u64, y: u64, ignores: bool) -> PyResult<()> {
+        self.change(|scene| scene.ignore(BodyId::from_bits(x), BodyId::from_bits(y), ignores))
     }
 
     /// Takes a body out of the scene. Raises KeyError if it is not in it, as all that name one.

@@ -382,6 +382,17 @@ def test_groups_are_as_far_apart_as_their_closest_bodies(ball):
     assert len(scene.step().group_distances) == 0
 
 
+def test_a_sensor_and_an_ignored_pair(ball):
+    scene = punctual3d.Scene()
+    scene.find_contacts()
+    a, b = scene.insert(ball, fixed=True, sensor=True), scene.insert(ball, placed(1.0))
+    assert scene.step().verdict[0] == 1 and len(scene.contact_points(a, b)) == 0
+    scene.ignore(b, a)
+    assert len(scene.step().verdict) == 0
+    scene.ignore(b, a, False)
+    assert scene.step().verdict[0] == 1
+
+
 def test_contact_points(ball):
     scene = punctual3d.Scene()
     a, b = scene.insert(ball, fixed=True, margin=0.01), scene.insert(ball, placed(1.0))

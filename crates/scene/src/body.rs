@@ -12,6 +12,7 @@ use super::spot::Spot;
 use super::waiting::Waiting;
 use crate::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
 use alloc::boxed::Box;
+use alloc::collections::BTreeSet;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::mem;
@@ -49,6 +50,11 @@ pub struct Body {
     /// a ball, a segment a capsule. Bodies that meet only by their margins are
     /// [within](punctual::Verdict::Within) them. Rays ignore the margin.
     pub margin: f64,
+    /// True for a sensor: what meets or is inside it is reported ([`crate::ContactPhase`]), but its
+    /// pairs have no [contacts](crate::Scene::find_contacts).
+    pub is_sensor: bool,
+    /// Any value of the user; the scene ignores it.
+    pub data: u64,
 }
 
 impl Body {
@@ -61,6 +67,8 @@ impl Body {
             filter: Filter::default(),
             importance: 0.0,
             margin: 0.0,
+            is_sensor: false,
+            data: 0,
         }
     }
 
@@ -88,6 +96,23 @@ impl Body {
     #[must_use]
     pub fn margin(self, margin: f64) -> Self {
         Self { margin, ..self }
+    }
+
+    /// Makes it a sensor: [`Body::is_sensor`]. If its tree and those of other bodies are
+    /// [solids](punctual::BuildOptions::solid), bodies inside it meet it too: what crosses it
+    /// enters once and leaves once.
+    #[must_use]
+    pub fn sensor(self) -> Self {
+        Self {
+            is_sensor: true,
+            ..self
+        }
+    }
+
+    /// Replaces [`Body::data`].
+    #[must_use]
+    pub fn data(self, data: u64) -> Self {
+        Self { data, ..self }
     }
 }
 
@@ -169,8 +194,9 @@ pub(super) struct Bodies {
     pub has_special: bool,
     /// True if any body has, or had, a motion.
     pub has_motions: bool,
-    /// True if any body is, or was, filtered or a part of a compound.
+    /// True if any body is, or was, filtered, a part of a compound, or in an ignored pair.
     has_filtered: bool,
+    ignored: BTreeSet<PairKey>,
 }
 
 /// A body that is about to change; its displacement in the frame in which it was last moved; and
@@ -264,6 +290,8 @@ impl Bodies {
             self.distance_requests.forget(id.index);
         }
         self.contact_requests.forget(id.index);
+        self.ignored
+            .retain(|&key| !bodies_of(key).contains(&id.index));
         // A slot whose generations are used up is not reused.
         if let Some(next) = id.generation.checked_add(1) {
             self.spots[id.index()].generation = next;
@@ -373,14 +401,36 @@ impl Bodies {
         }
     }
 
-    /// True if two bodies may meet: their filters allow it, and they are not parts of one compound.
+    /// True if two bodies may meet: their filters allow it, the pair is not ignored, and they are
+    /// not parts of one compound.
     #[inline]
     pub fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
         if !self.has_filtered {
             return true;
         }
         let (x, y) = (self.facts(a), self.facts(b));
-        x.filter.meets(y.filter) && !(x.is_part && y.is_part && self.are_of_one([a, b]))
+        x.filter.meets(y.filter)
+            && !(x.is_part && y.is_part && self.are_of_one([a, b]))
+            && (self.ignored.is_empty() || !self.ignored.contains(&pair_key(a, b)))
+    }
+
+    /// Ignores a pair, or does no longer.
+    pub fn ignore(&mut self, key: PairKey, ignores: bool) {
+        if ignores {
+            self.ignored.insert(key);
+        } else {
+            self.ignored.remove(&key);
+        }
+        self.has_filtered |= ignores;
+    }
+
+    /// True if the contacts of a pair are requested, and neither body is a sensor.
+    pub fn wants_contacts(&self, key: PairKey) -> bool {
+        let is_sensor = |placed: &Placed| placed.body.is_sensor;
+        self.contact_requests.has(key)
+            && self
+                .pair(key)
+                .is_some_and(|pair| !pair.into_iter().any(is_sensor))
     }
 
     #[cold]

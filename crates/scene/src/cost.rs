@@ -46,6 +46,9 @@ pub const WORK_PER_MERGED_PAIR: u64 = 10;
 pub const WORK_PER_PAIR_APART: u64 = 15;
 pub const WORK_PER_LISTED_PAIR: u64 = 80;
 
+/// Work of reading what a job has found about groups.
+pub const WORK_PER_TOLD_PAIR: u64 = 300;
+
 /// Work of listing a pair that was found to meet before the broad phase.
 pub const WORK_PER_FOUND_PAIR: u64 = 25;
 

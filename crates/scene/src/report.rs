@@ -188,6 +188,9 @@ pub struct Report {
     /// not count as intersecting.
     #[cfg_attr(feature = "serde", serde(default))]
     pub within: usize,
+    /// Number of pairs in `pairs` proven to be one inside the other: [`Verdict::Contained`].
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub contained: usize,
     /// Number of complete pairs in `pairs`.
     pub complete: usize,
     /// The largest age of a pair in `pairs`.
@@ -221,7 +224,8 @@ impl Report {
         self.distances.clear();
         self.group_distances.clear();
         self.passages.clear();
-        (self.decided, self.intersecting, self.within, self.complete) = (0, 0, 0, 0);
+        (self.decided, self.complete) = (0, 0);
+        (self.intersecting, self.within, self.contained) = (0, 0, 0);
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
     }
 
@@ -275,6 +279,7 @@ impl Report {
         self.decided += usize::from(verdict != Verdict::Undecided);
         self.intersecting += usize::from(matches!(verdict, Verdict::Intersecting { .. }));
         self.within += usize::from(matches!(verdict, Verdict::Within { .. }));
+        self.contained += usize::from(matches!(verdict, Verdict::Contained { .. }));
     }
 
     /// Adds work and BV tests.
@@ -366,8 +371,8 @@ impl Report {
             .filter(|pair| pair.a == a && pair.b == b)
     }
 
-    /// The pairs proven to meet, thickened by their margins: those that intersect, and those within
-    /// their margins.
+    /// The pairs proven to meet, thickened by their margins: those that intersect, those within
+    /// their margins, and solids inside others.
     pub fn meeting_pairs(&self) -> impl Iterator<Item = &PairReport> {
         self.pairs.iter().filter(|pair| pair.verdict.meets())
     }

@@ -12,7 +12,7 @@ use punctual::contacts::Manifolds;
 use punctual::distance::Distance;
 use punctual::engine::{Ask, Deadline};
 use punctual::impact::Impact;
-use punctual::intersection::Intersection;
+use punctual::intersection::{Intersection, Operand};
 use punctual::prediction::MAX_DISTANCE_STEP_WORK;
 use punctual::prediction::MAX_STEP_WORK;
 use punctual::{Budget, Mode, PairMemory, Query, StopReason, Verdict, Workspace};
@@ -65,6 +65,13 @@ impl Answer {
             nearest: None,
         }
     }
+
+    /// Takes into account that a body is inside the other.
+    fn contain(&mut self, within: Option<Operand>) {
+        if let Some(inner) = within {
+            self.verdict = Verdict::Contained { inner };
+        }
+    }
 }
 
 impl<'t> Question<'t> {
@@ -84,11 +91,7 @@ impl<'t> Question<'t> {
             None
         };
         special.unwrap_or_else(|| {
-            Self::Meet(
-                Query::intersection(&a.body.tree, &b.body.tree, b_in_a)
-                    .surfaces()
-                    .mode(mode),
-            )
+            Self::Meet(Query::intersection(&a.body.tree, &b.body.tree, b_in_a).mode(mode))
         })
     }
 
@@ -102,9 +105,7 @@ impl<'t> Question<'t> {
     ) -> Option<Self> {
         let trees = [&*a.body.tree, &*b.body.tree];
         let margins = [a.body.margin, b.body.margin];
-        let distance = Query::distance(trees[0], trees[1], b_in_a)
-            .surfaces()
-            .margins(margins);
+        let distance = Query::distance(trees[0], trees[1], b_in_a).margins(margins);
         match bodies.distance_requests.wanted(key) {
             Some(DistanceRequest {
                 tolerance, ceiling, ..
@@ -112,9 +113,7 @@ impl<'t> Question<'t> {
                 distance.absolute_tolerance(tolerance).below(ceiling),
             )),
             None if bodies.is_moving(key) => Some(Self::Motion(
-                Query::impact_of_both(trees, [a.motion(), b.motion()])
-                    .surfaces()
-                    .margins(margins),
+                Query::impact_of_both(trees, [a.motion(), b.motion()]).margins(margins),
             )),
             None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
             None => None,
@@ -124,7 +123,7 @@ impl<'t> Question<'t> {
     /// Are the bodies of a pair closer than `limit`?
     #[cold]
     pub fn apart([a, b]: [&'t Placed; 2], b_in_a: Pose, limit: f64) -> Self {
-        let query = Query::distance(&a.body.tree, &b.body.tree, b_in_a).surfaces();
+        let query = Query::distance(&a.body.tree, &b.body.tree, b_in_a);
         Self::Distance(
             query
                 .margins([a.body.margin, b.body.margin])
@@ -215,10 +214,16 @@ impl<'t> Question<'t> {
     ) -> Answer {
         match self {
             Self::Meet(query) => {
-                let stop = query.search(workspace, Some(memory), deadline);
+                let (stop, verdict) = if query.may_contain() {
+                    let answer = query.spend(workspace, Some(memory), deadline);
+                    (answer.stop, answer.value)
+                } else {
+                    let stop = query.search(workspace, Some(memory), deadline);
+                    (stop, workspace.verdict(stop))
+                };
                 Answer {
                     stop,
-                    verdict: workspace.verdict(stop),
+                    verdict,
                     found: workspace.found(),
                     bounds: None,
                     missing: 0.0,
@@ -245,6 +250,7 @@ impl<'t> Question<'t> {
                     ..Bounds::NOTHING
                 };
                 let mut answer = Answer::bounded(stop, bounds, query.witness_distance(workspace));
+                answer.contain(found.within);
                 if stop.is_final() && found.high > 0.0 && query.decides_contact() {
                     answer.verdict = Verdict::Separated;
                 }
@@ -264,7 +270,9 @@ impl<'t> Question<'t> {
                     are_times: true,
                     ..Bounds::NOTHING
                 };
-                Answer::bounded(stop, bounds, query.witness_distance(workspace))
+                let mut answer = Answer::bounded(stop, bounds, query.witness_distance(workspace));
+                answer.contain(found.within);
+                answer
             }
             Self::Contacts(query) => {
                 deadline.leave(MAX_DISTANCE_STEP_WORK);

@@ -171,7 +171,7 @@ impl Turn {
         } = self;
         self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
         let asks_contacts = standing.verdict != Verdict::Separated
-            && bodies.contact_requests.has(*key)
+            && bodies.wants_contacts(*key)
             && !state.knows_contacts(*key, bodies, frame);
         self.next = match self.kind {
             TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),

@@ -31,7 +31,9 @@ pub(crate) struct Listing<'l> {
     pub jobs: &'l mut Vec<Job>,
     pub report: &'l mut Report,
     pub turns: &'l mut RoundRobin,
+    /// Bounds of groups: of the pairs without a job, and of all as they are listed.
     pub tallies: &'l mut Tallies,
+    pub listed: &'l mut Tallies,
     /// Pairs that were found to meet before the list, ascending.
     pub found: &'l [Meeting],
     /// Index of the next of them to be listed.
@@ -318,7 +320,7 @@ impl<'l> Listing<'l> {
         if holds {
             state.decided = number;
         }
-        let asks_contacts = bodies.contact_requests.has(key);
+        let asks_contacts = bodies.wants_contacts(key);
         let touches = asks_contacts && state.met();
         self.counts.near += usize::from(asks_contacts);
         let located = !touches || state.knows_contacts(key, bodies, number);
@@ -386,7 +388,9 @@ impl<'l> Listing<'l> {
             return Look::default();
         };
         if !bodies.may_meet(bodies_of(key)) {
-            self.tallies.add(&bodies.distance_requests, key, None, true);
+            let requests = &bodies.distance_requests;
+            self.tallies.add(requests, key, None, true);
+            self.listed.add(requests, key, None, true);
             return Look {
                 is_out: true,
                 ..Look::default()
@@ -411,9 +415,10 @@ impl<'l> Listing<'l> {
             false => of_boxes,
         };
         let is_settled = wanted.is_settled(&near);
+        let requests = &bodies.distance_requests;
+        self.listed.add(requests, key, Some(&near), is_settled);
         if is_settled || !is_known {
-            self.tallies
-                .add(&bodies.distance_requests, key, Some(&near), is_settled);
+            self.tallies.add(requests, key, Some(&near), is_settled);
         }
         let nearness = || 1.0 - (near.bounds.low / wanted.ceiling.max(f64::MIN_POSITIVE)) as f32;
         Look {

@@ -57,7 +57,7 @@ use super::pair::frame::{Frame, GUARANTEED};
 use super::pair::question::Question;
 use super::report::Report;
 use super::room::reserve;
-use crate::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR};
+use crate::cost::{LEAST_WORK, WORK_PER_PLANNED_PAIR, WORK_PER_TOLD_PAIR};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -93,6 +93,11 @@ const PART_ALONE: usize = 512;
 /// frame divided by this.
 const LIST_OF_FOUND: u32 = 4;
 
+/// What jobs have found about groups is read in at most a frame divided by this; and the maximum
+/// time, nanoseconds, that counts for a job.
+const MOST_OF_GROUPS: u32 = 8;
+const MOST_PER_TOLD_PAIR: f64 = 400.0;
+
 /// Maximum number of rounds of a frame. The rest is small after two or three.
 const ROUNDS: u64 = 8;
 
@@ -116,11 +121,14 @@ pub(crate) struct Schedule {
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
     tallies: Tallies,
+    listed: Tallies,
     revisit: Revisit,
     speed: Speed,
     overhead: Overhead,
     /// Time from the collection of the last job to the end of the frame, without estimates.
     rest: Reserved,
+    /// Time to read what a job has found about groups.
+    groups: Reserved,
     /// The correction of the estimated probabilities.
     pub calibration: Calibration,
 }
@@ -151,6 +159,7 @@ impl Schedule {
 
     pub fn reserve_groups(&mut self, groups: usize, report: &mut Report) {
         self.tallies.reserve(groups);
+        self.listed.reserve(groups);
         reserve(&mut report.group_distances, groups);
     }
 
@@ -252,7 +261,13 @@ impl Schedule {
         report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
         let estimates = frame.for_estimates();
-        let rest = self.rest.times(1.0) + estimates.unwrap_or_default();
+        let measured = match frame.bodies.distance_requests.groups.len() {
+            0 => 0,
+            _ => self.jobs.iter().filter(|job| job.measures).count(),
+        };
+        let groups = self.groups.times(measured as f64);
+        let groups = groups.min(frame.times[1] / MOST_OF_GROUPS);
+        let rest = self.rest.times(1.0) + groups + estimates.unwrap_or_default();
         let end = frame.end(rest);
         let mut round = Round::to_the_end(frame.number, frame.mode, end);
         let mut lap = None;
@@ -313,17 +328,18 @@ impl Schedule {
             self.estimate(frame, found.pairs, report)
         });
         self.turns.end_frame(&self.jobs);
+        let telling = self.tell_groups(frame, found, report);
         found.pairs.tell_bounds(frame, found.broad, report);
-        self.tell_groups(frame, found, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
         if let Some(took) = frame.lap(&mut lap) {
-            let took = took.saturating_sub(estimating);
+            let took = took.saturating_sub(estimating + telling);
             let told = report.pairs.len()
                 + report.distances.len()
                 + report.passages.len()
                 + found.events.len();
-            let most = (2_000 + 10 * told) as f64 + nanoseconds(estimates.unwrap_or_default());
+            let most = (2_000 + 10 * told + 40 * report.distances.len()) as f64
+                + nanoseconds(estimates.unwrap_or_default());
             self.rest.learn(nanoseconds(took), most);
         }
         lap
@@ -339,12 +355,25 @@ impl Schedule {
         }
     }
 
-    fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) {
+    /// Reports the distances of groups, with what the jobs have found if there is time to read it.
+    /// Returns the time that it took.
+    fn tell_groups(&mut self, frame: &Frame, found: &mut Found, report: &mut Report) -> Duration {
         let Frame { bodies, number, .. } = *frame;
         if bodies.distance_requests.groups.is_empty() {
-            return;
+            return Duration::ZERO;
         }
+        let mut lap = None;
+        frame.lap(&mut lap);
+        let mut deadline =
+            Deadline::of_a_part(frame.end(self.rest.times(1.0)), u64::MAX, frame.clock);
+        let mut read = 0;
         for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
+            if !deadline.has_room(WORK_PER_TOLD_PAIR) {
+                self.tallies.copy(&self.listed);
+                break;
+            }
+            deadline.spend(WORK_PER_TOLD_PAIR);
+            read += 1;
             let state = found.pairs.state(place as usize, frame);
             let near = bodies.near(key, state, frame.changed(key), number);
             let is_settled = bodies
@@ -355,6 +384,10 @@ impl Schedule {
                 .add(&bodies.distance_requests, key, Some(&near), is_settled);
         }
         self.tallies.tell(bodies, report);
+        let took = frame.lap(&mut lap).unwrap_or_default();
+        let each = nanoseconds(took) / f64::from(read + 16);
+        self.groups.learn(each, MOST_PER_TOLD_PAIR);
+        took
     }
 
     /// Passes the findings about groups on to the next frames.
@@ -485,11 +518,13 @@ impl Schedule {
             jobs,
             turns,
             tallies,
+            listed,
             revisit,
             batches,
             ..
         } = self;
         tallies.begin(&frame.bodies.distance_requests);
+        listed.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
         let is_free = frame.budget.is_unlimited();
         let begins = is_free && !turns.cut && batches.iter().all(|batch| batch.held.is_none());
@@ -503,6 +538,7 @@ impl Schedule {
             report,
             turns,
             tallies,
+            listed,
             found,
             next_found: 0,
             expects,

@@ -45,6 +45,11 @@ impl Tallies {
         self.0.extend(requests.groups.iter().map(|_| nothing));
     }
 
+    /// Copies the bounds of other tallies.
+    pub fn copy(&mut self, other: &Self) {
+        self.0.clone_from(&other.0);
+    }
+
     /// Adds a pair. `None`: its bodies may not meet, so it does not count.
     pub fn add(
         &mut self,

@@ -18,6 +18,7 @@ mod motions;
 mod promises;
 mod rays;
 mod refusals;
+mod solids;
 mod world;
 
 use std::sync::Arc;

@@ -414,7 +414,7 @@ fn is_plain(key: PairKey, frame: &Frame, broad: &Broad) -> bool {
     let (bodies, pair) = (frame.bodies, bodies_of(key));
     // Two fixed bodies may be known because their distance was measured.
     !bodies.is_special(key)
-        && !bodies.contact_requests.has(key)
+        && !bodies.wants_contacts(key)
         && broad.compares(pair)
         && bodies.may_meet(pair)
         && !broad.is_of_another(bodies, pair)
