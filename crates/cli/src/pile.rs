@@ -9,9 +9,8 @@ use std::time::{Duration, Instant};
 
 use clap::ArgGroup;
 use cpu_time::ProcessTime;
-use punctual::{Budget, Pose, Query, Verdict, Workspace};
 use punctual::glam::DVec3;
-use punctual_depenetrate::PushOutQuery;
+use punctual::{Budget, Pose, Workspace};
 use punctual_lab::report::{self, Failure};
 use punctual_scene::{Body, BodyId};
 use punctual_view::{Known, Shown};
@@ -94,8 +93,13 @@ impl Args {
             return Ok(Shape::built_in());
         }
         let shape = |file: &PathBuf| {
-            let shape = Shape::new(&self.reading.load(file)?);
-            let refused = || format!("{}: its triangles bound no solid, or one that is inside out", file.display());
+            let shape = Shape::new(&self.reading.load(file)?, SIZE);
+            let refused = || {
+                format!(
+                    "{}: its triangles bound no solid, or one that is inside out",
+                    file.display()
+                )
+            };
             Ok(shape.ok_or_else(refused)?)
         };
         self.meshes.iter().map(shape).collect()
@@ -145,7 +149,12 @@ impl<'a> Play<'a> {
         }
     }
 
-    fn frame(&mut self, number: usize, pile: &mut Pile, out: &mut impl Write) -> Result<(), Failure> {
+    fn frame(
+        &mut self,
+        number: usize,
+        pile: &mut Pile,
+        out: &mut impl Write,
+    ) -> Result<(), Failure> {
         pile.place()?;
         let (budget, taken) = (self.args.budget(), self.clock.taken());
         let start = ProcessTime::now();
@@ -154,7 +163,9 @@ impl<'a> Play<'a> {
             ClockName::Cpu => pile.scene.detect(budget.clock(&self.clock)),
         };
         let cpu = start.elapsed().saturating_sub(self.clock.taken() - taken);
-        if self.args.view.is_some() && number.is_multiple_of(punctual_view::stride(self.args.frames)) {
+        if self.args.view.is_some()
+            && number.is_multiple_of(punctual_view::stride(self.args.frames))
+        {
             self.shots.push(Shot::of(number, pile)?);
         }
         let frame = pile.advance()?;
@@ -163,39 +174,82 @@ impl<'a> Play<'a> {
         }
         (self.held, self.slowed) = (self.held + frame.held, self.slowed + frame.slowed);
         self.times.push(cpu);
-        let Frame { touching, fresh, manifolds, .. } = frame;
+        let Frame {
+            touching,
+            fresh,
+            manifolds,
+            ..
+        } = frame;
         let fresh = fresh as f64 / touching.max(1) as f64;
-        let overrun = self.args.budget_us.map_or(Duration::ZERO, |limit| cpu.saturating_sub(limit));
+        let overrun = self
+            .args
+            .budget_us
+            .map_or(Duration::ZERO, |limit| cpu.saturating_sub(limit));
         write!(out, "{number},{},", pile.lost())?;
         if (number + 1).is_multiple_of(DEPTHS_EVERY) {
-            self.depths = depths(pile, &mut self.workspace)?;
+            self.depths = pile.depths(&mut self.workspace)?;
             write!(out, "{:.4}", self.depths.last().unwrap_or(&0.0))?;
         }
-        let (fastest, cpu, overrun) = (speeds(pile).last().copied().unwrap_or(0.0), cpu.as_nanos(), overrun.as_nanos());
+        let (fastest, cpu, overrun) = (
+            pile.speeds().last().copied().unwrap_or(0.0),
+            cpu.as_nanos(),
+            overrun.as_nanos(),
+        );
         writeln!(out, ",{fastest:.4},{manifolds},{fresh:.3},{cpu},{overrun}")?;
         Ok(())
     }
 
     fn sum_up(&mut self, pile: &Pile, out: &mut impl Write) -> io::Result<()> {
         self.times.sort_unstable();
-        let (speeds, depths, all) = (speeds(pile), &self.depths, (self.args.frames * usize::from(self.args.bodies)).max(1) as f64);
+        let (speeds, depths, all) = (
+            pile.speeds(),
+            &self.depths,
+            (self.args.frames * usize::from(self.args.bodies)).max(1) as f64,
+        );
         let percent = |part: usize| 100.0 * part as f64 / all;
-        writeln!(out, "# bodies held, percent: {:.2}; slowed down: {:.2}", percent(self.held), percent(self.slowed))?;
-        let us = |share| 1e6 * quantile(&self.times, share).unwrap_or_default().as_secs_f64();
-        writeln!(out, "# detection, us: median {:.1}, p99 {:.1}, max {:.1}", us(0.5), us(0.99), us(1.0))?;
-        let deep = |limit: f64| depths.iter().filter(|depth| **depth > limit * SIZE).count();
+        writeln!(
+            out,
+            "# bodies held, percent: {:.2}; slowed down: {:.2}",
+            percent(self.held),
+            percent(self.slowed)
+        )?;
+        let us = |share| {
+            1e6 * quantile(&self.times, share)
+                .unwrap_or_default()
+                .as_secs_f64()
+        };
+        writeln!(
+            out,
+            "# detection, us: median {:.1}, p99 {:.1}, max {:.1}",
+            us(0.5),
+            us(0.99),
+            us(1.0)
+        )?;
+        let deep = |limit: f64| depths.iter().filter(|depth| **depth > limit).count();
         let share = |share| quantile(depths, share).unwrap_or(0.0);
         writeln!(
             out,
             "# at the end: speed median {:.4}, max {:.4}; depth max {:.4}, p99 {:.4}, of {} pairs; {} over 1 %, {} over 5 %",
-            quantile(&speeds, 0.5).unwrap_or(0.0), quantile(&speeds, 1.0).unwrap_or(0.0),
-            share(1.0), share(0.99), depths.len(), deep(0.01), deep(0.05),
+            quantile(&speeds, 0.5).unwrap_or(0.0),
+            quantile(&speeds, 1.0).unwrap_or(0.0),
+            share(1.0),
+            share(0.99),
+            depths.len(),
+            deep(0.01),
+            deep(0.05),
         )
     }
 
     fn page(&self, pile: &Pile) -> punctual_view::View {
         let bodies: Vec<(BodyId, &Body)> = pile.scene.bodies().collect();
-        let bodies: Vec<_> = bodies.iter().map(|&(id, body)| Shown { index: id.index(), name: id.index().to_string(), body }).collect();
+        let bodies: Vec<_> = bodies
+            .iter()
+            .map(|&(id, body)| Shown {
+                index: id.index(),
+                name: id.index().to_string(),
+                body,
+            })
+            .collect();
         let frames: Vec<_> = self.shots.iter().map(Shot::shown).collect();
         punctual_view::scene("A pile: what touches what".into(), &bodies, &frames)
     }
@@ -207,15 +261,34 @@ impl Shot {
         let report = pile.scene.report();
         let mut contacts = Vec::new();
         for pair in &report.pairs {
-            let poses = [&pile.scene.body(pair.a)?.pose, &pile.scene.body(pair.b)?.pose];
+            let poses = [
+                &pile.scene.body(pair.a)?.pose,
+                &pile.scene.body(pair.b)?.pose,
+            ];
             let points = pile.scene.contacts(pair.a, pair.b)?.points.iter();
-            contacts.extend(points.map(|point| point.at(poses)).map(|now| [now.points[0], now.normal]));
+            contacts.extend(
+                points
+                    .map(|point| point.at(poses))
+                    .map(|now| [now.points[0], now.normal]),
+            );
         }
-        Ok(Self { number, poses, known: Known::of(report), contacts, frame: Frame::default() })
+        Ok(Self {
+            number,
+            poses,
+            known: Known::of(report),
+            contacts,
+            frame: Frame::default(),
+        })
     }
 
     fn shown(&self) -> punctual_view::Frame<'_> {
-        let Frame { touching, fresh, manifolds, held, slowed } = self.frame;
+        let Frame {
+            touching,
+            fresh,
+            manifolds,
+            held,
+            slowed,
+        } = self.frame;
         let lines = [
             ("Pairs with contacts", touching),
             ("Of these, of this frame", fresh),
@@ -223,43 +296,19 @@ impl Shot {
             ("Bodies held", held),
             ("Bodies slowed down", slowed),
         ];
-        let facts = lines.map(|(name, number)| punctual_view::fact(name, punctual_view::count(number as u64)));
-        punctual_view::Frame { number: self.number, poses: &self.poses, known: &self.known, contacts: &self.contacts, facts: facts.to_vec() }
+        let facts = lines
+            .map(|(name, number)| punctual_view::fact(name, punctual_view::count(number as u64)));
+        punctual_view::Frame {
+            number: self.number,
+            poses: &self.poses,
+            known: &self.known,
+            contacts: &self.contacts,
+            facts: facts.to_vec(),
+        }
     }
 }
 
 fn quantile<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
     let at = (sorted.len().checked_sub(1)? as f64 * share).round();
     sorted.get(at as usize).copied()
-}
-
-/// Speeds of the bodies that move, ascending: that of the centre and half of the spin.
-fn speeds(pile: &Pile) -> Vec<f64> {
-    let moving = pile.bodies.iter().filter(|body| !body.is_fixed());
-    let mut speeds: Vec<f64> = moving.map(|body| body.velocity.length() + 0.5 * SIZE * body.spin.length()).collect();
-    speeds.sort_unstable_by(f64::total_cmp);
-    speeds
-}
-
-/// The shortest pushes found, ascending, of all pairs whose surfaces intersect.
-fn depths(pile: &Pile, workspace: &mut Workspace) -> Result<Vec<f64>, Failure> {
-    let bodies: Vec<(BodyId, &Body)> = pile.scene.bodies().collect();
-    let mut depths = Vec::new();
-    for (i, (_, a)) in bodies.iter().enumerate() {
-        let a_box = pile.bodies[i].pose().map(|pose| a.tree.aabb_at(&pose))?;
-        for (j, (_, b)) in bodies.iter().enumerate().skip(i + 1) {
-            let pose = pile.bodies[j].pose()?;
-            if !a_box.intersects(&b.tree.aabb_at(&pose)) {
-                continue;
-            }
-            let b_in_a = pile.bodies[i].pose()?.inverse()?.compose(&pose)?;
-            let verdict = Query::intersection(&a.tree, &b.tree, b_in_a).run(workspace, Budget::unlimited()).value;
-            if matches!(verdict, Verdict::Intersecting { .. }) {
-                let push = PushOutQuery::new(&a.tree, &b.tree, b_in_a).run(workspace, Budget::unlimited()).push;
-                depths.extend(push.map(|push| push.distance / SIZE));
-            }
-        }
-    }
-    depths.sort_unstable_by(f64::total_cmp);
-    Ok(depths)
 }
