@@ -17,6 +17,7 @@ mod inside;
 mod motion;
 mod pair;
 mod paper;
+mod pile;
 mod poses;
 mod push;
 mod rays;
@@ -56,6 +57,7 @@ enum Command {
     Paper(paper::Args),
     Fit(fit::Args),
     Scene(scene::Args),
+    Pile(pile::Args),
     Sweep(sweep::Args),
     Compare(compare::Args),
 }
@@ -89,6 +91,7 @@ fn main() -> ExitCode {
         Command::Paper(args) => paper::run(args, &mut out),
         Command::Fit(args) => fit::run(args, &mut out),
         Command::Scene(args) => scene::run(args, &mut out),
+        Command::Pile(args) => pile::run(args, &mut out),
         Command::Sweep(args) => sweep::run(args, &mut out),
         Command::Compare(args) => compare::run(args, &mut out),
     };

@@ -2,7 +2,7 @@
 
 mod answers;
 mod files;
-mod play;
+pub mod play;
 mod summary;
 mod sweep;
 

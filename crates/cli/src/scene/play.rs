@@ -45,7 +45,7 @@ pub enum ClockName {
 
 /// CPU time of the calling thread, less what it takes to ask for it: that is a system call, which takes many times as long as a
 /// look at the clock on the wall, and a frame looks some twenty times.
-struct CpuClock {
+pub struct CpuClock {
     time: ThreadTime,
     look: Duration,
     looks: Cell<u32>,
@@ -53,7 +53,7 @@ struct CpuClock {
 }
 
 impl CpuClock {
-    fn start() -> Self {
+    pub fn start() -> Self {
         let clock = Self {
             time: ThreadTime::now(),
             look: Duration::ZERO,
@@ -72,7 +72,7 @@ impl CpuClock {
     }
 
     /// What all looks so far took.
-    fn taken(&self) -> Duration {
+    pub fn taken(&self) -> Duration {
         self.look * self.looks.get()
     }
 }

@@ -12,6 +12,7 @@ mod files;
 mod inside;
 mod motion;
 mod paper;
+mod pile;
 mod poses;
 mod rays;
 mod robot;
