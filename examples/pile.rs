@@ -19,7 +19,8 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use punctual::glam::{DQuat, DVec3};
-use punctual::{Budget, Workspace, shapes};
+use punctual::{Budget, shapes};
+use punctual_depenetrate::PenetrationWorkspace;
 use punctual_scene::{BodyContact, BodyId, ContactPhase};
 use world::{Pile, SIZE, Shape};
 
@@ -71,7 +72,7 @@ fn play(out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     }
     pile.place()?;
     late.sort_unstable();
-    let depths = pile.depths(&mut Workspace::new())?;
+    let depths = pile.depths(&mut PenetrationWorkspace::default())?;
     let deepest = 100.0 * depths.last().unwrap_or(&0.0);
     let share = |count: usize| 100.0 * count as f64 / (FRAMES * (BODIES + 1)) as f64;
     writeln!(

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use clap::ArgGroup;
 use cpu_time::ProcessTime;
 use punctual::glam::DVec3;
-use punctual::{Budget, Pose, Workspace};
+use punctual::{Budget, Pose};
+use punctual_depenetrate::PenetrationWorkspace;
 use punctual_lab::report::{self, Failure};
 use punctual_scene::{Body, BodyId};
 use punctual_view::{Known, Shown};
@@ -127,7 +128,7 @@ struct Shot {
 struct Play<'a> {
     args: &'a Args,
     clock: CpuClock,
-    workspace: Workspace,
+    workspace: PenetrationWorkspace,
     shots: Vec<Shot>,
     times: Vec<Duration>,
     held: usize,
@@ -140,7 +141,7 @@ impl<'a> Play<'a> {
         Self {
             args,
             clock: CpuClock::start(),
-            workspace: Workspace::new(),
+            workspace: PenetrationWorkspace::default(),
             shots: Vec::new(),
             times: Vec::new(),
             held: 0,

@@ -17,8 +17,8 @@ use std::sync::Arc;
 
 use punctual::glam::{DQuat, DVec3};
 use punctual::tree::Solid;
-use punctual::{Aabb, Budget, BuildOptions, Mesh, Tree, Verdict, Workspace, shapes};
-use punctual_depenetrate::PushOutQuery;
+use punctual::{Aabb, Budget, BuildOptions, Mesh, Tree, Verdict, shapes};
+use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use punctual_scene::{Body, BodyId, BodyKind, Scene};
 
 use super::solver::{Contact, FRAME, Mass, RigidBody, Solver};
@@ -273,7 +273,7 @@ impl Pile {
 
     /// The shortest pushes found that part two bodies, ascending: of all pairs whose surfaces
     /// intersect, as shares of [`SIZE`]. Each is proven by exact queries; no budget limits them.
-    pub fn depths(&self, workspace: &mut Workspace) -> Result<Vec<f64>, Box<dyn Error>> {
+    pub fn depths(&self, workspace: &mut PenetrationWorkspace) -> Result<Vec<f64>, Box<dyn Error>> {
         let is_solid = |body: &&Body| !body.is_sensor;
         let bodies: Vec<&Body> = self
             .scene
@@ -294,12 +294,9 @@ impl Pile {
                     continue;
                 }
                 let b_in_a = a.pose.inverse()?.compose(&b.pose)?;
-                let push = PushOutQuery::new(&a.tree, &b.tree, b_in_a);
-                let push = push.run(workspace, Budget::unlimited()).push;
-                depths.extend(
-                    push.map(|push| push.distance / SIZE)
-                        .filter(|depth| *depth > 0.0),
-                );
+                let query = PenetrationQuery::new(&a.tree, &b.tree, b_in_a).push_only(true);
+                let found = query.run(workspace, Budget::unlimited()).value;
+                depths.extend(found.direction.map(|_| found.high / SIZE));
             }
         }
         depths.sort_unstable_by(f64::total_cmp);
