@@ -254,11 +254,11 @@ impl Pile {
                 frame.touching += 1;
                 frame.fresh += usize::from(found.age == 0);
             }
-            limit(
-                &mut self.bodies,
-                indices,
-                (found.low.min(SKIN) + TRUST - found.drift).max(0.0),
-            );
+            // A part of an answer that may lack overlaps tells nothing.
+            let is_bounded = found.low > 0.0 || pair.complete;
+            let trust = if is_bounded { TRUST } else { 0.0 };
+            let room = found.low.min(SKIN) + trust - found.drift;
+            limit(&mut self.bodies, indices, room.max(0.0));
         }
         Ok(frame)
     }
