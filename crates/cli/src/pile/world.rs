@@ -8,8 +8,9 @@
 //! ([`Contacts::low`](punctual_scene::Contacts::low), `drift`). Old contacts are still good: they
 //! move with the bodies. So two bodies may move relative to each other by what is left of that
 //! distance, and by [`TRUST`] beyond it, until the scene has looked again. Where nothing is left,
-//! both bodies are held. So none sinks into another by more than `TRUST` unseen, and none is lost,
-//! however little time there is: then the pile is in slow motion.
+//! both bodies are held. So they sink into each other only by what moves them alike, and by `TRUST`
+//! for each look of the scene, and none falls through another, however little time there is: then
+//! the pile is in slow motion.
 
 use std::error::Error;
 use std::f64::consts::TAU;
