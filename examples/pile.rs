@@ -10,6 +10,7 @@
 mod common;
 #[path = "../crates/cli/src/pile/solver.rs"]
 mod solver;
+#[allow(dead_code, reason = "`punctual pile` uses the rest")]
 #[path = "../crates/cli/src/pile/world.rs"]
 mod world;
 

@@ -8,8 +8,9 @@
 //! ([`Contacts::low`](punctual_scene::Contacts::low), `drift`). Old contacts are still good: they
 //! move with the bodies. So two bodies may move relative to each other by what is left of that
 //! distance, and by [`TRUST`] beyond it, until the scene has looked again. Where nothing is left,
-//! both bodies are held. So none sinks into another by more than `TRUST` unseen, and none is lost,
-//! however little time there is: then the pile is in slow motion.
+//! both bodies are held. So they sink into each other only by what moves them alike, and by `TRUST`
+//! for each look of the scene, and none falls through another, however little time there is: then
+//! the pile is in slow motion.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -254,11 +255,11 @@ impl Pile {
                 frame.touching += 1;
                 frame.fresh += usize::from(found.age == 0);
             }
-            limit(
-                &mut self.bodies,
-                indices,
-                (found.low.min(SKIN) + TRUST - found.drift).max(0.0),
-            );
+            // A part of an answer that may lack overlaps tells nothing.
+            let is_bounded = found.low > 0.0 || pair.complete;
+            let trust = if is_bounded { TRUST } else { 0.0 };
+            let room = found.low.min(SKIN) + trust - found.drift;
+            limit(&mut self.bodies, indices, room.max(0.0));
         }
         Ok(frame)
     }

@@ -89,9 +89,8 @@ fn meshes_of_any_size_fall_and_a_page_shows_it() {
     );
     assert_eq!(rows.len(), 90);
     let page = folder.read("pile.html");
-    for text in ["A pile: what touches what", "Bodies held", "Manifolds"] {
-        assert!(page.contains(text), "{text}");
-    }
+    assert!(page.contains("A pile: what touches what") && page.contains("Frame"));
+    assert!(page.len() > 20_000, "{}", page.len());
 }
 
 #[test]
