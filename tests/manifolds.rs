@@ -605,9 +605,9 @@ fn a_body_on_many_feet_has_those_that_bear_it() {
         for (x, y) in (0..).zip(rows[trial % 4]) {
             long[3 * x + y] = 1;
         }
-        for foot in 0..9 {
+        for (foot, long) in long.into_iter().enumerate() {
             let (x, y) = ((foot / 3) as f64 - 1.0, (foot % 3) as f64 - 1.0);
-            let tip = -0.2 - 0.004 * f64::from(long[foot]) - 1e-6 * random.rand_float();
+            let tip = -0.2 - 0.004 * f64::from(long) - 1e-6 * random.rand_float();
             let first = corners.len() as u32;
             let around = [[0.1, 0.0], [-0.05, 0.0866], [-0.05, -0.0866]];
             corners.push(DVec3::new(0.5 * x, 0.5 * y, tip));

@@ -26,7 +26,8 @@ use picture::Picture;
 use punctual::glam::{DQuat, DVec3, Vec3};
 use punctual::tree::Solid;
 use punctual::{
-    Budget, BuildOptions, Mesh, MeshError, PairMemory, PoseError, Query, Tree, Workspace, shapes,
+    Budget, BuildOptions, Mesh, MeshError, PairMemory, PoseError, Query, Tree, Verdict, Workspace,
+    shapes,
 };
 use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use solver::{Body, Impulse, Point, SKIN, SLOP, STEP};
@@ -119,7 +120,8 @@ impl World {
         Ok(())
     }
 
-    /// The deepest overlap of any two bodies.
+    /// The deepest overlap of any two bodies: the shortest push found that parts them. It knows
+    /// nothing of manifolds.
     fn deepest(&mut self) -> Result<f64, PoseError> {
         let mut deepest = 0.0_f64;
         for (i, b) in self.bodies.iter().enumerate() {
@@ -127,10 +129,14 @@ impl World {
                 if b.is_fixed() || a.is_far_from(b, 0.0) {
                     continue;
                 }
-                let query = Query::manifolds(&a.tree, &b.tree, b.pose_in(a)?);
-                let _ = query.run(&mut self.workspace, BUDGET);
-                let found = self.workspace.manifolds().first();
-                deepest = deepest.max(found.map_or(0.0, |one| -one.distance));
+                let pose = b.pose_in(a)?;
+                let meet = Query::intersection(&a.tree, &b.tree, pose);
+                if meet.run(&mut self.workspace, BUDGET).value == Verdict::Separated {
+                    continue;
+                }
+                let query = PushOutQuery::new(&a.tree, &b.tree, pose);
+                let push = query.run(&mut self.workspace, BUDGET).push;
+                deepest = deepest.max(push.map_or(f64::INFINITY, |push| push.distance));
             }
         }
         Ok(deepest)
@@ -280,13 +286,19 @@ fn run(out: &mut StdoutLock) -> Result<(), Box<dyn Error>> {
     for (name, meshes) in all {
         let mut world = world(meshes);
         let mut deepest = 0.0_f64;
+        let pictured: &[usize] = match &*name {
+            "crates" => &[20, 60, FRAMES - 1],
+            _ => &[],
+        };
         for frame in 0..FRAMES {
+            if pictured.contains(&frame) {
+                picture.add(&world.bodies, &format!("{:.1} s", frame as f64 * STEP));
+            }
             world.frame()?;
             if frame >= SETTLED && frame % 30 == 0 {
                 deepest = deepest.max(world.deepest()?);
             }
         }
-        picture.add(&world.bodies, &name);
         let (tally, speed) = (mem::take(&mut world.tally), world.speed());
         let milliseconds = |time: Duration| 1e3 * time.as_secs_f64();
         writeln!(

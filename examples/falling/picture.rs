@@ -19,11 +19,12 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Adds a panel, seen from the front, the right and above.
+    /// Adds a panel, seen from the front, the right and above; of fixed bodies only the first.
     pub fn add(&mut self, bodies: &[Body], caption: &str) {
         let turn = DMat3::from_rotation_x(-1.2) * DMat3::from_rotation_z(-0.5);
         let mut faces = Vec::new();
-        for (i, body) in bodies.iter().enumerate() {
+        let is_drawn = |&(i, body): &(usize, &Body)| i == 0 || !body.is_fixed();
+        for (i, body) in bodies.iter().enumerate().filter(is_drawn) {
             let mesh = body.tree.mesh();
             for triangle in 0..mesh.len() {
                 let corners = mesh

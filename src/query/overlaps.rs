@@ -461,8 +461,8 @@ impl Overlaps {
                 self.groups[group].find_normal(shape, &self.cuts[at..]);
             }
             self.groups[group].insert_segment(segment);
-            for side in 0..2 {
-                for vertex in shape.trees[side].vertices_of(pair[side]) {
+            for (side, triangle) in pair.into_iter().enumerate() {
+                for vertex in shape.trees[side].vertices_of(triangle) {
                     if self.inside_root(side, vertex).is_some() {
                         self.reduce_vertex(shape, side, vertex, group);
                     }

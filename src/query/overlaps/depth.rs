@@ -3,8 +3,8 @@
 //! A depth is measured along the normal, from where a line leaves A backwards to where it leaves B
 //! forwards. From a vertex inside the other surface one ray shows it, from a point of the curves,
 //! moved inward, two. Of a piece without such vertices two more rays show that both surfaces are
-//! around the first point all the way, which is not so where one goes through the other: then there
-//! is no normal.
+//! around all the way, until one point is found. Where one surface goes through the other at most of
+//! the points, there is no normal.
 
 use super::{Cut, Octagon, Overlaps, Phase, REGION_LIMIT};
 use crate::contact::manifold::{Before, Manifold, ManifoldPoint, Shape, choose};
@@ -91,8 +91,8 @@ pub(super) struct Probing {
     /// asked, B backwards and A forwards.
     exits: [Option<f64>; 4],
     found: Vec<ManifoldPoint>,
-    /// True if one of the surfaces goes through the other.
-    is_through: bool,
+    /// Number of probes along which one of the surfaces goes through the other.
+    through: usize,
     stage: Stage,
 }
 
@@ -246,10 +246,11 @@ impl Group {
         let found = &mut probing.found;
         // Of equal depths, those that span most come first.
         found.reverse();
-        let is_through = found.is_empty() && probing.is_through;
+        let is_through = probing.through > found.len();
         let normal = if is_through { DVec3::ZERO } else { self.normal };
         let is_known = !found.is_empty() || normal == DVec3::ZERO || self.is_touching;
-        if found.is_empty() {
+        if found.is_empty() || normal == DVec3::ZERO {
+            found.clear();
             found.extend(self.curve(normal));
         }
         let mut manifold = Manifold::of(self.axis(), found, 1.0, before);
@@ -307,17 +308,18 @@ impl Overlaps {
         if self.probing.stage == Stage::None {
             self.probing.found.clear();
             self.probing.found.reserve(FOUND);
-            self.probing.is_through = false;
+            self.probing.through = 0;
             self.probing.enter(Stage::Deep, group.deep_probes());
         }
         let Some(&probe) = self.probing.probes.get(self.probing.next) else {
             workspace.run.stats.work += WORK_PER_CURVE_PAIR;
-            let has_depth = self.probing.stage == Stage::Deep && !self.probing.found.is_empty();
-            if has_depth && group.cuts > SMALL {
+            let is_deep = self.probing.stage == Stage::Deep && self.probing.next > 0;
+            let is_small = is_deep && !self.probing.found.is_empty() && group.cuts <= SMALL;
+            if is_deep && !is_small {
                 self.probing.enter(Stage::Wide, group.wide_probes(before));
                 return Ok(false);
             }
-            if has_depth {
+            if is_small {
                 // Around a small region points of the curve are found without rays.
                 self.probing.found.extend(group.curve(normal));
             }
@@ -349,7 +351,7 @@ impl Overlaps {
                 let point = ManifoldPoint::new(points, normal, -(back + forth));
                 self.probing.found.push(point);
             } else {
-                self.probing.is_through = true;
+                self.probing.through += 1;
             }
         }
         (self.probing.next, self.probing.ray) = (self.probing.next + 1, 0);
