@@ -134,9 +134,8 @@ impl World {
                 if meet.run(&mut self.workspace, BUDGET).value == Verdict::Separated {
                     continue;
                 }
-                let query = PushOutQuery::new(&a.tree, &b.tree, pose);
-                let push = query.run(&mut self.workspace, BUDGET).push;
-                deepest = deepest.max(push.map_or(f64::INFINITY, |push| push.distance));
+                let query = PenetrationQuery::new(&a.tree, &b.tree, pose).push_only(true);
+                deepest = deepest.max(query.run(&mut self.pushes, BUDGET).value.high);
             }
         }
         Ok(deepest)
