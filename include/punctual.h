@@ -927,7 +927,7 @@ punctual_status punctual_workspace_new(struct punctual_workspace **workspace);
 /**
  * Makes a workspace with room for `queue` node pairs (a full queue costs order, no answer) and `pairs` found pairs, at
  * least 1 (when they are full, the query stops with PAIRS_FULL, to be drained and resumed): `20 queue + 8 pairs` bytes and
- * about 330 kB.
+ * about 320 kB.
  *
  * Fails with OUT_OF_MEMORY if there is not that much.
  */

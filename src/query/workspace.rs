@@ -215,7 +215,7 @@ impl Workspace {
     }
 
     /// Room for `queue` node pairs and `found` intersecting pairs: `20 queue + 8 found` bytes and
-    /// about 330 kB. With a full queue the query goes depth-first and loses nothing. A full buffer
+    /// about 320 kB. With a full queue the query goes depth-first and loses nothing. A full buffer
     /// of pairs stops it with [`crate::StopReason::PairsFull`], to be drained and resumed.
     #[must_use]
     pub fn with_capacity(queue: usize, found: usize) -> Self {
