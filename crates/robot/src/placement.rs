@@ -82,13 +82,12 @@ impl Placement {
         let shapes: Vec<Placed> = world.shapes.iter().map(place).collect();
         *self = Self {
             version: world.version,
-            placed: 0,
             bodies: vec![Transform::IDENTITY; world.model.bodies.len()],
             near: Near::new(world, |shape| shapes[shape as usize].still),
             shapes,
             still_size,
-            slack: 0.0,
             ways: vec![0.0; ways],
+            ..Self::default()
         };
     }
 
