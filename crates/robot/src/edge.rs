@@ -1,4 +1,5 @@
-//! A path of straight lines in joint space: proven free, in contact, or not known from some time on.
+//! A path of straight lines in joint space: proven free, in contact, or not known from some time
+//! on.
 //!
 //! Lines are halved. At the middle of an interval each pair of shapes has a distance, and a bound
 //! of what half of the interval can take of it ([`Placement::reach`](crate::placement::Placement)).
