@@ -27,6 +27,18 @@ def robot(tmp_path):
     return cell(punctual3d.Robot.from_urdf(urdf, srdf=TESTS / "arm.srdf"))
 
 
+@pytest.mark.parametrize("solids", [False, True])
+def test_meshes_as_solids(solids, tmp_path):
+    (tmp_path / "arm").mkdir()
+    for name in ("wedge.obj", "arm/wedge.obj"):
+        shutil.copy(TESTS / "wedge.obj", tmp_path / name)
+    urdf = shutil.copy(TESTS / "arm.urdf", tmp_path)
+    robot = punctual3d.Robot.from_urdf(urdf, srdf=TESTS / "arm.srdf", solids=solids)
+    robot.add("pea", place(0, 0, 1.2), sphere=0.001)  # in the forearm, whose mesh is closed
+    assert robot.is_valid([0, 0, 0, 0]) != solids
+    assert pickle.loads(pickle.dumps(robot)).is_valid((0, 0, 0, 0)) != solids
+
+
 def cell(robot):
     robot.add("board", place(0.9, 0, 0.4), box=(0.6, 0.6, 0.05))
     robot.add("ball", place(-0.7, 0.3, 0.9), sphere=0.2)

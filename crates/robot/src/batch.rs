@@ -60,7 +60,8 @@ impl Checker {
     /// of the one to row `i` of the other.
     ///
     /// # Errors
-    /// Those of [`Checker::collide_batch`]; [`RobotError::Model`] unless both have the same number of rows.
+    /// Those of [`Checker::collide_batch`]; [`RobotError::Model`] unless both have the same number
+    /// of rows.
     pub fn edge_batch(
         &mut self,
         from: &[f64],

@@ -64,10 +64,10 @@ pub(crate) struct Call<'c> {
 }
 
 impl<'c> Call<'c> {
-    pub fn outcome<T>(&self, value: T, stop: StopReason) -> Outcome<T> {
+    pub fn outcome<T>(&self, value: T, end: Result<(), StopReason>) -> Outcome<T> {
         Outcome {
             value,
-            stop,
+            stop: end.err().unwrap_or(StopReason::Finished),
             work: self.deadline.done(),
             elapsed: self.deadline.elapsed(),
         }
@@ -130,7 +130,7 @@ impl<'c> Call<'c> {
             if self.room.placement.box_gap([a, b], &b_in_a) > 0.0 {
                 return Ok(false);
             }
-            if holds_part(a, b, &b_in_a) {
+            if self.holds_part([a, b], &b_in_a) {
                 return Ok(true);
             }
         }
@@ -157,6 +157,20 @@ impl<'c> Call<'c> {
         let query =
             Query::distance(&a.tree, &b.tree, to_pose(&b_in_a)).margins([a.margin, b.margin]);
         self.run(&ask(query), Some(pair))
+    }
+
+    /// [`holds_part`], which counts as work.
+    pub fn holds_part(&mut self, [a, b]: [&Inner; 2], b_in_a: &Transform) -> bool {
+        let asked = |a: &Inner, b: &Inner| if a.is_solid { b.samples.len() } else { 0 };
+        let samples = asked(a, b) + asked(b, a);
+        self.deadline.spend(samples as u64 * BOX_WORK);
+        samples > 0 && holds_part(a, b, b_in_a)
+    }
+
+    /// Whether the surfaces of a pair are farther apart than this.
+    pub fn is_farther(&mut self, pair: u32, limit: f64) -> Result<bool, StopReason> {
+        let (bounds, end) = self.distance(pair, |query| query.closer_than(limit));
+        end.map(|()| bounds.closer == Some(false))
     }
 
     /// Runs a query of surfaces, or goes on with it if it was stopped. Its plan does not depend on

@@ -8,7 +8,7 @@ use punctual::engine::Deadline;
 use punctual::{Pose, StopReason};
 
 use crate::call::{Call, Room};
-use crate::model::{PlacedShape, prefixed};
+use crate::model::{PlacedLink, PlacedShape, prefixed};
 use crate::order::Order;
 use crate::transform::{Transform, from_pose};
 use crate::world::World;
@@ -171,7 +171,9 @@ impl Checker {
         shape: Shape,
         may_touch: &[&str],
     ) -> Result<ShapeId, RobotError> {
-        let place = self.model().place_of(self.model().link_number(link)?);
+        let PlacedLink { body, in_body, .. } =
+            &self.model().links[self.model().link_number(link)? as usize];
+        let place = (*body, *in_body);
         let touches = may_touch.iter().map(|link| self.model().link_number(link));
         let touches = touches.collect::<Result<_, _>>()?;
         self.insert(name, place, pose, shape, touches)
@@ -265,14 +267,9 @@ impl Checker {
             }
             Ok(())
         };
-        let stop = find().err().unwrap_or(StopReason::Finished);
+        let end = find();
         pairs.sort_unstable();
-        let value = match (pairs.first(), stop) {
-            (Some(&pair), _) => Collision::Contact(pair),
-            (None, StopReason::Finished) => Collision::Free,
-            (None, _) => Collision::Undecided,
-        };
-        Ok(call.outcome(value, stop))
+        Ok(call.collision(pairs.first(), end))
     }
 
     /// Begins a call, after a check of its first configuration.
@@ -302,14 +299,21 @@ impl Checker {
 impl Call<'_> {
     pub fn collide(mut self, configuration: &[f64]) -> Outcome<Collision> {
         let found = self.put(configuration);
-        let (value, stop) = match found.and_then(|()| self.find(&mut 0)) {
-            Ok(Some(pair)) => {
-                let met = Collision::Contact(self.world.ids_of(pair));
-                (met, StopReason::Finished)
-            }
-            Ok(None) => (Collision::Free, StopReason::Finished),
-            Err(stop) => (Collision::Undecided, stop),
+        let found = found.and_then(|()| self.find(&mut 0));
+        let met = found.ok().flatten().map(|pair| self.world.ids_of(pair));
+        self.collision(met.as_ref(), found.map(drop))
+    }
+
+    fn collision(
+        &self,
+        met: Option<&[ShapeId; 2]>,
+        end: Result<(), StopReason>,
+    ) -> Outcome<Collision> {
+        let value = match (met, end) {
+            (Some(&pair), _) => Collision::Contact(pair),
+            (None, Ok(())) => Collision::Free,
+            (None, Err(_)) => Collision::Undecided,
         };
-        self.outcome(value, stop)
+        self.outcome(value, end)
     }
 }

@@ -10,7 +10,6 @@ use punctual::glam::DVec3;
 use crate::call::Call;
 use crate::checker::Outcome;
 use crate::order::BOX_WORK;
-use crate::shape::holds_part;
 use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
 
@@ -143,7 +142,7 @@ impl Call<'_> {
             end
         });
         self.room.bounds = bounds;
-        self.outcome(found, end.err().unwrap_or(StopReason::Finished))
+        self.outcome(found, end)
     }
 
     /// Measures pairs, the nearest by their bounds first, until no other can be nearer. A pair that
@@ -170,7 +169,7 @@ impl Call<'_> {
                 continue;
             }
             let band = shapes[0].band + shapes[1].band;
-            if holds_part(shapes[0], shapes[1], &b_in_a) {
+            if self.holds_part(shapes, &b_in_a) {
                 *found = Clearance::UNKNOWN;
                 (found.high, found.pair) = (band, Some(self.world.ids_of(number)));
                 return Ok(());

@@ -1,9 +1,10 @@
-//! A path of straight lines in joint space: proven free, in contact, or not known from some time on.
+//! A path of straight lines in joint space: proven free, in contact, or not known from some time
+//! on.
 //!
-//! Lines are halved. At the middle of an interval each pair of shapes has a distance, and a rate
-//! by which it can change ([`Placement::rate`](crate::placement::Placement::rate)). If the distance
-//! exceeds what half of the interval can take, the pair is free on the whole of it. Otherwise both
-//! halves ask the pair again. An open interval keeps the pairs that are not proven on it, so at
+//! Lines are halved. At the middle of an interval each pair of shapes has a distance, and a bound
+//! of what half of the interval can take of it ([`Placement::reach`](crate::placement::Placement)).
+//! If the distance is larger, the pair is free on the whole interval. Otherwise both halves ask the
+//! pair again. An open interval keeps the pairs that are not proven on it, so at
 //! each moment all of the path is proven, known to be in contact, or covered by an open interval.
 //!
 //! For any contact, five configurations are asked first, and then wide intervals before narrow
@@ -169,7 +170,7 @@ impl Run {
     }
 
     /// Goes on until the question is answered or the budget ends.
-    pub fn advance(&mut self, call: &mut Call<'_>) -> StopReason {
+    pub fn advance(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
         let end = self.probe(call);
         let end = end.and_then(|is_done| {
             if is_done {
@@ -179,7 +180,7 @@ impl Run {
             }
         });
         self.is_stopped = end.is_err();
-        end.err().unwrap_or(StopReason::Finished)
+        end
     }
 
     fn put(&mut self, (line, share): Time, call: &mut Call<'_>) -> Result<(), StopReason> {
@@ -279,13 +280,7 @@ impl Run {
                 Phase::Filter(_) => Phase::Distances(0),
                 Phase::Distances(at) if at < self.kept.len() => {
                     let Kept { pair, limit, gap } = self.kept[at];
-                    if gap > APART * limit {
-                        phase = Phase::Distances(at + 1);
-                        continue;
-                    }
-                    let (bounds, end) = call.distance(pair, |query| query.closer_than(limit));
-                    end?;
-                    if bounds.closer == Some(false) {
+                    if gap <= APART * limit && call.is_farther(pair, limit)? {
                         self.kept.remove(at);
                         Phase::Distances(at)
                     } else {
@@ -446,7 +441,7 @@ impl Checker {
 
     /// Whether a path is free: straight lines from each of its knots to the next one. The knots lie
     /// one after the other. What is known of it is as of one edge, asked from coarse to fine along
-    /// all of the path.
+    /// all of the path. Times are rounded to f64; `free_until` downwards.
     ///
     /// # Errors
     /// Those of [`Checker::edge`], with the row; [`RobotError::Model`] for fewer than two knots.
@@ -490,9 +485,9 @@ impl Call<'_> {
 
     pub fn resume_edge(mut self) -> Outcome<Edge> {
         let mut run = std::mem::take(&mut self.room.run);
-        let stop = run.advance(&mut self);
+        let end = run.advance(&mut self);
         let edge = run.edge(self.world);
         self.room.run = run;
-        self.outcome(edge, stop)
+        self.outcome(edge, end)
     }
 }

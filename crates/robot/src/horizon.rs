@@ -41,7 +41,8 @@ impl Checker {
     /// ```no_run
     /// # use punctual::Budget;
     /// # use punctual_robot::{Checker, RobotError, braking_time, safe_speed};
-    /// # fn cycle(checker: &mut Checker, q: [f64; 7], velocity: [f64; 7]) -> Result<(), RobotError> {
+    /// # fn cycle(checker: &mut Checker, q: [f64; 7]) -> Result<(), RobotError> {
+    /// let velocity = [0.5, 0.0, 0.0, -0.2, 0.0, 0.0, 0.0];
     /// let budget = Budget::time(std::time::Duration::from_micros(200));
     /// let ahead = checker.horizon(&q, &velocity, 0.1, budget)?.value;
     /// let speed = safe_speed(ahead.free_until, 0.001, braking_time(&velocity, &[10.0; 7]));

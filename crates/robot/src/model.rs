@@ -92,7 +92,7 @@ pub struct Model {
     name: String,
     joint_names: Vec<String>,
     limits: Vec<Option<[f64; 2]>>,
-    links: Vec<PlacedLink>,
+    pub(crate) links: Vec<PlacedLink>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) shapes: Vec<PlacedShape>,
     /// Pairs of link numbers never asked, the lower one first.
@@ -101,10 +101,10 @@ pub struct Model {
 }
 
 #[derive(Debug)]
-struct PlacedLink {
+pub(crate) struct PlacedLink {
     name: String,
-    body: u32,
-    in_body: Transform,
+    pub body: u32,
+    pub in_body: Transform,
 }
 
 /// A shape that is part of a rigid body.
@@ -421,12 +421,6 @@ impl Model {
             Some(number) => Ok(number as u32),
             None => refuse(format!("there is no link {name}")),
         }
-    }
-
-    /// Body of a link, and the frame of the link in it.
-    pub(crate) fn place_of(&self, link: u32) -> (u32, Transform) {
-        let link = &self.links[link as usize];
-        (link.body, link.in_body)
     }
 
     /// Refuses what is not one configuration of fine values.

@@ -82,13 +82,12 @@ impl Placement {
         let shapes: Vec<Placed> = world.shapes.iter().map(place).collect();
         *self = Self {
             version: world.version,
-            placed: 0,
             bodies: vec![Transform::IDENTITY; world.model.bodies.len()],
             near: Near::new(world, |shape| shapes[shape as usize].still),
             shapes,
             still_size,
-            slack: 0.0,
             ways: vec![0.0; ways],
+            ..Self::default()
         };
     }
 
@@ -177,9 +176,9 @@ impl Placement {
     ///   turned rigidly. So distances now suffice, however far the joints move.
     /// - The way at the speed of now, and half of the largest acceleration. The speed is linear in
     ///   the point, so largest at a corner of the box. The acceleration is the sum over all pairs
-    ///   of joints, also of each with itself, of `m m'` times the axis of the one nearer to the root
-    ///   (none if it slides) times the lever of the other: at most its `r` and the sum above of the
-    ///   joints after it, for these may have moved the point away from its axis.
+    ///   of joints, also of each with itself, of `m m'` times the axis of the one nearer to the
+    ///   root (none if it slides) times the lever of the other: at most its `r` and the sum above
+    ///   of the joints after it, for these may have moved the point away from its axis.
     fn reach_of(&mut self, world: &World, shape: u32, from: u32, moves: &[f64]) -> f64 {
         let Placed { measured, ways, .. } = self.shapes[shape as usize];
         if measured != self.placed {
