@@ -86,7 +86,8 @@ fn assert_patches(a: &Tree, b: &Tree, contacts: &[Contact], patches: &mut Patche
 
 fn assert_push(a: &Tree, b: &Tree, pose: Pose, work: u64) {
     let query = PenetrationQuery::new(a, b, pose).push_only(work % 2 == 0);
-    let budget = Budget::work(work).clock(&ManualClock::new());
+    let clock = ManualClock::new();
+    let budget = Budget::work(work).clock(&clock);
     let push = query.run(&mut PenetrationWorkspace::new(), budget).value;
     assert!(push.low <= push.high, "{push:?}");
     if let Some(direction) = push.direction {

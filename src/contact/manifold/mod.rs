@@ -266,7 +266,7 @@ pub(crate) fn choose(
         .iter()
         .map(|point| point.distance)
         .fold(f64::INFINITY, f64::min);
-    let stays = |i: usize| stay >> i & 1 != 0;
+    let stays = |i: usize| stay.checked_shr(i as u32).is_some_and(|bits| bits & 1 != 0);
     let all = || candidates.iter().enumerate();
     let mut even = all().filter(|&(i, point)| stays(i) && point.distance <= least + EVEN * extent);
     let mut deep = all().filter(|(_, point)| point.distance <= least + ROUNDING * extent);

@@ -258,7 +258,7 @@ impl Pile {
             // A part of an answer that may lack overlaps tells nothing.
             let is_bounded = found.low > 0.0 || pair.complete;
             let trust = if is_bounded { TRUST } else { 0.0 };
-            let room = found.low.min(SKIN) + trust - found.drift;
+            let room = found.low + trust - found.drift;
             limit(&mut self.bodies, indices, room.max(0.0));
         }
         Ok(frame)
