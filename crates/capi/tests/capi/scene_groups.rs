@@ -173,6 +173,10 @@ fn contact_points_are_those_of_rust() {
         punctual_scene_stop_finding_contacts_of(Some(&mut both.scene), a, b),
         Status::Ok
     );
+    for ignores in [true, false] {
+        let status = punctual_scene_ignore(Some(&mut both.scene), a, b, ignores);
+        assert_eq!(status, Status::Ok);
+    }
     assert_eq!(
         punctual_scene_find_contacts(Some(&mut both.scene)),
         Status::Ok
@@ -196,6 +200,7 @@ fn groups_refuse_what_is_not_there() {
     null_is_seen(punctual_scene_stop_measuring_groups(None, 0), "scene");
     null_is_seen(punctual_scene_find_contacts(None), "scene");
     null_is_seen(punctual_scene_find_contacts_of(None, id, id), "scene");
+    null_is_seen(punctual_scene_ignore(None, id, id, true), "scene");
     null_is_seen(
         punctual_scene_stop_finding_contacts_of(None, id, id),
         "scene",
