@@ -1,7 +1,7 @@
 //! Penetration depth: how far one body has to move until it no longer penetrates another, as an
 //! interval with both ends proven, and a push (a translation) that separates them.
 //!
-//! It is a caller of [`Query`](punctual::Query). Contacts give directions, and bisection the least
+//! It is a caller of [`Query`]. Contacts give directions, and bisection the least
 //! length along each: `high` is the length of the shortest push after which an exact query finds the
 //! bodies apart. `low` comes from a cover of the shorter translations: it is the least radius of the
 //! cones around 0. The search advances the cone with the least radius by a set that it knows. If none
@@ -11,7 +11,7 @@
 //! A set is the translations at which two triangles meet (module `sets`), or a ball: where a ball
 //! inside of A overlaps one inside of B, or holds a point of B's surface, the bodies meet.
 //!
-//! The search is a machine ([`machine`]): each step does little work, or puts one question to the
+//! The search is a machine (`machine`): each step does little work, or puts one question to the
 //! trees, and changes the state only when the answer is complete. So it stops and continues anywhere.
 
 #![cfg_attr(not(feature = "std"), no_std)]
