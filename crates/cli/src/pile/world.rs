@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use punctual::glam::{DQuat, DVec3};
 use punctual::tree::Solid;
-use punctual::{Aabb, Budget, BuildOptions, Mesh, Tree, Verdict, shapes};
+use punctual::{Aabb, Budget, BuildOptions, Mesh, Tree, shapes};
 use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use punctual_scene::{Body, BodyId, BodyKind, Scene};
 
@@ -225,9 +225,6 @@ impl Pile {
             body.limit = if is_known { STRIDE } else { 0.0 };
         }
         for pair in &self.scene.report().pairs {
-            if pair.verdict == Verdict::Separated {
-                continue;
-            }
             let indices = [pair.a.index(), pair.b.index()];
             let [a, b] = [self.scene.body(pair.a)?, self.scene.body(pair.b)?];
             if a.is_sensor || b.is_sensor {
