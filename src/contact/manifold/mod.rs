@@ -238,10 +238,10 @@ const EVEN: f64 = 1e-3;
 /// A candidate that stays counts as adding this much more.
 const STAY: f64 = 1.5;
 
-/// The indices of at most four of these points: the one with the least distance, then those that keep the bodies
-/// apart where the chosen ones do not. Of equal ones, and of those whose distances differ by
-/// rounding, the first. Those that `stay` (bits) are preferred, so that the choice does not change
-/// with small motions.
+/// The indices of at most four of these points: the one with the least distance, then those that
+/// keep the bodies apart where the chosen ones do not. Of equal ones, and of those whose distances
+/// differ by rounding, the first. Those that `stay` (bits) are preferred, so that the choice does
+/// not change with small motions.
 ///
 /// While the chosen points stay apart, a body that turns by at most `tilt` (radians) sinks in at a
 /// point `p` by no more than `tilt |p - q| + d(q) - d(p)`, where `q` is the nearest point of the

@@ -70,9 +70,9 @@ pub struct Contacts<'s> {
     /// True if the points stood for all contacts within the margins when they were found.
     pub is_whole: bool,
     /// The surfaces, of solids, were at least this far apart, margins not subtracted, wherever no
-    /// point stands for a contact. The sum of the margins if the points stand for all contacts; more if the
-    /// bodies are proven apart by more; 0 if nothing is known. They meet nowhere else before they
-    /// have moved relative to each other by `low - drift`.
+    /// point stands for a contact. The sum of the margins if the points stand for all contacts; more
+    /// if the bodies are proven apart by more; 0 if nothing is known. They meet nowhere else before
+    /// they have moved relative to each other by `low - drift`.
     pub low: f64,
     /// Upper bound of how far the surfaces have moved relative to each other since the points were
     /// found, in the length unit of the scene: 0 if they are those of the present poses, infinite

@@ -172,7 +172,7 @@ impl Turn {
         self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
         let asks_contacts = standing.verdict != Verdict::Separated
             && bodies.wants_contacts(*key)
-            && !state.knows_contacts(*key, bodies, frame);
+            && state.small_drift(*key, bodies, frame).is_none();
         self.next = match self.kind {
             TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
             TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
@@ -337,17 +337,24 @@ impl PairState {
             / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
     }
 
-    /// True if the contacts of the pair need not be found anew in `frame`.
-    pub fn knows_contacts(&self, key: PairKey, bodies: &Bodies, frame: u64) -> bool {
-        let touch = self.touch.as_ref();
-        touch.is_some_and(|touch| bodies.knows_contacts(key, touch, frame))
+    /// How far the surfaces have moved since the contacts of the pair were found, if these need not
+    /// be found anew in `frame`.
+    pub fn small_drift(&self, key: PairKey, bodies: &Bodies, frame: u64) -> Option<f64> {
+        let touch = self.touch.as_ref()?;
+        bodies.small_drift(key, touch, frame)
     }
 
-    /// True if contacts found earlier prove that the bodies still meet in `frame`, which is then
-    /// recorded.
-    pub fn goes_on_touching(&mut self, key: PairKey, bodies: &Bodies, frame: u64) -> bool {
+    /// True if contacts found before the surfaces moved by `drift` prove that the bodies still meet
+    /// in `frame`, which is then recorded.
+    pub fn goes_on_touching(
+        &mut self,
+        key: PairKey,
+        bodies: &Bodies,
+        drift: f64,
+        frame: u64,
+    ) -> bool {
         let touch = self.touch.as_ref();
-        let nearest = touch.and_then(|touch| bodies.still_touches(key, touch, frame));
+        let nearest = touch.and_then(|touch| bodies.still_touches(key, touch, drift));
         if let Some((triangles, distance)) = nearest {
             self.completed = frame;
             self.decide(Verdict::of_witness(triangles, distance), 1, frame);

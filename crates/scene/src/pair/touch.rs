@@ -157,24 +157,25 @@ impl Bodies {
         moved + rounding[0] + rounding[1]
     }
 
-    /// True if the contacts of a pair need not be found anew.
-    pub fn knows_contacts(&self, key: PairKey, touch: &Touch, frame: u64) -> bool {
+    /// How far the surfaces of a pair have moved since its contacts were found, if these need not be
+    /// found anew.
+    pub fn small_drift(&self, key: PairKey, touch: &Touch, frame: u64) -> Option<f64> {
         let is_whole = touch.since > 0 && touch.completed == touch.since;
         let skin = self.pair(key).map_or(0.0, margins);
-        is_whole && self.drift(key, touch, frame) <= REUSED * skin
+        let drift = is_whole.then(|| self.drift(key, touch, frame));
+        drift.filter(|drift| *drift <= REUSED * skin)
     }
 
-    /// The nearest triangles of contacts that need not be found anew, and an upper bound of their
-    /// distance, if that is within the margins.
+    /// The nearest triangles of contacts found before the surfaces moved by `drift`, and an upper
+    /// bound of their distance, if that is within the margins.
     pub fn still_touches(
         &self,
         key: PairKey,
         touch: &Touch,
-        frame: u64,
+        drift: f64,
     ) -> Option<([u32; 2], f64)> {
         let (triangles, distance) = touch.nearest?;
         let skin = margins(self.pair(key)?);
-        let drift = self.drift(key, touch, frame);
         let most = if drift > 0.0 {
             (distance + drift) * (1.0 + super::apart::STRETCH)
         } else {

@@ -133,17 +133,21 @@ impl Known {
     }
 
     /// How far the bodies may move before they may meet; 0 if nothing is proven.
+    #[inline]
     pub fn room(&self, bodies: &Bodies, frame: u64) -> f64 {
         let until = if self.met() { 0.0 } else { self.apart() };
-        (until - bodies.gone(self.key, self.since(frame), frame)).max(0.0)
+        if until > 0.0 {
+            (until - bodies.gone(self.key, self.since(frame), frame)).max(0.0)
+        } else {
+            0.0
+        }
     }
 
     /// True if the bodies are known to be separated in `frame` because they have not moved far.
     /// Then records it.
     #[inline]
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
-        let until = if self.met() { 0.0 } else { self.apart() };
-        let stays = until > 0.0 && until > bodies.gone(self.key, self.since(frame), frame);
+        let stays = self.room(bodies, frame) > 0.0;
         if stays {
             self.bits = self.bits & !FRAME | frame as u32 & FRAME;
         }

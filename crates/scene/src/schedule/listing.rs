@@ -323,12 +323,20 @@ impl<'l> Listing<'l> {
         let asks_contacts = bodies.wants_contacts(key);
         let touches = asks_contacts && state.met();
         self.counts.near += usize::from(asks_contacts);
-        let located = !touches || state.knows_contacts(key, bodies, number);
+        let drift = if touches {
+            state.small_drift(key, bodies, number)
+        } else {
+            None
+        };
+        let located = !touches || drift.is_some();
         // Contacts decide whether the bodies meet, if nothing else is asked.
         let by_contacts =
             asks_contacts && self.frame.mode == Mode::Any && bodies.asks_only_contact(key);
-        if by_contacts && touches && located && !complete {
-            complete = state.goes_on_touching(key, bodies, number);
+        if by_contacts
+            && !complete
+            && let Some(drift) = drift
+        {
+            complete = state.goes_on_touching(key, bodies, drift, number);
             holds |= complete;
         }
         let mut probability = 0.0;

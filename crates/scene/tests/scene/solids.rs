@@ -49,9 +49,13 @@ fn what_crosses_a_sensor_enters_once_and_leaves_once() {
             .unwrap();
         assert!(scene.body(sensor).unwrap().is_sensor && scene.body(sensor).unwrap().data == 7);
         let (mut phases, mut contained) = (Vec::new(), 0);
-        for step in 0..=100 {
+        // Some frames more, to find out what is still open.
+        for step in 0..=140 {
             scene
-                .set_pose(id, at(start + (8.0 - start) * f64::from(step) / 100.0))
+                .set_pose(
+                    id,
+                    at(start + (8.0 - start) * f64::from(step.min(100)) / 100.0),
+                )
                 .unwrap();
             let report = detect(&mut scene, budget);
             phases.push(
@@ -63,17 +67,6 @@ fn what_crosses_a_sensor_enters_once_and_leaves_once() {
             );
             contained += report.contained;
             assert!(scene.contacts(sensor, id).unwrap().points.is_empty());
-        }
-        // Time to find out what is still open.
-        for _ in 0..40 {
-            let report = detect(&mut scene, budget);
-            phases.push(
-                report
-                    .contacts
-                    .iter()
-                    .map(|contact| contact.phase)
-                    .collect(),
-            );
         }
         let counts = [ContactPhase::Began, ContactPhase::Ended].map(|phase| count(&phases, phase));
         // A budget of one step a frame may miss it, but says nothing wrong.
