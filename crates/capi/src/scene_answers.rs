@@ -235,7 +235,7 @@ pub unsafe extern "C" fn punctual_scene_distances(
     count: Option<&mut MaybeUninit<usize>>,
 ) -> punctual_status {
     door("punctual_scene_distances", || {
-        let found = punctual_scene::get(scene)?.report().distances.iter();
+        let found = punctual_scene::get(scene)?.distances();
         // SAFETY: the contract of the header for arrays.
         unsafe {
             rows(
@@ -287,7 +287,7 @@ pub unsafe extern "C" fn punctual_scene_passages(
                 capacity,
                 "passages",
                 given(count, "count")?,
-                scene.report().passages.iter(),
+                scene.passages(),
             )
         }
     })
@@ -409,15 +409,15 @@ impl From<&BodyContact> for punctual_body_contact {
     }
 }
 
-impl From<&PairDistance> for punctual_pair_distance {
-    fn from(pair: &PairDistance) -> Self {
+impl From<PairDistance> for punctual_pair_distance {
+    fn from(pair: PairDistance) -> Self {
         let PairDistance {
             low,
             high,
             triangles,
             age,
             ..
-        } = *pair;
+        } = pair;
         let (has_triangles, triangles) =
             (triangles.is_some(), triangles.unwrap_or_default().into());
         Self {
@@ -432,8 +432,8 @@ impl From<&PairDistance> for punctual_pair_distance {
     }
 }
 
-impl From<&PairPassage> for punctual_pair_passage {
-    fn from(pair: &PairPassage) -> Self {
+impl From<PairPassage> for punctual_pair_passage {
+    fn from(pair: PairPassage) -> Self {
         Self {
             a: pair.a.into(),
             b: pair.b.into(),

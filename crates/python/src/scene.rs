@@ -113,7 +113,8 @@ pub struct Report {
 }
 
 impl Report {
-    fn new(py: Python<'_>, report: &punctual_scene::Report) -> PyResult<Self> {
+    fn new(py: Python<'_>, scene: &punctual_scene::Scene) -> PyResult<Self> {
+        let report = scene.report();
         let pairs = &report.pairs;
         let distance = |pair: &PairReport| pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
         let counts =
@@ -140,9 +141,9 @@ impl Report {
             work: report.work,
             elapsed: report.elapsed.map(|elapsed| elapsed.as_secs_f64()),
             contacts: BodyContacts::new(py, &report.contacts)?,
-            distances: PairDistances::new(py, &report.distances)?,
+            distances: PairDistances::new(py, &scene.distances().collect::<Vec<_>>())?,
             group_distances: GroupDistances::new(py, &report.group_distances)?,
-            passages: PairPassages::new(py, &report.passages)?,
+            passages: PairPassages::new(py, &scene.passages().collect::<Vec<_>>())?,
         })
     }
 }
@@ -523,7 +524,7 @@ impl Scene {
             };
         })?;
         self.is_current = true;
-        Report::new(py, self.scene.report())
+        Report::new(py, &self.scene)
     }
 
     /// What is not known about two bodies where they are now: no more triangle pairs than the first number intersect,

@@ -238,7 +238,7 @@ impl Scene {
         broad.reserve(bodies.room());
         rays.reserve(bodies.room());
         states.reserve(broad, pairs);
-        schedule.reserve(states.room(), bodies, report);
+        schedule.reserve(states.room(), report);
         events.reserve(states.room(), report);
     }
 
@@ -421,7 +421,7 @@ impl Scene {
     /// except that one in four is another body. None waits for ever if budgets allow a step at all.
     /// Bodies that rest are known after some frames, as without a budget. If the last frame decided
     /// all pairs and nothing has changed since, its report is repeated, within any budget.
-    /// Distances, motions and [contacts of chosen pairs](Scene::find_contacts_of) are exceptions:
+    /// Distances of groups and [contacts of chosen pairs](Scene::find_contacts_of) are exceptions:
     /// they are processed in every frame.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of

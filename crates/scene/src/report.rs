@@ -167,15 +167,8 @@ pub struct Report {
     /// [groups](crate::Scene::measure_groups). Ascending by index, as far as they are known and
     /// listed.
     pub pairs: Vec<PairReport>,
-    /// The [measured](crate::Scene::measure) distances, ascending by index, with or without a turn
-    /// of their pairs.
-    pub distances: Vec<PairDistance>,
     /// The [measured](crate::Scene::measure_groups) distances of groups.
     pub group_distances: Vec<GroupDistance>,
-    /// The pairs of `pairs` of which one or both bodies have a [motion](crate::Scene::set_motion),
-    /// and whose distance is not measured. If the report [is whole](Report::is_whole), two bodies
-    /// that may meet and are not in `pairs` together do not meet during their motions.
-    pub passages: Vec<PairPassage>,
     /// The contacts of bodies, ascending by index; of equal indices, that of a removed body first.
     /// Empty unless [tracked](crate::Scene::track_contacts). Contacts of a removed body end in the
     /// next frame, with its own id.
@@ -221,9 +214,7 @@ pub struct Report {
 impl Report {
     pub(super) fn begin(&mut self) {
         self.pairs.clear();
-        self.distances.clear();
         self.group_distances.clear();
-        self.passages.clear();
         (self.decided, self.complete) = (0, 0);
         (self.intersecting, self.within, self.contained) = (0, 0, 0);
         (self.work, self.bv_tests, self.worst_age) = (0, 0, 0);
@@ -332,14 +323,11 @@ impl Report {
 
     /// True if a frame without changes would give the same report.
     pub(super) fn is_final(&self) -> bool {
-        let asks_more = !(self.distances.is_empty()
-            && self.group_distances.is_empty()
-            && self.passages.is_empty());
         let all = self.pairs.len();
         self.is_whole()
             && !self.is_full
             && (self.decided, self.complete) == (all, all)
-            && !asks_more
+            && self.group_distances.is_empty()
     }
 
     /// Number of known pairs that are not decided.

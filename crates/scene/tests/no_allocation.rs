@@ -429,7 +429,7 @@ fn frames_that_allocate(
                 _ => _ = world.scene.detect(budget.clock(&clock)),
             }
         });
-        passages += world.scene.report().passages.len();
+        passages += world.scene.passages().count();
         if calls > 0 {
             late.push((frame, calls));
         }

@@ -214,7 +214,7 @@ impl Answers {
             triangles,
             age,
             ..
-        } in report.distances.iter().copied()
+        } in scene.distances()
         {
             let (bodies, triangles) = (numbers([a, b]), triangles.map_or(",".into(), list));
             self.distances.line(format_args!(
@@ -230,7 +230,7 @@ impl Answers {
             touching_at,
             triangles,
             ..
-        } in report.passages.iter().copied()
+        } in scene.passages()
         {
             let (bodies, triangles) = (numbers([a, b]), triangles.map_or(",".into(), list));
             let touching = touching_at.map_or(String::new(), |time| time.to_string());

@@ -7,8 +7,9 @@ use crate::checks;
 use crate::cost::WORK_PER_PAIR_APART;
 use crate::error::SceneError;
 use crate::facts::Change;
-use crate::id::{BodyId, MeasureId, bodies_of, pair_key};
-use crate::room::reserve;
+use crate::id::{BodyId, MeasureId, PairKey, bodies_of, pair_key};
+use crate::pair::bounds::Bounds;
+use crate::report::PairDistance;
 use alloc::vec::Vec;
 use punctual::engine::Deadline;
 
@@ -48,12 +49,12 @@ impl Scene {
     }
 
     /// Measures the distance of two bodies in every frame from now on, wherever they are, if they
-    /// may meet by their filters and are not parts of one compound: [`crate::Report::distances`].
+    /// may meet by their filters and are not parts of one compound: [`Scene::distances`].
     /// `tolerance` is a length, as for [`punctual::Query::absolute_tolerance`]. The margins of the
     /// bodies count.
     ///
     /// A pair has either a distance or a time of impact. While its distance is measured, by itself
-    /// or for groups, it has no [passage](crate::Report::passages), even if a body
+    /// or for groups, it has no [passage](Scene::passages), even if a body
     /// [moves](Scene::set_motion), and `low` and `high` are those at the begin of the motion. If
     /// you need both, also run a [`punctual::Query::impact`].
     ///
@@ -74,8 +75,8 @@ impl Scene {
     /// let mut insert = |x| scene.insert(Body::moving(Arc::clone(&ball), Pose::new(DMat3::IDENTITY, [x, 0.0, 0.0]).unwrap()));
     /// let (hand, part) = (insert(0.0)?, insert(9.0)?);
     /// scene.measure(hand, part, 1e-3)?;
-    /// let report = scene.detect(Budget::unlimited());
-    /// let found = report.distances[0];
+    /// scene.detect(Budget::unlimited());
+    /// let found = scene.distance(hand, part)?;
     /// assert!(found.age == 0 && found.low <= 7.01 && 7.0 <= found.high && found.high - found.low < 1.1e-3);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -90,11 +91,60 @@ impl Scene {
         bodies.renew(x.index, true, frame)?;
         bodies.renew(y.index, true, frame)?;
         self.pairs.insert(&[key]);
-        reserve(
-            &mut self.report.distances,
-            self.bodies.distance_requests.of_pairs,
-        );
+        self.pairs.grow_known(&mut self.broad, false);
         Ok(())
+    }
+
+    /// The bounds of the distance of two bodies that the frames so far have proven, if it is
+    /// [measured](Scene::measure). Costs one search for the pair.
+    ///
+    /// # Errors
+    /// If a body is not in the scene, or both are the same.
+    pub fn distance(&self, x: BodyId, y: BodyId) -> Result<PairDistance, SceneError> {
+        Ok(self.distance_of(self.bodies.key(x, y)?))
+    }
+
+    /// [`Scene::distance`] of all measured pairs, ascending by index, with or without a turn of
+    /// their pairs.
+    pub fn distances(&self) -> impl Iterator<Item = PairDistance> {
+        let requests = &self.bodies.distance_requests;
+        let of_pairs = requests.keys(Asker::Pair).take(requests.of_pairs);
+        of_pairs.map(|key| self.distance_of(key))
+    }
+
+    fn distance_of(&self, key: PairKey) -> PairDistance {
+        let [a, b] = bodies_of(key).map(|body| self.bodies.id(body));
+        let (bounds, age) = self.proven(key, false);
+        let Bounds {
+            low,
+            high,
+            triangles,
+            ..
+        } = bounds;
+        PairDistance {
+            a,
+            b,
+            low,
+            high,
+            triangles,
+            age,
+        }
+    }
+
+    /// The proven bounds of a pair, times or lengths, and their age in frames.
+    pub(super) fn proven(&self, key: PairKey, are_times: bool) -> (Bounds, u64) {
+        let frame = self.report.frame;
+        let proven = self.pairs.bounds(key, are_times);
+        let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
+        match proven.filter(|_| !is_of_another) {
+            Some((bounds, since))
+                if since >= self.bodies.last_change(key).max(self.asked_since) =>
+            {
+                (bounds, 0)
+            }
+            Some((bounds, since)) => (bounds, frame - since),
+            None => (Bounds::NOTHING, frame),
+        }
     }
 
     /// Ends the measurement of the distance of two bodies. A no-op if it is not measured.
@@ -188,6 +238,7 @@ impl Scene {
             .chain(y)
             .try_for_each(|body| bodies.renew(body.index, true, frame))?;
         self.pairs.insert(&keys);
+        self.pairs.grow_known(&mut self.broad, false);
         self.schedule
             .reserve_groups(self.bodies.distance_requests.groups.len(), &mut self.report);
         Ok(id)

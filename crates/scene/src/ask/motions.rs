@@ -3,15 +3,16 @@
 use crate::Scene;
 use crate::checks;
 use crate::error::SceneError;
-use crate::id::BodyId;
-use crate::room::reserve;
+use crate::id::{BodyId, pair_key};
+use crate::pair::bounds::Bounds;
+use crate::report::{PairPassage, PairReport};
 use alloc::boxed::Box;
 use punctual_geom::Motion;
 
 impl Scene {
     /// Moves a body to the start of a motion, which ends at the next frame, time 1; in the
-    /// coordinates of the scene. [`Report::passages`](crate::Report::passages) has the time of
-    /// impact of each of its pairs.
+    /// coordinates of the scene. [`Scene::passages`] has the time of impact of each of its
+    /// pairs.
     ///
     /// The broad phase compares boxes around the whole motion, with true bounds of arcs. If one
     /// body of a pair has a motion, the question of the pair is its time of impact, margins
@@ -31,9 +32,9 @@ impl Scene {
     /// let bullet = scene.insert(Body::moving(Arc::new(Tree::new(shapes::icosphere(2))), Pose::IDENTITY))?;
     /// let start = Pose::from_quat([0.0, 0.0, 0.0, 1.0], [-50.0, 0.0, 0.0])?;
     /// scene.set_motion(bullet, Motion::straight(start, [100.0, 0.0, 0.0])?)?;
-    /// let report = scene.detect(Budget::unlimited());
-    /// let passage = report.passages[0];
-    /// assert!(report.intersecting == 0 && 0.489 < passage.free_until && passage.touching_at.unwrap() < 0.491);
+    /// assert_eq!(scene.detect(Budget::unlimited()).intersecting, 0);
+    /// let passage = scene.passages().next().unwrap();
+    /// assert!(0.489 < passage.free_until && passage.touching_at.unwrap() < 0.491);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -50,7 +51,34 @@ impl Scene {
                 none => *none = Some(Box::new(motion)),
             }
         })?;
-        reserve(&mut self.report.passages, self.pairs.room());
         Ok(())
+    }
+
+    /// The times of impact of the pairs of [`Report::pairs`](crate::Report::pairs) of which one or both bodies have a
+    /// [motion](Scene::set_motion), and whose distance is not measured; in the same order. If the
+    /// report [is whole](crate::Report::is_whole), two bodies that may meet and are not in its pairs
+    /// together do not meet during their motions. Each costs one search for its pair.
+    pub fn passages(&self) -> impl Iterator<Item = PairPassage> {
+        let pairs: &[PairReport] = match self.bodies.has_special {
+            true => &self.report.pairs,
+            false => &[],
+        };
+        pairs.iter().filter_map(|&PairReport { a, b, .. }| {
+            let key = pair_key(a.index, b.index);
+            let (bounds, age) = self.proven(key, true);
+            let Bounds {
+                low,
+                high,
+                triangles,
+                ..
+            } = if age == 0 { bounds } else { Bounds::NOTHING };
+            self.bodies.is_moving(key).then_some(PairPassage {
+                a,
+                b,
+                free_until: low,
+                touching_at: (high < f64::INFINITY).then_some(high),
+                triangles,
+            })
+        })
     }
 }

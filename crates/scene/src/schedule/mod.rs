@@ -141,14 +141,9 @@ impl Schedule {
         }
     }
 
-    pub fn reserve(&mut self, pairs: usize, bodies: &Bodies, report: &mut Report) {
+    pub fn reserve(&mut self, pairs: usize, report: &mut Report) {
         reserve(&mut self.jobs, pairs);
         reserve(&mut report.pairs, pairs);
-        reserve(
-            &mut report.passages,
-            if bodies.has_motions { pairs } else { 0 },
-        );
-        reserve(&mut report.distances, bodies.distance_requests.of_pairs);
         reserve(&mut self.order, pairs);
         self.revisit.reserve(pairs);
         for (number, batch) in self.batches.iter_mut().enumerate() {
@@ -329,17 +324,12 @@ impl Schedule {
         });
         self.turns.end_frame(&self.jobs);
         let telling = self.tell_groups(frame, found, report);
-        found.pairs.tell_bounds(frame, found.broad, report);
         report.finish();
         found.events.tell(frame.bodies, found.broad, report);
         if let Some(took) = frame.lap(&mut lap) {
             let took = took.saturating_sub(estimating + telling);
-            let told = report.pairs.len()
-                + report.distances.len()
-                + report.passages.len()
-                + found.events.len();
-            let most = (2_000 + 10 * told + 40 * report.distances.len()) as f64
-                + nanoseconds(estimates.unwrap_or_default());
+            let told = report.pairs.len() + found.events.len();
+            let most = (2_000 + 10 * told) as f64 + nanoseconds(estimates.unwrap_or_default());
             self.rest.learn(nanoseconds(took), most);
         }
         lap
@@ -601,7 +591,7 @@ impl Schedule {
             frame.bodies.is_young(frame.number),
             deadline,
         );
-        self.reserve(pairs.room(), frame.bodies, report);
+        self.reserve(pairs.room(), report);
         events.reserve(pairs.room(), report);
     }
 

@@ -1,16 +1,14 @@
 //! The pairs of bodies whose fat AABBs overlap, and the states of those that need one.
 
 use super::known::{Known, Slot};
-use crate::ask::distance_requests::Asker;
 use crate::body::Bodies;
 use crate::broad::Broad;
 use crate::cost::WORK_PER_STATE;
-use crate::id::{PairKey, bodies_of, pair_key};
+use crate::id::PairKey;
 use crate::pair::bounds::Bounds;
 use crate::pair::frame::Frame;
 use crate::pair::state::{Marks, PairState, Turn};
 use crate::pair::touch::{Touch, Touches};
-use crate::report::{PairDistance, PairPassage, PairReport, Report};
 use crate::room::{Room, reserve};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -303,19 +301,13 @@ impl Pairs {
     /// How far the bodies of a pair may move, margins excluded, before they may meet; 0 if nothing is
     /// proven.
     pub fn apart(&self, key: PairKey, bodies: &Bodies, frame: u64) -> f64 {
-        let place = self.place(key);
-        let known = (place < self.len()).then(|| self.at(place));
-        let known = known.filter(|known| known.key == key);
-        known.map_or(0.0, |known| known.room(bodies, frame))
+        self.find(key)
+            .map_or(0.0, |known| known.room(bodies, frame))
     }
 
     /// The contact state of a pair.
     pub fn touch(&self, key: PairKey) -> Option<&Touch> {
-        let place = self.place(key);
-        let known = (place < self.len())
-            .then(|| self.at(place))
-            .filter(|known| known.key == key)?;
-        self.states[known.slot?.place()].as_ref()?.touch.as_deref()
+        self.state_at(key)?.touch.as_deref()
     }
 
     /// Makes room for the contacts of all pairs that there is room for.
@@ -357,82 +349,20 @@ impl Pairs {
         insert(&mut self.known, self.merge.known, to_known);
     }
 
-    /// Reports the requested distances and motions.
-    pub fn tell_bounds(&mut self, frame: &Frame, broad: &Broad, report: &mut Report) {
-        for key in frame.bodies.distance_requests.keys(Asker::Pair) {
-            let (
-                Bounds {
-                    low,
-                    high,
-                    triangles,
-                    ..
-                },
-                age,
-            ) = self.bounds(key, false, frame, broad);
-            let [a, b] = bodies_of(key).map(|body| frame.bodies.id(body));
-            report.distances.push(PairDistance {
-                a,
-                b,
-                low,
-                high,
-                triangles,
-                age,
-            });
-        }
-        let pairs = if frame.bodies.has_special {
-            &report.pairs[..]
-        } else {
-            &[]
-        };
-        for &PairReport { a, b, .. } in pairs {
-            let key = pair_key(a.index, b.index);
-            if frame.bodies.is_moving(key) {
-                let known = self.bounds(key, true, frame, broad);
-                let Bounds {
-                    low,
-                    high,
-                    triangles,
-                    ..
-                } = if known.1 == 0 {
-                    known.0
-                } else {
-                    Bounds::NOTHING
-                };
-                let touching_at = (high < f64::INFINITY).then_some(high);
-                report.passages.push(PairPassage {
-                    a,
-                    b,
-                    free_until: low,
-                    touching_at,
-                    triangles,
-                });
-            }
-        }
+    /// The bounds proven for a pair last, times or lengths, and the frame of the proof.
+    pub fn bounds(&self, key: PairKey, are_times: bool) -> Option<(Bounds, u64)> {
+        self.state_at(key)?.bounds(are_times)
     }
 
-    /// The proven bounds of a pair, times or lengths, and their age in frames.
-    fn bounds(
-        &mut self,
-        key: PairKey,
-        are_times: bool,
-        frame: &Frame,
-        broad: &Broad,
-    ) -> (Bounds, u64) {
+    fn find(&self, key: PairKey) -> Option<&Known> {
         let place = self.place(key);
-        let is_known = place < self.len()
-            && self.key(place) == key
-            && self.overlapped(place)
-            && !broad.is_of_another(frame.bodies, bodies_of(key));
-        let proven = if is_known {
-            self.state(place, frame).bounds(are_times)
-        } else {
-            None
-        };
-        match proven {
-            Some((bounds, since)) if since >= frame.changed(key) => (bounds, 0),
-            Some((bounds, since)) => (bounds, frame.number - since),
-            None => (Bounds::NOTHING, frame.number),
-        }
+        let known = (place < self.len()).then(|| self.at(place));
+        known.filter(|known| known.key == key)
+    }
+
+    fn state_at(&self, key: PairKey) -> Option<&PairState> {
+        let known = self.find(key).filter(|known| known.overlaps())?;
+        self.states[known.slot?.place()].as_deref()
     }
 
     /// Makes room for the known pairs, for the states of `overlapping` pairs, and for the contacts
@@ -444,15 +374,20 @@ impl Pairs {
         young: bool,
         deadline: &mut Deadline,
     ) {
+        self.grow_known(broad, young);
+        self.room[1].grow(overlapping, young);
+        self.reserve_states(deadline);
+        self.touches.grow(near, young, deadline);
+    }
+
+    /// Makes room for more known pairs than there are; for still more if the scene is `young`.
+    pub fn grow_known(&mut self, broad: &mut Broad, young: bool) {
         self.room[0].grow(self.len(), young);
         if self.room[0].pairs > MANY {
             // Growing later would copy them; untouched memory costs almost nothing.
             self.room[0].ask(self.most.min(self.room[0].pairs.max(MOST_PAIRS)));
         }
-        self.room[1].grow(overlapping, young);
         self.reserve_known(broad);
-        self.reserve_states(deadline);
-        self.touches.grow(near, young, deadline);
     }
 
     fn reserve_known(&mut self, broad: &mut Broad) {

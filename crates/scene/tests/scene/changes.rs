@@ -188,13 +188,12 @@ impl World {
 
     fn check_distances(&self, report: &Report, is_unlimited: bool) {
         assert!(
-            report
-                .distances
-                .iter()
+            self.scene
+                .distances()
                 .map(|found| [found.a, found.b])
                 .eq(self.measured.iter().copied())
         );
-        for found in &report.distances {
+        for found in self.scene.distances() {
             let pair = [found.a, found.b];
             match self.gaps[(report.frame - found.age) as usize].get(&pair) {
                 Some(&gap) => assert!(
@@ -252,9 +251,9 @@ impl World {
         for pair @ [a, b] in self.pairs() {
             let moves =
                 pair.iter().any(|id| self.motions.contains_key(id)) && !self.is_measured(pair);
-            let told = report
-                .passages
-                .iter()
+            let told = self
+                .scene
+                .passages()
                 .find(|found| [found.a, found.b] == pair);
             assert_eq!(
                 told.is_some(),

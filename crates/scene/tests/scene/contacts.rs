@@ -377,19 +377,14 @@ fn the_question_that_matters_more_goes_first() {
             }
             detect(&mut scene, Budget::work(150_000));
             let report = scene.report();
-            let measured = |a: BodyId, b: BodyId| {
-                report
-                    .distances
-                    .iter()
-                    .any(|found| (found.a, found.b) == (a, b))
-            };
+            let measured =
+                |a: BodyId, b: BodyId| scene.distances().any(|found| (found.a, found.b) == (a, b));
             let others = report.pairs.iter().filter(|pair| !measured(pair.a, pair.b));
             answered[0] += others
                 .filter(|pair| pair.verdict != Verdict::Undecided)
                 .count();
-            answered[1] += report
-                .distances
-                .iter()
+            answered[1] += scene
+                .distances()
                 .filter(|found| found.age == 0 && found.high - found.low <= 1e-6)
                 .count();
             let told = |pair: [BodyId; 2]| scene.contacts(pair[0], pair[1]).unwrap();

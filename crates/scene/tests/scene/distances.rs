@@ -8,7 +8,7 @@ use crate::{assert_witness, detect, nudged, pose, row, swing, trees};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Mode, Pose, Query, Tree, Verdict, Workspace, shapes};
-use punctual_scene::{Body, BodyId, Filter, Report, Scene, SceneError};
+use punctual_scene::{Body, BodyId, Filter, Scene, SceneError};
 
 /// The least work of a turn that asks for a distance.
 pub const LEAST_DISTANCE_WORK: u64 = 250 + punctual::prediction::MAX_DISTANCE_STEP_WORK;
@@ -170,12 +170,10 @@ fn distances_are_bounded_at_every_budget() {
             0 => Budget::unlimited(),
             _ => Budget::work(LEAST_DISTANCE_WORK << random.below(7)),
         };
-        let Report {
-            distances, work, ..
-        } = detect(&mut scene, budget);
-        assert!(budget == Budget::unlimited() || *work <= LEAST_DISTANCE_WORK << 6);
-        assert_eq!(distances.len(), asked.len());
-        for (at, found) in distances.iter().enumerate() {
+        let work = detect(&mut scene, budget).work;
+        assert!(budget == Budget::unlimited() || work <= LEAST_DISTANCE_WORK << 6);
+        assert_eq!(scene.distances().count(), asked.len());
+        for (at, found) in scene.distances().enumerate() {
             assert_eq!([found.a, found.b], asked[at]);
             let truth = history[frame - found.age as usize]
                 .get(at)
@@ -230,9 +228,7 @@ fn no_distance_waits_longer_than_promised() {
         }
         assert!(
             scene
-                .report()
-                .distances
-                .iter()
+                .distances()
                 .all(|found| found.age == 0 && found.high - found.low <= 1.001e-3)
         );
         // In motion, each has its turn.
@@ -242,7 +238,7 @@ fn no_distance_waits_longer_than_promised() {
             }
             let report = detect(&mut scene, Budget::work(budget));
             assert!(report.work <= budget);
-            assert!(report.distances.iter().all(|found| found.age <= frames));
+            assert!(scene.distances().all(|found| found.age <= frames));
         }
     }
 }
@@ -265,10 +261,9 @@ fn distances_come_and_go_with_their_bodies() {
     );
     scene.measure(a, b, 0.0).unwrap();
     let lows = |scene: &mut Scene| {
-        let report = detect(scene, Budget::unlimited());
-        report
-            .distances
-            .iter()
+        detect(scene, Budget::unlimited());
+        scene
+            .distances()
             .map(|found| (found.age, found.low.round()))
             .collect::<Vec<_>>()
     };
@@ -316,6 +311,7 @@ fn bodies_closer_than_the_tolerance_are_known_to_meet_or_not() {
             !meets,
             "{gap}: {pair:?}"
         );
-        assert!(report.distances[0].high - report.distances[0].low <= 0.1);
+        let found = scene.distances().next().unwrap();
+        assert!(found.high - found.low <= 0.1);
     }
 }

@@ -80,15 +80,15 @@ fn nothing_meets_before_it_is_said_to() {
         } else {
             Budget::work(1 << (11 + random.below(8)))
         };
-        let report = detect(&mut scene, budget);
+        detect(&mut scene, budget);
+        let report = scene.report();
         assert!(unlimited || report.work <= 1 << 18);
         assert!(report.is_whole());
         for (i, a) in bodies.iter().enumerate() {
             for b in &bodies[i + 1..] {
                 let truth = truth([a, b], &mut workspace);
-                let Some(found) = report
-                    .passages
-                    .iter()
+                let Some(found) = scene
+                    .passages()
                     .find(|found| (found.a, found.b) == (a.0, b.0))
                 else {
                     assert_eq!(truth.value.upper, None, "lost by the broad phase");
@@ -132,7 +132,8 @@ fn nothing_meets_before_it_is_said_to() {
         let here = scene.body(*id).unwrap().pose;
         scene.set_pose(*id, here).unwrap();
     }
-    assert_eq!(detect(&mut scene, Budget::unlimited()).passages, []);
+    detect(&mut scene, Budget::unlimited());
+    assert_eq!(scene.passages().count(), 0);
 }
 
 /// Balls that fall past others: those that are known to meet soon are looked at first.
@@ -164,21 +165,17 @@ fn the_most_urgent_goes_first() {
         }
     };
     fall(&mut scene, 5.0);
-    let all = detect(&mut scene, Budget::unlimited());
-    let hits = all
-        .passages
-        .iter()
-        .filter(|found| found.touching_at.is_some())
-        .count();
-    assert_eq!((all.passages.len(), hits), (40, 10));
-    let part = all.work * 3 / 5;
+    let hits = |scene: &Scene| {
+        scene
+            .passages()
+            .filter(|found| found.touching_at.is_some())
+            .count()
+    };
+    let part = detect(&mut scene, Budget::unlimited()).work * 3 / 5;
+    assert_eq!((scene.passages().count(), hits(&scene)), (40, 10));
     fall(&mut scene, 4.9);
-    let report = detect(&mut scene, Budget::work(part));
-    let found = report
-        .passages
-        .iter()
-        .filter(|found| found.touching_at.is_some())
-        .count();
+    detect(&mut scene, Budget::work(part));
+    let (found, report) = (hits(&scene), scene.report());
     let [undecided, work] = [report.undecided() as u64, report.work];
     assert!(
         found >= 8 && undecided >= 15,
@@ -204,7 +201,8 @@ fn an_arc_is_more_than_its_ends() {
         let motion =
             Motion::turning(at(3.0, 0.0, 0.0), [0.0; 3], [0.0, 0.0, turn], [0.0; 3]).unwrap();
         scene.set_motion(arm, motion).unwrap();
-        let found = detect(&mut scene, Budget::unlimited()).passages[0];
+        detect(&mut scene, Budget::unlimited());
+        let found = scene.passages().next().unwrap();
         assert!(
             (found.free_until - time).abs() < 0.02 && found.touching_at.is_some(),
             "{found:?}"
