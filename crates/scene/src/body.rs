@@ -192,8 +192,6 @@ pub(super) struct Bodies {
     pub weights: Weights,
     /// True if any body is, or was, [special](Facts::is_special).
     pub has_special: bool,
-    /// True if any body has, or had, a motion.
-    pub has_motions: bool,
     /// True if any body is, or was, filtered, a part of a compound, or in an ignored pair.
     has_filtered: bool,
     ignored: BTreeSet<PairKey>,
@@ -391,7 +389,6 @@ impl Bodies {
                 (body.importance, body.filter, compound.is_some());
             facts.is_special = facts.is_measured || body.margin > 0.0 || motion.is_some();
             self.has_special |= facts.is_special;
-            self.has_motions |= motion.is_some();
             self.has_filtered |= facts.is_part || facts.filter != Filter::default();
             let mesh = body.tree.mesh();
             facts.size = libm::sqrtf(libm::sqrtf(mesh.len() as f32));

@@ -267,11 +267,7 @@ impl Scene {
             motion: None,
             compound,
         };
-        let largest = self.bodies.largest_mesh;
-        self.bodies_mut().insert(placed, frame);
-        if self.bodies.largest_mesh != largest {
-            self.make_room_for_contacts();
-        }
+        self.with_new_mesh(|scene| scene.bodies_mut().insert(placed, frame));
         self.broad.reserve(self.bodies.room());
         self.broad.insert(id.index);
         Ok(id)
@@ -348,7 +344,17 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene.
     pub fn set_tree(&mut self, id: BodyId, tree: Arc<Tree>) -> Result<(), SceneError> {
-        self.change(id, |placed| placed.body.tree = tree)
+        self.with_new_mesh(|scene| scene.change(id, |placed| placed.body.tree = tree))
+    }
+
+    /// Runs a change that brings a mesh, which may be the largest so far.
+    fn with_new_mesh<R>(&mut self, change: impl FnOnce(&mut Self) -> R) -> R {
+        let largest = self.bodies.largest_mesh;
+        let done = change(self);
+        if self.bodies.largest_mesh != largest {
+            self.make_room_for_contacts();
+        }
+        done
     }
 
     /// The tree of a body, to be changed in place, for example refitted to a deforming mesh. If

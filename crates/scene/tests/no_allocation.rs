@@ -343,11 +343,16 @@ fn no_frame_allocates_within_the_room_asked_for() {
     });
     assert!(most > 1_000, "{most} pairs at most");
     assert_eq!(calls, 0);
-    let asked: [(&str, Ask); 6] = [
+    let asked: [(&str, Ask); 7] = [
         ("whether they meet", |_| ()),
         ("distances", ask_distances),
         ("motions", |_| ()),
         ("contacts", |world| world.scene.find_contacts()),
+        ("contacts of a larger mesh", |world| {
+            world.scene.find_contacts();
+            let larger = Arc::new(Tree::new(shapes::icosphere(5)));
+            world.scene.set_tree(world.ids[0], larger).unwrap();
+        }),
         ("groups", ask_groups),
         ("all", |world| {
             world.scene.find_contacts();

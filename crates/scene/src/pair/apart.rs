@@ -108,7 +108,7 @@ impl Turn {
     #[inline(always)]
     fn has_room(&self, work: u64, desk: &mut Desk) -> bool {
         !desk.held
-            && desk.bodies.asks_only_contact(self.key)
+            && desk.bodies.asks_only_contact(self.key())
             && desk.deadline.has_room(work + LEAST_WORK)
     }
 
@@ -120,7 +120,7 @@ impl Turn {
         self.spent.work += WORK_PER_ROOT_TEST;
         let trees = pair.map(|placed| &*placed.body.tree);
         let low = root_test::distance(trees, b_in_a, desk.workspace) - margins(pair);
-        let (bodies, key, frame) = (desk.bodies, self.key, desk.round.frame);
+        let (bodies, key, frame) = (desk.bodies, self.key(), desk.round.frame);
         let lasts = low >= LEAST_STEPS * step(bodies, key, frame);
         if low <= 0.0
             || !lasts && self.may_prove_apart(desk) && reach(bodies, key, pair, frame).is_some()
@@ -153,7 +153,7 @@ impl Turn {
             return false;
         }
         self.state.in_vain = 0;
-        let until = until(desk.bodies, self.key, pair, low, frame);
+        let until = until(desk.bodies, self.key(), pair, low, frame);
         self.state.note_apart(until);
         self.end_apart(frame);
         true
@@ -189,7 +189,7 @@ impl Turn {
             workspace,
             ..
         } = desk;
-        let (key, frame) = (self.key, round.frame);
+        let (key, frame) = (self.key(), round.frame);
         let Some(mut limit) = reach(bodies, key, pair, frame) else {
             self.state.proves_from = (frame + BREAK) as u16;
             return None;

@@ -167,11 +167,11 @@ impl Batch {
                     self.turns[at..]
                         .iter()
                         .take(TOGETHER)
-                        .map(|turn| bodies.pair(turn.key)),
+                        .map(|turn| bodies.pair(turn.key())),
                 );
             }
             let turn = &mut self.turns[at];
-            let key = turn.key;
+            let key = turn.key();
             // A pair that is not expected to finish has room in the next round; the pairs after it
             // must not overtake it.
             if !deadline.has_room(LEAST_WORK)
@@ -235,7 +235,7 @@ impl Turn {
     ) {
         let (held, looks_ahead) = (false, true);
         self.run(
-            bodies.pair(self.key),
+            bodies.pair(self.key()),
             &mut Desk {
                 bodies,
                 round,
@@ -252,8 +252,7 @@ impl Turn {
     /// Runs the pair as far as the deadline allows.
     pub fn run(&mut self, pair: Option<[&Placed; 2]>, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, .. } = *desk;
-        self.marks
-            .tell(self.key, &mut self.state, bodies, round.frame);
+        self.known.tell(&mut self.state, bodies, round.frame);
         if self.is_new {
             self.state.forget_told();
         }
@@ -276,7 +275,7 @@ impl Turn {
         }
         let question = match self.kind {
             TurnKind::Contacts => Question::contacts([a, b], b_in_a),
-            TurnKind::Meet => Question::new(bodies, self.key, [a, b], b_in_a, round.mode),
+            TurnKind::Meet => Question::new(bodies, self.key(), [a, b], b_in_a, round.mode),
         };
         if !desk.deadline.has_room(question.least_work()) {
             return Ended::NotBegun;
@@ -321,7 +320,7 @@ impl Turn {
             before = spent;
             if let Some(bounds) = answer.bounds {
                 self.state
-                    .note_bounds(self.key, bodies, bounds, round.frame);
+                    .note_bounds(self.key(), bodies, bounds, round.frame);
             }
             if self.state.note(&answer, spent, round.frame) {
                 return Ended::Complete;
@@ -337,18 +336,21 @@ impl Turn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pair::state::{Marks, PairState};
+    use crate::pair::state::PairState;
+    use crate::schedule::known::Known;
     use punctual::clock::ManualClock;
 
     #[test]
     fn a_turn_begins_with_what_the_list_has_found_out() {
         let (clock, bodies) = (ManualClock::new(), Bodies::default());
-        let marks = Marks::Apart {
-            until: 1.0,
-            is_completed: true,
+        let apart = PairState {
             completed: 7,
+            apart: 1.0,
+            ..PairState::new(0)
         };
-        let mut turn = Turn::new(1, Box::new(PairState::new(0)), marks);
+        let mut known = Known::new(1);
+        known.note(&apart, 7);
+        let mut turn = Turn::new(known, Box::new(PairState::new(0)));
         let round = Round {
             kind: RoundKind::Search,
             ..Round::to_the_end(9, Mode::Any, None)
@@ -360,6 +362,6 @@ mod tests {
             &mut Deadline::at(None, u64::MAX, &clock),
         );
         assert_eq!([turn.state.decided, turn.state.completed], [7; 2]);
-        assert!(matches!(turn.marks, Marks::Apart { completed: 7, .. }));
+        assert_eq!(turn.known.since(9), 7);
     }
 }

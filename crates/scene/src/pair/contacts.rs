@@ -28,10 +28,10 @@ impl Turn {
             held,
             ..
         } = desk;
+        let (key, frame) = (self.key(), round.frame);
         let Some(touch) = &mut self.state.touch else {
             return Ended::NotBegun;
         };
-        let (key, frame) = (self.key, round.frame);
         let resumed =
             question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end, 0);
         deadline.spend(WORK_PER_QUERY);

@@ -5,8 +5,9 @@ use super::question::Answer;
 use super::spent::{Spent, capped};
 use super::touch::Touch;
 use crate::ask::TurnKind;
-use crate::body::{Bodies, triangle_ids};
+use crate::body::Bodies;
 use crate::id::PairKey;
+use crate::schedule::known::Known;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use punctual::engine::SeparatingPlane;
@@ -52,7 +53,8 @@ pub(crate) struct Standing {
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
     pub state: Box<PairState>,
-    pub key: PairKey,
+    /// Its entry in the list of pairs.
+    pub known: Known,
     /// The index of its job in the frame.
     pub index: u32,
     /// Expected work, median.
@@ -67,68 +69,11 @@ pub(crate) struct Turn {
     pub spent: Spent,
     /// Its result.
     pub standing: Standing,
-    pub marks: Marks,
-}
-
-/// The bits of a frame number that are kept with each pair.
-pub(crate) const FRAME: u32 = (1 << 29) - 1;
-
-/// The last frame up to `frame` with these low bits.
-pub(crate) fn last_frame(bits: u32, frame: u64) -> u64 {
-    frame - u64::from((frame as u32).wrapping_sub(bits) & FRAME)
-}
-
-/// Summary of a pair before and after its turn, for the list of pairs: its last verdict, its proof,
-/// and the last frame that finished it, as bits of [`FRAME`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Marks {
-    /// Two triangles met (tree order). They may have been lost since.
-    Met {
-        witness: [u32; 2],
-        lost: bool,
-        completed: u32,
-    },
-    /// The bodies are separated until the sum of their displacements reaches `until`; 0 proves
-    /// nothing. `is_completed` is false if no frame finished the pair.
-    Apart {
-        until: f64,
-        is_completed: bool,
-        completed: u32,
-    },
-}
-
-const _: () = assert!(size_of::<Marks>() == 16);
-
-impl Marks {
-    /// Updates the state of the pair with what the list found since its last turn. `frame` is the
-    /// current frame.
-    #[inline]
-    pub fn tell(&self, key: PairKey, state: &mut PairState, bodies: &Bodies, frame: u64) {
-        match *self {
-            Self::Apart {
-                until, completed, ..
-            } if until > 0.0 => {
-                state.stayed_apart(last_frame(completed, frame));
-            }
-            Self::Met {
-                witness, completed, ..
-            } => {
-                let since = last_frame(completed, frame);
-                if since > state.decided {
-                    let ids = bodies
-                        .pair(key)
-                        .and_then(|pair| triangle_ids(pair, witness));
-                    state.went_on_meeting(ids, since);
-                }
-            }
-            Self::Apart { .. } => {}
-        }
-    }
 }
 
 impl Turn {
     /// A turn of a pair without a question yet.
-    pub fn new(key: PairKey, state: Box<PairState>, marks: Marks) -> Self {
+    pub fn new(known: Known, state: Box<PairState>) -> Self {
         let standing = Standing {
             verdict: Verdict::Undecided,
             found: 0,
@@ -139,7 +84,7 @@ impl Turn {
         let (is_new, teaches, next) = (false, false, None);
         Self {
             state,
-            key,
+            known,
             index: 0,
             median: 0,
             kind,
@@ -148,31 +93,29 @@ impl Turn {
             teaches,
             spent,
             standing,
-            marks,
         }
+    }
+
+    pub fn key(&self) -> PairKey {
+        self.known.key
     }
 
     /// Stores the result in `frame`.
     #[inline]
     pub fn end(&mut self, frame: u64) {
-        let state = &self.state;
-        (self.standing, self.marks) = (state.standing(frame), state.marks(frame));
+        self.standing = self.state.standing(frame);
+        self.known.note(&self.state, frame);
     }
 
     /// Ends the turn of a question in `frame`, and determines the next question.
     #[inline]
     pub fn end_question(&mut self, bodies: &Bodies, frame: u64) {
         self.end(frame);
-        let Self {
-            state,
-            key,
-            standing,
-            ..
-        } = self;
+        let (key, state, standing) = (self.key(), &self.state, &self.standing);
         self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
         let asks_contacts = standing.verdict != Verdict::Separated
-            && bodies.wants_contacts(*key)
-            && state.small_drift(*key, bodies, frame).is_none();
+            && bodies.wants_contacts(key)
+            && state.small_drift(key, bodies, frame).is_none();
         self.next = match self.kind {
             TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
             TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
@@ -265,24 +208,6 @@ impl PairState {
     #[inline]
     pub fn met(&self) -> bool {
         self.verdict.meets()
-    }
-
-    /// The summary for the list of pairs in `frame`.
-    pub fn marks(&self, frame: u64) -> Marks {
-        let completed = self.completed as u32 & FRAME;
-        if self.met() {
-            Marks::Met {
-                witness: self.memory.witness(0).unwrap_or(NO_TRIANGLES),
-                lost: self.is_lost(frame),
-                completed,
-            }
-        } else {
-            Marks::Apart {
-                until: self.apart,
-                is_completed: self.completed > 0,
-                completed,
-            }
-        }
     }
 
     /// Records that the bodies are separated until the sum of their displacements reaches `until`;

@@ -199,7 +199,7 @@ pub(crate) fn take_back(
         {
             pairs.take_back_touch(touch);
         }
-        pairs.put_back(job.place as usize, state, turn.marks);
+        pairs.put_back(job.place as usize, state, turn.known);
     }
     ended
 }

@@ -1,8 +1,8 @@
 //! A compact record of every pair of near bodies: a frame reads all of them.
 
-use crate::body::Bodies;
+use crate::body::{Bodies, triangle_ids};
 use crate::id::PairKey;
-use crate::pair::state::{FRAME, Marks, last_frame};
+use crate::pair::state::{NO_TRIANGLES, PairState};
 use core::num::NonZeroU32;
 
 /// The index of a state.
@@ -30,8 +30,8 @@ pub(crate) struct Known {
     /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of the last frame that finished the pair;
     /// before that, of the frame before its boxes overlapped. 0 if the boxes are separated.
     bits: u32,
-    /// For a pair that met, the two triangles of [`Marks::Met`]; for others, the bits of the length
-    /// of [`Marks::Apart`].
+    /// For a pair that met, the two triangles that did last (tree order); for others, the bits of
+    /// [`Known::apart`].
     proof: u64,
 }
 
@@ -40,8 +40,9 @@ pub(crate) struct Known {
 const OVERLAPS: u32 = 1 << 31;
 const MET: u32 = 1 << 30;
 const LOST: u32 = 1 << 29;
+const FRAME: u32 = LOST - 1;
 
-const _: () = assert!(FRAME == LOST - 1 && size_of::<Known>() == 24);
+const _: () = assert!(size_of::<Known>() == 24);
 
 impl Known {
     /// A pair whose boxes were not compared yet.
@@ -73,51 +74,43 @@ impl Known {
 
     /// The frame in the bits, unless it is 2^29 or more frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
-        last_frame(self.bits, frame)
+        frame - u64::from((frame as u32).wrapping_sub(self.bits) & FRAME)
     }
 
-    /// Stores the summary of the pair after its turn.
-    pub fn mark(&mut self, marks: Marks) {
-        match marks {
-            Marks::Met {
-                witness: [x, y],
-                lost,
-                completed,
-            } => {
-                self.bits = OVERLAPS | MET | if lost { LOST } else { 0 } | completed;
-                self.proof = u64::from(x) << 32 | u64::from(y);
-            }
-            Marks::Apart {
-                until,
-                is_completed,
-                completed,
-            } => {
-                if is_completed {
-                    self.bits = OVERLAPS | completed;
-                }
-                self.proof = until.to_bits();
-            }
-        }
-    }
-
-    pub fn marks(&self) -> Marks {
-        let completed = self.bits & FRAME;
-        if self.met() {
-            Marks::Met {
-                witness: self.witness(),
-                lost: self.is_lost(),
-                completed,
-            }
+    /// Stores the summary of a state that was updated in `frame`.
+    pub fn note(&mut self, state: &PairState, frame: u64) {
+        let completed = OVERLAPS | state.completed as u32 & FRAME;
+        if state.met() {
+            let [x, y] = state.memory.witness(0).unwrap_or(NO_TRIANGLES);
+            let lost = if state.is_lost(frame) { LOST } else { 0 };
+            self.bits = completed | MET | lost;
+            self.proof = u64::from(x) << 32 | u64::from(y);
         } else {
-            Marks::Apart {
-                until: self.apart(),
-                is_completed: true,
-                completed,
+            if state.completed > 0 {
+                self.bits = completed;
             }
+            self.proof = state.apart.to_bits();
         }
     }
 
-    /// The length of [`Marks::Apart`], for a pair that did not meet.
+    /// Updates the state with what the list has found since its last turn. `frame` is the current
+    /// frame.
+    #[inline]
+    pub fn tell(&self, state: &mut PairState, bodies: &Bodies, frame: u64) {
+        let since = self.since(frame);
+        if !self.met() {
+            if self.apart() > 0.0 {
+                state.stayed_apart(since);
+            }
+        } else if since > state.decided {
+            let pair = bodies.pair(self.key);
+            let ids = pair.and_then(|pair| triangle_ids(pair, self.witness()));
+            state.went_on_meeting(ids, since);
+        }
+    }
+
+    /// For a pair that did not meet: the bodies are separated until the sum of their displacements
+    /// reaches this; 0 proves nothing.
     fn apart(&self) -> f64 {
         f64::from_bits(self.proof)
     }

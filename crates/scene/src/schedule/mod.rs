@@ -35,7 +35,7 @@ pub(crate) mod crew;
 mod deal;
 mod forecast;
 mod job;
-mod known;
+pub(crate) mod known;
 mod listing;
 mod merge;
 mod pace;

@@ -7,7 +7,7 @@ use crate::cost::WORK_PER_STATE;
 use crate::id::PairKey;
 use crate::pair::bounds::Bounds;
 use crate::pair::frame::Frame;
-use crate::pair::state::{Marks, PairState, Turn};
+use crate::pair::state::{PairState, Turn};
 use crate::pair::touch::{Touch, Touches};
 use crate::room::{Room, reserve};
 use alloc::boxed::Box;
@@ -210,9 +210,7 @@ impl Pairs {
             .slot
             .and_then(|slot| self.states[slot.place()].as_mut());
         if let Some(state) = state {
-            known
-                .marks()
-                .tell(known.key, state, frame.bodies, frame.number);
+            known.tell(state, frame.bodies, frame.number);
             return state;
         }
         self.new = PairState::new(known.since(frame.number));
@@ -231,24 +229,22 @@ impl Pairs {
         self.at_mut(place).hold(frame);
     }
 
-    /// Takes the state of a pair out, if it has one, with the summary that the state must be
-    /// updated with first.
+    /// Takes the state of a pair out, if it has one, with its entry, which must
+    /// [update](Known::tell) the state first.
     #[inline]
-    pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Marks)> {
+    pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Known)> {
         let known = *self.at(place);
-        self.states[known.slot?.place()]
-            .take()
-            .map(|state| (state, known.marks()))
+        let state = self.states[known.slot?.place()].take()?;
+        Some((state, known))
     }
 
     /// Takes the state of a pair out for a turn. A pair without a state gets one.
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {
-        let known = *self.at(place);
-        let (state, marks) = self
+        let (state, known) = self
             .take_state(place)
-            .unwrap_or_else(|| (self.new_state(place, frame), known.marks()));
-        Turn::new(known.key, state, marks)
+            .unwrap_or_else(|| (self.new_state(place, frame), *self.at(place)));
+        Turn::new(known, state)
     }
 
     #[cold]
@@ -315,11 +311,17 @@ impl Pairs {
         self.touches.ask(self.room[1].asked);
     }
 
-    /// Puts a state back, and stores its summary.
+    /// Puts back a state that was updated in `frame`.
+    pub fn put_back_updated(&mut self, place: usize, state: Box<PairState>, frame: u64) {
+        let mut known = *self.at(place);
+        known.note(&state, frame);
+        self.put_back(place, state, known);
+    }
+
+    /// Puts a state back, with its entry.
     #[inline]
-    pub fn put_back(&mut self, place: usize, state: Box<PairState>, marks: Marks) {
-        let known = self.at_mut(place);
-        known.mark(marks);
+    pub fn put_back(&mut self, place: usize, state: Box<PairState>, known: Known) {
+        *self.at_mut(place) = known;
         if let Some(slot) = known.slot {
             self.states[slot.place()] = Some(state);
         }

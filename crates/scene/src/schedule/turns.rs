@@ -54,7 +54,7 @@ impl RoundRobin {
         };
         let waiting = batch.turns.iter().position(Turn::is_due);
         let turn = waiting.map(|at| &batch.turns[at]);
-        self.cursor = turn.map_or(last.key + 1, |turn| turn.key);
+        self.cursor = turn.map_or(last.key() + 1, |turn| turn.key());
         self.at_contacts = turn.is_some_and(|turn| turn.next == Some(TurnKind::Contacts));
         let is_cut =
             turn.is_some_and(|turn| turn.next == Some(turn.kind) && turn.spent.work >= enough);

@@ -240,8 +240,8 @@ impl Revisit {
         let (of_all, mut passed) = (USUAL_NEARBY + self.nearby, self.passed);
         let round = self.begin(frame, pairs, hands, |pairs, place| {
             let mut test = Test::new(pairs.key(place as usize), place, NO_TRIANGLES);
-            let (mut state, marks) = pairs.take_state(place as usize)?;
-            marks.tell(test.key, &mut state, frame.bodies, frame.number);
+            let (mut state, known) = pairs.take_state(place as usize)?;
+            known.tell(&mut state, frame.bodies, frame.number);
             test.witness = state.memory.witness(1).unwrap_or(test.witness);
             if deadline.has_room(WORK_PER_NEIGHBORS) {
                 let is_expected = of_all + state.nearby >= LEAST_NEARBY;
@@ -291,8 +291,7 @@ impl Revisit {
                         self.lost.push(place);
                     }
                 }
-                let marks = state.marks(frame.number);
-                pairs.put_back(place as usize, state, marks);
+                pairs.put_back_updated(place as usize, state, frame.number);
             },
         );
     }

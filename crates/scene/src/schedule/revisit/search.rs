@@ -169,13 +169,13 @@ impl Revisit {
     /// it, or with an earlier one.
     fn end_search(&mut self, turn: usize, searched: Turn, pairs: &mut Pairs) {
         self.searches.add(searched.spent);
-        if let Some(met) = Meeting::new(searched.key, searched.standing.verdict) {
+        if let Some(met) = Meeting::new(searched.key(), searched.standing.verdict) {
             self.find(met);
         }
         if searched.next.is_some() {
-            self.turns[turn] = self.turns[turn].min(searched.key);
+            self.turns[turn] = self.turns[turn].min(searched.key());
         }
-        pairs.put_back(searched.index as usize, searched.state, searched.marks);
+        pairs.put_back(searched.index as usize, searched.state, searched.known);
     }
 }
 
