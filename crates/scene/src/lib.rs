@@ -59,19 +59,22 @@ pub use ask::PairQuestion;
 pub use ask::contacts::{ContactPoint, Contacts, PlacedContact};
 pub use body::{Body, BodyKind};
 pub use cast::ray::{BodyHit, SceneCast, SceneRay};
+pub use cast::shape::{BodyOverlap, Closest, Overlap, SceneShape, ShapeCast, ShapeHit};
 pub use certificate::PairCertificate;
 pub use error::SceneError;
 pub use filter::Filter;
-pub use id::{BodyId, CompoundId, MeasureId};
+pub use id::{BodyId, CompoundId, GroupId, MeasureId};
 pub use report::{
     BodyContact, ContactPhase, GroupDistance, PairDistance, PairPassage, PairReport, Report,
 };
 
 use alloc::boxed::Box;
+use alloc::format;
+use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use body::{Bodies, Placed};
 use broad::Broad;
-use cast::Rays;
+use cast::Casts;
 use compound::Compounds;
 use events::Events;
 use facts::Change;
@@ -144,7 +147,7 @@ pub struct Scene {
     scratch: Box<Workspace>,
     report: Report,
     events: Events,
-    rays: Rays,
+    casts: Casts,
     compounds: Compounds,
     #[cfg(feature = "parallel")]
     workers: Option<Workers>,
@@ -167,7 +170,7 @@ impl Scene {
             scratch: pair::batch::workspace(),
             report: Report::default(),
             events: Events::default(),
-            rays: Rays::default(),
+            casts: Casts::default(),
             compounds: Compounds::default(),
             #[cfg(feature = "parallel")]
             workers: None,
@@ -232,11 +235,11 @@ impl Scene {
             schedule,
             report,
             events,
-            rays,
+            casts,
             ..
         } = self;
         broad.reserve(bodies.room());
-        rays.reserve(bodies.room());
+        casts.reserve(bodies.room());
         states.reserve(broad, pairs);
         schedule.reserve(states.room(), bodies, report);
         events.reserve(states.room(), report);
@@ -298,6 +301,54 @@ impl Scene {
     /// All bodies, by index.
     pub fn bodies(&self) -> impl Iterator<Item = (BodyId, &Body)> {
         self.bodies.iter()
+    }
+
+    /// Names a body in [messages](Scene::message) and on pages. An empty name removes it.
+    ///
+    /// # Errors
+    /// If the body is not in the scene.
+    pub fn set_name(&mut self, id: BodyId, name: &str) -> Result<(), SceneError> {
+        self.bodies.get(id)?;
+        let names = &mut Arc::make_mut(&mut self.bodies).names;
+        if name.is_empty() {
+            names.remove(&id.index);
+        } else {
+            names.insert(id.index, name.into());
+        }
+        Ok(())
+    }
+
+    /// The name of a body; empty if it has none, or is not in the scene.
+    pub fn name(&self, id: BodyId) -> &str {
+        let is_there = self.bodies.get(id).is_ok();
+        let name = self.bodies.names.get(&id.index).filter(|_| is_there);
+        name.map_or("", |name| name)
+    }
+
+    /// The message of an error of this scene, with the name of the body that it is about.
+    ///
+    /// ```
+    /// use punctual::{Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
+    /// use std::sync::Arc;
+    ///
+    /// let mut scene = Scene::new();
+    /// let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    /// let id = scene.insert(Body::moving(ball, Pose::IDENTITY))?;
+    /// scene.set_name(id, "lamp")?;
+    /// let error = scene.set_margin(id, -1.0).unwrap_err();
+    /// assert!(scene.message(&error).starts_with("lamp (body 0 (generation 0)): -1 is not a length"));
+    /// # Ok::<(), punctual_scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn message(&self, error: &SceneError) -> String {
+        let message = error.to_string();
+        match error.body().map(|id| (id.to_string(), self.name(id))) {
+            Some((id, name)) if !name.is_empty() => {
+                message.replacen(&id, &format!("{name} ({id})"), 1)
+            }
+            _ => message,
+        }
     }
 
     /// Number of bodies.
