@@ -134,7 +134,12 @@ impl Placed {
     /// The pose of another body in the frame of this one. There always is one:
     /// [`super::checks::pose`].
     pub fn relative(&self, other: &Self) -> Pose {
-        self.inverse.compose_unchecked(&other.body.pose)
+        self.relative_to(&other.body.pose)
+    }
+
+    /// A valid pose in the frame of this body.
+    pub fn relative_to(&self, pose: &Pose) -> Pose {
+        self.inverse.compose_unchecked(pose)
     }
 
     /// Sets the pose.

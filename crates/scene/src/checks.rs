@@ -51,19 +51,13 @@ pub(super) fn length(body: BodyId, length: f64) -> Result<f64, SceneError> {
 }
 
 /// Checks the numbers of a shape that is not in the scene.
-pub(super) fn shape(
-    on_way: &Motion,
-    margin: f64,
-    tolerance: Option<f64>,
-) -> Result<(), SceneError> {
+pub(super) fn shape(on_way: &Motion, margin: f64) -> Result<(), SceneError> {
     let nobody = BodyId::from_bits(0);
-    let fault = match motion(nobody, on_way) {
-        Err(SceneError::NotARotation { .. }) => Some("its matrix is too far from a rotation"),
-        Err(_) => Some("its translation exceeds 2^990"),
-        Ok(()) if length(nobody, margin).is_err() => Some("its margin is not from 0 to 2^1000"),
-        Ok(()) => tolerance
-            .filter(|&tolerance| length(nobody, tolerance).is_err())
-            .map(|_| "its tolerance is not from 0 to 2^1000"),
+    let fault = match motion(nobody, on_way).and(length(nobody, margin)) {
+        Ok(_) => return Ok(()),
+        Err(SceneError::NotARotation { .. }) => "its matrix is too far from a rotation",
+        Err(SceneError::TooFar { .. }) => "its translation exceeds 2^990",
+        Err(_) => "its margin is not from 0 to 2^1000",
     };
-    fault.map_or(Ok(()), |fault| Err(SceneError::NoShape { fault }))
+    Err(SceneError::NoShape { fault })
 }

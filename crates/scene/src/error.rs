@@ -84,27 +84,6 @@ pub enum SceneError {
     Full,
 }
 
-impl SceneError {
-    /// The body that the message names.
-    pub fn body(&self) -> Option<BodyId> {
-        match *self {
-            Self::NoSuchBody { body }
-            | Self::NotARotation { body, .. }
-            | Self::TooFar { body, .. }
-            | Self::ImportanceNotANumber { body }
-            | Self::NotALength { body, .. }
-            | Self::OneBody { body }
-            | Self::NoRay { body, .. } => Some(body),
-            Self::NoSuchCompound { .. }
-            | Self::NoSuchGroup { .. }
-            | Self::NoSuchMeasure { .. }
-            | Self::QuestionImportanceNotFinite { .. }
-            | Self::NoShape { .. }
-            | Self::Full => None,
-        }
-    }
-}
-
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -303,18 +303,14 @@ impl Scene {
         self.bodies.iter()
     }
 
-    /// Names a body in [messages](Scene::message) and on pages. An empty name removes it.
+    /// Names a body in [messages](Scene::message) and on pages.
     ///
     /// # Errors
     /// If the body is not in the scene.
     pub fn set_name(&mut self, id: BodyId, name: &str) -> Result<(), SceneError> {
         self.bodies.get(id)?;
         let names = &mut Arc::make_mut(&mut self.bodies).names;
-        if name.is_empty() {
-            names.remove(&id.index);
-        } else {
-            names.insert(id.index, name.into());
-        }
+        names.insert(id.index, name.into());
         Ok(())
     }
 
@@ -325,7 +321,8 @@ impl Scene {
         name.map_or("", |name| name)
     }
 
-    /// The message of an error of this scene, with the name of the body that it is about.
+    /// The message of an error of this scene, with the name of the body that it is about. Takes time
+    /// linear in the bodies with names.
     ///
     /// ```
     /// use punctual::{Pose, Tree, shapes};
@@ -342,13 +339,12 @@ impl Scene {
     /// ```
     #[must_use]
     pub fn message(&self, error: &SceneError) -> String {
-        let message = error.to_string();
-        match error.body().map(|id| (id.to_string(), self.name(id))) {
-            Some((id, name)) if !name.is_empty() => {
-                message.replacen(&id, &format!("{name} ({id})"), 1)
-            }
-            _ => message,
+        let mut message = error.to_string();
+        for (&body, name) in &self.bodies.names {
+            let id = self.bodies.id(body).to_string();
+            message = message.replacen(&id, &format!("{name} ({id})"), 1);
         }
+        message
     }
 
     /// Number of bodies.

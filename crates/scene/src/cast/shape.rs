@@ -19,10 +19,8 @@ use punctual::clock::ClockedBudget;
 use punctual::engine::Deadline;
 use punctual::tree::Solid;
 use punctual::{BuildOptions, Mesh, Mode, PairMemory, Query, StopReason, Tree, Verdict, Workspace};
-use punctual_geom::triangle::distance::closest;
-use punctual_geom::{
-    Aabb, Motion, MotionError, Pose, PoseError, triangle_segment, triangles_intersect,
-};
+use punctual_geom::triangle::distance::{Closest as Nearest, closest};
+use punctual_geom::{Aabb, Motion, MotionError, Pose, PoseError, triangle_segment};
 
 /// What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. It is not
 /// itself in the scene.
@@ -59,7 +57,6 @@ pub struct SceneShape<'t> {
     tree: Option<&'t Tree>,
     motion: Motion,
     margin: f64,
-    tolerance: Option<f64>,
     sight: Sight,
 }
 
@@ -93,7 +90,6 @@ impl<'t> SceneShape<'t> {
             tree: None,
             motion,
             margin: 0.0,
-            tolerance: None,
             sight: Sight::default(),
         }
     }
@@ -110,15 +106,6 @@ impl<'t> SceneShape<'t> {
     /// Thickens it by a margin, in the length unit of the scene; 0 by default.
     pub fn margin(self, margin: f64) -> Self {
         Self { margin, ..self }
-    }
-
-    /// Answers are finished when their bounds are as close as this length. The defaults are those of
-    /// [`Query::distance`] and [`Query::impact`].
-    pub fn tolerance(self, tolerance: f64) -> Self {
-        Self {
-            tolerance: Some(tolerance),
-            ..self
-        }
     }
 
     /// Restricts it to bodies that a body with this filter may meet; by default all.
@@ -253,37 +240,18 @@ struct ShapeProbe<'q> {
     undecided: &'q mut Vec<BodyId>,
 }
 
-/// More than the default tolerance of a distance: relative to the larger mesh, and to the distance
-/// of bodies that are far apart.
-const TOLERANCE: f64 = 2e-6;
-const FAR_TOLERANCE: f64 = 2e-5;
-
 impl ShapeProbe<'_> {
     fn question<'b>(&'b self, body: &'b Placed) -> Question<'b> {
         let trees = [&*body.body.tree, self.tree];
         let margins = [body.body.margin, self.shape.margin];
-        let start = self.shape.motion.start();
-        let b_in_a = body.inverse.compose_unchecked(&start);
+        let b_in_a = body.relative_to(&self.shape.motion.start());
         let distance = Query::distance(trees[0], trees[1], b_in_a).margins(margins);
         match self.asked {
             Asked::Time => {
                 let motions = [Motion::still(body.body.pose), self.shape.motion];
-                let query = Query::impact_of_both(trees, motions).margins(margins);
-                Question::Motion(match self.shape.tolerance {
-                    Some(tolerance) => query.tolerance(tolerance),
-                    None => query,
-                })
+                Question::Motion(Query::impact_of_both(trees, motions).margins(margins))
             }
-            Asked::Distance(most) => {
-                let size = trees[0].unit_length().max(trees[1].unit_length());
-                let tolerance = self.shape.tolerance.unwrap_or(TOLERANCE * size);
-                let most = most + tolerance + FAR_TOLERANCE * most;
-                let query = distance.below(self.high.min(most));
-                Question::Distance(match self.shape.tolerance {
-                    Some(tolerance) => query.absolute_tolerance(tolerance),
-                    None => query,
-                })
-            }
+            Asked::Distance(_) => Question::Distance(distance.below(self.high)),
             Asked::Meeting(_) if margins == [0.0; 2] => {
                 Question::Meet(Query::intersection(trees[0], trees[1], b_in_a))
             }
@@ -298,40 +266,28 @@ impl ShapeProbe<'_> {
         triangles: Option<[u32; 2]>,
         time: f64,
     ) -> ShapeHit {
-        let Some([x, y]) = triangles else {
-            return ShapeHit {
-                body,
-                triangles: None,
-                points: None,
-                normal: None,
-            };
-        };
-        let pose = self.shape.motion.pose(time);
-        let b_in_a = placed.inverse.compose_unchecked(&pose);
-        let a = placed.body.tree.mesh().triangle(x as usize);
-        let b = self.tree.mesh().triangle(y as usize);
-        let b = b.map(|corner| b_in_a.transform_point(corner));
-        let here = |point: DVec3| placed.body.pose.transform_point(point);
-        let (points, normal) = if triangles_intersect(&a, &b) {
-            let segment = triangle_segment(&a, &b);
-            (segment.map(|[x, y]| [here(0.5 * x + 0.5 * y); 2]), None)
-        } else {
-            let found = closest(&a, &b).of_apart(&a, &b);
-            let [of_a, of_b] = [placed.body.margin, self.shape.margin];
-            let points = [
-                found.points[0] - found.direction * of_a,
-                found.points[1] + found.direction * of_b,
-            ];
-            let normal = *placed.body.pose.rotation() * -found.direction;
-            let normal = normal.try_normalize();
-            (Some(points.map(here)), normal)
-        };
-        ShapeHit {
+        let mut hit = ShapeHit {
             body,
             triangles,
-            points,
-            normal,
+            points: None,
+            normal: None,
+        };
+        if let Some([x, y]) = triangles {
+            let (outer, mesh) = (&placed.body.pose, placed.body.tree.mesh());
+            let b_in_a = placed.relative_to(&self.shape.motion.pose(time));
+            let a = mesh.triangle(x as usize);
+            let b = self.tree.mesh().triangle(y as usize);
+            let b = b.map(|corner| b_in_a.transform_point(corner));
+            let found = match triangle_segment(&a, &b) {
+                Some(segment) => Nearest::meeting(segment),
+                None => closest(&a, &b).of_apart(&a, &b),
+            };
+            let [p, q] = found.points;
+            let [of_a, of_b] = [placed.body.margin, self.shape.margin].map(|m| m * found.direction);
+            hit.points = Some([p - of_a, q + of_b].map(|point| outer.transform_point(point)));
+            hit.normal = (*outer.rotation() * -found.direction).try_normalize();
         }
+        hit
     }
 }
 
@@ -441,7 +397,7 @@ impl Scene {
         asked: Asked,
         budget: ClockedBudget<'_>,
     ) -> Result<Found, SceneError> {
-        checks::shape(&shape.motion, shape.margin, shape.tolerance)?;
+        checks::shape(&shape.motion, shape.margin)?;
         let mut deadline = Deadline::of(budget);
         let is_limited = deadline.is_timed() || deadline.work_left() < u64::MAX;
         let (walk, casts, workspace) = self.walk();
@@ -481,7 +437,7 @@ impl Scene {
     /// **Guarantee.** [`ShapeCast::free_until`] is proven and the contact is true, whenever the cast
     /// stops. For each body, the answer is that of [`Query::impact`]; the earliest contact counts,
     /// and of equally early ones the one found first. A finished cast has found a contact no later
-    /// than the tolerance after `free_until`, or none, apart from grazes. The same budget of work
+    /// than its tolerance after `free_until`, or none, apart from grazes. The same budget of work
     /// gives the same bits and is never exceeded. Allocates like [`Scene::cast`].
     ///
     /// # Errors
@@ -508,8 +464,8 @@ impl Scene {
     ///
     /// **Guarantee.** Whenever it stops, no body is closer than [`Closest::low`], and the body named
     /// is no farther than [`Closest::high`]. If it is finished, these are as close as the tolerance
-    /// asks, or no body is within `within`; then `low` is at least `within`, less the tolerance. Of
-    /// bodies that are equally close up to the tolerance, any is named. The same budget of work
+    /// of [`Query::distance`] asks, or no body is within `within`, and `low` is. Of bodies that are
+    /// equally close up to the tolerance, any is named. The same budget of work
     /// gives the same bits and is never exceeded. Allocates like [`Scene::cast`].
     ///
     /// # Errors
