@@ -62,7 +62,7 @@ from ._punctual3d import (
     penetration,
     rays,
 )
-from .collision_manager import CollisionManager, ContainedWarning
+from .collision_manager import CollisionManager
 
 __all__ = [
     "Answer",
@@ -73,7 +73,6 @@ __all__ = [
     "Collision",
     "CollisionBatch",
     "CollisionManager",
-    "ContainedWarning",
     "ContactPoints",
     "Contacts",
     "Distance",

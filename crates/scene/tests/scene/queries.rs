@@ -8,11 +8,11 @@ use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::tree::Solid;
 use punctual::{
-    Budget, BuildOptions, Mesh, Mode, Motion, Pose, Query, StopReason, Tree, Verdict, Workspace,
-    shapes,
+    Budget, BuildOptions, Mesh, Mode, Motion, Pose, Query, Ray, StopReason, Tree, Verdict,
+    Workspace, shapes,
 };
 use punctual_scene::{
-    Body, BodyId, Closest, Filter, Overlap, Scene, SceneError, SceneShape, ShapeCast,
+    Body, BodyId, Closest, Filter, Overlap, Scene, SceneError, SceneRay, SceneShape, ShapeCast,
 };
 
 /// A budget by a clock that stands still.
@@ -417,6 +417,24 @@ fn a_shape_of_a_body_sees_what_the_body_may_meet_and_not_itself() {
     scene.remove(b).unwrap();
     let gone = scene.overlap(&shape.of_body(b), Mode::Any, by!(Budget::unlimited()));
     assert_eq!(gone, Err(SceneError::NoSuchBody { body: b }));
+}
+
+#[test]
+fn bodies_of_other_groups_are_seen_past_those_that_are_ignored_before_the_first_frame_too() {
+    let mut scene = Scene::new();
+    let ids = [0.0, 2.5, 5.0].map(|x| scene.insert(Body::moving(ball(), at(x))).unwrap());
+    let groups = ["left", "right"].map(|name| scene.group(name));
+    for (id, group) in ids.into_iter().zip(groups) {
+        scene.set_group(id, Some(group)).unwrap();
+    }
+    scene.ignore_groups(groups[0], groups[1], true).unwrap();
+    let ray = Ray::new([-5.0, 0.2, 0.1], [1.0, 0.0, 0.0]).unwrap();
+    let ray = SceneRay::new(ray).of_body(ids[0]);
+    for _ in 0..2 {
+        let cast = scene.cast(&ray, by!(Budget::unlimited())).unwrap();
+        assert_eq!(cast.hit.map(|hit| hit.body), Some(ids[2]));
+        detect(&mut scene, Budget::unlimited());
+    }
 }
 
 #[test]
