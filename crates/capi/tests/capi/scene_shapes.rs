@@ -222,7 +222,7 @@ fn what_shapes_and_groups_refuse_is_named() {
     // SAFETY: nothing but null, and places of this call.
     unsafe {
         let (shape, odd, gone) = (asked(&shape), asked(&odd), asked(&gone));
-        let mut place = || slot(Some(&mut *(&raw mut cast)));
+        let mut place = || slot(Some(&mut cast));
         null_is_seen(
             punctual_scene_cast_shape(None, shape, unlimited, None, place()),
             "scene",

@@ -121,7 +121,8 @@ impl Probe {
         let shape = match &self.tree {
             Some(tree) => SceneShape::moving(tree, self.motion),
             None => SceneShape::point(self.motion.start().translation())
-                .and_then(|point| Ok(point.along(self.motion.velocity()).unwrap()))
+                .unwrap()
+                .along(self.motion.velocity())
                 .unwrap(),
         };
         let shape = shape.margin(self.margin).filter(self.filter);
