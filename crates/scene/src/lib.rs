@@ -4,7 +4,8 @@
 //! within a budget, which of them meet, and its [`Report`] names what it did not reach. Bodies may
 //! move together ([`Scene::insert_compound`]), have margins ([`Body::margin`]), be moved
 //! continuously ([`Scene::set_motion`]), and be asked for distances ([`Scene::measure`]) and
-//! contact points ([`Scene::find_contacts`]). Rays are cast between frames ([`Scene::cast`]).
+//! contact points ([`Scene::find_contacts`]). Between frames, rays and shapes are asked about
+//! ([`Scene::cast`], [`Scene::cast_shape`], [`Scene::overlap`], [`Scene::closest`]).
 //!
 //! The page `docs/scene.md` of `punctual` has the guarantees and measured figures.
 
@@ -27,8 +28,8 @@ extern crate alloc;
 // A pair has four records: an entry in the list of known pairs, a state that is kept from its
 // first query on, a job of the frame, and a report. A pair proven to be farther apart than its
 // bodies have moved since needs no job; only its entry is read. A pair that meets may have a
-// second question: its contacts. The questions and their importance are in `ask`; rays are cast
-// between frames (`cast`).
+// second question: its contacts. The questions and their importance are in `ask`; rays and shapes
+// are asked about between frames (`cast`).
 //
 // Each step has a share of the budget (`schedule::share`), stops when it is spent, and continues
 // in the next frame where it stopped. The report counts what was not reached: bodies not placed,
