@@ -3005,6 +3005,11 @@ punctual_status punctual_points_resume(const struct punctual_tree *tree,
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
+ * No group of a scene.
+ */
+#define PUNCTUAL_NO_GROUP UINT64_MAX
+
+/**
  * What becomes of a contact of two bodies in a frame.
  */
 enum punctual_contact_phase
@@ -3448,6 +3453,14 @@ typedef struct punctual_scene_ray {
    * See `groups`; all by default.
    */
   uint32_t mask;
+  /**
+   * See `has_body`.
+   */
+  struct punctual_body_id body;
+  /**
+   * Not 0: only other bodies are asked that `body` may meet.
+   */
+  uint32_t has_body;
 } punctual_scene_ray;
 
 /**
@@ -3587,6 +3600,205 @@ typedef struct punctual_contact_points {
    */
   uint64_t age;
 } punctual_contact_points;
+
+/**
+ * What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. Plain data, made by
+ * `punctual_scene_shape_new`.
+ */
+typedef struct punctual_scene_shape {
+  /**
+   * Its size in bytes, as made.
+   */
+  uint32_t size;
+  /**
+   * Not 0: only other bodies are asked that `body` may meet.
+   */
+  uint32_t has_body;
+  /**
+   * Its tree; null for a point, the start of `motion`, which then has no turn.
+   */
+  const struct punctual_tree *tree;
+  /**
+   * Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a cast are about its start.
+   */
+  struct punctual_motion motion;
+  /**
+   * A length by which it is thickened: a point is then a ball; 0 by default.
+   */
+  double margin;
+  /**
+   * Only bodies that a body of these groups and this mask may meet are asked; all by default.
+   */
+  uint32_t groups;
+  /**
+   * See `groups`; all by default.
+   */
+  uint32_t mask;
+  /**
+   * See `has_body`.
+   */
+  struct punctual_body_id body;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} punctual_scene_shape;
+
+/**
+ * Where a shape touches a body, or is closest to it.
+ */
+typedef struct punctual_shape_hit {
+  /**
+   * The body; zeros without one.
+   */
+  struct punctual_body_id body;
+  /**
+   * Whether there is a body.
+   */
+  bool is_there;
+  /**
+   * Whether triangles and points were found; not if one is inside the other. If not, they are zeros.
+   */
+  bool has_points;
+  /**
+   * Whether there is a normal; not where the triangles intersect. If not, it is zero.
+   */
+  bool has_normal;
+  /**
+   * Triangle of the body, triangle of the shape.
+   */
+  struct punctual_triangle_pair triangles;
+  /**
+   * Their closest points in the coordinates of the scene, of the body and of the shape, each moved towards the other by its
+   * margin.
+   */
+  struct punctual_point points[2];
+  /**
+   * Unit vector from the body to the shape.
+   */
+  struct punctual_point normal;
+} punctual_shape_hit;
+
+/**
+ * What a shape meets on its way; times from 0 to 1.
+ */
+typedef struct punctual_shape_cast {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Proven: it meets no body before. 1 without a hit: it is free to its end.
+   */
+  double free_until;
+  /**
+   * Proven: it meets the body of `hit` at this time; 0 without one.
+   */
+  double touching_at;
+  /**
+   * The body, with points and normal just before.
+   */
+  struct punctual_shape_hit hit;
+  /**
+   * Work done.
+   */
+  uint64_t work;
+  /**
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_shape_cast;
+
+/**
+ * The body closest to a shape, wherever the search stopped.
+ */
+typedef struct punctual_closest_body {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * Proven: no body is closer, margins subtracted; infinite if there is none at all.
+   */
+  double low;
+  /**
+   * Proven: the body of `hit` is no farther; 0 if they meet, infinite if none was found.
+   */
+  double high;
+  /**
+   * The closest body found.
+   */
+  struct punctual_shape_hit hit;
+  /**
+   * Work done.
+   */
+  uint64_t work;
+  /**
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_closest_body;
+
+/**
+ * A body that a shape meets.
+ */
+typedef struct punctual_body_overlap {
+  /**
+   * The body.
+   */
+  struct punctual_body_id body;
+  /**
+   * How they meet.
+   */
+  punctual_verdict verdict;
+  /**
+   * Triangles of the body and of the shape that prove it; as of `punctual_outcome`.
+   */
+  struct punctual_triangle_pair witness;
+} punctual_body_overlap;
+
+/**
+ * How many bodies a shape meets, wherever the search stopped.
+ */
+typedef struct punctual_overlap {
+  /**
+   * Its size in bytes, to be set before the call.
+   */
+  uint32_t size;
+  /**
+   * Why it returned.
+   */
+  punctual_stop_reason stop;
+  /**
+   * How many bodies are proven to meet it.
+   */
+  uint64_t met;
+  /**
+   * How many bodies have boxes that overlap its own and were not decided.
+   */
+  uint64_t undecided;
+  /**
+   * 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes were compared, or of MODE_ANY, if
+   * a first body was enough.
+   */
+  uint64_t is_whole;
+  /**
+   * Work done.
+   */
+  uint64_t work;
+  /**
+   * Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+   */
+  int64_t elapsed;
+} punctual_overlap;
 
 /**
  * What `punctual_body_new` calls: writes as many bytes as the caller's struct has.
@@ -4058,6 +4270,104 @@ punctual_status punctual_scene_contact_points(const struct punctual_scene *scene
 punctual_status punctual_scene_set_question_importance(struct punctual_scene *scene,
                                                        uint32_t question,
                                                        float importance);
+
+/**
+ * What `punctual_scene_shape_new` calls: writes as many bytes as the caller's struct has.
+ */
+void punctual_scene_shape_init(struct punctual_scene_shape *shape,
+                               size_t size,
+                               const struct punctual_tree *tree,
+                               struct punctual_motion motion);
+
+/**
+ * A shape without a margin, which asks all bodies. `tree` may be null: a point. Checked when it is asked about.
+ */
+PUNCTUAL_INLINE punctual_scene_shape punctual_scene_shape_new(const struct punctual_tree *tree,
+                                                              struct punctual_motion motion) {
+  punctual_scene_shape shape;
+  punctual_scene_shape_init(&shape, sizeof shape, tree, motion);
+  return shape;
+}
+
+/**
+ * Finds which body a shape meets first on its way, within a budget of its own. `clock` may be null: the clock of the system.
+ * Bodies are where they were put last; their own motions do not count. Their margins do.
+ *
+ * Fails with BAD_POSE or BAD_ARGUMENT if the shape is refused, and with NO_SUCH_BODY.
+ */
+punctual_status punctual_scene_cast_shape(struct punctual_scene *scene,
+                                          const struct punctual_scene_shape *shape,
+                                          struct punctual_budget budget,
+                                          const struct punctual_clock *clock,
+                                          struct punctual_shape_cast *cast);
+
+/**
+ * Finds the body that is closest to a shape and no farther than `within`, 0 to infinity. Otherwise as
+ * `punctual_scene_cast_shape`.
+ */
+punctual_status punctual_scene_closest(struct punctual_scene *scene,
+                                       const struct punctual_scene_shape *shape,
+                                       double within,
+                                       struct punctual_budget budget,
+                                       const struct punctual_clock *clock,
+                                       struct punctual_closest_body *closest);
+
+/**
+ * Finds the bodies that a shape meets, MODE_ALL or MODE_ANY of them; of two solids, what is inside meets. As many as there is
+ * room for are written to `met` and to `undecided`, by index; how many there are is in `overlap`. Otherwise as
+ * `punctual_scene_cast_shape`.
+ */
+punctual_status punctual_scene_overlap(struct punctual_scene *scene,
+                                       const struct punctual_scene_shape *shape,
+                                       uint32_t mode,
+                                       struct punctual_budget budget,
+                                       const struct punctual_clock *clock,
+                                       struct punctual_body_overlap *met,
+                                       size_t met_size,
+                                       size_t met_capacity,
+                                       struct punctual_body_id *undecided,
+                                       size_t undecided_capacity,
+                                       struct punctual_overlap *overlap);
+
+/**
+ * Casts `count` rays one after another within one budget, each as `punctual_scene_cast`, and writes their answers to `casts`. How
+ * many of them are answered, from the first, is written to `done`; the others are free until 0. With threads of the scene, a
+ * batch of more than 64 rays is shared among them, unless there is a clock of the caller's; a budget of work, or none, gives
+ * the same bits on any number of them.
+ *
+ * Fails with BAD_ARGUMENT for the first ray that is refused.
+ */
+punctual_status punctual_scene_cast_rays(struct punctual_scene *scene,
+                                         const struct punctual_scene_ray *rays,
+                                         size_t count,
+                                         struct punctual_budget budget,
+                                         const struct punctual_clock *clock,
+                                         struct punctual_scene_ray_cast *casts,
+                                         size_t casts_size,
+                                         size_t *done);
+
+/**
+ * The group of this name, a text in UTF-8; made if the scene has none yet.
+ */
+punctual_status punctual_scene_group(struct punctual_scene *scene, const char *name, uint64_t *group);
+
+/**
+ * Moves a body to a group, or with PUNCTUAL_NO_GROUP out of its group.
+ *
+ * Fails with BAD_ARGUMENT if the scene has no such group.
+ */
+punctual_status punctual_scene_set_group(struct punctual_scene *scene, struct punctual_body_id id, uint64_t group);
+
+/**
+ * Ignores all pairs of a body of one group and a body of the other from the next frame on, or (`ignores` is false) does no
+ * longer; twice the same group: its bodies do not meet each other.
+ *
+ * Fails with BAD_ARGUMENT if the scene has no such group.
+ */
+punctual_status punctual_scene_ignore_groups(struct punctual_scene *scene,
+                                             uint64_t x,
+                                             uint64_t y,
+                                             bool ignores);
 
 /* --------------------------------------------------------------------------------------------------------------------
  * 17. Robots: is a motion free?

@@ -635,6 +635,16 @@ struct SceneRay : punctual_scene_ray {
   explicit SceneRay(const punctual_ray &along) noexcept : punctual_scene_ray(punctual_scene_ray_new(along)) {}
 };
 
+/** What does a shape meet? The fields of punctual_scene_shape are public; the tree must be there until it is asked about. */
+struct SceneShape : punctual_scene_shape {
+  SceneShape(const Tree &shape, const punctual_motion &way) noexcept
+      : punctual_scene_shape(punctual_scene_shape_new(shape.get(), way)) {}
+  SceneShape(const Tree &&, const punctual_motion &) = delete;
+  /** A point. */
+  explicit SceneShape(const punctual_motion &way) noexcept
+      : punctual_scene_shape(punctual_scene_shape_new(nullptr, way)) {}
+};
+
 /** A body to be inserted. The fields of punctual_body are public; the tree must be there until then. */
 struct Body : punctual_body {
   Body(const Tree &shape, const punctual_pose &place) noexcept
@@ -748,6 +758,17 @@ public:
   [[nodiscard]] punctual_status ignore(punctual_body_id x, punctual_body_id y, bool ignores) noexcept {
     return punctual_scene_ignore(get(), x, y, ignores);
   }
+  /** The group of this name, new if there is none yet. */
+  Result<std::uint64_t> group(const char *name) noexcept {
+    return detail::filled<std::uint64_t>(punctual_scene_group, get(), name);
+  }
+  /** PUNCTUAL_NO_GROUP: out of its group. */
+  [[nodiscard]] punctual_status set_group(punctual_body_id id, std::uint64_t group) noexcept {
+    return punctual_scene_set_group(get(), id, group);
+  }
+  [[nodiscard]] punctual_status ignore_groups(std::uint64_t x, std::uint64_t y, bool ignores) noexcept {
+    return punctual_scene_ignore_groups(get(), x, y, ignores);
+  }
   [[nodiscard]] punctual_status find_contacts() noexcept { return punctual_scene_find_contacts(get()); }
   [[nodiscard]] punctual_status find_contacts_of(punctual_body_id x, punctual_body_id y) noexcept {
     return punctual_scene_find_contacts_of(get(), x, y);
@@ -818,6 +839,29 @@ public:
   Result<punctual_scene_ray_cast> cast(const punctual_scene_ray &ray, punctual_budget budget,
                                        const punctual_clock *clock = nullptr) noexcept {
     return detail::filled<punctual_scene_ray_cast>(punctual_scene_cast, get(), &ray, budget, clock);
+  }
+  /** Writes an answer for each of `count` rays; how many of them are done. */
+  Result<std::size_t> cast_rays(const punctual_scene_ray *rays, std::size_t count, punctual_scene_ray_cast *casts,
+                                punctual_budget budget, const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<std::size_t>(punctual_scene_cast_rays, get(), rays, count, budget, clock, casts,
+                                       sizeof *casts);
+  }
+  Result<punctual_shape_cast> cast_shape(const punctual_scene_shape &shape, punctual_budget budget,
+                                         const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_shape_cast>(punctual_scene_cast_shape, get(), &shape, budget, clock);
+  }
+  Result<punctual_closest_body> closest(const punctual_scene_shape &shape, double within, punctual_budget budget,
+                                        const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_closest_body>(punctual_scene_closest, get(), &shape, within, budget, clock);
+  }
+  /** Writes up to so many bodies that meet the shape, and that were not decided. */
+  Result<punctual_overlap> overlap(const punctual_scene_shape &shape, punctual_mode mode, punctual_body_overlap *met,
+                                   std::size_t met_capacity, punctual_body_id *undecided,
+                                   std::size_t undecided_capacity, punctual_budget budget,
+                                   const punctual_clock *clock = nullptr) noexcept {
+    return detail::filled<punctual_overlap>(punctual_scene_overlap, get(), &shape, static_cast<std::uint32_t>(mode),
+                                            budget, clock, met, sizeof *met, met_capacity, undecided,
+                                            undecided_capacity);
   }
   /** Writes up to `capacity` hits of the last cast for all; how many there are. */
   Result<std::size_t> ray_hits(punctual_body_hit *hits, std::size_t capacity) const noexcept {

@@ -45,14 +45,24 @@ pub(crate) unsafe fn path<'a>(
     pointer: *const c_char,
     what: &'static str,
 ) -> Result<&'a Path, Fault> {
+    // SAFETY: the caller's promise.
+    unsafe { text(pointer, what) }.map(Path::new)
+}
+
+/// A text in UTF-8.
+///
+/// # Safety
+/// As [`path`].
+pub(crate) unsafe fn text<'a>(
+    pointer: *const c_char,
+    what: &'static str,
+) -> Result<&'a str, Fault> {
     if pointer.is_null() {
         return Err(Fault::Null(what));
     }
     // SAFETY: not null; the rest is the caller's promise.
     let text = unsafe { CStr::from_ptr(pointer) };
-    text.to_str()
-        .map(Path::new)
-        .map_err(|_| Fault::NotUtf8(what))
+    text.to_str().map_err(|_| Fault::NotUtf8(what))
 }
 
 /// An array to be written.

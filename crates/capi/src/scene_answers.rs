@@ -105,9 +105,13 @@ pub struct punctual_scene_ray {
     pub groups: u32,
     /// See `groups`; all by default.
     pub mask: u32,
+    /// See `has_body`.
+    pub body: punctual_body_id,
+    /// Not 0: only other bodies are asked that `body` may meet.
+    pub has_body: u32,
 }
 
-grows!(punctual_scene_ray: size, ray..mask);
+grows!(punctual_scene_ray: size, ray..has_body);
 
 /// A triangle of a body that a ray meets.
 #[repr(C)]
@@ -303,6 +307,8 @@ impl Default for punctual_scene_ray {
             ray,
             groups,
             mask,
+            body: punctual_body_id::default(),
+            has_body: 0,
         }
     }
 }
@@ -384,11 +390,14 @@ pub unsafe extern "C" fn punctual_scene_ray_hits(
 }
 
 impl punctual_scene_ray {
-    fn check(&self) -> Result<SceneRay, Fault> {
-        let ray = SceneRay::new(self.ray.check("ray->ray", None)?);
-        Ok(ray
+    pub(crate) fn check(&self) -> Result<SceneRay, Fault> {
+        let ray = SceneRay::new(self.ray.check("ray->ray", None)?)
             .mode(check_mode(self.mode, "ray->mode")?)
-            .filter(Filter::new(self.groups, self.mask)))
+            .filter(Filter::new(self.groups, self.mask));
+        Ok(match self.has_body {
+            0 => ray,
+            _ => ray.of_body(self.body.into()),
+        })
     }
 }
 

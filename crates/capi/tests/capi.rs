@@ -31,6 +31,8 @@ mod robots;
 mod scene_answers;
 #[path = "capi/scene_groups.rs"]
 mod scene_groups;
+#[path = "capi/scene_shapes.rs"]
+mod scene_shapes;
 #[path = "capi/scenes.rs"]
 mod scenes;
 #[path = "capi/surfaces.rs"]

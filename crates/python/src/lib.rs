@@ -33,6 +33,7 @@ mod robot;
 mod scene;
 mod scene_cast;
 mod scene_contacts;
+mod scene_shapes;
 mod scene_tables;
 mod scene_view;
 mod shapes;
@@ -81,6 +82,8 @@ mod _punctual3d {
     use super::scene_cast::BodyHits;
     #[pymodule_export]
     use super::scene_contacts::ContactPoints;
+    #[pymodule_export]
+    use super::scene_shapes::{ClosestBody, Overlaps, SceneHits, ShapeCast};
     #[pymodule_export]
     use super::scene_tables::{BodyContacts, GroupDistances, PairDistances, PairPassages};
     #[pymodule_export]

@@ -204,7 +204,7 @@ pub fn not_nan([t_min, t_max]: [f64; 2]) -> PyResult<()> {
 }
 
 /// The rays of two arrays, checked: each origin with its direction, or with its end.
-fn checked(
+pub fn checked(
     py: Python<'_>,
     origins: &Bound<'_, PyAny>,
     [directions, ends]: [Option<&Bound<'_, PyAny>>; 2],

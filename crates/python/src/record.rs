@@ -17,6 +17,7 @@ use crate::robot::{RobotClearances, RobotCollisions, RobotEdges};
 use crate::scene::Report;
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
+use crate::scene_shapes::{ClosestBody, Overlaps, SceneHits, ShapeCast};
 use crate::scene_tables::{BodyContacts, GroupDistances, PairDistances, PairPassages};
 use crate::view::View;
 use pyo3::exceptions::PyTypeError;
@@ -72,7 +73,11 @@ records!(
         Passage,
         Penetration,
         RayHits,
-        BodyHits
+        BodyHits,
+        ClosestBody,
+        Overlaps,
+        SceneHits,
+        ShapeCast
     ],
     [
         BodyContacts,

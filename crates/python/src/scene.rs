@@ -7,14 +7,18 @@ use crate::limit::Limit;
 use crate::motion::path;
 use crate::query::{ModeName, code};
 use crate::query_batch::verdicts;
-use crate::rays::{not_nan, ray_mode};
+use crate::rays::{checked, not_nan, ray_mode};
 use crate::scene_cast::BodyHits;
 use crate::scene_contacts::ContactPoints;
+use crate::scene_shapes::{
+    ClosestBody, Overlaps, OverlapsFound, SceneHits, Shape, ShapeCast, still,
+};
 use crate::scene_tables::{BodyContacts, GroupDistances, PairDistances, PairPassages, names};
 use crate::scene_view;
 use crate::tree::Surface;
 use crate::view::View;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use punctual::rays::RayMode;
 use punctual::{Mode, Ray};
 use punctual_scene::{Body, BodyId, CompoundId, Filter, MeasureId, PairReport, SceneRay};
 use pyo3::exceptions::PyKeyError;
@@ -45,7 +49,7 @@ impl Scene {
         &mut self,
         change: impl FnOnce(&mut punctual_scene::Scene) -> Result<R, punctual_scene::SceneError>,
     ) -> PyResult<R> {
-        let done = change(&mut self.scene).map_err(scene_error)?;
+        let done = change(&mut self.scene).map_err(|error| scene_error(&self.scene, error))?;
         self.is_current = false;
         Ok(done)
     }
@@ -165,14 +169,13 @@ fn ids(bodies: &[u64]) -> Vec<BodyId> {
 }
 
 /// A body, a compound or a measure that is not in the scene is a missing key.
-fn scene_error(error: punctual_scene::SceneError) -> PyErr {
+fn scene_error(scene: &punctual_scene::Scene, error: punctual_scene::SceneError) -> PyErr {
+    let message = scene.message(&error);
     match error {
         punctual_scene::SceneError::NoSuchBody { .. }
         | punctual_scene::SceneError::NoSuchCompound { .. }
-        | punctual_scene::SceneError::NoSuchMeasure { .. } => {
-            PyKeyError::new_err(error.to_string())
-        }
-        _ => value_error(error),
+        | punctual_scene::SceneError::NoSuchMeasure { .. } => PyKeyError::new_err(message),
+        _ => value_error(message),
     }
 }
 
@@ -234,6 +237,36 @@ impl Scene {
         self.change(|scene| scene.insert(body)).map(BodyId::to_bits)
     }
 
+    /// Names a body in messages and on pages; by an empty text no more.
+    fn set_name(&mut self, body: u64, name: &str) -> PyResult<()> {
+        self.scene
+            .set_name(BodyId::from_bits(body), name)
+            .map_err(|error| scene_error(&self.scene, error))
+    }
+
+    /// The name of a body as a text; empty if it has none, or is not in the scene.
+    fn name(&self, body: u64) -> &str {
+        self.scene.name(BodyId::from_bits(body))
+    }
+
+    /// Moves a body to the group of this name, beside its bits; None: out of its group.
+    fn set_group(&mut self, body: u64, group: Option<&str>) -> PyResult<()> {
+        self.change(|scene| {
+            let group = group.map(|name| scene.group(name));
+            scene.set_group(BodyId::from_bits(body), group)
+        })
+    }
+
+    /// Ignores all pairs of a body of one group and a body of the other, or does no longer; twice the same name: the
+    /// bodies of a group do not meet each other.
+    #[pyo3(signature = (x, y, ignores=true))]
+    fn ignore_groups(&mut self, x: &str, y: &str, ignores: bool) -> PyResult<()> {
+        self.change(|scene| {
+            let (x, y) = (scene.group(x), scene.group(y));
+            scene.ignore_groups(x, y, ignores)
+        })
+    }
+
     /// Ignores a pair of bodies, or does no longer: it may not meet. Forgotten with one of its bodies.
     #[pyo3(signature = (x, y, ignores=true))]
     fn ignore(&mut self, x: u64, y: u64, ignores: bool) -> PyResult<()> {
@@ -292,14 +325,14 @@ impl Scene {
     fn measure(&mut self, x: u64, y: u64, tolerance: f64) -> PyResult<()> {
         self.scene
             .measure(BodyId::from_bits(x), BodyId::from_bits(y), tolerance)
-            .map_err(scene_error)
+            .map_err(|error| scene_error(&self.scene, error))
     }
 
     /// Asks for the distance of two bodies no more.
     fn stop_measuring(&mut self, x: u64, y: u64) -> PyResult<()> {
         self.scene
             .stop_measuring(BodyId::from_bits(x), BodyId::from_bits(y))
-            .map_err(scene_error)
+            .map_err(|error| scene_error(&self.scene, error))
     }
 
     /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1: `Report.passages`
@@ -355,7 +388,7 @@ impl Scene {
         let parts = self
             .scene
             .parts(CompoundId::from_bits(compound))
-            .map_err(scene_error)?;
+            .map_err(|error| scene_error(&self.scene, error))?;
         Ok(parts.map(BodyId::to_bits).collect())
     }
 
@@ -364,7 +397,7 @@ impl Scene {
         let compound = self
             .scene
             .compound_of(BodyId::from_bits(body))
-            .map_err(scene_error)?;
+            .map_err(|error| scene_error(&self.scene, error))?;
         Ok(compound.map(CompoundId::to_bits))
     }
 
@@ -407,14 +440,14 @@ impl Scene {
         self.scene
             .measure_groups(&ids(&x), &ids(&y), tolerance)
             .map(MeasureId::to_bits)
-            .map_err(scene_error)
+            .map_err(|error| scene_error(&self.scene, error))
     }
 
     /// Asks for the distance of two groups no more. Raises KeyError if it is not asked for.
     fn stop_measuring_groups(&mut self, measure: u64) -> PyResult<()> {
         self.scene
             .stop_measuring_groups(MeasureId::from_bits(measure))
-            .map_err(scene_error)
+            .map_err(|error| scene_error(&self.scene, error))
     }
 
     /// Finds where bodies touch from the next frame on (`contact_points`): of all pairs that meet, or of two bodies.
@@ -425,7 +458,7 @@ impl Scene {
             (Some(x), Some(y)) => {
                 self.scene
                     .find_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y))
-                    .map_err(scene_error)?;
+                    .map_err(|error| scene_error(&self.scene, error))?;
             }
             _ => return Err(value_error("x and y: both bodies are needed, or none")),
         }
@@ -436,7 +469,7 @@ impl Scene {
     fn stop_finding_contacts(&mut self, x: u64, y: u64) -> PyResult<()> {
         self.scene
             .stop_finding_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y))
-            .map_err(scene_error)
+            .map_err(|error| scene_error(&self.scene, error))
     }
 
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for (`find_contacts`); no
@@ -445,8 +478,19 @@ impl Scene {
         let mut ids = [BodyId::from_bits(x), BodyId::from_bits(y)];
         ids.sort_by_key(|id| id.index());
         let [a, b] = ids;
-        let found = self.scene.contacts(a, b).map_err(scene_error)?;
-        let pose = |id| PyResult::Ok(&self.scene.body(id).map_err(scene_error)?.pose);
+        let found = self
+            .scene
+            .contacts(a, b)
+            .map_err(|error| scene_error(&self.scene, error))?;
+        let pose = |id| {
+            PyResult::Ok(
+                &self
+                    .scene
+                    .body(id)
+                    .map_err(|error| scene_error(&self.scene, error))?
+                    .pose,
+            )
+        };
         ContactPoints::new(py, &found, [pose(a)?, pose(b)?])
     }
 
@@ -456,7 +500,7 @@ impl Scene {
         let question = question.parse().map_err(value_error)?;
         self.scene
             .set_question_importance(question, importance)
-            .map_err(scene_error)
+            .map_err(|error| scene_error(&self.scene, error))
     }
 
     /// Which bodies a ray or a segment hits, where they are now.
@@ -503,10 +547,175 @@ impl Scene {
         let ray = SceneRay::new(ray.map_err(value_error)?.within(t_min, t_max)).mode(mode);
         let ray = ray.filter(Filter::new(groups, mask));
         let scene = &mut self.scene;
-        let cast = limit
-            .run(py, |clock| scene.cast(&ray, limit.budget().clock(clock)))?
-            .map_err(scene_error)?;
-        BodyHits::new(py, cast, scene.ray_hits())
+        let cast = limit.run(py, |clock| scene.cast(&ray, limit.budget().clock(clock)))?;
+        let cast = cast.map_err(|error| scene_error(&self.scene, error))?;
+        BodyHits::new(py, cast, self.scene.ray_hits())
+    }
+
+    /// Which bodies many rays or segments hit, one after another within one budget.
+    ///
+    /// origins: (N, 3), in coordinates of the scene. directions or ends, t_min, t_max: as of `rays`. mode: "nearest"
+    /// hit or "any" of each ray. groups, mask: as of `cast`. body: only others that this one may meet are asked. budget:
+    /// seconds; work: units of work; of all rays together. Shared among the threads of the scene; a budget of work, or
+    /// none, gives the same answers on any number of them.
+    ///
+    /// Raises ValueError as `cast`, with the row, and KeyError for a body that is not in the scene.
+    #[pyo3(signature = (origins, directions=None, *, ends=None, mode="nearest", t_min=0.0, t_max=f64::INFINITY,
+        groups=u32::MAX, mask=u32::MAX, body=None, budget=None, work=None))]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the arguments of the Python function"
+    )]
+    fn cast_rays<'py>(
+        &mut self,
+        py: Python<'py>,
+        origins: &Bound<'_, PyAny>,
+        directions: Option<&Bound<'_, PyAny>>,
+        ends: Option<&Bound<'_, PyAny>>,
+        mode: &str,
+        t_min: f64,
+        t_max: f64,
+        groups: u32,
+        mask: u32,
+        body: Option<u64>,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<Bound<'py, SceneHits>> {
+        let (mode, limit) = (ray_mode(mode)?, Limit::new(budget, work)?);
+        if mode == RayMode::All {
+            return Err(value_error("mode: \"nearest\" or \"any\" of many rays"));
+        }
+        let rays = checked(py, origins, [directions, ends], [t_min, t_max])?;
+        let asked = |ray| {
+            let ray = SceneRay::new(ray).mode(mode);
+            let ray = ray.filter(Filter::new(groups, mask));
+            body.map_or(ray, |body| ray.of_body(BodyId::from_bits(body)))
+        };
+        let rays: Vec<_> = rays.into_iter().map(asked).collect();
+        let (scene, alone) = (&mut self.scene, self.threads == 1);
+        let (casts, elapsed) = limit.run(py, |clock| {
+            let begin = clock.now();
+            let casts = if alone {
+                scene.cast_rays(&rays, limit.budget().clock(clock))
+            } else {
+                scene.cast_rays(&rays, limit.budget())
+            };
+            (casts.map(<[_]>::to_vec), clock.now().saturating_sub(begin))
+        })?;
+        let casts = casts.map_err(|error| scene_error(&self.scene, error))?;
+        SceneHits::new(py, casts, budget.map(|_| elapsed))
+    }
+
+    /// Which body a shape meets first on its way.
+    ///
+    /// shape: a tree or a mesh, or (3,), a point. T: (4, 4) matrix that brings coordinates of the mesh into those of the
+    /// scene at time 0. to, velocity, turn, point: its way until time 1, as of `set_motion`; of a point only a velocity.
+    /// margin: a length by which it is thickened: a point is then a ball. groups, mask, body: as of `cast_rays`. budget:
+    /// seconds; work: units of work. Bodies are where they were put last; their own motions do not count.
+    ///
+    /// Raises ValueError for a T that is not rigid, numbers that are not finite and contradictions, and KeyError for a
+    /// body that is not in the scene.
+    #[pyo3(signature = (shape, T=None, *, to=None, velocity=None, turn=None, point=None, margin=0.0,
+        groups=u32::MAX, mask=u32::MAX, body=None, budget=None, work=None))]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the names and arguments of the Python function"
+    )]
+    fn cast_shape<'py>(
+        &mut self,
+        py: Python<'py>,
+        shape: Shape<'_>,
+        T: Option<Transform>,
+        to: Option<Transform>,
+        velocity: Option<&Bound<'_, PyAny>>,
+        turn: Option<&Bound<'_, PyAny>>,
+        point: Option<&Bound<'_, PyAny>>,
+        margin: f64,
+        groups: u32,
+        mask: u32,
+        body: Option<u64>,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<Bound<'py, ShapeCast>> {
+        let limit = Limit::new(budget, work)?;
+        if matches!(shape, Shape::Point(_)) && (to.is_some() || turn.is_some()) {
+            return Err(value_error("to, turn: not together with a point"));
+        }
+        let motion = path(Transform(shape.place(T)?), to, [velocity, turn, point])?;
+        let asked = shape.asked(motion, margin, (groups, mask, body))?;
+        let scene = &mut self.scene;
+        let cast = limit.run(py, |clock| {
+            scene.cast_shape(&asked, limit.budget().clock(clock))
+        })?;
+        ShapeCast::new(py, cast.map_err(|error| scene_error(&self.scene, error))?)
+    }
+
+    /// Which bodies a shape meets where it is; of two solids, what is inside meets.
+    ///
+    /// shape, T, margin, groups, mask, body, budget, work: as of `cast_shape`. mode: "all" bodies, or "any".
+    #[pyo3(signature = (shape, T=None, *, mode=None, margin=0.0, groups=u32::MAX, mask=u32::MAX, body=None,
+        budget=None, work=None))]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the names and arguments of the Python function"
+    )]
+    fn overlap<'py>(
+        &mut self,
+        py: Python<'py>,
+        shape: Shape<'_>,
+        T: Option<Transform>,
+        mode: Option<ModeName>,
+        margin: f64,
+        groups: u32,
+        mask: u32,
+        body: Option<u64>,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<Bound<'py, Overlaps>> {
+        let limit = Limit::new(budget, work)?;
+        let mode = mode.map_or(Mode::All, |ModeName(mode)| mode);
+        let asked = shape.asked(still(shape.place(T)?)?, margin, (groups, mask, body))?;
+        let scene = &mut self.scene;
+        let found = limit.run(py, |clock| {
+            let found = scene.overlap(&asked, mode, limit.budget().clock(clock));
+            found.map(OverlapsFound::from)
+        })?;
+        Overlaps::new(py, found.map_err(|error| scene_error(&self.scene, error))?)
+    }
+
+    /// Which body is closest to a shape, or to a point: bounds of its distance, and where.
+    ///
+    /// shape, T, margin, groups, mask, body, budget, work: as of `cast_shape`. within: bodies farther away are not
+    /// asked. Raises ValueError for a `within` that is negative or no number.
+    #[pyo3(signature = (shape, T=None, *, within=f64::INFINITY, margin=0.0, groups=u32::MAX, mask=u32::MAX, body=None,
+        budget=None, work=None))]
+    #[expect(
+        non_snake_case,
+        clippy::too_many_arguments,
+        reason = "the names and arguments of the Python function"
+    )]
+    fn closest<'py>(
+        &mut self,
+        py: Python<'py>,
+        shape: Shape<'_>,
+        T: Option<Transform>,
+        within: f64,
+        margin: f64,
+        groups: u32,
+        mask: u32,
+        body: Option<u64>,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<Bound<'py, ClosestBody>> {
+        let limit = Limit::new(budget, work)?;
+        let asked = shape.asked(still(shape.place(T)?)?, margin, (groups, mask, body))?;
+        let scene = &mut self.scene;
+        let found = limit.run(py, |clock| {
+            scene.closest(&asked, within, limit.budget().clock(clock))
+        })?;
+        ClosestBody::new(py, found.map_err(|error| scene_error(&self.scene, error))?)
     }
 
     /// Finds out which bodies meet, within a budget of seconds or units of work for the whole frame. Every pair of
@@ -534,7 +743,7 @@ impl Scene {
         let certificate = self
             .scene
             .certificate(BodyId::from_bits(x), BodyId::from_bits(y))
-            .map_err(scene_error)?;
+            .map_err(|error| scene_error(&self.scene, error))?;
         Ok((certificate.upper_bound, certificate.largest_extent))
     }
 

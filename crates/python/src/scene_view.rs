@@ -8,7 +8,10 @@ pub fn page(scene: &Scene) -> View {
     let report = scene.report();
     let shown = scene.bodies().map(|(id, body)| Shown {
         index: id.index(),
-        name: format!("body {}", id.index()),
+        name: match scene.name(id) {
+            "" => format!("body {}", id.index()),
+            name => name.to_owned(),
+        },
         body,
     });
     let bodies: Vec<_> = shown.collect();

@@ -53,6 +53,8 @@ def records():
     report = scene.step()
     yield from [report, report.contacts, report.distances, report.group_distances, report.passages]
     yield from [scene.contact_points(x, y), scene.cast([9.0, 0.1, 0.2], [-1.0, 0.0, 0.0], mode="all")]
+    yield from [scene.cast_shape([9.0, 9.0, 9.0], velocity=[-9.0, -9.0, -9.0]), scene.cast_rays(origins, [0, 0, 1.0])]
+    yield from [scene.overlap(ball, at(0.5)), scene.closest([5.0, 5.0, 5.0]), scene.closest([5.0, 5.0, 5.0], work=0)]
     yield scene.step(work=0)
     robot = slide()
     Q = [[0.0], [4.5], [3.75]]

@@ -1,12 +1,10 @@
 """Beside trimesh and FCL: the drop-in for the CollisionManager, and plain answers where both are right."""
 
-import warnings
-
 import numpy as np
 import punctual3d
 import pytest
 from conftest import random_poses
-from punctual3d import CollisionManager, ContainedWarning
+from punctual3d import CollisionManager
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -29,8 +27,12 @@ def test_one_to_many(cube):
     assert manager.in_collision_single(cube) is True
     hit, names, data = manager.in_collision_single(cube, at(5), return_names=True, return_data=True)
     assert hit is True and names == {"right"} and data
-    assert all(contact.names == {"right", "__external"} for contact in data)
-    assert all(0 <= contact.index("right") < 12 for contact in data)
+    (contact,) = data
+    assert contact.names == {"right", "__external"} and 0 <= contact.index("right") < 12
+    # Two cubes in one place: the shortest ways out have the length 1.
+    assert contact.depth == pytest.approx(1.0, abs=1e-9) and sorted(abs(contact.normal)) == pytest.approx([0, 0, 1])
+    axis = np.argmax(abs(contact.normal))
+    assert contact.point[axis] == pytest.approx([5.0, 0.0, 0.0][axis])
     assert manager.in_collision_single(cube, at(-5), return_names=True, return_data=True) == (False, set(), [])
     assert manager.in_collision_single(punctual3d.Tree.from_trimesh(cube), at(4.5), return_names=True) == (
         True,
@@ -45,7 +47,7 @@ def test_inside_one_manager(cube):
     assert manager.in_collision_internal() is False
     manager.add_object("also right", cube, at(5))
     hit, names, data = manager.in_collision_internal(return_names=True, return_data=True)
-    assert hit is True and names == {("also right", "right")} and len(data) > 12
+    assert hit is True and names == {("also right", "right")} and len(data) == 1
     manager.set_transform("also right", at(-5))
     assert manager.in_collision_internal() is False
     manager.add_object("also right", cube, at(0.5))
@@ -83,7 +85,9 @@ def test_distances(cube):
     assert manager.min_distance_internal() == np.inf
     manager.add_object("right", cube, at(5))
     assert manager.min_distance_single(cube) == pytest.approx(4.0)
-    assert manager.min_distance_single(cube, at(5.75)) == 0.0
+    distance, data = manager.min_distance_single(cube, at(5.75), return_data=True)
+    assert distance == pytest.approx(-0.25) and data.distance == distance
+    assert data.point("right")[0] == pytest.approx(5.5) and data.point("__external")[0] == pytest.approx(5.25)
     manager.add_object("left", cube, at(-5))
     distance, name, data = manager.min_distance_single(cube, at(2), return_name=True, return_data=True)
     assert distance == pytest.approx(2.0) and name == "right" and data.distance == distance
@@ -122,9 +126,8 @@ def test_many_spheres_of_a_scene(monkeypatch):
     hit, names = manager.in_collision_internal(return_names=True)
     # Surfaces of balls, which lie up to 8 % below those of spheres.
     apart = np.linalg.norm(random[:, None, 1:] - random[None, :, 1:], axis=-1) * 100
-    sums, gaps = random[:, None, 0] + random[None, :, 0], abs(random[:, None, 0] - random[None, :, 0])
-    surely = (apart < 0.92 * sums) & (apart > gaps + 0.08 * sums)
-    perhaps = (apart <= sums) & (apart > gaps - 0.08 * sums)
+    sums = random[:, None, 0] + random[None, :, 0]
+    surely, perhaps = apart < 0.92 * sums, apart <= sums
     above = np.triu_indices(1000, 1)
     assert len(nodes) == 1000 and hit is (len(names) > 0)
     assert 0 < surely[above].sum() <= len(names) <= perhaps[above].sum()
@@ -174,14 +177,14 @@ def test_the_same_as_with_fcl():
         said = [m.in_collision_single(meshes[0], pose, return_names=True) for m in (ours, theirs)]
         assert said[0] == said[1]
         distances = [m.min_distance_single(meshes[0], pose) for m in (ours, theirs)]
-        assert distances[0] == pytest.approx(max(distances[1], 0.0), abs=1e-5)
+        assert max(distances[0], 0.0) == pytest.approx(max(distances[1], 0.0), abs=1e-5)
 
 
-def test_contacts_have_a_point_and_a_normal(cube):
-    manager = CollisionManager()
+def test_contacts_of_surfaces_have_a_point_and_a_normal(cube):
+    manager, tree = CollisionManager(), punctual3d.Tree.from_trimesh(cube)
     turned = trimesh.transformations.rotation_matrix(0.3, [1, 2, 3], [0.1, 0.2, 0.3])
     manager.add_object("cube", cube, at(2) @ turned)
-    hit, data = manager.in_collision_single(cube, at(2.9), return_data=True)
+    hit, data = manager.in_collision_single(tree, at(2.9), return_data=True)
     assert hit and len(data) > 3
     for contact in data:
         for name, pose in [("cube", at(2) @ turned), ("__external", at(2.9))]:
@@ -189,55 +192,69 @@ def test_contacts_have_a_point_and_a_normal(cube):
             closest = trimesh.triangles.closest_point(corners[None], contact.point[None])
             assert np.allclose(closest, contact.point, atol=1e-12)
         assert np.linalg.norm(contact.normal) == pytest.approx(1)
-        with pytest.raises(AttributeError, match="depth: punctual3d knows surfaces"):
+        with pytest.raises(AttributeError, match="depth: surfaces have none"):
             contact.depth
     # Moved along them, the one of the manager parts from the other.
     assert np.mean([contact.normal[0] for contact in data]) < 0
 
 
-def test_what_lies_inside_is_named(cube):
+def test_the_depth_of_solids_is_the_way_that_parts_them():
+    meshes = [trimesh.creation.box([1, 2, 3]), trimesh.creation.icosphere(2), trimesh.creation.cylinder(0.7, 2.0)]
+    deep = 0
+    for i, (pose, other) in enumerate(zip(random_poses(24, 1.6, seed=21), random_poses(24, 0.2, seed=22))):
+        a, b = meshes[i % 3], meshes[(i // 3) % 3]
+        manager = CollisionManager()
+        manager.add_object("a", a, other)
+        hit, data = manager.in_collision_single(b, pose, return_data=True)
+        if not hit:
+            assert manager.min_distance_single(b, pose) >= 0
+            continue
+        (contact,) = data
+        assert manager.min_distance_single(b, pose) == pytest.approx(-contact.depth)
+        # Both are convex: along the normal they overlap by about the depth, and a little more parts them.
+        along = [(mesh.vertices @ T[:3, :3].T + T[:3, 3]) @ contact.normal for mesh, T in [(a, other), (b, pose)]]
+        assert along[1].max() - along[0].min() == pytest.approx(contact.depth, abs=5e-3)
+        for way, meets in [(1.0001, False), (0.99, True)]:
+            moved = other.copy()
+            moved[:3, 3] += way * contact.depth * contact.normal
+            manager.set_transform("a", moved)
+            assert manager.in_collision_single(b, pose) is meets
+        deep += 1
+    assert deep > 10
+
+
+def test_what_lies_inside_a_convex_mesh_meets_it(cube):
     manager = CollisionManager()
     manager.add_object("shell", cube.copy().apply_scale(5.0), at(1))
-    with pytest.warns(ContainedWarning, match="'__external' lies inside 'shell' without touching it") as said:
-        assert manager.in_collision_single(cube, at(1)) is False
-    assert said[0].filename == __file__
-    with pytest.warns(ContainedWarning, match="'shell'"):
-        assert manager.min_distance_single(cube, at(1)) == pytest.approx(2.0)
+    assert manager.in_collision_single(cube, at(1), return_names=True) == (True, {"shell"})
+    assert manager.min_distance_single(cube, at(1)) == pytest.approx(-3.0)
     manager.add_object("cube", cube, at(1.5))
-    with pytest.warns(ContainedWarning, match="'cube' lies inside 'shell'"):
-        assert manager.in_collision_internal() is False
-    # Trees say the same, and the outer one may come second.
-    small = CollisionManager()
-    small.add_object("tree", punctual3d.Tree.from_trimesh(cube), at(1))
-    with pytest.warns(ContainedWarning, match="'tree' lies inside '__external'"):
-        assert small.in_collision_single(punctual3d.shapes.cuboid([2, 2, 2], 3), at(1)) is False
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        # Beside, through, far; in the hole of what is not convex; in the box but not inside.
-        assert manager.in_collision_single(cube, at(4.5)) is False
-        assert manager.in_collision_single(cube, at(3.2)) is True
-        assert manager.min_distance_single(cube, at(9)) == pytest.approx(5.0)
-        ring = CollisionManager()
-        ring.add_object("ring", trimesh.creation.torus(5.0, 1.0))
-        assert ring.in_collision_single(cube) is False and ring.min_distance_single(cube) > 3
-        # trimesh takes what is not convex for a surface, too.
-        dented = trimesh.creation.icosphere(2).apply_scale(5.0)
-        dented.vertices[0] *= 0.5
-        ring.remove_object("ring")
-        ring.add_object("dented", dented)
-        assert not dented.is_convex and ring.in_collision_single(cube) is False
+    assert manager.in_collision_internal(return_names=True) == (True, {("cube", "shell")})
+    # Trees are what they were built as.
+    small, surface = CollisionManager(), punctual3d.shapes.cuboid([2, 2, 2], 3)
+    small.add_object("tree", punctual3d.Tree.from_trimesh(cube, solid="keep"), at(1))
+    assert small.in_collision_single(surface, at(1)) is False and small.min_distance_single(surface, at(1)) > 1
+    solid = punctual3d.Tree(surface.vertices, surface.faces, solid="flip")
+    assert small.in_collision_single(solid, at(1)) is True and small.min_distance_single(solid, at(1)) < -2
+    # Beside, through, far; in the hole of what is not convex.
+    assert manager.in_collision_single(cube, at(4.5)) is False and manager.in_collision_single(cube, at(3.2)) is True
+    assert manager.min_distance_single(cube, at(9)) == pytest.approx(5.0)
+    ring = CollisionManager()
+    ring.add_object("ring", trimesh.creation.torus(5.0, 1.0))
+    assert ring.in_collision_single(cube) is False and ring.min_distance_single(cube) > 3
+    # trimesh takes what is not convex for a surface, too.
+    dented = trimesh.creation.icosphere(2).apply_scale(5.0)
+    dented.vertices[0] *= 0.5
+    ring.remove_object("ring")
+    ring.add_object("dented", dented)
+    assert not dented.is_convex and ring.in_collision_single(cube) is False
 
 
 def test_contained_convex_meshes_of_fcl(cube):
     pytest.importorskip("fcl")
-    answers = []
     for manager in (CollisionManager(), trimesh.collision.CollisionManager()):
         manager.add_object("shell", cube.copy().apply_scale(5.0))
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
-            answers.append((manager.in_collision_single(cube), [one.category for one in said]))
-    # The one place where the answers differ is named.
-    assert answers == [(False, [ContainedWarning]), (True, [])]
+        assert manager.in_collision_single(cube) is True
 
 
 def test_meshes_in_place_of_trees(cube):

@@ -5,14 +5,14 @@ use super::ask::contact_requests::ContactRequests;
 use super::ask::distance_requests::DistanceRequests;
 use super::error::SceneError;
 use super::facts::{Change, Facts};
-use super::filter::Filter;
+use super::filter::{Filter, Groups};
 use super::id::{BodyId, CompoundId, PairKey, SceneNumber, bodies_of, pair_key};
 use super::room::reserve;
 use super::spot::Spot;
 use super::waiting::Waiting;
 use crate::cost::{LEAST_DISTANCE_WORK, LEAST_WORK};
 use alloc::boxed::Box;
-use alloc::collections::BTreeSet;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::mem;
@@ -134,7 +134,12 @@ impl Placed {
     /// The pose of another body in the frame of this one. There always is one:
     /// [`super::checks::pose`].
     pub fn relative(&self, other: &Self) -> Pose {
-        self.inverse.compose_unchecked(&other.body.pose)
+        self.relative_to(&other.body.pose)
+    }
+
+    /// A valid pose in the frame of this body.
+    pub fn relative_to(&self, pose: &Pose) -> Pose {
+        self.inverse.compose_unchecked(pose)
     }
 
     /// Sets the pose.
@@ -195,6 +200,9 @@ pub(super) struct Bodies {
     /// True if any body is, or was, filtered, a part of a compound, or in an ignored pair.
     has_filtered: bool,
     ignored: BTreeSet<PairKey>,
+    pub groups: Groups,
+    /// The names of bodies that have one.
+    pub names: BTreeMap<u32, Box<str>>,
 }
 
 /// A body that is about to change; its displacement in the frame in which it was last moved; and
@@ -288,6 +296,8 @@ impl Bodies {
             self.distance_requests.forget(id.index);
         }
         self.contact_requests.forget(id.index);
+        self.groups.forget(id.index);
+        self.names.remove(&id.index);
         self.ignored
             .retain(|&key| !bodies_of(key).contains(&id.index));
         // A slot whose generations are used up is not reused.
@@ -409,6 +419,16 @@ impl Bodies {
         x.filter.meets(y.filter)
             && !(x.is_part && y.is_part && self.are_of_one([a, b]))
             && (self.ignored.is_empty() || !self.ignored.contains(&pair_key(a, b)))
+            && self.groups.may_meet([a, b])
+    }
+
+    /// Ignores a pair of groups, or does no longer, and finds the pairs of the first one anew.
+    pub fn ignore_groups(&mut self, [x, y]: [u32; 2], ignores: bool) {
+        let moved = self.groups.ignore([x, y], ignores);
+        self.has_filtered |= ignores;
+        for body in moved {
+            self.set_pending(body, Change::Place);
+        }
     }
 
     /// Ignores a pair, or does no longer.

@@ -49,3 +49,15 @@ pub(super) fn length(body: BodyId, length: f64) -> Result<f64, SceneError> {
         Err(SceneError::NotALength { body, length })
     }
 }
+
+/// Checks the numbers of a shape that is not in the scene.
+pub(super) fn shape(on_way: &Motion, margin: f64) -> Result<(), SceneError> {
+    let nobody = BodyId::from_bits(0);
+    let fault = match motion(nobody, on_way).and(length(nobody, margin)) {
+        Ok(_) => return Ok(()),
+        Err(SceneError::NotARotation { .. }) => "its matrix is too far from a rotation",
+        Err(SceneError::TooFar { .. }) => "its translation exceeds 2^990",
+        Err(_) => "its margin is not from 0 to 2^1000",
+    };
+    Err(SceneError::NoShape { fault })
+}

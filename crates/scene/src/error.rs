@@ -1,7 +1,7 @@
 //! Errors of scenes.
 
 use super::ask::PairQuestion;
-use super::id::{BodyId, CompoundId, MeasureId};
+use super::id::{BodyId, CompoundId, GroupId, MeasureId};
 use core::fmt;
 use punctual_geom::RayError;
 use punctual_geom::tolerance::SCENE_ROTATION_TOLERANCE;
@@ -19,6 +19,11 @@ pub enum SceneError {
     NoSuchCompound {
         /// The invalid id.
         compound: CompoundId,
+    },
+    /// The group belongs to another scene.
+    NoSuchGroup {
+        /// The invalid id.
+        group: GroupId,
     },
     /// The distance of these groups is no longer measured, or is measured by another scene.
     NoSuchMeasure {
@@ -70,6 +75,11 @@ pub enum SceneError {
         /// The error of the mapped ray.
         error: RayError,
     },
+    /// A shape cannot be asked about ([`crate::SceneShape`]).
+    NoShape {
+        /// What is wrong with it.
+        fault: &'static str,
+    },
     /// All 2^32 − 1 ids are in use.
     Full,
 }
@@ -79,6 +89,7 @@ impl fmt::Display for SceneError {
         match self {
             Self::NoSuchBody { body } => write!(f, "{body} is not in the scene"),
             Self::NoSuchCompound { compound } => write!(f, "{compound} is not in the scene"),
+            Self::NoSuchGroup { group } => write!(f, "{group} is not of the scene"),
             Self::NoSuchMeasure { measure } => write!(f, "{measure} is not asked for in the scene"),
             Self::NotARotation { body, deviation } => write!(
                 f,
@@ -98,6 +109,7 @@ impl fmt::Display for SceneError {
             }
             Self::OneBody { body } => write!(f, "{body} has no distance from itself"),
             Self::NoRay { body, error } => write!(f, "in the coordinates of {body}, {error}"),
+            Self::NoShape { fault } => write!(f, "the shape: {fault}"),
             Self::Full => f.write_str("the scene has no id left"),
         }
     }

@@ -1,5 +1,13 @@
 //! Groups of bodies, and which groups may meet.
 
+use super::Scene;
+use super::error::SceneError;
+use super::facts::Change;
+use super::id::{BodyId, GroupId, PairKey, pair_key};
+use alloc::boxed::Box;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec::Vec;
+
 /// Determines which bodies may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask`
 /// both have a bit set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,5 +37,131 @@ impl Default for Filter {
     /// Member of all groups, meets all groups.
     fn default() -> Self {
         Self::new(u32::MAX, u32::MAX)
+    }
+}
+
+/// The named groups of a scene, which bodies they have, and the pairs of them that may not meet.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Groups {
+    names: Vec<Box<str>>,
+    /// The group of each body that is in one.
+    of: BTreeMap<u32, u32>,
+    ignored: BTreeSet<PairKey>,
+}
+
+impl Groups {
+    /// True if no group of one body ignores that of the other.
+    #[inline]
+    pub fn may_meet(&self, pair: [u32; 2]) -> bool {
+        self.ignored.is_empty() || self.search(pair)
+    }
+
+    #[cold]
+    fn search(&self, pair: [u32; 2]) -> bool {
+        let [x, y] = pair.map(|body| self.of.get(&body));
+        x.zip(y)
+            .is_none_or(|(&x, &y)| !self.ignored.contains(&pair_key(x, y)))
+    }
+
+    /// Ignores a pair of groups, or does no longer. Returns the bodies of the first one.
+    pub fn ignore(&mut self, [x, y]: [u32; 2], ignores: bool) -> Vec<u32> {
+        if ignores {
+            self.ignored.insert(pair_key(x, y));
+        } else {
+            self.ignored.remove(&pair_key(x, y));
+        }
+        let of_x = self.of.iter().filter(|&(_, &group)| group == x);
+        of_x.map(|(&body, _)| body).collect()
+    }
+
+    pub fn forget(&mut self, body: u32) {
+        self.of.remove(&body);
+    }
+}
+
+impl Scene {
+    /// The group of this name, new if there is none yet. A body is in at most one
+    /// ([`Scene::set_group`]), beside the bits of its [`Filter`].
+    ///
+    /// ```
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
+    /// use std::sync::Arc;
+    ///
+    /// let (ball, mut scene) = (Arc::new(Tree::new(shapes::icosphere(2))), Scene::new());
+    /// let (links, cables) = (scene.group("links"), scene.group("cables"));
+    /// for group in [links, links, cables] {
+    ///     let id = scene.insert(Body::moving(Arc::clone(&ball), Pose::IDENTITY))?;
+    ///     scene.set_group(id, Some(group))?;
+    /// }
+    /// assert_eq!(scene.detect(Budget::unlimited()).intersecting, 3);
+    /// scene.ignore_groups(links, cables, true)?;
+    /// assert_eq!(scene.detect(Budget::unlimited()).intersecting, 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn group(&mut self, name: &str) -> GroupId {
+        let names = &self.bodies.groups.names;
+        let number = names.iter().position(|other| **other == *name);
+        let number = number.unwrap_or(names.len());
+        if number == names.len() {
+            self.bodies_mut().groups.names.push(name.into());
+        }
+        GroupId::new(number as u64, self.bodies.scene)
+    }
+
+    /// The name of a group.
+    ///
+    /// # Errors
+    /// If it is a group of another scene.
+    pub fn group_name(&self, group: GroupId) -> Result<&str, SceneError> {
+        let is_of_it = group.is(GroupId::new(group.to_bits(), self.bodies.scene));
+        let at = usize::try_from(group.to_bits()).ok().filter(|_| is_of_it);
+        let name = at.and_then(|at| self.bodies.groups.names.get(at));
+        name.map(|name| &**name)
+            .ok_or(SceneError::NoSuchGroup { group })
+    }
+
+    /// Moves a body to a group, or out of its group.
+    ///
+    /// # Errors
+    /// If the body is not in the scene, or the group is of another one.
+    pub fn set_group(&mut self, id: BodyId, group: Option<GroupId>) -> Result<(), SceneError> {
+        self.bodies.get(id)?;
+        group.map_or(Ok(""), |group| self.group_name(group))?;
+        let bodies = self.bodies_mut();
+        match group {
+            Some(group) => drop(bodies.groups.of.insert(id.index, group.to_bits() as u32)),
+            None => bodies.groups.forget(id.index),
+        }
+        bodies.set_pending(id.index, Change::Place);
+        Ok(())
+    }
+
+    /// The group of a body.
+    ///
+    /// # Errors
+    /// If the body is not in the scene.
+    pub fn group_of(&self, id: BodyId) -> Result<Option<GroupId>, SceneError> {
+        self.bodies.get(id)?;
+        let number = self.bodies.groups.of.get(&id.index);
+        Ok(number.map(|&number| GroupId::new(number.into(), self.bodies.scene)))
+    }
+
+    /// Ignores all pairs of a body of one group and a body of the other from the next frame on, or
+    /// does no longer. If both are the same group, its bodies do not meet each other. Takes time
+    /// linear in the bodies that are in groups.
+    ///
+    /// # Errors
+    /// If one is a group of another scene.
+    pub fn ignore_groups(
+        &mut self,
+        x: GroupId,
+        y: GroupId,
+        ignores: bool,
+    ) -> Result<(), SceneError> {
+        self.group_name(x).and(self.group_name(y))?;
+        let pair = [x, y].map(|group| group.to_bits() as u32);
+        self.bodies_mut().ignore_groups(pair, ignores);
+        Ok(())
     }
 }

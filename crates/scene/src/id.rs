@@ -202,6 +202,13 @@ numbered!(
 );
 
 numbered!(
+    /// Identifies a group of bodies by its name ([`crate::Scene::group`]). No other scene accepts it.
+    /// Ids compare by their numbers.
+    GroupId,
+    "group"
+);
+
+numbered!(
     /// Identifies two groups of bodies whose distance is measured
     /// ([`crate::Scene::measure_groups`]), until that ends. No other scene accepts it. Ids compare
     /// by their numbers.

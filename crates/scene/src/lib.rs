@@ -4,7 +4,8 @@
 //! within a budget, which of them meet, and its [`Report`] names what it did not reach. Bodies may
 //! move together ([`Scene::insert_compound`]), have margins ([`Body::margin`]), be moved
 //! continuously ([`Scene::set_motion`]), and be asked for distances ([`Scene::measure`]) and
-//! contact points ([`Scene::find_contacts`]). Rays are cast between frames ([`Scene::cast`]).
+//! contact points ([`Scene::find_contacts`]). Between frames, rays and shapes are asked about
+//! ([`Scene::cast`], [`Scene::cast_shape`], [`Scene::overlap`], [`Scene::closest`]).
 //!
 //! The page `docs/scene.md` of `punctual` has the guarantees and measured figures.
 
@@ -27,8 +28,8 @@ extern crate alloc;
 // A pair has four records: an entry in the list of known pairs, a state that is kept from its
 // first query on, a job of the frame, and a report. A pair proven to be farther apart than its
 // bodies have moved since needs no job; only its entry is read. A pair that meets may have a
-// second question: its contacts. The questions and their importance are in `ask`; rays are cast
-// between frames (`cast`).
+// second question: its contacts. The questions and their importance are in `ask`; rays and shapes
+// are asked about between frames (`cast`).
 //
 // Each step has a share of the budget (`schedule::share`), stops when it is spent, and continues
 // in the next frame where it stopped. The report counts what was not reached: bodies not placed,
@@ -59,19 +60,22 @@ pub use ask::PairQuestion;
 pub use ask::contacts::{ContactPoint, Contacts, PlacedContact};
 pub use body::{Body, BodyKind};
 pub use cast::ray::{BodyHit, SceneCast, SceneRay};
+pub use cast::shape::{BodyOverlap, Closest, Overlap, SceneShape, ShapeCast, ShapeHit};
 pub use certificate::PairCertificate;
 pub use error::SceneError;
 pub use filter::Filter;
-pub use id::{BodyId, CompoundId, MeasureId};
+pub use id::{BodyId, CompoundId, GroupId, MeasureId};
 pub use report::{
     BodyContact, ContactPhase, GroupDistance, PairDistance, PairPassage, PairReport, Report,
 };
 
 use alloc::boxed::Box;
+use alloc::format;
+use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use body::{Bodies, Placed};
 use broad::Broad;
-use cast::Rays;
+use cast::Casts;
 use compound::Compounds;
 use events::Events;
 use facts::Change;
@@ -144,7 +148,7 @@ pub struct Scene {
     scratch: Box<Workspace>,
     report: Report,
     events: Events,
-    rays: Rays,
+    casts: Casts,
     compounds: Compounds,
     #[cfg(feature = "parallel")]
     workers: Option<Workers>,
@@ -167,7 +171,7 @@ impl Scene {
             scratch: pair::batch::workspace(),
             report: Report::default(),
             events: Events::default(),
-            rays: Rays::default(),
+            casts: Casts::default(),
             compounds: Compounds::default(),
             #[cfg(feature = "parallel")]
             workers: None,
@@ -232,11 +236,11 @@ impl Scene {
             schedule,
             report,
             events,
-            rays,
+            casts,
             ..
         } = self;
         broad.reserve(bodies.room());
-        rays.reserve(bodies.room());
+        casts.reserve(bodies.room());
         states.reserve(broad, pairs);
         schedule.reserve(states.room(), report);
         events.reserve(states.room(), report);
@@ -294,6 +298,50 @@ impl Scene {
     /// All bodies, by index.
     pub fn bodies(&self) -> impl Iterator<Item = (BodyId, &Body)> {
         self.bodies.iter()
+    }
+
+    /// Names a body in [messages](Scene::message) and on pages.
+    ///
+    /// # Errors
+    /// If the body is not in the scene.
+    pub fn set_name(&mut self, id: BodyId, name: &str) -> Result<(), SceneError> {
+        self.bodies.get(id)?;
+        let names = &mut Arc::make_mut(&mut self.bodies).names;
+        names.insert(id.index, name.into());
+        Ok(())
+    }
+
+    /// The name of a body; empty if it has none, or is not in the scene.
+    pub fn name(&self, id: BodyId) -> &str {
+        let is_there = self.bodies.get(id).is_ok();
+        let name = self.bodies.names.get(&id.index).filter(|_| is_there);
+        name.map_or("", |name| name)
+    }
+
+    /// The message of an error of this scene, with the name of the body that it is about. Takes time
+    /// linear in the bodies with names.
+    ///
+    /// ```
+    /// use punctual::{Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Scene};
+    /// use std::sync::Arc;
+    ///
+    /// let mut scene = Scene::new();
+    /// let ball = Arc::new(Tree::new(shapes::icosphere(1)));
+    /// let id = scene.insert(Body::moving(ball, Pose::IDENTITY))?;
+    /// scene.set_name(id, "lamp")?;
+    /// let error = scene.set_margin(id, -1.0).unwrap_err();
+    /// assert!(scene.message(&error).starts_with("lamp (body 0 (generation 0)): -1 is not a length"));
+    /// # Ok::<(), punctual_scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn message(&self, error: &SceneError) -> String {
+        let mut message = error.to_string();
+        for (&body, name) in &self.bodies.names {
+            let id = self.bodies.id(body).to_string();
+            message = message.replacen(&id, &format!("{name} ({id})"), 1);
+        }
+        message
     }
 
     /// Number of bodies.

@@ -16,7 +16,7 @@ use allocations::{allocator_calls_of_all_threads, held};
 use punctual::clock::ManualClock;
 use punctual::glam::{DMat3, DVec3};
 use punctual::{Budget, Mode, Motion, Pose, Ray, Tree, shapes};
-use punctual_scene::{Body, BodyId, Filter, Reach, Scene, SceneRay};
+use punctual_scene::{Body, BodyId, Filter, Reach, Scene, SceneRay, SceneShape};
 use random::Random;
 
 const BODIES: usize = 60;
@@ -285,10 +285,12 @@ fn no_frame_after_the_hundredth_allocates() {
         let mut frame = |number: usize| {
             play(&mut world, number);
             let budget = budgets[number % budgets.len()];
-            let _ = world
-                .scene
-                .cast(&SceneRay::new(ray), budget.clock(&clock))
-                .unwrap();
+            ask_between_frames(
+                &mut world.scene,
+                &SceneRay::new(ray),
+                (budget, &clock),
+                true,
+            );
             let report = match threads {
                 #[cfg(feature = "parallel")]
                 2.. => world.scene.detect(budget),
@@ -316,6 +318,30 @@ fn no_frame_after_the_hundredth_allocates() {
         faults.is_empty(),
         "calls to the allocator by frame: {faults:?}"
     );
+}
+
+/// Every question that may be asked between frames; or only those about rays.
+fn ask_between_frames(
+    scene: &mut Scene,
+    ray: &SceneRay,
+    (budget, clock): (Budget, &ManualClock),
+    asks_shapes: bool,
+) {
+    let _ = scene.cast(ray, budget.clock(clock)).unwrap();
+    let _ = scene.cast_rays(&[*ray; 20], budget.clock(clock)).unwrap();
+    if !asks_shapes {
+        return;
+    }
+    let ball = SceneShape::point([-2.0 * WALL, 0.1, 0.2])
+        .unwrap()
+        .margin(0.5);
+    let ball = ball.along([4.0 * WALL, 0.1, 0.0]).unwrap();
+    let _ = scene.cast_shape(&ball, budget.clock(clock)).unwrap();
+    let _ = scene
+        .closest(&ball, f64::INFINITY, budget.clock(clock))
+        .unwrap();
+    let all = ball.margin(2.5 * WALL);
+    let _ = scene.overlap(&all, Mode::All, budget.clock(clock)).unwrap();
 }
 
 fn no_frame_allocates_within_the_room_asked_for() {
@@ -416,6 +442,8 @@ fn frames_that_allocate(
     }
     let clock = ManualClock::ticking(Duration::from_nanos(700));
     let ray = SceneRay::new(Ray::new([-2.0 * WALL, 0.1, 0.2], [1.0, 0.05, 0.0]).unwrap());
+    // The answers of a batch get their room with the first of its size.
+    ask_between_frames(&mut world.scene, &ray, (Budget::unlimited(), &clock), false);
     let (mut late, mut passages) = (Vec::with_capacity(64), 0);
     for frame in 0..12 {
         breathe(&mut world, frame);
@@ -427,7 +455,7 @@ fn frames_that_allocate(
         }
         let budget = MIXED[frame % MIXED.len()];
         let calls = allocator_calls_of_all_threads(|| {
-            let _ = world.scene.cast(&ray, budget.clock(&clock)).unwrap();
+            ask_between_frames(&mut world.scene, &ray, (budget, &clock), false);
             match threads {
                 #[cfg(feature = "parallel")]
                 2.. => _ = world.scene.detect(budget),

@@ -39,7 +39,13 @@ const SECTIONS: [(&str, &[&str]); 18] = [
     ("Points: are they inside a solid?", &["points"]),
     (
         "Scenes: many bodies, one budget a frame",
-        &["body", "scene", "scene_answers", "scene_groups"],
+        &[
+            "body",
+            "scene",
+            "scene_answers",
+            "scene_groups",
+            "scene_shapes",
+        ],
     ),
     ("Robots: is a motion free?", &["robot"]),
     ("Calibration: probabilities that learn", &["calibration"]),

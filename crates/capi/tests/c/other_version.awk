@@ -2,8 +2,8 @@
 # Structs that are no more than what every version has stay as they are.
 
 BEGIN {
-  rows = " contact pair_report body_contact pair_distance pair_passage group_distance contact_point "
-  whole = " build_options ray_query ray_batch scene_ray cost_model calibration "
+  rows = " contact pair_report body_contact pair_distance pair_passage group_distance contact_point body_overlap "
+  whole = " build_options ray_query ray_batch scene_ray scene_shape cost_model calibration "
 }
 
 /^typedef struct punctual_[a-z_]+ \{$/ {

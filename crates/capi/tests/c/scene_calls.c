@@ -97,6 +97,57 @@ static void groups_and_compounds(punctual_scene *scene, const punctual_tree *cub
         "punctual_scene_remove_compound: compound 0 is not in the scene");
 }
 
+static void shapes_and_named_groups(punctual_scene *scene, const punctual_tree *cube, const punctual_body_id ids[2]) {
+  punctual_shape_cast cast = {.size = sizeof cast};
+  punctual_closest_body closest = {.size = sizeof closest};
+  punctual_overlap overlap = {.size = sizeof overlap};
+  punctual_body_overlap met[4];
+  punctual_body_id undecided[4];
+  punctual_scene_ray_cast casts[2] = {{.size = sizeof casts[0]}, {.size = sizeof casts[1]}};
+  punctual_point velocity = {8, 0, 0}, none = {0, 0, 0}, origin = {-5, 0.1, 0.2};
+  uint64_t left, right;
+  size_t done;
+  /* Cubes of half edge 1 at 0 and 2.5; a ball of radius 1 from -6, a cube at 1. */
+  OK(punctual_scene_set_pose(scene, ids[1], at(2.5)));
+  punctual_scene_shape ball = punctual_scene_shape_new(NULL, punctual_motion_straight(at(-6), velocity));
+  CHECK(ball.groups == UINT32_MAX && ball.mask == UINT32_MAX && ball.has_body == 0 && ball.margin == 0);
+  ball.margin = 1;
+  OK(punctual_scene_cast_shape(scene, &ball, punctual_budget_unlimited(), NULL, &cast));
+  CHECK(cast.stop == PUNCTUAL_STOP_REASON_FINISHED && cast.hit.is_there && cast.hit.body.index == ids[0].index);
+  CHECK(cast.free_until <= 0.5 && cast.touching_at >= 0.5 && cast.touching_at < 0.5001 && cast.elapsed == -1);
+  CHECK(cast.hit.has_points && cast.hit.has_normal && cast.hit.normal.x < -0.999);
+  OK(punctual_scene_closest(scene, &ball, INFINITY, punctual_budget_unlimited(), NULL, &closest));
+  CHECK(closest.low <= 4 && closest.high >= 4 && closest.high < 4.001 && closest.hit.body.index == ids[0].index);
+  ball.has_body = 1;
+  ball.body = ids[0];
+  OK(punctual_scene_closest(scene, &ball, 100, punctual_budget_unlimited(), NULL, &closest));
+  CHECK(closest.high >= 6.5 && closest.hit.body.index == ids[1].index);
+  punctual_scene_shape solid = punctual_scene_shape_new(cube, punctual_motion_straight(at(1), none));
+  OK(punctual_scene_overlap(scene, &solid, PUNCTUAL_MODE_ALL, punctual_budget_unlimited(), NULL, met, sizeof *met, 4,
+                            undecided, 4, &overlap));
+  CHECK(overlap.met == 2 && overlap.undecided == 0 && overlap.is_whole == 1);
+  CHECK(met[0].body.index == ids[0].index && met[0].verdict == PUNCTUAL_VERDICT_INTERSECTING);
+  punctual_scene_ray rays[2];
+  for (int i = 0; i < 2; i++)
+    rays[i] = punctual_scene_ray_new(punctual_ray_new(origin, velocity));
+  rays[1].has_body = 1;
+  rays[1].body = ids[0];
+  OK(punctual_scene_cast_rays(scene, rays, 2, punctual_budget_unlimited(), NULL, casts, sizeof *casts, &done));
+  CHECK(done == 2 && casts[0].hit.body.index == ids[0].index && casts[1].hit.body.index == ids[1].index);
+  OK(punctual_scene_group(scene, "left", &left));
+  OK(punctual_scene_group(scene, "right", &right));
+  OK(punctual_scene_set_group(scene, ids[0], left));
+  OK(punctual_scene_set_group(scene, ids[1], right));
+  OK(punctual_scene_ignore_groups(scene, left, right, true));
+  OK(punctual_scene_cast_rays(scene, rays, 2, punctual_budget_unlimited(), NULL, casts, sizeof *casts, &done));
+  CHECK(casts[1].hit.on_body.triangle == PUNCTUAL_NO_TRIANGLE);
+  OK(punctual_scene_set_group(scene, ids[1], PUNCTUAL_NO_GROUP));
+  FAILS(punctual_scene_set_group(scene, ids[0], 7), BAD_ARGUMENT, "punctual_scene_set_group: group 7 is not of the scene");
+  ball.margin = -1;
+  FAILS(punctual_scene_closest(scene, &ball, 100, punctual_budget_unlimited(), NULL, &closest), BAD_ARGUMENT,
+        "punctual_scene_closest: the shape: its margin is not from 0 to 2^1000");
+}
+
 static void within_margins(punctual_scene *scene, const punctual_body_id ids[2]) {
   punctual_pair_report pair;
   bool listed;
@@ -178,6 +229,7 @@ void scene_answers(void) {
   contacts_and_distances(scene, ids);
   motions_and_rays(scene, ids);
   groups_and_compounds(scene, cube, ids);
+  shapes_and_named_groups(scene, cube, ids);
   contact_points(scene, ids);
   settings(scene, cube, ids);
   within_margins(scene, ids);

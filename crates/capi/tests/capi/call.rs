@@ -84,6 +84,8 @@ constructors! {
     punctual_ray_batch_new(punctual_ray_batch_init: tree: Shape<'t>, rays: *const punctual_ray, count: usize)
         -> punctual_ray_batch<'t>;
     punctual_body_new(punctual_body_init: tree: Shape<'t>, pose: punctual_pose) -> punctual_body<'t>;
+    punctual_scene_shape_new(punctual_scene_shape_init: tree: Shape<'t>, motion: punctual_motion)
+        -> punctual_scene_shape<'t>;
     punctual_scene_ray_new(punctual_scene_ray_init: ray: punctual_ray) -> punctual_scene_ray;
 }
 

@@ -13,6 +13,7 @@ _NAMES = [
     "BodyContacts",
     "BodyHits",
     "Certificate",
+    "ClosestBody",
     "Collision",
     "CollisionBatch",
     "ContactPoints",
@@ -23,6 +24,7 @@ _NAMES = [
     "Estimate",
     "GroupDistances",
     "Manifolds",
+    "Overlaps",
     "PairDistances",
     "PairPassages",
     "Passage",
@@ -34,6 +36,8 @@ _NAMES = [
     "RobotClearances",
     "RobotCollisions",
     "RobotEdges",
+    "SceneHits",
+    "ShapeCast",
     "View",
 ]
 

@@ -1,19 +1,17 @@
 """The interface of trimesh.collision.CollisionManager, answered by punctual3d.
 
-Differences: a mesh is a surface, whether it is convex or not (`CollisionManager`); contacts have no depth; and the
-distance of objects that meet is 0. The types of its methods are in the stub beside this file.
+A convex mesh is a solid and another one a surface, as there. Contacts of surfaces have no depth, and surfaces that meet
+have the distance 0. The types of its methods are in the stub beside this file.
 """
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._punctual3d import Contacts, Distance, Tree, collide, contacts, distance, rays
+from ._punctual3d import Tree, collide, contacts, distance, penetration
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -22,37 +20,35 @@ if TYPE_CHECKING:
 
 _EXTERNAL = "__external"
 _NOTHING = Tree([], [])
-# Of rays that tell whether a point is inside: along no axis, to pass edges by.
-_DIRECTIONS = np.array([[0.29, 0.51, 0.81], [-0.29, -0.51, -0.81]])
-
-
-class ContainedWarning(UserWarning):
-    """An object lies inside another without touching it. Their surfaces do not meet, so the answer is that they do not
-    collide; trimesh's manager says that they do if the outer one is convex."""
 
 
 class ContactData:
-    """Two triangles that meet, one of each of two objects."""
+    """Where two objects meet: two triangles of surfaces, or the deepest place of two solids."""
 
     names: set[str]
     """The names of the two objects."""
     point: NDArray[np.float64]
-    """(3,): the middle of the segment in which the triangles meet."""
+    """(3,): the middle of the segment in which the triangles meet; of solids, the middle between a vertex of each that lies
+    deepest in the other."""
     normal: NDArray[np.float64]
-    """(3,), a unit vector: moved along it, the first object parts from the second, if both have their normals outside.
-    The first is the one of the manager that was asked, or the one that was added first."""
+    """(3,), a unit vector: moved along it, the first object parts from the second; of surfaces, if both have their normals
+    outside. The first is the one of the manager that was asked, or the one that was added first."""
 
-    def __init__(self, names: tuple[str, str], found: Contacts, row: int, frame: NDArray[np.float64]) -> None:
+    def __init__(
+        self, names: tuple[str, str], point: Any, normal: Any, triangles: Any, depth: float | None = None
+    ) -> None:
         self.names = set(names)
-        self.point = frame[:3, :3] @ found.points[row, 0] + frame[:3, 3]
-        self.normal = frame[:3, :3] @ found.normals[row]
-        self._indices = dict(zip(names, found.triangles[row].tolist()))
+        self.point, self.normal = point, normal
+        self._indices = dict(zip(names, triangles))
+        self._depth = depth
 
     @property
     def depth(self) -> float:
-        """Not known: raises AttributeError. A surface has no depth; `penetration` tells how far two objects are to be
-        moved apart."""
-        raise AttributeError("depth: punctual3d knows surfaces, which have none; see punctual3d.penetration")
+        """The least way that parts two solids, which is along the normal. Of surfaces it is not known: raises
+        AttributeError."""
+        if self._depth is None:
+            raise AttributeError("depth: surfaces have none; see punctual3d.manifolds and punctual3d.penetration")
+        return self._depth
 
     def index(self, name: str) -> int:
         """The triangle of the object of this name."""
@@ -60,19 +56,18 @@ class ContactData:
 
 
 class DistanceData:
-    """Where two objects are closest."""
+    """Where two objects are closest; of two solids that meet, where they are deepest."""
 
     names: set[str]
     """The names of the two objects."""
     distance: float
-    """How far apart they are; 0 if they meet."""
+    """How far apart they are; of surfaces that meet 0, of two solids minus the least way that parts them."""
 
-    def __init__(self, names: tuple[str, str], result: Distance, frame: NDArray[np.float64]) -> None:
+    def __init__(self, names: tuple[str, str], distance: float, points: Any, triangles: Any) -> None:
         self.names = set(names)
-        self.distance = result.high
-        assert result.triangles is not None and result.points is not None
-        self._indices = dict(zip(names, result.triangles))
-        self._points = dict(zip(names, result.points @ frame[:3, :3].T + frame[:3, 3]))
+        self.distance = distance
+        self._indices = dict(zip(names, triangles))
+        self._points = dict(zip(names, points))
 
     def index(self, name: str) -> int:
         """The closest triangle of the object of this name."""
@@ -87,8 +82,9 @@ class _Placed:
     """A tree where it is."""
 
     def __init__(self, mesh: Tree | _HasMesh, transform: ArrayLike | None) -> None:
-        self.mesh = mesh
-        self.tree = mesh if isinstance(mesh, Tree) else Tree.from_trimesh(mesh)
+        if not isinstance(mesh, Tree):
+            mesh = Tree.from_trimesh(mesh, solid="flip" if getattr(mesh, "is_convex", False) else "no")
+        self.tree = mesh
         self.place(transform)
 
     def place(self, given: ArrayLike | None) -> None:
@@ -106,20 +102,45 @@ class _Placed:
         half += 1e-12 * (np.abs(center) + half)
         self.bounds = np.array([center - half, center + half])
 
-    @cached_property
-    def corner(self) -> NDArray[np.float64]:
-        """A corner of a triangle, in the frame of the mesh."""
-        return self.tree.vertices[self.tree.faces[0, 0]]
+    @property
+    def is_solid(self) -> bool:
+        """Whether its tree is a closed solid."""
+        return self.tree.open_edges == 0
 
-    def contains(self, inner: _Placed) -> bool:
-        """Whether a corner of another mesh, if its box is inside of the box of this one, is inside of this one: rays
-        leave it more often than they enter it."""
-        fits = (self.bounds[0] <= inner.bounds[0]).all() and (inner.bounds[1] <= self.bounds[1]).all()
-        if not fits or len(inner.tree) == 0:
-            return False
-        there = self.inverse @ inner.transform
-        hits = rays(self.tree, there[:3, :3] @ inner.corner + there[:3, 3], _DIRECTIONS, mode="all")
-        return all((hits.rays == ray).sum() % 2 == 1 for ray in range(len(_DIRECTIONS)))
+    def vertices(self) -> NDArray[np.float64]:
+        """Where the vertices are."""
+        return self.tree.vertices @ self.transform[:3, :3].T + self.transform[:3, 3]
+
+
+class _Depth:
+    """How deep a solid is in another: the least way that parts them, where, and along which normal of the first."""
+
+    def __init__(self, a: _Placed, b: _Placed) -> None:
+        found = penetration(a.tree, b.tree, a.inverse @ b.transform, solid=True, relative_tolerance=1e-6)
+        assert found.direction is not None
+        self.depth, normal = found.high, -a.transform[:3, :3] @ found.direction
+        corners = [one.vertices() for one in (a, b)]
+        # The way found is never shorter than the least, which is along the normal of a face if one is that near: exactly so,
+        # if the solids are convex.
+        for one, sign, where in [(a, -1.0, corners[0]), (b, 1.0, corners[1])]:
+            faces = where[one.tree.faces]
+            normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+            normals *= sign / np.linalg.norm(normals, axis=1).clip(min=1e-300)[:, None]
+            for candidate in np.unique(normals[normals @ normal > 1 - 1e-5], axis=0):
+                width = (corners[1] @ candidate).max() - (corners[0] @ candidate).min()
+                if width <= self.depth:
+                    self.depth, normal = float(width), candidate
+        self.normal = normal
+        # A deepest vertex of the first, and of those of the second the one nearest to it.
+        of_a = corners[0][np.argmin(corners[0] @ normal)]
+        heights = corners[1] @ normal
+        deepest = corners[1][heights >= heights.max() - 1e-9 * self.depth]
+        of_b = deepest[np.argmin(np.linalg.norm(deepest - of_a, axis=1))]
+        self.points = np.array([of_a, of_b])
+        self.triangles = [
+            int(np.argmin(np.linalg.norm(where[one.tree.faces] - point, axis=2).min(axis=1)))
+            for one, where, point in zip((a, b), corners, self.points)
+        ]
 
 
 class CollisionManager:
@@ -128,11 +149,8 @@ class CollisionManager:
     A mesh is a trimesh.Trimesh or a punctual3d.Tree; a tree spares the build where a mesh is asked about again and
     again.
 
-    A mesh is a surface, without an inside. An object that lies inside another and does not touch it does not collide
-    with it and has a distance from it. trimesh's manager takes convex meshes for solids, and says that they collide.
-    Where a pair is found apart, and a corner of one is inside of the other, ContainedWarning names both; not of an
-    outer mesh that trimesh does not take for convex or that has holes, nor where the answer is found before the pair is
-    asked about.
+    A mesh that trimesh takes for convex is a solid: an object inside collides with it, and two of them have a depth. Others
+    are surfaces, without an inside. A tree is what it was built as.
     """
 
     def __init__(self) -> None:
@@ -240,15 +258,6 @@ def _within(objects: Mapping[str, _Placed]) -> _Candidates:
     return candidates
 
 
-def _warn_of_contained(names: tuple[str, str], a: _Placed, b: _Placed) -> None:
-    for outer, inner, (outer_name, inner_name) in [(a, b, names), (b, a, names[::-1])]:
-        # What is known not to be convex is a surface for trimesh, too.
-        if getattr(outer.mesh, "is_convex", True) and outer.contains(inner):
-            text = f"{inner_name!r} lies inside {outer_name!r} without touching it: their surfaces do not meet"
-            # The caller of the manager's method, which called what called this.
-            warnings.warn(text, ContainedWarning, stacklevel=4)
-
-
 def _collide(
     candidates: _Candidates, return_all: bool, return_data: bool
 ) -> tuple[bool, set[tuple[str, str]], list[ContactData]]:
@@ -258,14 +267,18 @@ def _collide(
     for _, names, a, b in candidates.pairs(np.argwhere(candidates.gaps == 0)):
         pose = a.inverse @ b.transform
         if not collide(a.tree, b.tree, pose):
-            _warn_of_contained(names, a, b)
             continue
         if not return_all:
             return True, found, data
         found.add(names)
-        if return_data:
+        if return_data and a.is_solid and b.is_solid:
+            deep = _Depth(a, b)
+            data.append(ContactData(names, deep.points.mean(axis=0), deep.normal, deep.triangles, deep.depth))
+        elif return_data:
             where = contacts(a.tree, b.tree, pose)
-            data += [ContactData(names, where, row, a.transform) for row in range(len(where))]
+            points = where.points[:, 0] @ a.transform[:3, :3].T + a.transform[:3, 3]
+            rows = zip(points, where.normals @ a.transform[:3, :3].T, where.triangles.tolist())
+            data += [ContactData(names, *row) for row in rows]
     return bool(found), found, data
 
 
@@ -274,11 +287,18 @@ def _distance(candidates: _Candidates) -> tuple[float, tuple[str, str] | None, D
     least, closest, data = np.inf, None, None
     order = np.stack(np.unravel_index(np.argsort(candidates.gaps, axis=None), candidates.gaps.shape), axis=1)
     for gap, names, a, b in candidates.pairs(order):
-        if gap >= least:
+        # Of pairs that meet, another may be deeper.
+        if gap >= least and gap > 0:
             break
         found = distance(a.tree, b.tree, a.inverse @ b.transform)
-        if found.high > 0:
-            _warn_of_contained(names, a, b)
-        if found.high < least:
-            least, closest, data = found.high, names, DistanceData(names, found, a.transform)
+        if found.high == 0 and a.is_solid and b.is_solid:
+            deep = _Depth(a, b)
+            high, points, triangles = -deep.depth, deep.points, deep.triangles
+        elif found.points is None or found.triangles is None:
+            continue
+        else:
+            high, triangles = found.high, list(found.triangles)
+            points = found.points @ a.transform[:3, :3].T + a.transform[:3, 3]
+        if high < least:
+            least, closest, data = high, names, DistanceData(names, high, points, triangles)
     return least, closest, data

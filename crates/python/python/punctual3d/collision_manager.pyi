@@ -10,8 +10,6 @@ _Yes: TypeAlias = Literal[True]
 _No: TypeAlias = Literal[False]
 _Pair: TypeAlias = tuple[str, str]
 
-class ContainedWarning(UserWarning): ...
-
 class ContactData:
     names: set[str]
     point: NDArray[np.float64]

@@ -35,30 +35,38 @@ pub(crate) fn swept(tree: &Tree, from: &Pose, to: &Pose) -> Aabb {
 }
 
 /// A box around all positions of the mesh during a motion.
-///
-/// The bound is that of [`swept`], with the known radius of the body about the axis of the turn. No
-/// point is farther from the line between its ends than the diameter of a circle. Rounding of
-/// intermediate poses is relative to the arm and the path, and less than a tenth of the allowance.
 pub(crate) fn on_way(tree: &Tree, motion: &Motion) -> Aabb {
-    let (start, end) = (motion.start(), motion.pose(1.0));
-    let ends = tree.aabb_at(&start).union(&tree.aabb_at(&end));
+    let ends = tree
+        .aabb_at(&motion.start())
+        .union(&tree.aabb_at(&motion.pose(1.0)));
     let angle = motion.turn().length();
     if ends.is_empty() || angle == 0.0 {
         return ends;
     }
-    let bounds = tree.mesh().aabb();
-    let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
-    let arm = start.transform_point(min + max) - start.translation() + motion.arm();
-    let stretch = 1.0 + 2.0 * motion.deviation();
-    let radius = length((motion.turn() / angle).cross(arm)) + length(max - min) * stretch;
-    let lengths =
-        length(motion.arm()) + length(motion.velocity()) + length(start.translation()) + radius;
-    let arc_error =
-        radius * (angle * angle / 8.0).min(2.0) * (1.0 + 1e-9) + 512.0 * f64::EPSILON * lengths;
+    let arc_error = arc_error(tree, motion, angle);
     Aabb {
         min: ends.min - arc_error,
         max: ends.max + arc_error,
     }
+}
+
+/// How far points of the mesh may be from the straight lines between their positions before and
+/// after a part of a motion that turns by `angle`.
+///
+/// The bound is that of [`swept`], with the known radius of the body about the axis of the turn. No
+/// point is farther from the line between its ends than the diameter of a circle. Rounding of
+/// intermediate poses is relative to the arm and the path, and less than a tenth of the allowance.
+pub(crate) fn arc_error(tree: &Tree, motion: &Motion, angle: f64) -> f64 {
+    let start = motion.start();
+    let bounds = tree.mesh().aabb();
+    let (min, max) = (bounds.min * 0.5, bounds.max * 0.5);
+    let arm = start.transform_point(min + max) - start.translation() + motion.arm();
+    let stretch = 1.0 + 2.0 * motion.deviation();
+    let axis = motion.turn() / motion.turn().length().max(f64::MIN_POSITIVE);
+    let radius = length(axis.cross(arm)) + length(max - min) * stretch;
+    let lengths =
+        length(motion.arm()) + length(motion.velocity()) + length(start.translation()) + radius;
+    radius * (angle * angle / 8.0).min(2.0) * (1.0 + 1e-9) + 512.0 * f64::EPSILON * lengths
 }
 
 /// A box thickened by a margin. This adds one sum per corner; the margins of the box cover its

@@ -1,96 +1,71 @@
-//! Casts a ray: through the tree of fat AABBs and the trees of the bodies, in the order in which
-//! the ray enters them.
+//! Questions about a scene between frames: which body does a ray hit ([`ray`]), a shape on its way,
+//! which bodies does a shape meet, and which is the closest ([`shape`])?
+//!
+//! Each is a [`Probe`]: a lower bound for what is in a box, and a question to a body. One walk
+//! through the tree of fat AABBs and the trees of the bodies, in the order of these bounds, serves
+//! all of them.
 
 mod line;
+mod path;
 pub(crate) mod ray;
+pub(crate) mod shape;
 
 use super::Scene;
-use super::body::Bodies;
+use super::body::{Bodies, Placed};
 use super::broad::Broad;
-
+use super::broad::bounds::thickened;
 use super::error::SceneError;
+use super::filter::Filter;
+use super::id::BodyId;
 use crate::cost::{WORK_PER_BOX, WORK_PER_SEARCH};
+use alloc::boxed::Box;
 use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
-use line::Line;
-use punctual::clock::ClockedBudget;
-use punctual::engine::{Ask, Deadline};
+use punctual::engine::Deadline;
 use punctual::prediction::MAX_STEP_WORK;
-use punctual::rays::RayMode;
-use punctual::{Budget, Query, StopReason, Workspace};
+use punctual::{StopReason, Tree, Workspace};
 use punctual_geom::Aabb;
-use ray::{BodyHit, SceneCast, SceneRay};
+use ray::{BodyHit, SceneCast};
+use shape::BodyOverlap;
 
-impl Scene {
-    /// Finds which body a ray or a segment hits, within a budget of its own.
-    ///
-    /// It uses the pose of each body that was set last, whether a frame has run since or not.
-    /// Bodies whose boxes the last frame did not reach, or that changed since, are tested one by
-    /// one, with 120 units of work each. So cast rays after [`Scene::detect`] rather than before
-    /// it. Other bodies are found through the tree of the broad phase, nearest boxes first, in a
-    /// time that grows with the logarithm of their number.
-    ///
-    /// **Guarantee.** A body is hit where its own [`Query::ray`] reports a hit of the ray,
-    /// [transformed](punctual::Ray::transformed) to the coordinates of its mesh by the inverse of
-    /// its pose. No ray passes between triangles of a body that share an edge. Of several nearest
-    /// hits with equal `t`, the one of the least body counts, then of the least triangle. A cast
-    /// that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same budget of
-    /// work gives the same bits and is never exceeded. It allocates only in a scene with more
-    /// bodies, or for more hits, than any before.
-    ///
-    /// # Errors
-    /// [`SceneError::NoRay`].
-    pub fn cast<'c>(
+/// What is asked about the bodies of a scene.
+trait Probe {
+    /// Least work that is useful to the question about a body.
+    fn least_work(&self) -> u64;
+
+    fn sight(&self) -> &Sight;
+
+    /// A lower bound, not negative, for everything in a box, of a body or of several; `None` if it
+    /// holds nothing that matters.
+    fn bound(&self, bounds: &Aabb, is_body: bool) -> Option<f64>;
+
+    /// True if nothing with this lower bound matters any more.
+    fn is_over(&self, bound: f64) -> bool;
+
+    /// Asks about a body. Returns the reason why that ended, and the lower bound for what it left
+    /// open.
+    fn ask(
         &mut self,
-        ray: &SceneRay,
-        budget: impl Into<ClockedBudget<'c>>,
-    ) -> Result<SceneCast, SceneError> {
-        self.cast_within(ray, budget.into())
-    }
-
-    fn cast_within(
-        &mut self,
-        ray: &SceneRay,
-        budget: ClockedBudget<'_>,
-    ) -> Result<SceneCast, SceneError> {
-        let Self {
-            bodies,
-            broad,
-            scratch,
-            rays,
-            ..
-        } = self;
-        // A rejected cast keeps the hits of the cast before.
-        let before = rays.hits.len();
-        let cast = Casting {
-            asked: ray,
-            bodies,
-            broad,
-            workspace: scratch,
-            rays,
-        }
-        .run(budget);
-        match cast {
-            Ok(_) => drop(rays.hits.drain(..before)),
-            Err(_) => rays.hits.truncate(before),
-        }
-        rays.hits.reserve(rays.hits.len());
-        cast
-    }
-
-    /// The hits of the last cast with [`RayMode::All`]: body after body, each in order of
-    /// discovery.
-    pub fn ray_hits(&self) -> &[BodyHit] {
-        &self.rays.hits
-    }
+        body: (BodyId, &Placed),
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> Result<(StopReason, f64), SceneError>;
 }
 
-/// A node or body that waits for a ray. Sorted by the parameter of entry.
+/// The bodies that are asked about: those that a body with this filter may meet, and other ones that
+/// this body may meet.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sight {
+    filter: Filter,
+    body: Option<BodyId>,
+}
+
+/// A node or body that waits for a probe. Sorted by the lower bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    /// The bits of the parameter of entry, which is not negative.
-    enter: u64,
+    /// The bits of the lower bound, which is not negative.
+    bound: u64,
     what: What,
 }
 
@@ -101,233 +76,201 @@ enum What {
     Node(u32),
 }
 
-/// The buffers of casts.
+type Queue = BinaryHeap<Reverse<Entry>>;
+
+/// The buffers of one thread.
 #[derive(Debug, Default)]
-pub(crate) struct Rays {
-    queue: BinaryHeap<Reverse<Entry>>,
-    /// The hits of the last cast with [`RayMode::All`].
-    pub hits: Vec<BodyHit>,
+struct Caster {
+    queue: Queue,
+    /// The hits of the last cast with [`RayMode::All`](punctual::rays::RayMode::All).
+    hits: Vec<BodyHit>,
 }
 
-/// One cast.
-struct Casting<'c> {
-    asked: &'c SceneRay,
-    bodies: &'c Bodies,
-    broad: &'c Broad,
-    workspace: &'c mut Workspace,
-    rays: &'c mut Rays,
+/// The buffers of all questions, and their last answers.
+#[derive(Debug, Default)]
+pub(crate) struct Casts {
+    own: Caster,
+    #[cfg(feature = "parallel")]
+    others: Vec<(Caster, Box<Workspace>)>,
+    answers: Vec<SceneCast>,
+    met: Vec<BodyOverlap>,
+    undecided: Vec<BodyId>,
+    /// A point at the origin, for shapes that are points.
+    point: Option<Box<Tree>>,
 }
 
-impl Casting<'_> {
-    fn run(mut self, budget: ClockedBudget<'_>) -> Result<SceneCast, SceneError> {
-        let mut deadline = Deadline::of(budget);
+impl Casts {
+    /// Reserves room for the questions about a scene with this many bodies.
+    pub fn reserve(&mut self, bodies: usize) {
+        self.own
+            .queue
+            .reserve_exact(room(bodies).saturating_sub(self.own.queue.len()));
+    }
+}
+
+/// Each body may wait in a node of the tree, and separately if it has left its fat AABB.
+fn room(bodies: usize) -> usize {
+    2 * bodies
+}
+
+impl Scene {
+    fn walk(&mut self) -> (Walk<'_>, &mut Casts, &mut Workspace) {
+        let Self {
+            bodies,
+            broad,
+            scratch,
+            casts,
+            ..
+        } = self;
+        (Walk { bodies, broad }, casts, scratch)
+    }
+}
+
+/// What a walk searches.
+struct Walk<'s> {
+    bodies: &'s Bodies,
+    broad: &'s Broad,
+}
+
+/// The end of a walk.
+struct Walked {
+    /// Lower bound for everything that is left open; infinite if it is finished.
+    open: f64,
+    /// The reason why it ended.
+    stop: StopReason,
+    work: u64,
+    /// False if it ended before the roots were queued.
+    has_begun: bool,
+}
+
+impl Walk<'_> {
+    /// Asks about bodies in the order of their lower bounds, until no other matters or the deadline
+    /// comes.
+    fn run(
+        &self,
+        probe: &mut impl Probe,
+        queue: &mut Queue,
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> Result<Walked, SceneError> {
+        if let Some(id) = probe.sight().body {
+            self.bodies.get(id)?;
+        }
         deadline.leave(MAX_STEP_WORK);
         let limit = deadline.work_left();
-        self.rays.queue.clear();
-        self.rays.reserve(self.bodies.room());
-        let free_until = f64::INFINITY;
-        let mut known = SceneCast {
-            hit: None,
-            found: 0,
-            free_until,
-            stop: StopReason::Finished,
-            work: 0,
-            elapsed: None,
-        };
-        let line = Line::new(&self.asked.ray);
-        if self.begin(&line, &mut deadline) {
-            self.search(&line, &mut known, &mut deadline)?;
-        } else {
-            known.free_until = 0.0;
-            known.stop = deadline.why(WORK_PER_BOX);
+        queue.clear();
+        queue.reserve_exact(room(self.bodies.room()));
+        let (mut open, mut stop) = (f64::INFINITY, StopReason::Finished);
+        let has_begun = self.begin(probe, queue, deadline);
+        if !has_begun {
+            (open, stop) = (0.0, deadline.why(WORK_PER_BOX));
         }
-        let next = self
-            .rays
-            .queue
-            .peek()
-            .map_or(f64::INFINITY, |Reverse(entry)| f64::from_bits(entry.enter));
-        let open = if known.stop == StopReason::Finished {
-            f64::INFINITY
-        } else {
-            known.free_until.min(next)
-        };
-        known.free_until =
-            self.asked
-                .mode
-                .free_until(&self.asked.ray, known.hit.map(|hit| hit.on_body), open);
-        (known.work, known.elapsed) = (limit - deadline.work_left(), deadline.elapsed());
-        Ok(known)
+        while matches!(stop, StopReason::Finished | StopReason::FlushedToZero)
+            && let Some(&Reverse(Entry { bound, what })) = queue.peek()
+            && !probe.is_over(f64::from_bits(bound))
+        {
+            let least = match what {
+                What::Node(_) => WORK_PER_SEARCH,
+                What::Body(_) => probe.least_work(),
+            };
+            if !deadline.has_room(least) {
+                stop = deadline.why(least);
+                break;
+            }
+            queue.pop();
+            match what {
+                What::Node(node) => {
+                    deadline.spend(WORK_PER_SEARCH);
+                    self.open(probe, queue, node);
+                }
+                What::Body(body) => {
+                    let placed = self
+                        .bodies
+                        .at(body)
+                        .map(|placed| (self.bodies.id(body), placed));
+                    if let Some(asked) = placed {
+                        let (ended, left) = probe.ask(asked, workspace, deadline)?;
+                        if ended != StopReason::Finished {
+                            (open, stop) = (open.min(left), ended);
+                        }
+                    }
+                }
+            }
+        }
+        if stop != StopReason::Finished
+            && let Some(Reverse(next)) = queue.peek()
+        {
+            open = open.min(f64::from_bits(next.bound));
+        }
+        Ok(Walked {
+            open,
+            stop,
+            work: limit - deadline.work_left(),
+            has_begun,
+        })
     }
 
     /// Queues the roots, and the bodies that are not in the tree. False if the budget did not
     /// suffice.
-    fn begin(&mut self, line: &Line, deadline: &mut Deadline) -> bool {
-        let Self {
-            bodies,
-            broad,
-            rays,
-            ..
-        } = self;
-        for index in bodies.pending() {
+    fn begin(&self, probe: &impl Probe, queue: &mut Queue, deadline: &mut Deadline) -> bool {
+        for index in self.bodies.pending() {
             if !deadline.has_room(WORK_PER_BOX) {
                 return false;
             }
             deadline.spend(WORK_PER_BOX);
-            if let Some(placed) = bodies.at(index) {
-                rays.push(
-                    line,
-                    What::Body(index),
-                    &placed.body.tree.aabb_at(&placed.body.pose),
-                );
+            if let Some(Placed { body, .. }) = self.bodies.at(index) {
+                let bounds = thickened(body.tree.aabb_at(&body.pose), body.margin);
+                self.push(probe, queue, index, &bounds);
             }
         }
-        let mut queue = |index: u32| {
+        let mut queue_body = |index: u32| {
             let has_room = deadline.has_room(WORK_PER_SEARCH);
             deadline.spend(WORK_PER_SEARCH);
-            if has_room && !bodies.facts(index).is_changed() {
-                rays.push(line, What::Body(index), bodies.bounds(index));
+            if has_room && !self.bodies.facts(index).is_changed() {
+                self.push(probe, queue, index, self.bodies.bounds(index));
             }
             has_room
         };
-        let Some(tree) = broad.tree() else {
-            return bodies.slots().all(queue);
+        let Some(tree) = self.broad.tree() else {
+            return self.bodies.slots().all(queue_body);
         };
-        broad.unsettled().all(&mut queue) && {
-            tree.roots()
-                .for_each(|(root, bounds)| rays.push(line, What::Node(root), bounds));
-            true
-        }
-    }
-
-    /// Casts the ray until nothing nearer is left, or the deadline comes. Of the bodies already
-    /// tested, no missing hit lies before `known.free_until`.
-    fn search(
-        &mut self,
-        line: &Line,
-        known: &mut SceneCast,
-        deadline: &mut Deadline,
-    ) -> Result<(), SceneError> {
-        while let Some(&Reverse(entry)) = self.rays.queue.peek() {
-            let is_nearer = |hit: BodyHit| hit.on_body.t < f64::from_bits(entry.enter);
-            if self.asked.mode == RayMode::Nearest && known.hit.is_some_and(is_nearer) {
-                break;
-            }
-            let least = if matches!(entry.what, What::Node(_)) {
-                WORK_PER_SEARCH
-            } else {
-                MAX_STEP_WORK
-            };
-            if !deadline.has_room(least) {
-                known.stop = deadline.why(least);
-                return Ok(());
-            }
-            self.rays.queue.pop();
-            match entry.what {
-                What::Node(node) => {
-                    deadline.spend(WORK_PER_SEARCH);
-                    self.open(line, node);
-                }
-                What::Body(body) => self.ask(body, known, deadline)?,
-            }
-            if !matches!(known.stop, StopReason::Finished | StopReason::FlushedToZero) {
-                break;
-            }
-        }
-        Ok(())
+        let has_room = self.broad.unsettled().all(&mut queue_body);
+        let roots = tree.roots().filter(|_| has_room);
+        queue.extend(roots.filter_map(|(root, bounds)| entry(probe, What::Node(root), bounds)));
+        has_room
     }
 
     /// Replaces a node by its children, or a leaf by its body.
-    fn open(&mut self, line: &Line, node: u32) {
-        let Some(tree) = self.broad.tree() else {
-            return;
-        };
-        match tree.below(node) {
-            Ok(children) => {
+    fn open(&self, probe: &impl Probe, queue: &mut Queue, node: u32) {
+        match self.broad.tree().map(|tree| tree.below(node)) {
+            Some(Ok(children)) => queue.extend(
                 children
                     .into_iter()
-                    .for_each(|(child, bounds)| self.rays.push(line, What::Node(child), bounds));
+                    .filter_map(|(child, bounds)| entry(probe, What::Node(child), bounds)),
+            ),
+            Some(Err(body))
+                if !self.bodies.facts(body).is_changed() && !self.broad.is_unsettled(body) =>
+            {
+                self.push(probe, queue, body, self.bodies.bounds(body));
             }
-            Err(body) => {
-                let facts = self.bodies.facts(body);
-                let is_here = !facts.is_changed() && !self.broad.is_unsettled(body);
-                if is_here && self.asked.filter.meets(facts.filter) {
-                    self.rays
-                        .push(line, What::Body(body), self.bodies.bounds(body));
-                }
-            }
+            _ => {}
         }
     }
 
-    /// Casts the ray against the tree of a body.
-    fn ask(
-        &mut self,
-        index: u32,
-        known: &mut SceneCast,
-        deadline: &mut Deadline,
-    ) -> Result<(), SceneError> {
-        let Self {
-            asked,
-            bodies,
-            workspace,
-            rays,
-            ..
-        } = self;
-        let Some(placed) = bodies
-            .at(index)
-            .filter(|placed| asked.filter.meets(placed.body.filter))
-        else {
-            return Ok(());
-        };
-        let body = bodies.id(index);
-        let here = asked
-            .ray
-            .transformed(&placed.inverse)
-            .map_err(|error| SceneError::NoRay { body, error })?;
-        let [from, to] = here.limits();
-        let nearest = known.hit.filter(|_| asked.mode == RayMode::Nearest);
-        let ray = here.within(from, nearest.map_or(to, |hit| to.min(hit.on_body.t)));
-        let query = Query::ray(&placed.body.tree, ray).mode(asked.mode);
-        query.begin(workspace, None, Budget::unlimited());
-        let cast = loop {
-            let cast = query.spend(workspace, None, deadline);
-            rays.hits.extend(
-                workspace
-                    .drain_ray_hits()
-                    .map(|on_body| BodyHit { body, on_body }),
-            );
-            if cast.stop != StopReason::PairsFull {
-                break cast;
-            }
-        };
-        known.found += cast.stats.found;
-        if let Some(hit) = cast.value.hit.map(|on_body| BodyHit { body, on_body })
-            && known.hit.is_none_or(|before| hit.is_before(&before))
-        {
-            known.hit = Some(hit);
+    /// Queues a body if it is to be asked about.
+    fn push(&self, probe: &impl Probe, queue: &mut Queue, index: u32, bounds: &Aabb) {
+        let Sight { filter, body } = probe.sight();
+        let may_meet = |id: BodyId| id.index != index && self.bodies.may_meet([id.index, index]);
+        if filter.meets(self.bodies.facts(index).filter) && body.is_none_or(may_meet) {
+            queue.extend(entry(probe, What::Body(index), bounds));
         }
-        if cast.stop != StopReason::Finished {
-            known.stop = cast.stop;
-            known.free_until = known.free_until.min(cast.value.free_until);
-        }
-        Ok(())
     }
 }
 
-impl Rays {
-    /// Reserves room for the casts of a scene with this many bodies.
-    pub fn reserve(&mut self, bodies: usize) {
-        // Each body may wait in a node of the tree, and separately if it has left its fat AABB.
-        self.queue
-            .reserve_exact((2 * bodies).saturating_sub(self.queue.len()));
-    }
-
-    /// Queues a node or body if the ray enters its box.
-    fn push(&mut self, line: &Line, what: What, bounds: &Aabb) {
-        self.queue.extend(line.enter(bounds).map(|enter| {
-            Reverse(Entry {
-                enter: enter.to_bits(),
-                what,
-            })
-        }));
-    }
+fn entry(probe: &impl Probe, what: What, bounds: &Aabb) -> Option<Reverse<Entry>> {
+    let bound = probe.bound(bounds, matches!(what, What::Body(_)))?;
+    Some(Reverse(Entry {
+        bound: bound.to_bits(),
+        what,
+    }))
 }

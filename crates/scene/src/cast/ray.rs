@@ -1,11 +1,21 @@
-//! Rays in a scene, and their hits.
+//! Rays in a scene: one, or a batch on several threads.
 
+use super::line::Line;
+use super::{Caster, Probe, Sight, Walk};
+use crate::Scene;
+use crate::body::Placed;
+use crate::error::SceneError;
 use crate::filter::Filter;
 use crate::id::BodyId;
+use alloc::vec::Vec;
+use core::mem;
 use core::time::Duration;
-use punctual::StopReason;
+use punctual::clock::ClockedBudget;
+use punctual::engine::{Ask, Deadline};
+use punctual::prediction::MAX_STEP_WORK;
 use punctual::rays::{RayHit, RayMode};
-use punctual_geom::Ray;
+use punctual::{Budget, Query, StopReason, Workspace};
+use punctual_geom::{Aabb, Ray};
 
 /// Asks which body a ray or a segment of the scene hits: [`crate::Scene::cast`].
 ///
@@ -33,9 +43,9 @@ use punctual_geom::Ray;
 #[derive(Clone, Copy, Debug)]
 #[must_use]
 pub struct SceneRay {
-    pub(crate) ray: Ray,
-    pub(crate) mode: RayMode,
-    pub(crate) filter: Filter,
+    ray: Ray,
+    mode: RayMode,
+    sight: Sight,
 }
 
 impl SceneRay {
@@ -44,7 +54,7 @@ impl SceneRay {
         Self {
             ray,
             mode: RayMode::Nearest,
-            filter: Filter::default(),
+            sight: Sight::default(),
         }
     }
 
@@ -54,8 +64,16 @@ impl SceneRay {
     }
 
     /// Restricts the cast to bodies that a body with this filter may meet; by default all.
-    pub fn filter(self, filter: Filter) -> Self {
-        Self { filter, ..self }
+    pub fn filter(mut self, filter: Filter) -> Self {
+        self.sight.filter = filter;
+        self
+    }
+
+    /// Restricts the cast to other bodies that this body may meet: by their filters and groups, not
+    /// [ignored](Scene::ignore), and not of its compound.
+    pub fn of_body(mut self, body: BodyId) -> Self {
+        self.sight.body = Some(body);
+        self
     }
 }
 
@@ -100,6 +118,306 @@ pub struct SceneCast {
     pub stop: StopReason,
     /// Work of the call.
     pub work: u64,
-    /// Time of the call; measured only under a time budget.
+    /// Time of the call; measured only under a time budget, and not for each ray of a batch.
     pub elapsed: Option<Duration>,
+}
+
+impl SceneCast {
+    const NOT_CAST: Self = Self {
+        hit: None,
+        found: 0,
+        free_until: 0.0,
+        stop: StopReason::WorkLimit,
+        work: u64::MAX,
+        elapsed: None,
+    };
+}
+
+/// One cast.
+struct RayProbe<'c> {
+    asked: &'c SceneRay,
+    line: Line,
+    hits: &'c mut Vec<BodyHit>,
+    hit: Option<BodyHit>,
+    found: u64,
+}
+
+impl Probe for RayProbe<'_> {
+    fn least_work(&self) -> u64 {
+        MAX_STEP_WORK
+    }
+
+    fn sight(&self) -> &Sight {
+        &self.asked.sight
+    }
+
+    fn bound(&self, bounds: &Aabb, _: bool) -> Option<f64> {
+        self.line.enter(bounds)
+    }
+
+    fn is_over(&self, enter: f64) -> bool {
+        match self.asked.mode {
+            RayMode::Nearest => self.hit.is_some_and(|hit| hit.on_body.t < enter),
+            RayMode::Any => self.hit.is_some(),
+            RayMode::All => false,
+        }
+    }
+
+    fn ask(
+        &mut self,
+        (body, placed): (BodyId, &Placed),
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> Result<(StopReason, f64), SceneError> {
+        let here = self
+            .asked
+            .ray
+            .transformed(&placed.inverse)
+            .map_err(|error| SceneError::NoRay { body, error })?;
+        let [from, to] = here.limits();
+        let nearest = self.hit.filter(|_| self.asked.mode == RayMode::Nearest);
+        let ray = here.within(from, nearest.map_or(to, |hit| to.min(hit.on_body.t)));
+        let query = Query::ray(&placed.body.tree, ray).mode(self.asked.mode);
+        query.begin(workspace, None, Budget::unlimited());
+        let cast = loop {
+            let cast = query.spend(workspace, None, deadline);
+            let hits = workspace.drain_ray_hits();
+            self.hits
+                .extend(hits.map(|on_body| BodyHit { body, on_body }));
+            if cast.stop != StopReason::PairsFull {
+                break cast;
+            }
+        };
+        self.found += cast.stats.found;
+        if let Some(hit) = cast.value.hit.map(|on_body| BodyHit { body, on_body })
+            && self.hit.is_none_or(|before| hit.is_before(&before))
+        {
+            self.hit = Some(hit);
+        }
+        Ok((cast.stop, cast.value.free_until))
+    }
+}
+
+impl Walk<'_> {
+    fn cast(
+        &self,
+        asked: &SceneRay,
+        caster: &mut Caster,
+        workspace: &mut Workspace,
+        deadline: &mut Deadline,
+    ) -> Result<SceneCast, SceneError> {
+        let mut probe = RayProbe {
+            asked,
+            line: Line::new(&asked.ray),
+            hits: &mut caster.hits,
+            hit: None,
+            found: 0,
+        };
+        let queue = &mut caster.queue;
+        let walked = self.run(&mut probe, queue, workspace, deadline)?;
+        let RayProbe { hit, found, .. } = probe;
+        let on_body = hit.map(|hit| hit.on_body);
+        Ok(SceneCast {
+            hit,
+            found,
+            free_until: asked.mode.free_until(&asked.ray, on_body, walked.open),
+            stop: walked.stop,
+            work: walked.work,
+            elapsed: deadline.elapsed(),
+        })
+    }
+}
+
+impl Scene {
+    /// Finds which body a ray or a segment hits, within a budget of its own.
+    ///
+    /// It uses the pose of each body that was set last, whether a frame has run since or not.
+    /// Bodies whose boxes the last frame did not reach, or that changed since, are tested one by
+    /// one, with 120 units of work each. So cast rays after [`Scene::detect`] rather than before
+    /// it. Other bodies are found through the tree of the broad phase, nearest boxes first, in a
+    /// time that grows with the logarithm of their number.
+    ///
+    /// **Guarantee.** A body is hit where its own [`Query::ray`] reports a hit of the ray,
+    /// [transformed](punctual::Ray::transformed) to the coordinates of its mesh by the inverse of
+    /// its pose. No ray passes between triangles of a body that share an edge. Of several nearest
+    /// hits with equal `t`, the one of the least body counts, then of the least triangle. A cast
+    /// that is cut short has true hits, and [`SceneCast::free_until`] is proven. The same budget of
+    /// work gives the same bits and is never exceeded. It allocates only in a scene with more
+    /// bodies, or for more hits, than any before.
+    ///
+    /// # Errors
+    /// [`SceneError::NoRay`], or [`SceneError::NoSuchBody`] if the asking body is not in the scene.
+    pub fn cast<'c>(
+        &mut self,
+        ray: &SceneRay,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<SceneCast, SceneError> {
+        // A rejected cast keeps the hits of the cast before.
+        let before = self.casts.own.hits.len();
+        let (walk, casts, workspace) = self.walk();
+        let cast = walk.cast(
+            ray,
+            &mut casts.own,
+            workspace,
+            &mut Deadline::of(budget.into()),
+        );
+        let hits = &mut casts.own.hits;
+        match cast {
+            Ok(_) => drop(hits.drain(..before)),
+            Err(_) => hits.truncate(before),
+        }
+        hits.reserve(hits.len());
+        cast
+    }
+
+    /// The hits of the last [`Scene::cast`] with [`RayMode::All`]: body after body, each in order
+    /// of discovery. Those of [`Scene::cast_rays`]: ray after ray, [`SceneCast::found`] each.
+    pub fn ray_hits(&self) -> &[BodyHit] {
+        &self.casts.own.hits
+    }
+
+    /// Casts rays one after another within one budget, each like [`Scene::cast`]. Returns an answer
+    /// for each ray; the scene keeps them until the next call. After the first ray that the budget
+    /// stopped, the others are free until 0.
+    ///
+    /// With [threads](Scene::use_threads), batches of more than 64 rays are shared among as many,
+    /// unless the clock is the caller's, or a ray has [`RayMode::All`]. A budget of work, or none,
+    /// gives the same bits on any number of threads.
+    ///
+    /// ```
+    /// use punctual::{Budget, Pose, Ray, Tree, shapes};
+    /// use punctual_scene::{Body, Scene, SceneRay};
+    /// use std::sync::Arc;
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.insert(Body::fixed(Arc::new(Tree::new(shapes::icosphere(4))), Pose::IDENTITY))?;
+    /// let ray = |i| Ray::new([0.0, 0.3 * f64::from(i), 9.0], [0.0, 0.0, -1.0]).map(SceneRay::new);
+    /// let rays: Vec<SceneRay> = (0..9).map(ray).collect::<Result<_, _>>()?;
+    /// let casts = scene.cast_rays(&rays, Budget::unlimited())?;
+    /// assert_eq!(casts.iter().filter(|cast| cast.hit.is_some()).count(), 4);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Scene::cast`], for the first ray that has one.
+    pub fn cast_rays<'c>(
+        &mut self,
+        rays: &[SceneRay],
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<&[SceneCast], SceneError> {
+        let budget = budget.into();
+        #[cfg(feature = "parallel")]
+        let is_by_system = budget.is_by_system();
+        let (budget, clock) = budget.parts();
+        let end = budget
+            .time_limit()
+            .map(|time| clock.now().saturating_add(time));
+        let work = budget.work_limit().unwrap_or(u64::MAX);
+        let mut answers = mem::take(&mut self.casts.answers);
+        answers.clear();
+        answers.resize(rays.len(), SceneCast::NOT_CAST);
+        #[cfg(feature = "parallel")]
+        if is_by_system && rays.iter().all(|ray| ray.mode != RayMode::All) {
+            threads::cast(self, rays, &mut answers, (end, work));
+        }
+        let mut deadline = Deadline::at(end, work, clock);
+        let (walk, casts, workspace) = self.walk();
+        casts.own.hits.clear();
+        let mut ended = None;
+        let cast = rays.iter().zip(&mut answers).try_for_each(|(ray, answer)| {
+            let is_cast = answer.work < u64::MAX;
+            // A thread had all of the budget for its ray. It has done the same within what is left.
+            let fits = answer.work <= deadline.work_left().saturating_sub(MARGIN);
+            match ended {
+                Some(stop) if !is_cast || stop == StopReason::WorkLimit => {
+                    *answer = SceneCast {
+                        stop,
+                        work: 0,
+                        ..SceneCast::NOT_CAST
+                    };
+                }
+                _ if is_cast && fits => deadline.spend(answer.work),
+                _ => {
+                    *answer = walk.cast(ray, &mut casts.own, workspace, &mut deadline)?;
+                    ended = is_cut(answer.stop).then_some(answer.stop);
+                }
+            }
+            Ok(())
+        });
+        casts.answers = answers;
+        cast.map(|()| &*self.casts.answers)
+    }
+}
+
+/// True if the budget stopped a cast, or the caller cancelled it.
+fn is_cut(stop: StopReason) -> bool {
+    !stop.is_final() && stop != StopReason::FlushedToZero
+}
+
+/// More than any step leaves of a budget of work.
+const MARGIN: u64 = 8 * MAX_STEP_WORK;
+
+#[cfg(feature = "parallel")]
+mod threads {
+    use super::*;
+    use crate::pair::batch;
+    use crate::schedule::crew::Crew;
+    use punctual::engine::SYSTEM;
+    use std::sync::{Mutex, PoisonError};
+    use std::thread::{Builder, scope};
+
+    /// Rays that a thread takes at a time.
+    const BLOCK: usize = 64;
+
+    /// Casts rays on the threads of the scene, from the first on, until the budget is spent. Rays
+    /// that are refused or not reached stay as they are.
+    pub(super) fn cast(
+        scene: &mut Scene,
+        rays: &[SceneRay],
+        answers: &mut [SceneCast],
+        (end, limit): (Option<Duration>, u64),
+    ) {
+        let threads = scene.workers.as_ref().map_or(1, Crew::threads);
+        let others = threads.min(rays.len().div_ceil(BLOCK)).saturating_sub(1);
+        if others == 0 {
+            return;
+        }
+        let (walk, casts, workspace) = scene.walk();
+        let new = || (Caster::default(), batch::workspace());
+        casts
+            .others
+            .resize_with(others.max(casts.others.len()), new);
+        let blocks = rays.chunks(BLOCK).zip(answers.chunks_mut(BLOCK));
+        let blocks = Mutex::new((blocks, limit));
+        let work = |caster: &mut Caster, workspace: &mut Workspace| {
+            let mut deadline = Deadline::at(end, limit, &SYSTEM);
+            let mut done = 0;
+            loop {
+                let mut guard = blocks.lock().unwrap_or_else(PoisonError::into_inner);
+                guard.1 = guard.1.saturating_sub(mem::take(&mut done));
+                let next = if guard.1 > 0 { guard.0.next() } else { None };
+                drop(guard);
+                let Some((rays, answers)) = next else {
+                    return;
+                };
+                for (ray, answer) in rays.iter().zip(answers) {
+                    match walk.cast(ray, caster, workspace, &mut deadline) {
+                        Ok(cast) => *answer = cast,
+                        Err(_) => break,
+                    }
+                    done += answer.work;
+                    if is_cut(answer.stop) {
+                        return;
+                    }
+                }
+            }
+        };
+        scope(|scope| {
+            for (caster, workspace) in &mut casts.others[..others] {
+                // If the system refuses a thread, the others do its part.
+                let _ = Builder::new().spawn_scoped(scope, || work(caster, workspace));
+            }
+            work(&mut casts.own, workspace);
+        });
+    }
 }

@@ -253,3 +253,109 @@ fn a_ray_that_a_body_cannot_be_asked_about_is_refused_by_its_name() {
         other => panic!("{other:?}"),
     }
 }
+
+/// Bodies at random, and rays through them.
+fn crowd(random: &mut Random, bodies: usize, rays: usize) -> (Scene, Vec<SceneRay>) {
+    let (mut scene, trees) = (Scene::new(), crate::trees());
+    for _ in 0..bodies {
+        let tree = Arc::clone(&trees[random.below(trees.len())]);
+        let body = Body::moving(tree, crate::pose(12.0, random));
+        scene.insert(body).unwrap();
+    }
+    detect(&mut scene, Budget::unlimited());
+    let ray = |random: &mut Random| {
+        let mode = [RayMode::Nearest, RayMode::Any][random.below(2)];
+        let ray = Ray::new(14.0 * random.vector(), random.vector()).unwrap();
+        SceneRay::new(ray).mode(mode)
+    };
+    (scene, (0..rays).map(|_| ray(random)).collect())
+}
+
+#[test]
+fn a_batch_of_rays_says_what_each_ray_says_until_the_budget_ends() {
+    let mut random = Random::new(91);
+    let (mut scene, rays) = crowd(&mut random, 300, 400);
+    let mut alone = Vec::new();
+    for ray in &rays {
+        alone.push(cast(&mut scene, ray, Budget::unlimited()));
+    }
+    let clock = ManualClock::new();
+    let all = scene
+        .cast_rays(&rays, Budget::unlimited().clock(&clock))
+        .unwrap();
+    assert!(all == alone);
+    let work: u64 = all.iter().map(|cast| cast.work).sum();
+    for budget in [0, 1, work / 7, work / 2, work - 1] {
+        let part = scene
+            .cast_rays(&rays, Budget::work(budget).clock(&clock))
+            .unwrap();
+        let done: u64 = part.iter().map(|cast| cast.work).sum();
+        let cut = part
+            .iter()
+            .position(|cast| cast.stop == StopReason::WorkLimit)
+            .unwrap();
+        assert!(done <= budget && part[..cut] == alone[..cut]);
+        for (part, whole) in part.iter().zip(&alone).skip(cut) {
+            assert!(part.free_until <= whole.free_until, "{part:?} {whole:?}");
+        }
+        for cast in &part[cut + 1..] {
+            assert_eq!(
+                (cast.stop, cast.work, cast.hit),
+                (StopReason::WorkLimit, 0, None)
+            );
+        }
+    }
+    let both = [rays[0].mode(RayMode::All), rays[1].mode(RayMode::All)];
+    let found = both.map(|ray| cast(&mut scene, &ray, Budget::unlimited()).found);
+    let casts = scene
+        .cast_rays(&both, Budget::unlimited().clock(&clock))
+        .unwrap();
+    assert_eq!([casts[0].found, casts[1].found], found);
+    assert_eq!(scene.ray_hits().len() as u64, found[0] + found[1]);
+    assert!(
+        scene
+            .cast_rays(&[], Budget::unlimited().clock(&clock))
+            .unwrap()
+            .is_empty()
+    );
+}
+
+#[test]
+#[cfg(feature = "parallel")]
+fn a_batch_of_rays_says_the_same_on_any_number_of_threads() {
+    let mut random = Random::new(92);
+    let (mut scene, mut rays) = crowd(&mut random, 200, 1_500);
+    let whole = scene.cast_rays(&rays, Budget::unlimited()).unwrap();
+    let work: u64 = whole.iter().map(|cast| cast.work).sum();
+    for budget in [0, work / 50, work / 3, work - 1, work, 2 * work, 1 << 60] {
+        scene.use_threads(1).unwrap();
+        let one = scene
+            .cast_rays(&rays, Budget::work(budget))
+            .unwrap()
+            .to_vec();
+        for threads in [2, 3, 4] {
+            scene.use_threads(threads).unwrap();
+            let more = scene.cast_rays(&rays, Budget::work(budget)).unwrap();
+            assert!(more == one, "{threads} threads, {budget} of {work}");
+        }
+    }
+    // Time only: what is answered is true.
+    let whole = scene
+        .cast_rays(&rays, Budget::unlimited())
+        .unwrap()
+        .to_vec();
+    let soon = std::time::Duration::from_micros(200);
+    let part = scene.cast_rays(&rays, Budget::time(soon)).unwrap();
+    for (part, whole) in part.iter().zip(&whole) {
+        assert!(part.stop == StopReason::Deadline || part.hit.is_some() == whole.hit.is_some());
+        assert!(part.free_until <= whole.free_until);
+    }
+    // An error is the first one.
+    let id = scene.bodies().next().unwrap().0;
+    scene.remove(id).unwrap();
+    rays[700] = rays[700].of_body(id);
+    let refused = scene.cast_rays(&rays, Budget::unlimited());
+    assert_eq!(refused, Err(SceneError::NoSuchBody { body: id }));
+    let cut = scene.cast_rays(&rays, Budget::work(work / 50)).unwrap();
+    assert_eq!(cut.len(), rays.len());
+}

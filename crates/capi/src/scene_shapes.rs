@@ -1,0 +1,494 @@
+//! Questions about a scene between frames: many rays, a shape on its way, overlaps, the closest body; and named groups.
+
+use crate::arrays::{list, text};
+use crate::body::punctual_body_id;
+use crate::budget::{AnyClock, punctual_budget, punctual_clock};
+use crate::motion::{punctual_motion, punctual_motion_straight};
+use crate::outcome::{nanoseconds, punctual_stop_reason, punctual_verdict, verdict};
+use crate::pose::{punctual_point, punctual_pose_identity};
+use crate::query::check_mode;
+use crate::scene::punctual_scene;
+use crate::scene_answers::{punctual_scene_ray, punctual_scene_ray_cast};
+use crate::sized::{begin, fill_rows, grows, place, read, read_all, rows};
+use crate::status::{Fault, door, given, punctual_status};
+use crate::tree::punctual_tree;
+use crate::workspace::punctual_triangle_pair;
+use ::punctual_scene::{
+    BodyOverlap, Closest, Filter, GroupId, Overlap, Scene, SceneError, SceneShape, ShapeCast,
+    ShapeHit,
+};
+use core::ffi::c_char;
+use core::mem::MaybeUninit;
+use punctual::clock::ClockedBudget;
+use punctual::glam::DVec3;
+
+/// No group of a scene.
+pub const PUNCTUAL_NO_GROUP: u64 = u64::MAX;
+
+/// What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. Plain data, made by
+/// `punctual_scene_shape_new`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct punctual_scene_shape<'t> {
+    /// Its size in bytes, as made.
+    pub size: u32,
+    /// Not 0: only other bodies are asked that `body` may meet.
+    pub has_body: u32,
+    /// Its tree; null for a point, the start of `motion`, which then has no turn.
+    pub tree: Option<&'t punctual_tree>,
+    /// Its way from time 0 to 1, in the coordinates of the scene. All questions but that of a cast are about its start.
+    pub motion: punctual_motion,
+    /// A length by which it is thickened: a point is then a ball; 0 by default.
+    pub margin: f64,
+    /// Only bodies that a body of these groups and this mask may meet are asked; all by default.
+    pub groups: u32,
+    /// See `groups`; all by default.
+    pub mask: u32,
+    /// See `has_body`.
+    pub body: punctual_body_id,
+    /// 0.
+    pub reserved: u32,
+}
+
+grows!(punctual_scene_shape<'_>: size, body..reserved);
+
+/// Where a shape touches a body, or is closest to it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_shape_hit {
+    /// The body; zeros without one.
+    pub body: punctual_body_id,
+    /// Whether there is a body.
+    pub is_there: bool,
+    /// Whether triangles and points were found; not if one is inside the other. If not, they are zeros.
+    pub has_points: bool,
+    /// Whether there is a normal; not where the triangles intersect. If not, it is zero.
+    pub has_normal: bool,
+    /// Triangle of the body, triangle of the shape.
+    pub triangles: punctual_triangle_pair,
+    /// Their closest points in the coordinates of the scene, of the body and of the shape, each moved towards the other by its
+    /// margin.
+    pub points: [punctual_point; 2],
+    /// Unit vector from the body to the shape.
+    pub normal: punctual_point,
+}
+
+/// What a shape meets on its way; times from 0 to 1.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_shape_cast {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// Why it returned.
+    pub stop: punctual_stop_reason,
+    /// Proven: it meets no body before. 1 without a hit: it is free to its end.
+    pub free_until: f64,
+    /// Proven: it meets the body of `hit` at this time; 0 without one.
+    pub touching_at: f64,
+    /// The body, with points and normal just before.
+    pub hit: punctual_shape_hit,
+    /// Work done.
+    pub work: u64,
+    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    pub elapsed: i64,
+}
+
+grows!(punctual_shape_cast: size, work..elapsed);
+
+/// The body closest to a shape, wherever the search stopped.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_closest_body {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// Why it returned.
+    pub stop: punctual_stop_reason,
+    /// Proven: no body is closer, margins subtracted; infinite if there is none at all.
+    pub low: f64,
+    /// Proven: the body of `hit` is no farther; 0 if they meet, infinite if none was found.
+    pub high: f64,
+    /// The closest body found.
+    pub hit: punctual_shape_hit,
+    /// Work done.
+    pub work: u64,
+    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    pub elapsed: i64,
+}
+
+grows!(punctual_closest_body: size, work..elapsed);
+
+/// A body that a shape meets.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_body_overlap {
+    /// The body.
+    pub body: punctual_body_id,
+    /// How they meet.
+    pub verdict: punctual_verdict,
+    /// Triangles of the body and of the shape that prove it; as of `punctual_outcome`.
+    pub witness: punctual_triangle_pair,
+}
+
+grows!(punctual_body_overlap: verdict..witness);
+
+/// How many bodies a shape meets, wherever the search stopped.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct punctual_overlap {
+    /// Its size in bytes, to be set before the call.
+    pub size: u32,
+    /// Why it returned.
+    pub stop: punctual_stop_reason,
+    /// How many bodies are proven to meet it.
+    pub met: u64,
+    /// How many bodies have boxes that overlap its own and were not decided.
+    pub undecided: u64,
+    /// 1: all other bodies are proven not to meet it. 0 if the budget ended before all boxes were compared, or of MODE_ANY, if
+    /// a first body was enough.
+    pub is_whole: u64,
+    /// Work done.
+    pub work: u64,
+    /// Time of the call in nanoseconds; -1 if it was not measured, which it is only under a time budget.
+    pub elapsed: i64,
+}
+
+grows!(punctual_overlap: size, work..elapsed);
+
+impl Default for punctual_scene_shape<'_> {
+    fn default() -> Self {
+        let Filter { groups, mask, .. } = Filter::default();
+        Self {
+            size: Self::SIZE,
+            has_body: 0,
+            tree: None,
+            motion: punctual_motion_straight(punctual_pose_identity(), DVec3::ZERO.into()),
+            margin: 0.0,
+            groups,
+            mask,
+            body: punctual_body_id::default(),
+            reserved: 0,
+        }
+    }
+}
+
+/// A shape without a margin, which asks all bodies. `tree` may be null: a point. Checked when it is asked about.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_shape_init<'t>(
+    shape: *mut punctual_scene_shape<'t>,
+    size: usize,
+    tree: Option<&'t punctual_tree>,
+    motion: punctual_motion,
+) {
+    // SAFETY: the contract of the header for structs.
+    unsafe {
+        begin(
+            shape,
+            size,
+            punctual_scene_shape {
+                tree,
+                motion,
+                ..Default::default()
+            },
+        )
+    }
+}
+
+impl punctual_scene_shape<'_> {
+    fn check(&self) -> Result<SceneShape<'_>, Fault> {
+        let motion = self.motion.check()?;
+        let shape = match self.tree {
+            Some(tree) => SceneShape::moving(tree.0.get("shape->tree")?, motion),
+            None => SceneShape::point(motion.start().translation())?.along(motion.velocity())?,
+        };
+        let shape = shape
+            .margin(self.margin)
+            .filter(Filter::new(self.groups, self.mask));
+        Ok(match self.has_body {
+            0 => shape,
+            _ => shape.of_body(self.body.into()),
+        })
+    }
+
+    /// Asks about a shape of the caller's.
+    ///
+    /// # Safety
+    /// The contract of the header for structs and clocks.
+    unsafe fn ask<R>(
+        shape: *const Self,
+        scene: Option<&mut punctual_scene>,
+        budget: punctual_budget,
+        clock: Option<&punctual_clock>,
+        ask: impl FnOnce(&mut Scene, &SceneShape, ClockedBudget<'_>) -> Result<R, SceneError>,
+    ) -> Result<R, Fault> {
+        let budget = budget.check()?;
+        // SAFETY: the caller's promise.
+        let (shape, clock) = unsafe {
+            let clock = clock.map(|clock| AnyClock::new(Some(clock)));
+            (read(shape, "shape")?, clock.transpose()?)
+        };
+        let shape = shape.check()?;
+        punctual_scene::change(scene, |scene| {
+            Ok(match &clock {
+                Some(clock) => ask(scene, &shape, budget.clock(clock))?,
+                None => ask(scene, &shape, budget.into())?,
+            })
+        })
+    }
+}
+
+/// Finds which body a shape meets first on its way, within a budget of its own. `clock` may be null: the clock of the system.
+/// Bodies are where they were put last; their own motions do not count. Their margins do.
+///
+/// Fails with BAD_POSE or BAD_ARGUMENT if the shape is refused, and with NO_SUCH_BODY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_cast_shape(
+    scene: Option<&mut punctual_scene>,
+    shape: *const punctual_scene_shape<'_>,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    cast: *mut punctual_shape_cast,
+) -> punctual_status {
+    door("punctual_scene_cast_shape", || {
+        // SAFETY: the contract of the header for structs and clocks.
+        let (cast, found) = unsafe {
+            let found =
+                punctual_scene_shape::ask(shape, scene, budget, clock, |scene, shape, budget| {
+                    scene.cast_shape(shape, budget)
+                })?;
+            (place(cast, "cast")?, found)
+        };
+        cast.write(found.into());
+        Ok(())
+    })
+}
+
+/// Finds the body that is closest to a shape and no farther than `within`, 0 to infinity. Otherwise as
+/// `punctual_scene_cast_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_closest(
+    scene: Option<&mut punctual_scene>,
+    shape: *const punctual_scene_shape<'_>,
+    within: f64,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    closest: *mut punctual_closest_body,
+) -> punctual_status {
+    door("punctual_scene_closest", || {
+        // SAFETY: the contract of the header for structs and clocks.
+        let (closest, found) = unsafe {
+            let found =
+                punctual_scene_shape::ask(shape, scene, budget, clock, |scene, shape, budget| {
+                    scene.closest(shape, within, budget)
+                })?;
+            (place(closest, "closest")?, found)
+        };
+        closest.write(found.into());
+        Ok(())
+    })
+}
+
+/// Finds the bodies that a shape meets, MODE_ALL or MODE_ANY of them; of two solids, what is inside meets. As many as there is
+/// room for are written to `met` and to `undecided`, by index; how many there are is in `overlap`. Otherwise as
+/// `punctual_scene_cast_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_overlap(
+    scene: Option<&mut punctual_scene>,
+    shape: *const punctual_scene_shape<'_>,
+    mode: u32,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    met: *mut punctual_body_overlap,
+    met_size: usize,
+    met_capacity: usize,
+    undecided: *mut punctual_body_id,
+    undecided_capacity: usize,
+    overlap: *mut punctual_overlap,
+) -> punctual_status {
+    door("punctual_scene_overlap", || {
+        let mode = check_mode(mode, "mode")?;
+        // SAFETY: the contract of the header for structs, arrays and clocks.
+        unsafe {
+            let overlap = place(overlap, "overlap")?;
+            let mut written = Ok(());
+            let found =
+                punctual_scene_shape::ask(shape, scene, budget, clock, |scene, shape, budget| {
+                    let found = scene.overlap(shape, mode, budget)?;
+                    let open = found.undecided.iter().copied();
+                    let (room, mut count) = (undecided_capacity, MaybeUninit::uninit());
+                    written = fill_rows(met, met_size, met_capacity, "met", found.met.iter())
+                        .and(list(undecided, room, "undecided", &mut count, open));
+                    Ok(punctual_overlap::from(found))
+                })?;
+            written?;
+            overlap.write(found);
+        }
+        Ok(())
+    })
+}
+
+/// Casts `count` rays one after another within one budget, each as `punctual_scene_cast`, and writes their answers to `casts`. How
+/// many of them are answered, from the first, is written to `done`; the others are free until 0. With threads of the scene, a
+/// batch of more than 64 rays is shared among them, unless there is a clock of the caller's; a budget of work, or none, gives
+/// the same bits on any number of them.
+///
+/// Fails with BAD_ARGUMENT for the first ray that is refused.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_cast_rays(
+    scene: Option<&mut punctual_scene>,
+    rays: *const punctual_scene_ray,
+    count: usize,
+    budget: punctual_budget,
+    clock: Option<&punctual_clock>,
+    casts: *mut punctual_scene_ray_cast,
+    casts_size: usize,
+    done: Option<&mut MaybeUninit<usize>>,
+) -> punctual_status {
+    door("punctual_scene_cast_rays", || {
+        let (budget, done) = (budget.check()?, given(done, "done")?);
+        // SAFETY: the contract of the header for arrays and clocks.
+        let (rays, clock) = unsafe {
+            let clock = clock.map(|clock| AnyClock::new(Some(clock)));
+            (read_all(rays, count, "rays")?, clock.transpose()?)
+        };
+        let rays: Vec<_> = rays
+            .iter()
+            .map(punctual_scene_ray::check)
+            .collect::<Result<_, _>>()?;
+        punctual_scene::change(scene, |scene| {
+            let found = match &clock {
+                Some(clock) => scene.cast_rays(&rays, budget.clock(clock))?,
+                None => scene.cast_rays(&rays, budget)?,
+            };
+            let is_done = |stop: punctual_stop_reason| {
+                use punctual_stop_reason as stops;
+                matches!(stop, stops::Finished | stops::FirstHit)
+            };
+            let first = found.iter().take_while(|cast| is_done(cast.stop.into()));
+            done.write(first.count());
+            let mut written = MaybeUninit::uninit();
+            let found = found.iter().copied();
+            // SAFETY: the contract of the header for arrays.
+            unsafe { rows(casts, casts_size, count, "casts", &mut written, found) }
+        })
+    })
+}
+
+/// The group of this name, a text in UTF-8; made if the scene has none yet.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn punctual_scene_group(
+    scene: Option<&mut punctual_scene>,
+    name: *const c_char,
+    group: Option<&mut MaybeUninit<u64>>,
+) -> punctual_status {
+    door("punctual_scene_group", || {
+        let group = given(group, "group")?;
+        // SAFETY: the contract of the header for texts.
+        let name = unsafe { text(name, "name") }?;
+        let found = punctual_scene::change(scene, |scene| Ok(scene.group(name)))?;
+        group.write(found.to_bits());
+        Ok(())
+    })
+}
+
+/// Moves a body to a group, or with PUNCTUAL_NO_GROUP out of its group.
+///
+/// Fails with BAD_ARGUMENT if the scene has no such group.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_set_group(
+    scene: Option<&mut punctual_scene>,
+    id: punctual_body_id,
+    group: u64,
+) -> punctual_status {
+    door("punctual_scene_set_group", || {
+        let group = (group != PUNCTUAL_NO_GROUP).then(|| GroupId::from_bits(group));
+        punctual_scene::change(scene, |scene| Ok(scene.set_group(id.into(), group)?))
+    })
+}
+
+/// Ignores all pairs of a body of one group and a body of the other from the next frame on, or (`ignores` is false) does no
+/// longer; twice the same group: its bodies do not meet each other.
+///
+/// Fails with BAD_ARGUMENT if the scene has no such group.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_ignore_groups(
+    scene: Option<&mut punctual_scene>,
+    x: u64,
+    y: u64,
+    ignores: bool,
+) -> punctual_status {
+    door("punctual_scene_ignore_groups", || {
+        let [x, y] = [x, y].map(GroupId::from_bits);
+        punctual_scene::change(scene, |scene| Ok(scene.ignore_groups(x, y, ignores)?))
+    })
+}
+
+impl From<Option<ShapeHit>> for punctual_shape_hit {
+    fn from(hit: Option<ShapeHit>) -> Self {
+        let zero = punctual_point::from(DVec3::ZERO);
+        let points = hit.and_then(|hit| hit.points);
+        let normal = hit.and_then(|hit| hit.normal);
+        let triangles = hit.and_then(|hit| hit.triangles);
+        Self {
+            body: hit.map_or_else(Default::default, |hit| hit.body.into()),
+            is_there: hit.is_some(),
+            has_points: points.is_some(),
+            has_normal: normal.is_some(),
+            triangles: triangles.unwrap_or_default().into(),
+            points: points.map_or([zero; 2], |points| points.map(Into::into)),
+            normal: normal.map_or(zero, Into::into),
+        }
+    }
+}
+
+impl From<ShapeCast> for punctual_shape_cast {
+    fn from(cast: ShapeCast) -> Self {
+        Self {
+            size: Self::SIZE,
+            stop: cast.stop.into(),
+            free_until: cast.free_until,
+            touching_at: cast.touching_at.unwrap_or(0.0),
+            hit: cast.hit.into(),
+            work: cast.work,
+            elapsed: nanoseconds(cast.elapsed),
+        }
+    }
+}
+
+impl From<Closest> for punctual_closest_body {
+    fn from(closest: Closest) -> Self {
+        Self {
+            size: Self::SIZE,
+            stop: closest.stop.into(),
+            low: closest.low,
+            high: closest.high,
+            hit: closest.hit.into(),
+            work: closest.work,
+            elapsed: nanoseconds(closest.elapsed),
+        }
+    }
+}
+
+impl From<&BodyOverlap> for punctual_body_overlap {
+    fn from(met: &BodyOverlap) -> Self {
+        let (verdict, witness) = verdict(met.verdict);
+        Self {
+            body: met.body.into(),
+            verdict,
+            witness,
+        }
+    }
+}
+
+impl From<Overlap<'_>> for punctual_overlap {
+    fn from(overlap: Overlap) -> Self {
+        Self {
+            size: Self::SIZE,
+            stop: overlap.stop.into(),
+            met: overlap.met.len() as u64,
+            undecided: overlap.undecided.len() as u64,
+            is_whole: overlap.is_whole.into(),
+            work: overlap.work,
+            elapsed: nanoseconds(overlap.elapsed),
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! The times at which a moving shape may meet a box, and how far it may be from one.
+
+use crate::broad::bounds::{arc_error, thickened};
+use arrayvec::ArrayVec;
+use core::f64::consts::PI;
+use glam::DVec3;
+use punctual::Tree;
+use punctual_geom::{Aabb, Motion, length};
+
+/// Maximum number of pieces; and of pieces of half a turn.
+const PIECES: usize = 16;
+const PIECES_PER_HALF: f64 = 8.0;
+
+/// Bound of the rounding of a time, and of a distance relative to it.
+const ROUNDING: f64 = 1e-12;
+
+/// The boxes of a shape on its way. In each piece, every point is near the straight line between its
+/// positions at both ends.
+pub(super) struct Path {
+    /// The box at the begin and at the end of each piece, widened by the deviation from the lines.
+    pieces: ArrayVec<[Aabb; 2], PIECES>,
+}
+
+impl Path {
+    pub fn new(tree: &Tree, motion: &Motion, margin: f64) -> Self {
+        let angle = motion.turn().length();
+        let is_still = angle == 0.0 && motion.velocity() == DVec3::ZERO;
+        let pieces = libm::ceil(angle / PI * PIECES_PER_HALF).clamp(1.0, PIECES as f64);
+        let margin = margin
+            + if is_still {
+                0.0
+            } else {
+                arc_error(tree, motion, angle / pieces)
+            };
+        let at = |piece: f64| thickened(tree.aabb_at(&motion.pose(piece / pieces)), margin);
+        let pieces = (0..pieces as u32).map(|piece| [at(piece.into()), at(f64::from(piece) + 1.0)]);
+        Self {
+            pieces: pieces.collect(),
+        }
+    }
+
+    /// The box at the begin.
+    pub fn start(&self) -> &Aabb {
+        &self.pieces[0][0]
+    }
+
+    /// A time before which the shape does not meet a box; `None` if it never does.
+    pub fn enter(&self, bounds: &Aabb) -> Option<f64> {
+        let count = self.pieces.len() as f64;
+        let mut pieces = self.pieces.iter().zip(0u32..);
+        pieces.find_map(|(ends, piece)| Some((f64::from(piece) + enter(ends, bounds)?) / count))
+    }
+
+    /// A lower bound of the distance from a box at the begin.
+    pub fn apart(&self, bounds: &Aabb) -> f64 {
+        let start = self.start();
+        let gap = (start.min - bounds.max).max(bounds.min - start.max);
+        length(gap.max(DVec3::ZERO)) * (1.0 - ROUNDING)
+    }
+}
+
+/// The share of a piece before which a box that changes evenly does not meet another.
+fn enter([from, to]: &[Aabb; 2], bounds: &Aabb) -> Option<f64> {
+    if from.is_empty() || bounds.is_empty() {
+        return None;
+    }
+    let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    let gaps = [
+        (from.min - bounds.max, to.min - bounds.max),
+        (bounds.min - from.max, bounds.min - to.max),
+    ];
+    for (from, to) in gaps {
+        for axis in 0..3 {
+            match (from[axis], to[axis]) {
+                (from, to) if from > 0.0 && to > 0.0 => return None,
+                (from, to) if from > 0.0 => enter = enter.max(from / (from - to)),
+                (from, to) if to > 0.0 => leave = leave.min(from / (from - to)),
+                _ => {}
+            }
+        }
+    }
+    (enter <= leave + ROUNDING).then(|| (enter - ROUNDING).max(0.0))
+}
