@@ -1005,11 +1005,6 @@ punctual_status punctual_memory_clearance(const struct punctual_memory *memory,
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
- */
-#define PUNCTUAL_LEVELS 32
-
-/**
  * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
  */
 enum punctual_verdict
@@ -1115,10 +1110,6 @@ typedef struct punctual_stats {
    * Units of work; one is about 0.3 ns.
    */
   uint64_t work;
-  /**
-   * BV tests by level; the last entry has all deeper levels.
-   */
-  uint64_t bv_tests_per_level[PUNCTUAL_LEVELS];
   /**
    * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
    */

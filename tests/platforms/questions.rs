@@ -69,7 +69,7 @@ fn counts(stats: &Stats) -> impl Debug {
         stats.exact_tests,
         stats.work,
     ];
-    (tests, stats.bv_tests_per_level, stats.queue_peak)
+    (tests, stats.queue_peak)
 }
 
 fn outcome(outcome: &Answer<Verdict>) -> impl Debug {
