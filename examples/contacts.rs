@@ -2,15 +2,13 @@
 
 use std::error::Error;
 
-use punctual::contacts::Patches;
 use punctual::glam::{DMat3, DVec3, Vec3};
-use punctual::{Budget, Pose, Query, Tree, Workspace, shapes};
+use punctual::{Budget, PairMemory, Pose, Query, Tree, Workspace, shapes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let floor = Tree::new(shapes::cuboid(Vec3::new(5.0, 5.0, 0.5), 16));
     let block = Tree::new(shapes::cuboid(Vec3::splat(0.5), 6));
-    let mut workspace = Workspace::new();
-    let mut patches = Patches::new();
+    let (mut workspace, mut memory) = (Workspace::new(), PairMemory::new());
 
     for frame in 0..3 {
         // It stands a thousandth above the floor, and slides along x.
@@ -18,20 +16,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             DMat3::IDENTITY,
             DVec3::new(0.1 * f64::from(frame), 0.0, 1.001),
         )?;
-        let query = Query::contacts(&floor, &block, pose).margin(0.01);
+        let query = Query::manifolds(&floor, &block, pose).skin(0.01);
+        let query = query.with_memory(&mut memory);
         let found = query.run(&mut workspace, Budget::work(1_000_000));
-        let contacts = workspace.contacts();
-        println!(
-            "frame {frame}: {} contacts, the query {}",
-            contacts.len(),
-            found.stop
-        );
+        println!("frame {frame}: the query {}", found.stop);
 
-        // Contacts that hang together are one patch; its id lasts from frame to frame.
-        patches.update(&floor, &block, contacts);
-        for patch in patches.as_slice() {
-            println!("  patch {}, normal {:.2}", patch.id, patch.normal);
-            for point in patches.points_of(patch) {
+        // Hundreds of pairs of triangles, one manifold; its id lasts from frame to frame.
+        for manifold in workspace.manifolds() {
+            println!("  manifold {}, normal {:.2}", manifold.id, manifold.normal);
+            for point in manifold.points() {
                 println!("    {:.3}, {:.4} apart", point.points[0], point.distance);
             }
         }

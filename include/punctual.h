@@ -1005,11 +1005,6 @@ punctual_status punctual_memory_clearance(const struct punctual_memory *memory,
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
- */
-#define PUNCTUAL_LEVELS 32
-
-/**
  * Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
  */
 enum punctual_verdict
@@ -1115,10 +1110,6 @@ typedef struct punctual_stats {
    * Units of work; one is about 0.3 ns.
    */
   uint64_t work;
-  /**
-   * BV tests by level; the last entry has all deeper levels.
-   */
-  uint64_t bv_tests_per_level[PUNCTUAL_LEVELS];
   /**
    * Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
    */
@@ -1675,12 +1666,6 @@ punctual_status punctual_distance_query_estimate(const struct punctual_distance_
  * -------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * The patches of a set of contacts, and what is remembered of them for the next frame. Its buffers grow to the largest set and are
- * used again. One thread at a time may use it.
- */
-typedef struct punctual_patches punctual_patches;
-
-/**
  * The question where two surfaces meet or come within a margin of each other. Plain data, made by `punctual_contact_query_new`,
  * one for each pose; it borrows the trees. To resume a query or to ask for its certificate, all of it must be what it was.
  */
@@ -1782,53 +1767,6 @@ typedef struct punctual_face_normals {
    */
   struct punctual_point b;
 } punctual_face_normals;
-
-/**
- * Contacts that hang together: from each to the next their triangles of A have a corner in common or are the same, and their
- * triangles of B too. All of it is in A's frame, in the unit of the meshes.
- */
-typedef struct punctual_patch {
-  /**
-   * Its size in bytes, to be set before the call.
-   */
-  uint32_t size;
-  /**
-   * Whether these close up.
-   */
-  bool is_closed;
-  /**
-   * How many contacts it has.
-   */
-  size_t contact_count;
-  /**
-   * How many of them stand for all.
-   */
-  size_t point_count;
-  /**
-   * Stays the same from frame to frame while the patch has a triangle in common with the one that had it before.
-   */
-  uint64_t id;
-  /**
-   * How far apart its nearest triangles are.
-   */
-  double distance;
-  /**
-   * The box of the points of all its contacts.
-   */
-  struct punctual_aabb bounds;
-  /**
-   * Mean of the middles of its contacts. If triangles meet, each counts by the length of its segment.
-   */
-  struct punctual_point centroid;
-  /**
-   * Direction of the mean of the normals from B to A, weighted in the same way: a unit vector.
-   */
-  struct punctual_point normal;
-  /**
-   * Length of all segments in which triangles meet.
-   */
-  double length;
-} punctual_patch;
 
 /**
  * The question for the contact manifolds of two solids: triangles are counterclockwise seen from outside. Plain data, made by
@@ -2032,66 +1970,6 @@ punctual_status punctual_workspace_reserve_contacts(struct punctual_workspace *w
 punctual_status punctual_contact_face_normals(const struct punctual_contact_query *query,
                                               struct punctual_triangle_pair triangles,
                                               struct punctual_face_normals *normals);
-
-/**
- * Makes an empty set of patches, of which each will have at most so many points, at least 1; 4 are usual.
- */
-punctual_status punctual_patches_new(size_t point_limit, struct punctual_patches **patches);
-
-/**
- * Frees a set of patches; null is fine.
- */
-void punctual_patches_free(struct punctual_patches *patches);
-
-/**
- * Makes the patches of the contacts in the workspace, of the meshes of `a` and `b`; how many there are. Expected time linear in
- * the contacts.
- */
-punctual_status punctual_patches_update(struct punctual_patches *patches,
-                                        const struct punctual_tree *a,
-                                        const struct punctual_tree *b,
-                                        const struct punctual_workspace *workspace,
-                                        size_t *count);
-
-/**
- * Forgets what was known of the frame before: no patch of the next update has an id that there was before.
- */
-punctual_status punctual_patches_forget(struct punctual_patches *patches);
-
-/**
- * A patch of the last update, counted from 0; the nearest come first.
- *
- * Fails with BAD_ARGUMENT if there are fewer.
- */
-punctual_status punctual_patches_describe(const struct punctual_patches *patches,
-                                          size_t index,
-                                          struct punctual_patch *patch);
-
-/**
- * The contacts of a patch, the nearest first. As many as `capacity` allows are written to `contacts`, and how many there are to
- * `count`.
- *
- * Fails as `punctual_patches_describe`.
- */
-punctual_status punctual_patches_contacts(const struct punctual_patches *patches,
-                                          size_t index,
-                                          struct punctual_contact *contacts,
-                                          size_t contacts_size,
-                                          size_t capacity,
-                                          size_t *count);
-
-/**
- * The contacts that stand for a patch: the nearest, and those that span most of its area, seen along its normal. As many as
- * `capacity` allows are written to `points`, and how many there are to `count`.
- *
- * Fails as `punctual_patches_describe`.
- */
-punctual_status punctual_patches_points(const struct punctual_patches *patches,
-                                        size_t index,
-                                        struct punctual_contact *points,
-                                        size_t points_size,
-                                        size_t capacity,
-                                        size_t *count);
 
 /**
  * What `punctual_manifold_query_new` calls: writes as many bytes as the caller's struct has.

@@ -604,32 +604,6 @@ struct Points {
   }
 };
 
-class Patches : public detail::Handle<punctual_patches, punctual_patches_free> {
-public:
-  using Handle::Handle;
-
-  static Result<Patches> make(std::size_t point_limit = 4) noexcept {
-    return detail::owned<Patches, punctual_patches>(punctual_patches_new, point_limit);
-  }
-
-  /** Those of the contacts in the workspace; how many. */
-  Result<std::size_t> update(const Tree &a, const Tree &b, const Workspace &workspace) noexcept {
-    return detail::filled<std::size_t>(punctual_patches_update, get(), a.get(), b.get(), workspace.get());
-  }
-  [[nodiscard]] punctual_status forget() noexcept { return punctual_patches_forget(get()); }
-  Result<punctual_patch> describe(std::size_t index) const noexcept {
-    return detail::filled<punctual_patch>(punctual_patches_describe, get(), index);
-  }
-  /** Writes up to `capacity` contacts of a patch, the nearest first; how many there are. */
-  Result<std::size_t> contacts(std::size_t index, punctual_contact *contacts, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_patches_contacts, get(), index, contacts, sizeof *contacts, capacity);
-  }
-  /** The same of those that stand for all. */
-  Result<std::size_t> points(std::size_t index, punctual_contact *points, std::size_t capacity) const noexcept {
-    return detail::filled<std::size_t>(punctual_patches_points, get(), index, points, sizeof *points, capacity);
-  }
-};
-
 /** Which body does a ray hit? The fields of punctual_scene_ray are public. */
 struct SceneRay : punctual_scene_ray {
   explicit SceneRay(const punctual_ray &along) noexcept : punctual_scene_ray(punctual_scene_ray_new(along)) {}

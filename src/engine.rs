@@ -3,7 +3,6 @@
 //!
 //! It may change with every version.
 
-pub use crate::contact::PatchMemory;
 pub use crate::model::cost::TYPICAL_UNIT;
 pub use crate::query::root_test;
 pub use crate::query::{

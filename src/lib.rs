@@ -46,9 +46,9 @@
 //!
 //! # Further
 //!
-//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`],
-//!   [`contacts::Patches`]; few points with depths for a solver: [`Query::manifolds`]. Time of impact: [`Query::impact`]. Ray casts: [`Query::ray`],
-//!   [`Query::rays`]. A translation that separates the surfaces: the crate `punctual-depenetrate`.
+//! - Distance: [`Query::distance`]. Contacts and their normals: [`Query::contacts`];
+//!   few points with depths for a solver: [`Query::manifolds`]. Time of impact: [`Query::impact`].
+//!   Ray casts: [`Query::ray`], [`Query::rays`]. A translation that separates the surfaces: the crate `punctual-depenetrate`.
 //! - Many bodies that move, with one budget for each frame: the crate `punctual-scene`.
 //! - Meshes that deform: [`Tree::refit`]. Built trees as bytes: [`Tree::to_bytes`]. Mesh files: the
 //!   crate `punctual-io`.
@@ -118,9 +118,9 @@ pub mod distance {
     pub use crate::query::{Bounds, Distance, DistanceEstimate, Nearest};
 }
 
-/// Contacts, and patches of them for a solver: [`Query::contacts`].
+/// Contacts, and manifolds of them for a solver: [`Query::contacts`], [`Query::manifolds`].
 pub mod contacts {
-    pub use crate::contact::{Contact, Manifold, ManifoldPoint, Patch, Patches};
+    pub use crate::contact::{Contact, Manifold, ManifoldPoint};
     pub use crate::query::{ContactBounds, Contacts, ManifoldBounds, Manifolds, REGION_LIMIT};
 }
 
@@ -149,5 +149,5 @@ pub mod prediction {
         WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST,
     };
     pub use crate::model::prediction::Quantiles;
-    pub use crate::query::{Estimate, LEVELS, Prediction};
+    pub use crate::query::{Estimate, Prediction};
 }

@@ -13,7 +13,7 @@ use allocations::allocator_calls;
 use common::random::{Drift, Family, Random, pose_about, soup};
 use common::{MODES, ORDERS};
 use punctual::clock::ManualClock;
-use punctual::contacts::{Contacts, Manifolds, Patches};
+use punctual::contacts::{Contacts, Manifolds};
 use punctual::distance::Distance;
 use punctual::glam::{DVec3, Vec3};
 use punctual::impact::Impact;
@@ -253,13 +253,6 @@ fn assert_no_calls(a: &Tree, b: &Tree, pose: Pose) {
             let calls = allocator_calls(|| use_contacts(&query, &mut workspace));
             assert_eq!(calls, 0, "{query:?}");
         }
-        let mut patches = Patches::new();
-        patches.update(a, b, workspace.contacts());
-        patches.update(a, b, workspace.contacts());
-        assert_eq!(
-            allocator_calls(|| patches.update(a, b, workspace.contacts())),
-            0
-        );
     }
 }
 

@@ -12,7 +12,6 @@ use common::check::{ENOUGH, run, run_with_memory};
 use common::random::{Drift, Random, pose_about};
 use common::{MODES, ORDERS};
 use punctual::clock::ManualClock;
-use punctual::contacts::Patches;
 use punctual::glam::{DMat3, DVec3};
 use punctual::prediction::{Calibration, CostModel, Counts};
 use punctual::tree::{Effort, TreeStats};
@@ -133,9 +132,6 @@ fn outcomes_certificates_and_the_model() {
                 .run(&mut workspace, budget.clock(&clock)),
         );
         workspace.contacts().for_each(again);
-        let mut patches = Patches::new();
-        patches.update(&a, &b, workspace.contacts());
-        patches.as_slice().iter().for_each(again);
     }
     let stats: TreeStats = from_str(&to_string(&a.stats()).unwrap()).unwrap();
     assert_eq!(stats, a.stats());

@@ -1,12 +1,12 @@
 //! Any few triangles at any pose: no contact is false or lost at any stop, certificates name what is missing, plain and
-//! narrowed, patches share the contacts out, and a push parts what it says it parts.
+//! narrowed, manifolds are what their fields say, and a push parts what it says it parts.
 #![no_main]
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use punctual::clock::ManualClock;
-use punctual::contacts::{Contact, Contacts, Patch, Patches};
-use punctual::{Budget, Pose, Query, StopReason, Tree, Verdict, Workspace};
+use punctual::contacts::{Contact, Contacts};
+use punctual::{Budget, PairMemory, Pose, Query, StopReason, Tree, Verdict, Workspace};
 use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use punctual_fuzz::contacts::{ENOUGH, Truth, listed, resume, run};
 use punctual_fuzz::{assert_names, few_triangles, length, pose};
@@ -65,23 +65,38 @@ fn ask(
     Ok(set)
 }
 
-fn assert_patches(a: &Tree, b: &Tree, contacts: &[Contact], patches: &mut Patches) {
-    patches.update(a, b, contacts);
-    let shared: usize = patches.as_slice().iter().map(Patch::contact_count).sum();
-    assert_eq!(shared, contacts.len());
-    for patch in patches.as_slice() {
-        let of = patches.contacts_of(patch);
-        assert_eq!(
-            (patch.contact_count(), patch.distance),
-            (of.len(), of[0].distance)
-        );
+fn assert_manifolds(
+    a: &Tree,
+    b: &Tree,
+    pose: Pose,
+    size: f64,
+    memory: &mut PairMemory,
+    bytes: &mut Unstructured,
+) -> Result<()> {
+    let skin = length(size, bytes)?;
+    let query = Query::manifolds(a, b, pose).skin(skin);
+    let (clock, mut workspace) = (ManualClock::new(), Workspace::new());
+    let work = u64::from(bytes.arbitrary::<u16>()?);
+    let _ = query
+        .with_memory(memory)
+        .run(&mut workspace, Budget::work(work).clock(&clock));
+    let mut ids = Vec::new();
+    for manifold in workspace.manifolds() {
+        let length = manifold.normal.length();
         assert!(
-            (patch.normal.length() - 1.0).abs() < 1e-12 && patch.length >= 0.0,
-            "{patch:?}"
+            (length - 1.0).abs() < 1e-12 || length == 0.0,
+            "{manifold:?}"
         );
-        assert!(of.iter().all(|contact| contacts.contains(contact)));
-        assert!(patches.points_of(patch).all(|point| of.contains(point)));
+        let points = manifold.points();
+        assert!((1..=4).contains(&points.len()) && manifold.area >= 0.0);
+        for point in points {
+            assert!(point.distance <= skin, "{point:?}");
+        }
+        ids.push(manifold.id);
     }
+    ids.sort_unstable();
+    assert!(ids.is_sorted_by(|x, y| x < y), "an id is there twice");
+    Ok(())
 }
 
 fn assert_push(a: &Tree, b: &Tree, pose: Pose, work: u64) {
@@ -109,11 +124,10 @@ fn run_all(bytes: &mut Unstructured) -> Result<()> {
     let mut truth = Truth::new(&a, &b, &pose);
     // Of all but equal distances to the corner and to the edge of a sliver either may be taken for the least.
     truth.off_slivers = 1e-8 * truth.size;
-    let mut patches = Patches::new();
+    let mut memory = PairMemory::new();
     while !bytes.is_empty() {
-        let set = ask(&a, &b, pose, &mut truth, bytes)?;
-        let part = bytes.int_in_range(0..=set.len())?;
-        assert_patches(&a, &b, &set[..part], &mut patches);
+        ask(&a, &b, pose, &mut truth, bytes)?;
+        assert_manifolds(&a, &b, pose, truth.size, &mut memory, bytes)?;
         assert_push(&a, &b, pose, bytes.arbitrary::<u32>()?.into());
     }
     Ok(())

@@ -1,17 +1,14 @@
 //! Contacts: pairs of triangles that meet or are close, with their points and normals.
 //!
 //! A [`Contact`] describes one pair of triangles, [`list`] keeps the contacts of a query, nearest
-//! first, and [`patch`] groups connected contacts. [`manifold`] is what a solver needs of them.
+//! first. [`manifold`] is what a solver needs of them.
 
 mod list;
 pub(crate) mod manifold;
-mod patch;
 
 use glam::DVec3;
 pub(crate) use list::ContactList;
 pub use manifold::{Manifold, ManifoldPoint};
-pub use patch::PatchMemory;
-pub use patch::{Patch, Patches};
 use punctual_geom::triangle::distance::Closest;
 use punctual_geom::triangle_segment;
 

@@ -181,7 +181,7 @@ impl Query<'_, Intersection> {
         let run = &workspace.run;
         run.holds(&self.key())?;
         let summary = FrontierSummary {
-            bv_tests: run.stats.bv_tests_of_levels() as f64,
+            bv_tests: run.stats.bv_tests as f64,
             triangle_tests: run.stats.primitive_tests as f64,
             found: run.stats.found as f64,
             followed: workspace.trace.followed as f64,

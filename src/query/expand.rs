@@ -8,7 +8,7 @@
 
 use super::boxes::{Extents, Facing, Slabs, StoredExtents, Triangles};
 use super::edge_axes;
-use super::outcome::{LEVELS, Stats};
+use super::outcome::Stats;
 use super::queue::Pair;
 use super::relative_pose::{RelativePose, Views};
 use crate::model::cost::{WORK_PER_CLOSE_TEST, WORK_PER_EDGE_TEST};
@@ -177,7 +177,6 @@ pub(super) fn expand<L: Lanes, M: Measure>(
         Pair { nodes, active }
     };
     let (a, b) = (&tree_a.nodes()[ia as usize], &tree_b.nodes()[ib as usize]);
-    let level = usize::from(a.depth) + usize::from(b.depth);
     let views = Views::between(a, b, relative);
     if !measure.own([a, b], &views, relative)
         || measure.is_in_doubt() && {
@@ -189,7 +188,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
             edge_axes::part(a, b, &views.of_b, relative)
         }
     {
-        return count::<M>(sink.stats(), level, 1);
+        return count::<M>(sink.stats(), 1);
     }
     // Kept in memory: the kernels broadcast single entries, which is slow from registers.
     let views = core::hint::black_box(&views);
@@ -214,7 +213,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
     match which(a, b, scale) {
         Open::Both => {
             let tests = lanes.count(valid[0]) * lanes.count(valid[1]) + 1;
-            count::<M>(sink.stats(), level + 2, tests);
+            count::<M>(sink.stats(), tests);
             let hits = measure.both(lanes, &of_a, valid, keys);
             let key = |bit| key_of(keys, bit);
             if a.is_leaf {
@@ -230,7 +229,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
         Open::One { is_a } => {
             let facing = if is_a { &of_a } else { &of_b };
             let opened = facing.nodes[0];
-            count::<M>(sink.stats(), level + 1, u32::from(opened.children) + 1);
+            count::<M>(sink.stats(), u32::from(opened.children) + 1);
             let (children, other) = (
                 measure.children(lanes, facing, 0),
                 measure.own_box(lanes, facing, 1),
@@ -252,7 +251,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
             };
             let [one, other] = facing.nodes;
             let tests = lanes.count(of_one) * u32::from(other.children) + 1;
-            count::<M>(sink.stats(), level + 2, tests);
+            count::<M>(sink.stats(), tests);
             let triangles = || Triangles {
                 rows: rows(tree, one),
                 view: views.triangles(is_a, other, relative),
@@ -265,11 +264,11 @@ pub(super) fn expand<L: Lanes, M: Measure>(
     }
 }
 
-/// Counts BV tests on a level of the bounding volume test tree.
+/// Counts the BV tests of a pair that is opened.
 #[inline(always)]
-fn count<M: Measure>(stats: &mut Stats, level: usize, bv_tests: u32) {
+fn count<M: Measure>(stats: &mut Stats, bv_tests: u32) {
     let [opening, test] = M::WORK;
-    stats.bv_tests_per_level[level.min(LEVELS - 1)] += u64::from(bv_tests);
+    stats.bv_tests += u64::from(bv_tests);
     stats.work += opening + test * u64::from(bv_tests);
 }
 

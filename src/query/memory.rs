@@ -305,9 +305,9 @@ impl PairMemory {
             let known = self.witnesses.iter().filter(|known| !found.contains(known));
             self.witnesses = found.iter().chain(known.take(kept)).copied().collect();
         }
-        let was_known = run.stats.found == 0 && run.stats.bv_tests_of_levels() == 0;
+        let was_known = run.stats.found == 0 && run.stats.bv_tests == 0;
         if stop.is_final() && !was_known {
-            self.last_bv_tests = Some((mode, run.stats.bv_tests_of_levels()));
+            self.last_bv_tests = Some((mode, run.stats.bv_tests));
         }
         self.frames_undecided = self
             .frames_undecided

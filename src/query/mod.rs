@@ -90,7 +90,7 @@ pub use memory::PairMemory;
 pub use motion::{Impact, TimeOfImpact};
 pub use options::{Mode, OptionError};
 pub use order::Order;
-pub use outcome::{Answer, LEVELS, Stats, StopReason, Verdict};
+pub use outcome::{Answer, Stats, StopReason, Verdict};
 pub use overlaps::REGION_LIMIT;
 pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};

@@ -50,7 +50,7 @@ impl Kernel for Recorder<'_> {
             frontier.extend(children.pairs.into_iter().map(|pair| (pair, opened.len())));
             opened.push(OpenedPair {
                 parent,
-                bv_tests: children.stats.bv_tests_of_levels() as u32,
+                bv_tests: children.stats.bv_tests as u32,
                 work: children.stats.work,
                 triangle_pairs: bits(hits)
                     .map(|bit| [id(0, bit / 8), id(1, bit % 8)])

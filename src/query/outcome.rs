@@ -3,13 +3,8 @@
 use super::contained::Operand;
 use crate::model::cost::{Counts, WORK_PER_EXACT_TEST, WORK_PER_EXPANSION, WORK_PER_TRIANGLE_TEST};
 use core::fmt;
-use core::sync::atomic::{Ordering, compiler_fence};
 use core::time::Duration;
 use punctual_geom::named;
-
-/// Number of levels of the bounding volume test tree with a count of their own; deeper levels are
-/// added to the last.
-pub const LEVELS: usize = 32;
 
 /// Tells whether the surfaces intersect. Never a bare `bool`: a budget can end before the answer is
 /// known.
@@ -173,9 +168,6 @@ pub struct Stats {
     pub exact_tests: u64,
     /// Units of work, see [`crate::Budget::work`].
     pub work: u64,
-    /// BV tests by level. The level of a node pair is the sum of the depths of its nodes. The last
-    /// entry counts all deeper levels.
-    pub bv_tests_per_level: [u64; LEVELS],
     /// Maximum number of node pairs in the queue at one time.
     pub queue_peak: u32,
     /// Total time of all calls. Measured only under a time budget, because reading the clock costs
@@ -190,35 +182,9 @@ impl Stats {
         primitive_tests: 0,
         exact_tests: 0,
         work: 0,
-        bv_tests_per_level: [0; LEVELS],
         queue_peak: 0,
         elapsed: None,
     };
-
-    #[inline(always)]
-    pub(super) fn clear(&mut self) {
-        self.bv_tests_per_level = [0; LEVELS];
-        // Clearing the fields together would become a call of `memset`, whose wide stores take 20
-        // ns in some processes.
-        compiler_fence(Ordering::SeqCst);
-        (
-            self.bv_tests,
-            self.primitive_tests,
-            self.exact_tests,
-            self.work,
-        ) = (0, 0, 0, 0);
-        (self.found, self.queue_peak, self.elapsed) = (0, 0, None);
-    }
-
-    /// `bv_tests` during a query, which counts only by level.
-    pub(super) fn bv_tests_of_levels(&self) -> u64 {
-        // Four independent sums, so that none waits for another.
-        let (fours, _) = self.bv_tests_per_level.as_chunks::<4>();
-        let [a, b, c, d] = fours.iter().fold([0; 4], |sums, four| {
-            core::array::from_fn(|i| sums[i] + four[i])
-        });
-        (a + b) + (c + d)
-    }
 
     /// The counts that the time depends on. Opened node pairs count as box updates; so does all
     /// other work, such as tests on edge axes and steps along curves.

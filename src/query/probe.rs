@@ -137,7 +137,7 @@ impl Kernel for &mut Probe<'_> {
             self.summary.triangle_pairs += f64::from(hits.count_ones());
             children.pairs.drain(..).for_each(|pair| self.add(pair));
         }
-        self.summary.probed += children.stats.bv_tests_of_levels() as f64;
+        self.summary.probed += children.stats.bv_tests as f64;
     }
 }
 

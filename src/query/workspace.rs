@@ -91,7 +91,7 @@ impl Run {
         self.key = Some(key);
         self.strategy = strategy;
         self.stopped = false;
-        self.stats.clear();
+        self.stats = Stats::NONE;
         self.witness = None;
         self.containment = Containment::Open;
     }
@@ -364,7 +364,7 @@ impl Workspace {
 
     #[doc(hidden)]
     pub fn bv_tests(&self) -> u64 {
-        self.run.stats.bv_tests_of_levels()
+        self.run.stats.bv_tests
     }
 
     #[doc(hidden)]
@@ -389,11 +389,7 @@ impl Workspace {
 
     /// Counts of the last query, for the cost model.
     pub(super) fn counts(&self) -> Counts {
-        Stats {
-            bv_tests: self.bv_tests(),
-            ..self.run.stats
-        }
-        .counts()
+        self.run.stats.counts()
     }
 
     /// Work of the last query.
@@ -401,7 +397,6 @@ impl Workspace {
     #[inline]
     pub fn stats(&self) -> Stats {
         Stats {
-            bv_tests: self.run.stats.bv_tests_of_levels(),
             queue_peak: self.frontier.peak(),
             ..self.run.stats
         }

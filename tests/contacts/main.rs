@@ -10,6 +10,5 @@ mod exact_distance;
 use common::reference;
 
 mod finished;
-mod patches;
 mod stops;
 mod truth;

@@ -330,7 +330,7 @@ fn a_full_queue_loses_nothing() {
                 let mut said = run(&query, &mut workspace, Budget::work(300));
                 while said.stop == StopReason::WorkLimit {
                     case.truth.assert_sound(&asked, &said);
-                    let more = resume(&query, &mut workspace, Budget::work(700));
+                    let more = resume(&query, &mut workspace, Budget::work(2_100));
                     assert!(said.value.low <= more.value.low && more.value.high <= said.value.high);
                     said = more;
                 }

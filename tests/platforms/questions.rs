@@ -4,7 +4,6 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::{Debug, Write};
-use punctual::contacts::Patches;
 use punctual::distance::Bounds;
 use punctual::glam::DVec3;
 use punctual::impact::TimeOfImpact;
@@ -70,7 +69,7 @@ fn counts(stats: &Stats) -> impl Debug {
         stats.exact_tests,
         stats.work,
     ];
-    (tests, stats.bv_tests_per_level, stats.queue_peak)
+    (tests, stats.queue_peak)
 }
 
 fn outcome(outcome: &Answer<Verdict>) -> impl Debug {
@@ -150,9 +149,6 @@ pub fn ask(answers: &mut Answers, [a, b]: [&Tree; 2], pose: Pose, mut workspace:
             workspace.contacts().collect::<Vec<_>>(),
         ),
     );
-    let mut patches = Patches::new();
-    patches.update(a, b, workspace.contacts());
-    answers.tell("patches", patches.as_slice());
 
     let mut penetration = PenetrationWorkspace::with_engine(workspace.clone());
     for (name, push_only) in [("push-out", true), ("penetration", false)] {

@@ -4,13 +4,8 @@ use crate::sized::grows;
 use crate::workspace::punctual_triangle_pair;
 use core::time::Duration;
 use punctual::intersection::Operand;
-use punctual::prediction::{LEVELS, Quantiles};
+use punctual::prediction::Quantiles;
 use punctual::{Certificate, Stats, StopReason, Verdict};
-
-/// Levels of the bounding volume test tree that are counted one by one; deeper ones count with the last.
-pub const PUNCTUAL_LEVELS: usize = 32;
-
-const _: () = assert!(PUNCTUAL_LEVELS == LEVELS);
 
 /// Whether the surfaces meet. Never a mere yes or no: a budget can end before the answer is known.
 #[repr(u32)]
@@ -64,8 +59,6 @@ pub struct punctual_stats {
     pub exact_tests: u64,
     /// Units of work; one is about 0.3 ns.
     pub work: u64,
-    /// BV tests by level; the last entry has all deeper levels.
-    pub bv_tests_per_level: [u64; PUNCTUAL_LEVELS],
     /// Time of all calls together in nanoseconds; -1 if it was not measured, which it is only under a time budget.
     pub elapsed: i64,
     /// Most node pairs that waited in the queue at once.
@@ -161,7 +154,6 @@ impl From<Stats> for punctual_stats {
             primitive_tests,
             exact_tests,
             work,
-            bv_tests_per_level,
             queue_peak,
             elapsed,
             ..
@@ -172,7 +164,6 @@ impl From<Stats> for punctual_stats {
             primitive_tests,
             exact_tests,
             work,
-            bv_tests_per_level,
             elapsed,
             queue_peak,
         }

@@ -143,6 +143,5 @@ fn handles_may_change_threads() {
     send_and_sync::<punctual_tree>();
     send_and_sync::<punctual_workspace>();
     send_and_sync::<punctual_memory>();
-    send_and_sync::<punctual_patches>();
     send_and_sync::<punctual_scene>();
 }

@@ -4,8 +4,7 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use punctual::clock::SystemClock;
-use punctual::contacts::{Contact, ContactBounds, Contacts, Patches};
-use punctual::contacts::{Manifold, ManifoldBounds};
+use punctual::contacts::{Contact, ContactBounds, Contacts, Manifold, ManifoldBounds};
 use punctual::glam::DVec3;
 use punctual::tree::Solid;
 use punctual::{BuildOptions, PairMemory, Pose, Query, ResumeError, StopReason, Tree, Workspace};
@@ -21,22 +20,21 @@ use crate::view::{self, ViewArgs};
 /// Where two meshes meet or come close, at each pose of a list.
 ///
 /// Prints CSV, for each pose a line for each contact, that is, each pair of triangles no farther apart than the margin, the
-/// nearest first; then a line for each patch, that is, contacts that hang together. A pose without contacts has one line of
-/// the kind none, one that is no pose a line that says error.
+/// nearest first; then a line for each patch, that is, each manifold of the surfaces within the margin, the deepest first. A pose
+/// without contacts has one line of the kind none, one that is no pose a line that says error.
 ///
-/// Of a contact: its patch; the triangles, counted from 0; the closest points a and b of these, or of triangles that meet the
-/// ends of the segment in which they do; the unit normal n from B to A; and the distance, 0 only if they meet. Of a patch: its
-/// number, the mean of the points of its contacts (a), their mean normal, and the least distance. All is in A's frame, lengths
-/// are in the unit of the meshes.
+/// Of a contact: the patch with the point nearest to its middle; the triangles, counted from 0; the closest points a and b of
+/// these, or of triangles that meet the ends of the segment in which they do; the unit normal n from B to A; and the distance, 0
+/// only if they meet. Of a patch: its number, the middle of its area (a), its normal, and the least distance, 0 if its surfaces
+/// meet. All is in A's frame, lengths are in the unit of the meshes. The normal of surfaces that meet takes triangles as
+/// counterclockwise seen from outside; it is 0 0 0 where no direction parts them.
 ///
 /// low is proven: every contact that is missing is at least that far apart; inf where none is. ns is the least time of all
-/// sweeps, that of the query on lines of contacts, and of making the patches on lines of patches; stop tells why the query
-/// ended. All but ns is of the first sweep.
+/// sweeps: of the query for contacts on their lines, and of the query for manifolds, less that one, on lines of patches. stop
+/// tells why the query ended. All but ns is of the first sweep. Both queries have a budget of the same size.
 ///
-/// With --solid the meshes are taken as solids: triangles are counterclockwise seen from outside. A line of the kind overlap
-/// follows for each point of each manifold in which they are sunk into each other: the manifold (patch), the points on A and on
-/// B, the normal, 0 0 0 if there is none, and the distance, which is minus the depth there. ns is then the time of all manifolds
-/// with the margin as skin, less that of the query for contacts.
+/// With --solid a line of the kind overlap follows for each point of each patch whose surfaces meet: the patch, the points on A
+/// and on B, the normal, and the distance, which is minus the depth there.
 ///
 /// With --push a last line of each pose says which way (n) and how far (distance) B has to be moved until it is free, as proven
 /// by an exact query; 0 if it is, empty if the budget ended before a push was found.
@@ -52,8 +50,7 @@ pub struct Args {
     max: Option<u32>,
     #[command(flatten)]
     running: Running,
-    /// Take the poses as consecutive frames: a patch keeps its number while it has a triangle in common with the one of the
-    /// frame before. Otherwise numbers begin anew with each pose.
+    /// Take the poses as consecutive frames: a patch keeps its number while it keeps a point of the frame before. Otherwise numbers begin anew with each pose.
     #[arg(long)]
     memory: bool,
     /// Take the meshes as solids: print how deep they are sunk into each other, and which way out.
@@ -77,9 +74,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         for (answer, again) in answers.iter_mut().zip(sweeper.sweep(&poses)?) {
             if let (Some(answer), Some(again)) = (answer, again) {
                 answer.times = [0, 1].map(|i| answer.times[i].min(again.times[i]));
-                if let (Some(overlaps), Some(again)) = (&mut answer.overlaps, again.overlaps) {
-                    overlaps.time = overlaps.time.min(again.time);
-                }
                 if let (Some(push), Some(again)) = (&mut answer.push, again.push) {
                     push.time = push.time.min(again.time);
                 }
@@ -93,7 +87,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     )?;
     for (i, answer) in answers.iter().enumerate() {
         match answer {
-            Some(answer) => answer.print(out, i)?,
+            Some(answer) => answer.print(out, i, args.solid)?,
             None => writeln!(out, "{i},,,,,,,,,,,,,,,,0,error")?,
         }
     }
@@ -122,20 +116,12 @@ impl Args {
 /// What was found at a pose.
 struct Answer {
     said: punctual::Answer<ContactBounds>,
-    /// With the numbers of their patches.
-    contacts: Vec<(u64, Contact)>,
-    patches: Vec<(u64, [DVec3; 2], f64)>,
-    /// Of the query, and of making the patches.
+    contacts: Vec<Contact>,
+    of_patches: punctual::Answer<ManifoldBounds>,
+    patches: Vec<Manifold>,
+    /// Of the query for contacts, and of that for manifolds.
     times: [Duration; 2],
-    overlaps: Option<Overlaps>,
     push: Option<push::Answer>,
-}
-
-/// The manifolds of solids that are sunk into each other.
-struct Overlaps {
-    said: punctual::Answer<ManifoldBounds>,
-    manifolds: Vec<Manifold>,
-    time: Duration,
 }
 
 struct Sweeper<'t> {
@@ -143,7 +129,6 @@ struct Sweeper<'t> {
     trees: [&'t Tree; 2],
     workspace: Workspace,
     pushes: Option<PenetrationWorkspace>,
-    patches: Patches,
     memory: PairMemory,
     clock: SystemClock,
 }
@@ -159,7 +144,6 @@ impl<'t> Sweeper<'t> {
             trees: [a, b],
             workspace,
             pushes,
-            patches: Patches::new(),
             memory: PairMemory::new(),
             clock: SystemClock::default(),
         }
@@ -167,7 +151,6 @@ impl<'t> Sweeper<'t> {
 
     /// All poses once; none where a line holds no pose.
     fn sweep(&mut self, poses: &[Listed<Pose>]) -> Result<Vec<Option<Answer>>, ResumeError> {
-        self.patches = Patches::new();
         self.memory = PairMemory::new();
         poses
             .iter()
@@ -185,36 +168,16 @@ impl<'t> Sweeper<'t> {
     fn answer(&mut self, pose: &Pose) -> Result<Answer, ResumeError> {
         let [a, b] = self.trees;
         if !self.args.memory {
-            self.patches = Patches::new();
             self.memory = PairMemory::new();
         }
         let start = Instant::now();
         let said = self.ask(pose)?;
         let asked = start.elapsed();
-        self.patches.update(a, b, self.workspace.contacts());
-        let times = [asked, start.elapsed() - asked];
-        let patches = self.patches.as_slice().iter();
-        let mut contacts: Vec<_> = patches
-            .clone()
-            .flat_map(|patch| {
-                self.patches
-                    .contacts_of(patch)
-                    .iter()
-                    .map(|contact| (patch.id, *contact))
-            })
-            .collect();
-        contacts.sort_by(|(_, x), (_, y)| {
-            x.distance
-                .total_cmp(&y.distance)
-                .then(x.triangles.cmp(&y.triangles))
-        });
-        let patches = patches
-            .map(|patch| (patch.id, [patch.centroid, patch.normal], patch.distance))
-            .collect();
-        let overlaps = match self.args.solid {
-            true => Some(self.overlaps(pose)?),
-            false => None,
-        };
+        let contacts = self.workspace.contacts().copied().collect();
+        let start = Instant::now();
+        let of_patches = self.ask_for_patches(pose)?;
+        let times = [asked, start.elapsed()];
+        let patches = self.workspace.manifolds().to_vec();
         let Self {
             args,
             pushes,
@@ -228,15 +191,18 @@ impl<'t> Sweeper<'t> {
         Ok(Answer {
             said,
             contacts,
+            of_patches,
             patches,
             times,
-            overlaps,
             push,
         })
     }
 
     /// The manifolds of a pose, within a budget of the same size.
-    fn overlaps(&mut self, pose: &Pose) -> Result<Overlaps, ResumeError> {
+    fn ask_for_patches(
+        &mut self,
+        pose: &Pose,
+    ) -> Result<punctual::Answer<ManifoldBounds>, ResumeError> {
         let Self {
             args,
             trees: [a, b],
@@ -245,7 +211,6 @@ impl<'t> Sweeper<'t> {
             clock,
             ..
         } = self;
-        let start = Instant::now();
         let query = Query::manifolds(a, b, *pose).skin(args.margin);
         let budget = args.running.limits.budget();
         let mut said = query
@@ -261,11 +226,7 @@ impl<'t> Sweeper<'t> {
                 .with_memory(&mut *memory)
                 .resume(workspace, left.clock(clock))?;
         }
-        Ok(Overlaps {
-            said,
-            manifolds: workspace.manifolds().to_vec(),
-            time: start.elapsed(),
-        })
+        Ok(said)
     }
 
     /// The contacts of a pose; without a limit there is always room for more.
@@ -296,64 +257,68 @@ impl<'t> Sweeper<'t> {
 }
 
 impl Answer {
-    fn print(&self, out: &mut impl Write, pose: usize) -> io::Result<()> {
-        let Self {
-            said,
-            contacts,
-            patches,
-            times: [asked, made],
-            overlaps,
-            push,
-        } = self;
-        let (low, stop) = (said.value.low, said.stop);
+    /// The number of the patch with the point nearest to a contact's middle; nothing without patches.
+    fn patch_of(&self, contact: &Contact) -> String {
+        let middle = |[p, q]: [DVec3; 2]| 0.5 * p + 0.5 * q;
+        let place = middle(contact.points);
+        let from = |patch: &Manifold| {
+            let distances = patch
+                .points()
+                .iter()
+                .map(|point| middle(point.points).distance_squared(place));
+            distances.fold(f64::INFINITY, f64::min)
+        };
+        let nearest = self
+            .patches
+            .iter()
+            .min_by(|x, y| from(x).total_cmp(&from(y)));
+        nearest.map_or_else(String::new, |patch| patch.id.to_string())
+    }
+
+    fn print(&self, out: &mut impl Write, pose: usize, with_overlaps: bool) -> io::Result<()> {
+        let [asked, of_patches] = self.times;
+        let (low, stop, ns) = (self.said.value.low, self.said.stop, asked.as_nanos());
         let vector = |DVec3 { x, y, z }| format!("{x},{y},{z}");
-        for (
-            patch,
-            Contact {
-                triangles: [a, b],
-                points,
-                normal,
-                distance,
-                segment,
-                ..
-            },
-        ) in contacts
-        {
-            let [p, q] = segment.unwrap_or(*points).map(vector);
-            let (n, ns) = (vector(*normal), asked.as_nanos());
+        for contact in &self.contacts {
+            let patch = self.patch_of(contact);
+            let [a, b] = contact.triangles;
+            let [p, q] = contact.segment.unwrap_or(contact.points).map(vector);
+            let (n, distance) = (vector(contact.normal), contact.distance);
             writeln!(
                 out,
                 "{pose},contact,{patch},{a},{b},{p},{q},{n},{distance},{low},{ns},{stop}"
             )?;
         }
-        for (patch, [centroid, normal], distance) in patches {
-            let (p, n, ns) = (vector(*centroid), vector(*normal), made.as_nanos());
+        if self.contacts.is_empty() {
+            writeln!(out, "{pose},none,,,,,,,,,,,,,,{low},{ns},{stop}")?;
+        }
+        let (low, stop) = (self.of_patches.value.low, self.of_patches.stop);
+        let ns = of_patches.saturating_sub(asked).as_nanos();
+        for patch in &self.patches {
+            let (id, p, n) = (patch.id, vector(patch.centroid), vector(patch.normal));
+            let distance = if patch.is_overlap {
+                0.0
+            } else {
+                patch.distance
+            };
             writeln!(
                 out,
-                "{pose},patch,{patch},,,{p},,,,{n},{distance},{low},{ns},{stop}"
+                "{pose},patch,{id},,,{p},,,,{n},{distance},{low},{ns},{stop}"
             )?;
         }
-        if contacts.is_empty() {
-            writeln!(
-                out,
-                "{pose},none,,,,,,,,,,,,,,{low},{},{stop}",
-                asked.as_nanos()
-            )?;
-        }
-        if let Some(overlaps) = overlaps {
-            let (low, stop) = (overlaps.said.value.low, overlaps.said.stop);
-            let ns = overlaps.time.saturating_sub(*asked).as_nanos();
-            for manifold in overlaps.manifolds.iter().filter(|one| one.is_overlap) {
-                for point in manifold.points() {
-                    let ([p, q], n) = (point.points.map(vector), vector(point.normal));
-                    let (id, distance) = (manifold.id, point.distance);
-                    writeln!(
-                        out,
-                        "{pose},overlap,{id},,,{p},{q},{n},{distance},{low},{ns},{stop}"
-                    )?;
-                }
+        let overlaps = self.patches.iter().filter(|one| one.is_overlap);
+        for patch in overlaps.filter(|_| with_overlaps) {
+            for point in patch.points() {
+                let ([p, q], n) = (point.points.map(vector), vector(point.normal));
+                let (id, distance) = (patch.id, point.distance);
+                writeln!(
+                    out,
+                    "{pose},overlap,{id},,,{p},{q},{n},{distance},{low},{ns},{stop}"
+                )?;
             }
         }
-        push.as_ref().map_or(Ok(()), |push| push.print(out, pose))
+        self.push
+            .as_ref()
+            .map_or(Ok(()), |push| push.print(out, pose))
     }
 }

@@ -430,10 +430,6 @@ fn start(
     }
     let full = outcome.stop == punctual_stop_reason::PairsFull;
     assert!(!unlimited || full || outcome.verdict as u32 == if truth.is_empty() { 2 } else { 1 });
-    assert_eq!(
-        outcome.stats.bv_tests_per_level.iter().sum::<u64>(),
-        outcome.stats.bv_tests
-    );
     desk.run = Some(Run {
         question: asked.of(trees),
         outcome,

@@ -14,7 +14,7 @@ use crate::model::cost::{
     WORK_PER_RAY_NODE, WORK_PER_RAY_TRIANGLE,
 };
 use crate::query::expand::Keys;
-use crate::query::outcome::{LEVELS, StopReason};
+use crate::query::outcome::StopReason;
 use crate::query::queue::{Origin, Pair};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::query::workspace::Workspace;
@@ -356,8 +356,7 @@ impl Workspace {
     #[inline(always)]
     fn count_node(&mut self, node: &Node) {
         let stats = &mut self.run.stats;
-        stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] +=
-            u64::from(node.children);
+        stats.bv_tests += u64::from(node.children);
         stats.work += WORK_PER_RAY_NODE;
         if node.is_leaf {
             stats.primitive_tests += u64::from(node.children);

@@ -14,7 +14,7 @@ use crate::model::cost::{
     WORK_PER_RAY_TEST, WORK_PER_RAY_TRIANGLE,
 };
 use crate::query::expand::{self, Keys};
-use crate::query::outcome::{LEVELS, StopReason};
+use crate::query::outcome::StopReason;
 use crate::query::queue::{Origin, Pair};
 use crate::query::traversal::{Traversal, Visitor};
 use crate::tree::WIDTH;
@@ -129,8 +129,7 @@ impl Traversal<'_, '_, Cast<'_>> {
         let local_ray = &self.workspace.rays.local_ray;
         let (enter, entered) = local_ray.enter(lanes, node, entry);
         let stats = &mut self.workspace.run.stats;
-        stats.bv_tests_per_level[(usize::from(node.depth) + 1).min(LEVELS - 1)] +=
-            u64::from(node.children);
+        stats.bv_tests += u64::from(node.children);
         stats.work += WORK_PER_RAY_NODE;
         if entered == 0 {
             return None;

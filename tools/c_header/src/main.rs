@@ -28,7 +28,7 @@ const SECTIONS: [(&str, &[&str]); 18] = [
     ("Distance: how far apart are they?", &["distance"]),
     (
         "Contacts: where do they touch?",
-        &["contacts", "patches", "manifolds"],
+        &["contacts", "manifolds"],
     ),
     ("Motion: until when are they free?", &["motion"]),
     (

@@ -416,17 +416,14 @@ static void contacts(void) {
   punctual_mesh *mesh;
   punctual_tree *cube;
   punctual_workspace *workspace;
-  punctual_patches *patches;
   punctual_contacts said = {.size = sizeof said};
   punctual_contact found[64];
   punctual_certificate open = {.size = sizeof open};
   punctual_aabb boxes[4];
-  punctual_patch patch = {.size = sizeof patch};
-  size_t count, points;
+  size_t count;
   OK(punctual_shape_cuboid(1, 1, 1, 4, &mesh));
   OK(punctual_tree_new(mesh, NULL, &cube));
   OK(punctual_workspace_new(&workspace));
-  OK(punctual_patches_new(4, &patches));
   OK(punctual_workspace_reserve_contacts(workspace, 10000));
 
   /* Two cubes of edge 2, a hundredth apart. */
@@ -444,27 +441,6 @@ static void contacts(void) {
   punctual_face_normals normals;
   OK(punctual_contact_face_normals(&query, found[0].triangles, &normals));
   CHECK(normals.a.x * normals.a.x + normals.a.y * normals.a.y + normals.a.z * normals.a.z > 0.999);
-
-  /* One foot, with the corners of what they share for points. */
-  OK(punctual_patches_update(patches, cube, cube, workspace, &count));
-  CHECK(count == 1);
-  OK(punctual_patches_describe(patches, 0, &patch));
-  CHECK(patch.contact_count == all && patch.point_count == 4 && patch.length == 0 && !patch.is_closed);
-  CHECK(patch.normal.x < -0.999 && patch.bounds.min.y < patch.centroid.y && patch.centroid.y < patch.bounds.max.y);
-  OK(punctual_patches_points(patches, 0, found, sizeof *found, 64, &points));
-  CHECK(points == 4 && found[0].distance == patch.distance);
-  OK(punctual_patches_contacts(patches, 0, found, sizeof *found, 64, &points));
-  CHECK(points == all);
-  uint64_t id = patch.id;
-  OK(punctual_patches_update(patches, cube, cube, workspace, &count));
-  OK(punctual_patches_describe(patches, 0, &patch));
-  CHECK(patch.id == id);
-  OK(punctual_patches_forget(patches));
-  OK(punctual_patches_update(patches, cube, cube, workspace, &count));
-  OK(punctual_patches_describe(patches, 0, &patch));
-  CHECK(patch.id != id);
-  FAILS(punctual_patches_describe(patches, 1, &patch), BAD_ARGUMENT,
-        "punctual_patches_describe: index is 1, but there are 1");
 
   /* Little work at a time, and a list that is full. */
   query.contact_limit = 8;
@@ -487,7 +463,6 @@ static void contacts(void) {
   query.margin = -1;
   FAILS(punctual_contact_query_run(&query, workspace, punctual_budget_unlimited(), NULL, &said), BAD_ARGUMENT,
         "punctual_contact_query_run: query->margin is -1, which is negative or no number");
-  punctual_patches_free(patches);
   punctual_workspace_free(workspace);
   punctual_tree_free(cube);
   punctual_mesh_free(mesh);
@@ -590,7 +565,6 @@ int main(int count, char **arguments) {
   punctual_tree_free(NULL);
   punctual_workspace_free(NULL);
   punctual_memory_free(NULL);
-  punctual_patches_free(NULL);
   punctual_scene_free(NULL);
   puts("every function of punctual.h answers as it should");
   return 0;

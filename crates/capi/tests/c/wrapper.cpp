@@ -11,7 +11,7 @@ template <class Handle> constexpr bool is_owner = std::is_nothrow_move_construct
                                                   !std::is_copy_constructible_v<Handle> && !std::is_copy_assignable_v<Handle> &&
                                                   sizeof(Handle) == sizeof(void *);
 static_assert(is_owner<punctual::Mesh> && is_owner<punctual::Tree> && is_owner<punctual::Workspace> &&
-              is_owner<punctual::Memory> && is_owner<punctual::Patches> && is_owner<punctual::Scene> &&
+              is_owner<punctual::Memory> && is_owner<punctual::Scene> &&
               is_owner<punctual::Robot>);
 
 // A query and a body borrow their trees, which therefore have a name of their own.

@@ -1,11 +1,11 @@
-//! Contact queries and patches: the contacts, bounds and counters of Rust, and everything that is refused.
+//! Contact queries: the contacts, bounds and counters of Rust, and everything that is refused.
 
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
 use super::call::*;
 use super::queries::same_stats;
-use punctual::contacts::{Contact, ContactBounds, Patches};
+use punctual::contacts::{Contact, ContactBounds};
 use punctual::{Answer, Budget, Query, StopReason, Tree, Workspace, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
@@ -62,16 +62,12 @@ fn resume(
     unsafe { punctual_contact_query_resume(asked(Some(query)), workspace, budget, None, slot(out)) }
 }
 
-/// Budgets that stop, lists that are full, patches of what was found, and boxes of what was not.
+/// Budgets that stop, lists that are full, and boxes of what was not found.
 #[test]
-fn contacts_and_patches_are_those_of_rust() {
+fn contacts_are_those_of_rust() {
     let ours = tree_of(&knot());
     let theirs = Tree::new(shapes::torus_knot(2, 3, 0.2, 96));
     let (mut workspace, mut other) = (owned(|out| punctual_workspace_new(out)), Workspace::new());
-    let (mut patches, mut expected) = (
-        owned(|out| punctual_patches_new(3, out)),
-        Patches::new().point_limit(3),
-    );
     let (mut stops, mut touching, mut room) = (0, 0, vec![NO_CONTACT; 64]);
     for (margin, limit, work) in [
         (0.0, usize::MAX, 30_000),
@@ -147,73 +143,8 @@ fn contacts_and_patches_are_those_of_rust() {
             Some(&mut MaybeUninit::uninit()),
         );
         assert_eq!(status, Status::NotResumable);
-        let tree = Some(&*ours);
-        let count = made(|out| {
-            punctual_patches_update(Some(&mut patches), tree, tree, Some(&workspace), out)
-        });
-        expected.update(&theirs, &theirs, other.contacts());
-        assert!(count == expected.as_slice().len() && count > 0);
-        for (index, theirs) in expected.as_slice().iter().enumerate() {
-            let patch =
-                made(|out| unsafe { punctual_patches_describe(Some(&patches), index, slot(out)) });
-            assert_eq!(
-                (patch.id, patch.distance, patch.length),
-                (theirs.id, theirs.distance, theirs.length)
-            );
-            let normal = [patch.normal.x, patch.normal.y, patch.normal.z];
-            assert_eq!(
-                (normal, patch.centroid.x),
-                (theirs.normal.to_array(), theirs.centroid.x)
-            );
-            assert_eq!(
-                (patch.is_closed, patch.bounds.max.y),
-                (theirs.is_closed, theirs.bounds.max.y)
-            );
-            let counts = [theirs.contact_count(), expected.points_of(theirs).len()];
-            assert_eq!([patch.contact_count, patch.point_count], counts);
-            // SAFETY: there is room for 64.
-            let [all, few] = unsafe {
-                let all = made(|out| {
-                    punctual_patches_contacts(
-                        Some(&patches),
-                        index,
-                        room.as_mut_ptr(),
-                        size_of::<punctual_contact>(),
-                        64,
-                        out,
-                    )
-                });
-                room.iter()
-                    .zip(expected.contacts_of(theirs))
-                    .for_each(|(ours, theirs)| same_contact(ours, theirs));
-                let few = made(|out| {
-                    punctual_patches_points(
-                        Some(&patches),
-                        index,
-                        room.as_mut_ptr(),
-                        size_of::<punctual_contact>(),
-                        64,
-                        out,
-                    )
-                });
-                room.iter()
-                    .zip(expected.points_of(theirs))
-                    .for_each(|(ours, theirs)| same_contact(ours, theirs));
-                [all, few]
-            };
-            assert_eq!([all, few], counts);
-        }
     }
     assert!(stops > 5 && touching > 50, "{stops} {touching}");
-    assert_eq!(punctual_patches_forget(Some(&mut patches)), Status::Ok);
-    let out = Some(&mut MaybeUninit::uninit());
-    let text = "punctual_patches_describe: index is 1000000, but there are";
-    assert_eq!(
-        unsafe { punctual_patches_describe(Some(&patches), 1_000_000, slot(out)) },
-        Status::BadArgument
-    );
-    assert!(last_error().starts_with(text), "{}", last_error());
-    punctual_patches_free(Some(patches));
 }
 
 #[test]
@@ -302,20 +233,6 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
     );
     null_is_seen(punctual_workspace_drain_contacts(None), "workspace");
     null_is_seen(punctual_workspace_reserve_contacts(None, 1), "workspace");
-    null_is_seen(punctual_patches_update(None, None, None, None, None), "a");
-    null_is_seen(
-        punctual_patches_update(None, Some(&tree), Some(&tree), Some(&workspace), None),
-        "count",
-    );
-    null_is_seen(punctual_patches_forget(None), "patches");
-    null_is_seen(
-        unsafe { punctual_patches_describe(None, 0, slot(None)) },
-        "patches",
-    );
-    null_is_seen(
-        punctual_patches_new(4, None),
-        "the place for the new handle",
-    );
     // SAFETY: null.
     unsafe {
         null_is_seen(
@@ -335,14 +252,6 @@ fn nulls_and_numbers_are_refused_by_contact_queries() {
                 None,
             ),
             "count",
-        );
-        null_is_seen(
-            punctual_patches_contacts(None, 0, null_mut(), size_of::<punctual_contact>(), 0, None),
-            "patches",
-        );
-        null_is_seen(
-            punctual_patches_points(None, 0, null_mut(), size_of::<punctual_contact>(), 0, None),
-            "patches",
         );
     }
     for margin in [-1.0, f64::NAN] {

@@ -67,14 +67,6 @@ impl Verdicts {
 pub struct Crossings([u32; 6]);
 
 impl Crossings {
-    /// Adds the crossings of other lanes. Their lane 0 is lane `at` here.
-    #[inline(always)]
-    pub(super) fn add(&mut self, others: &Self, at: usize) {
-        for (bits, others) in self.0.iter_mut().zip(others.0) {
-            *bits |= others << at;
-        }
-    }
-
     /// Crossings of a lane, one bit per edge.
     #[inline(always)]
     pub fn of(&self, lane: usize) -> u32 {

@@ -1,7 +1,7 @@
 //! The filter of [`batch`](super::batch) in `f64`, four pairs at a time, for a few triangles whose
 //! corners are known in `f64`. What it leaves in doubt is coplanar or touches.
 
-use super::batch::{Bounds, Crossings, Range, Verdicts, certain, largest};
+use super::batch::{Bounds, Range, Verdicts, certain, largest};
 use super::exact::{LARGEST_EXTENT, PADDING};
 use crate::lanes::{Column, D4, Kernel, Lanes, per_axis, sub};
 use glam::DVec3;
@@ -54,8 +54,6 @@ pub struct Filter64<'c> {
     pub b: &'c Columns,
     /// Number of pairs. They occupy the columns from 0 on.
     pub count: usize,
-    /// Receives the crossings of hits, if present.
-    pub crossings: Option<&'c mut Crossings>,
 }
 
 impl Kernel for Filter64<'_> {
@@ -64,37 +62,19 @@ impl Kernel for Filter64<'_> {
     /// Tests four pairs at a time, as many as a register holds.
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Verdicts {
-        let Self {
-            a,
-            b,
-            count,
-            mut crossings,
-        } = self;
+        let Self { a, b, count } = self;
         let mut verdicts = Verdicts { hit: 0, doubt: 0 };
         for at in (0..count.min(8)).step_by(4) {
-            let mut crossing = Crossings::default();
-            let wanted = if crossings.is_some() {
-                Some(&mut crossing)
-            } else {
-                None
-            };
-            let Verdicts { hit, doubt } = four(a.four(lanes, at), b.four(lanes, at), wanted);
+            let Verdicts { hit, doubt } = four(a.four(lanes, at), b.four(lanes, at));
             verdicts.hit |= hit << at;
             verdicts.doubt |= doubt << at;
-            if let Some(crossings) = &mut crossings {
-                crossings.add(&crossing, at);
-            }
         }
         verdicts
     }
 }
 
 #[inline(always)]
-fn four<L: Lanes>(
-    a: [[D4<L>; 3]; 3],
-    b: [[D4<L>; 3]; 3],
-    crossings: Option<&mut Crossings>,
-) -> Verdicts {
+fn four<L: Lanes>(a: [[D4<L>; 3]; 3], b: [[D4<L>; 3]; 3]) -> Verdicts {
     let lanes = a[0][0].lanes();
     let [x, y, z] = per_axis!(k => {
         let (of_a, of_b) = (Range::of([a[0][k], a[1][k], a[2][k]]), Range::of([b[0][k], b[1][k], b[2][k]]));
@@ -106,7 +86,7 @@ fn four<L: Lanes>(
         x.and(y).and(z)
     });
     let share = !x.and(y).and(z).mask() & 0xf;
-    if apart | share == 0xf && crossings.is_none() {
+    if apart | share == 0xf {
         return Verdicts {
             hit: share,
             doubt: 0,
@@ -133,7 +113,7 @@ fn four<L: Lanes>(
         ROUNDING,
         D4::splat(lanes, 0.0),
     );
-    let Verdicts { hit, doubt } = certain(p, f, q, &bounds, crossings);
+    let Verdicts { hit, doubt } = certain(p, f, q, &bounds, None);
     let hit = hit & fits | share;
     Verdicts {
         hit,
@@ -188,30 +168,19 @@ mod tests {
                 a.set(lane, &of_a[lane]);
                 b.set(lane, &of_b[lane]);
             }
-            let mut crossings = [Crossings::default(); 2];
-            let [first, second] = &mut crossings;
-            let verdicts = Instructions::detect().run(Filter64 {
+            let filter = || Filter64 {
                 a: &a,
                 b: &b,
                 count: 8,
-                crossings: Some(first),
-            });
-            assert_eq!(
-                verdicts,
-                Portable {}.run(Filter64 {
-                    a: &a,
-                    b: &b,
-                    count: 8,
-                    crossings: Some(second)
-                })
-            );
+            };
+            let verdicts = Instructions::detect().run(filter());
+            assert_eq!(verdicts, Portable {}.run(filter()));
             for lane in 0..8 {
                 let (hit, doubt) = (
                     verdicts.hit >> lane & 1 != 0,
                     verdicts.doubt >> lane & 1 != 0,
                 );
                 assert!(!(hit && doubt));
-                assert_eq!(crossings[0].of(lane), crossings[1].of(lane));
                 if !doubt {
                     assert_eq!(
                         hit,

@@ -217,12 +217,7 @@ impl<'b> Retest<'b> {
 
 /// Mask of the first `count` pairs of triangles that meet.
 fn meeting(instructions: Instructions, [a, b]: &[Columns; 2], count: usize) -> u32 {
-    let Verdicts { hit, doubt } = instructions.run(Filter64 {
-        a,
-        b,
-        count,
-        crossings: None,
-    });
+    let Verdicts { hit, doubt } = instructions.run(Filter64 { a, b, count });
     let wanted = (1 << count) - 1;
     let in_doubt =
         bits(doubt & wanted).filter(|&lane| triangles_intersect(&a.get(lane), &b.get(lane)));
