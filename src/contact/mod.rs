@@ -9,7 +9,7 @@ mod patch;
 
 use glam::DVec3;
 pub(crate) use list::ContactList;
-pub use manifold::{Manifold, ManifoldPoint};
+pub use manifold::{Fixed, Manifold, ManifoldPoint, inherit};
 pub use patch::PatchMemory;
 pub use patch::{Patch, Patches};
 use punctual_geom::triangle::distance::Closest;
