@@ -7,7 +7,7 @@
 use super::balls::Seed;
 use super::cover::{Advance, Cone};
 use super::directions::Segments;
-use super::pushes::{Polish, Push};
+use super::pushes::{Faces, Push};
 use super::sets::{Pair, Sets, Triangle};
 use super::{Key, MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery};
 use arrayvec::ArrayVec;
@@ -81,7 +81,7 @@ pub(super) struct State {
     /// Length of the best push before its direction was turned last, infinite before the first
     /// time; `None` before all directions are tried.
     pub turned: Option<f64>,
-    pub polish: Polish,
+    pub faces: Faces,
     pub seeds: ArrayVec<Seed, 16>,
     pub hand: Option<Hand>,
     pub advances: u32,
@@ -141,7 +141,7 @@ impl State {
             widest: None,
             likely: ArrayVec::new(),
             turned: None,
-            polish: Polish::default(),
+            faces: Faces::new(),
             seeds: ArrayVec::new(),
             hand: None,
             advances: 0,

@@ -30,7 +30,7 @@ const TURN: f64 = 0.3;
 const LEAST_GAIN: f64 = 1e-6;
 
 /// How many pushes polish a new best one, at most.
-const ROUNDS: u32 = 5;
+const ROUNDS: usize = 5;
 
 /// A length at which a push leaves a face is exceeded by this share, and by two roundings.
 const BEYOND: f64 = 1e-10;
@@ -40,47 +40,40 @@ const BEYOND: f64 = 1e-10;
 const FIRST: f64 = 1e-3;
 const GROWTH: f64 = 1.7;
 
-/// The faces of a new best push and of its neighbors.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Polish {
-    faces: ArrayVec<Face, 6>,
-    rounds: u32,
-}
+/// The faces of a new best push and of those that polish it.
+pub(super) type Faces = ArrayVec<Face, ROUNDS>;
 
-impl Polish {
-    /// The shortest translation beyond all faces.
-    fn shortest(&self) -> Option<DVec3> {
-        let faces = &self.faces;
-        let is_beyond = |t: &DVec3| {
-            let least = -1e-12 * punctual_geom::length(*t);
-            faces.iter().all(|face| face.beyond(*t) >= least)
-        };
-        let count = faces.len();
-        let threes = (0..count)
-            .flat_map(|i| (i..count).flat_map(move |j| (j..count).map(move |k| [i, j, k])));
-        let points = threes.map(|three| {
-            let (mut point, mut axes) = (DVec3::ZERO, ArrayVec::<DVec3, 3>::new());
-            for face in three.map(|i| faces[i]) {
-                let free = axes
-                    .iter()
-                    .fold(face.normal, |n, axis| n - axis * axis.dot(n));
-                let length = free.length();
-                if length > 1e-6 {
-                    point -= free * (face.beyond(point) / (length * length));
-                    axes.push(free / length);
-                }
+/// The shortest translation beyond all faces.
+fn shortest(faces: &Faces) -> Option<DVec3> {
+    let is_beyond = |t: &DVec3| {
+        let least = -1e-12 * punctual_geom::length(*t);
+        faces.iter().all(|face| face.beyond(*t) >= least)
+    };
+    let count = faces.len();
+    let threes =
+        (0..count).flat_map(|i| (0..=i).flat_map(move |j| (0..=j).map(move |k| [i, j, k])));
+    let points = threes.map(|three| {
+        let (mut point, mut axes) = (DVec3::ZERO, ArrayVec::<DVec3, 3>::new());
+        for face in three.map(|i| faces[i]) {
+            let free = axes
+                .iter()
+                .fold(face.normal, |n, axis| n - axis * axis.dot(n));
+            let length = free.length();
+            if length > 1e-6 {
+                point -= free * (face.beyond(point) / (length * length));
+                axes.push(free / length);
             }
-            point
-        });
-        let length = |t: &DVec3| punctual_geom::length(*t);
-        points
-            .filter(is_beyond)
-            .min_by(|s, t| length(s).total_cmp(&length(t)))
-    }
+        }
+        point
+    });
+    let length = |t: &DVec3| punctual_geom::length(*t);
+    points
+        .filter(is_beyond)
+        .min_by(|s, t| length(s).total_cmp(&length(t)))
 }
 
 /// A push whose length is searched.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Push {
     direction: DVec3,
     /// A length that is blocked, and the face by which the push leaves what blocks it.
@@ -101,11 +94,7 @@ impl Push {
         Self {
             direction,
             low,
-            face: None,
-            high: None,
-            obstacle: None,
-            polishes: false,
-            next: None,
+            ..Self::default()
         }
     }
 }
@@ -341,19 +330,15 @@ impl Machine<'_, '_, '_> {
 
     fn polished(&mut self, push: &Push) -> Option<Push> {
         let high = self.state.high;
-        let polish = &mut self.state.polish;
+        let faces = &mut self.state.faces;
         if !push.polishes {
-            *polish = Polish::default();
+            faces.clear();
         }
-        if polish.faces.is_full() {
-            polish.faces.remove(0);
-        }
-        polish.faces.push(push.face?);
-        polish.rounds += 1;
-        let (shortest, rounds) = (polish.shortest()?, polish.rounds);
+        faces.try_push(push.face?).ok()?;
+        let shortest = shortest(faces)?;
         self.spend(600);
         let length = punctual_geom::length(shortest);
-        if rounds > ROUNDS || !(length < high * (1.0 - LEAST_GAIN)) {
+        if !(length < high * (1.0 - LEAST_GAIN)) {
             return None;
         }
         let next = self.leave(Push::new(unit(shortest), 0.0));
