@@ -21,7 +21,7 @@ const SHORTER: f64 = 0.98;
 
 /// Relative width to which the length of a push is bisected, and that of a polished one.
 const WIDTH: f64 = 0.01;
-const POLISHED_WIDTH: f64 = 1e-4;
+const POLISHED_WIDTH: f64 = 1e-3;
 
 /// The angle by which the best direction of all is turned, radians.
 const TURN: f64 = 0.3;
@@ -30,7 +30,7 @@ const TURN: f64 = 0.3;
 const LEAST_GAIN: f64 = 1e-6;
 
 /// How many pushes polish a new best one, at most.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 3;
 
 /// A length at which a push leaves a face is exceeded by this share, and by two roundings.
 const BEYOND: f64 = 1e-10;
