@@ -338,7 +338,7 @@ impl Machine<'_, '_, '_> {
         let shortest = shortest(faces)?;
         self.spend(600);
         let length = punctual_geom::length(shortest);
-        if !(length < high * (1.0 - LEAST_GAIN)) {
+        if length >= high * (1.0 - LEAST_GAIN) {
             return None;
         }
         let next = self.leave(Push::new(unit(shortest), 0.0));
