@@ -2516,6 +2516,10 @@ typedef struct punctual_ray_query {
    * The ray.
    */
   struct punctual_ray ray;
+  /**
+   * Not 0: ask whether the ray starts inside the solid, too. 0 by default.
+   */
+  uint64_t solid;
 } punctual_ray_query;
 
 /**
@@ -2567,6 +2571,11 @@ typedef struct punctual_ray_cast {
    * What it has done.
    */
   struct punctual_stats stats;
+  /**
+   * A `punctual_inside`: whether the ray starts inside the solid or on its surface; INSIDE_UNDECIDED if that was not asked,
+   * the tree was not built as a solid, or the budget ended first.
+   */
+  uint64_t starts_inside;
 } punctual_ray_cast;
 
 /**

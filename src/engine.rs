@@ -3,6 +3,7 @@
 //!
 //! It may change with every version.
 
+pub use crate::contact::{Fixed, inherit};
 pub use crate::model::cost::TYPICAL_UNIT;
 pub use crate::query::root_test;
 pub use crate::query::{

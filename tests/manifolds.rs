@@ -592,6 +592,48 @@ fn crossing_edges_are_one_point() {
     }
 }
 
+/// What lies beyond the depth, here a part in the cube that is no cavity, does not matter.
+#[test]
+fn a_part_inside_a_body_takes_no_normal() {
+    let part = |half: f32, first: u32| {
+        let mesh = shapes::cuboid(Vec3::splat(half), 1);
+        let vertices: Vec<DVec3> = (0..mesh.vertex_count()).map(|i| mesh.vertex(i)).collect();
+        let triangles = mesh.triangles().iter().map(|t| t.map(|v| v + first));
+        (vertices, triangles.collect::<Vec<_>>())
+    };
+    let (mut vertices, mut triangles) = part(0.5, 0);
+    let (inner, of_inner) = part(0.2, vertices.len() as u32);
+    vertices.extend(inner);
+    triangles.extend(of_inner);
+    let filled = solid(Mesh::from_f64(vertices, triangles).unwrap());
+    let cube = cuboid([0.5; 3], 1);
+    let [rx, ry] = [
+        DMat3::from_rotation_x(FRAC_PI_4),
+        DMat3::from_rotation_y(FRAC_PI_4),
+    ];
+    // An edge of one crosses an edge of the other.
+    let pose = at(
+        rx.transpose() * ry,
+        rx.transpose() * DVec3::Z * (SQRT_2 - 0.01),
+    );
+    for (a, b) in [
+        (&cube, &cube),
+        (&filled, &cube),
+        (&cube, &filled),
+        (&filled, &filled),
+    ] {
+        let found = manifolds(a, b, pose, 0.0);
+        let [one] = &found[..] else {
+            panic!("{found:?}")
+        };
+        let truth = rx.transpose() * DVec3::NEG_Z;
+        assert!(
+            degrees(one.normal, truth) < 1e-6 && (one.distance + 0.01).abs() < 1e-3,
+            "{one:?}"
+        );
+    }
+}
+
 #[test]
 fn a_body_on_many_feet_has_those_that_bear_it() {
     // A slab on nine feet. The three that are the longest carry it, though all are within the skin.

@@ -8,7 +8,7 @@ pub(crate) mod manifold;
 
 use glam::DVec3;
 pub(crate) use list::ContactList;
-pub use manifold::{Manifold, ManifoldPoint};
+pub use manifold::{Fixed, Manifold, ManifoldPoint, inherit};
 use punctual_geom::triangle::distance::Closest;
 use punctual_geom::triangle_segment;
 

@@ -280,41 +280,30 @@ impl Sets {
     /// The components, in the order of their least ids, and the component of each triangle; of
     /// none if there is only one.
     fn components(mut self, ids: &[u32]) -> (Vec<u32>, Vec<Component>) {
-        let mut roots = Vec::new();
-        for at in 0..ids.len() as u32 {
-            let root = find(&mut self.0, at);
-            self.0[at as usize] = root;
-            if root == at {
-                roots.push((u32::MAX, at, 0));
+        const NONE: u32 = u32::MAX;
+        let mut at_id = alloc::vec![0u32; ids.len()];
+        (0..).zip(ids).for_each(|(at, &id)| at_id[id as usize] = at);
+        let mut component_of = alloc::vec![NONE; ids.len()];
+        let mut components: Vec<Component> = Vec::new();
+        for (first_triangle, at) in (0..).zip(at_id) {
+            let root = find(&mut self.0, at) as usize;
+            if component_of[root] == NONE {
+                component_of[root] = components.len() as u32;
+                components.push(Component {
+                    triangles: 0,
+                    first_triangle,
+                    open_edges: 0,
+                    volume: 0.0,
+                    inside_out: false,
+                });
             }
+            component_of[at as usize] = component_of[root];
+            components[component_of[root] as usize].triangles += 1;
         }
-        let component = |&(first_triangle, _, triangles): &(u32, u32, usize)| Component {
-            triangles,
-            first_triangle,
-            open_edges: 0,
-            volume: 0.0,
-            inside_out: false,
-        };
-        if let [_] = roots[..] {
-            return (Vec::new(), alloc::vec![component(&(0, 0, ids.len()))]);
+        if components.len() == 1 {
+            component_of = Vec::new();
         }
-        let mut rank = alloc::vec![0u32; ids.len()];
-        let mut set_rank = |roots: &[(u32, u32, usize)]| {
-            (0..)
-                .zip(roots)
-                .for_each(|(i, &(_, root, _))| rank[root as usize] = i);
-            rank.clone()
-        };
-        let first = set_rank(&roots);
-        for (&root, &id) in self.0.iter().zip(ids) {
-            let (least, _, count) = &mut roots[first[root as usize] as usize];
-            *least = id.min(*least);
-            *count += 1;
-        }
-        roots.sort_unstable();
-        let rank = set_rank(&roots);
-        let of = self.0.iter().map(|&root| rank[root as usize]);
-        (of.collect(), roots.iter().map(component).collect())
+        (component_of, components)
     }
 }
 

@@ -5,8 +5,11 @@ use crate::meshes::{union, unwelded, with_triangles};
 use crate::truth::{assert_sound, distance, full_sum, winding};
 use punctual::glam::{DVec3, Vec3};
 use punctual::points::{PointBounds, PointError};
+use punctual::rays::RayMode;
 use punctual::tree::Solid;
-use punctual::{Answer, Budget, BuildOptions, Mesh, Query, StopReason, Tree, Workspace, shapes};
+use punctual::{
+    Answer, Budget, BuildOptions, Mesh, Query, Ray, StopReason, Tree, Workspace, shapes,
+};
 
 fn solid(mesh: &Mesh) -> Tree {
     Tree::with_options(mesh.clone(), &BuildOptions::default().solid(Solid::Keep))
@@ -380,6 +383,58 @@ fn a_batch_says_what_single_queries_say_however_it_is_cut() {
             assert_eq!(found, single);
         }
     }
+}
+
+/// Its origin is in the solid as a point is, and its hits are those of other rays, at every stop.
+#[test]
+fn a_ray_says_whether_it_starts_inside() {
+    let (mut workspace, mut random) = (Workspace::new(), Random::new(9));
+    let mut stopped = 0;
+    for mesh in closed().into_iter().chain(open(&mut random)) {
+        let tree = solid(&mesh);
+        let surface = Tree::new(mesh.clone());
+        for point in points(&mesh, 24, &mut random) {
+            let inside = ask(&tree, point, &mut workspace).inside;
+            let ray = Ray::new(point, random.vector()).unwrap();
+            for mode in [RayMode::Nearest, RayMode::Any, RayMode::All] {
+                let plain = Query::ray(&tree, ray).mode(mode);
+                let whole = plain.run(&mut workspace, Budget::unlimited());
+                assert_eq!(whole.value.starts_inside, None);
+                assert!(
+                    plain
+                        .solid(true)
+                        .resume(&mut workspace, Budget::work(1))
+                        .is_err()
+                );
+                let query = plain.solid(true);
+                let mut cut = query.run(&mut workspace, Budget::work(1));
+                assert!(plain.resume(&mut workspace, Budget::work(1)).is_err());
+                while cut.stop == StopReason::WorkLimit {
+                    stopped += 1;
+                    let free = whole.value.hit.map_or(f64::INFINITY, |hit| hit.t);
+                    assert!(mode != RayMode::Nearest || cut.value.free_until <= free);
+                    assert!(
+                        cut.value
+                            .starts_inside
+                            .is_none_or(|said| Some(said) == inside)
+                    );
+                    cut = query.resume(&mut workspace, Budget::work(200)).unwrap();
+                }
+                assert_eq!(cut.value.starts_inside, inside, "{point}");
+                assert_eq!(cut.stop, whole.stop);
+                if mode != RayMode::Any {
+                    assert_eq!(
+                        (cut.value.hit, cut.value.free_until),
+                        (whole.value.hit, whole.value.free_until)
+                    );
+                }
+            }
+            let other = Query::ray(&surface, ray).solid(true);
+            let other = other.run(&mut workspace, Budget::unlimited());
+            assert_eq!(other.value.starts_inside, None);
+        }
+    }
+    assert!(stopped > 1000, "{stopped}");
 }
 
 #[test]

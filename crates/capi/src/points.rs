@@ -24,6 +24,16 @@ pub enum punctual_inside {
     No = 2,
 }
 
+impl From<Option<bool>> for punctual_inside {
+    fn from(inside: Option<bool>) -> Self {
+        match inside {
+            Some(true) => Self::Yes,
+            Some(false) => Self::No,
+            None => Self::Undecided,
+        }
+    }
+}
+
 /// What is proven about a point and a solid.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -198,11 +208,7 @@ impl Asked<'_> {
                 .unwrap_or_default()
                 .into(),
             triangle: distance.map_or(crate::PUNCTUAL_NO_TRIANGLE, |distance| distance.triangle),
-            inside: match bounds.inside {
-                Some(true) => punctual_inside::Yes,
-                Some(false) => punctual_inside::No,
-                None => punctual_inside::Undecided,
-            },
+            inside: bounds.inside.into(),
             is_on_surface: bounds.is_on_surface.into(),
             reserved: 0,
         }

@@ -3,6 +3,7 @@
 use crate::arrays::{array, find_room, list, room};
 use crate::budget::{punctual_budget, punctual_clock};
 use crate::outcome::{punctual_stats, punctual_stop_reason};
+use crate::points::punctual_inside;
 use crate::pose::punctual_point;
 use crate::query::answer;
 use crate::sized::{begin, grows, read};
@@ -89,9 +90,11 @@ pub struct punctual_ray_query<'t> {
     pub tree: Option<&'t punctual_tree>,
     /// The ray.
     pub ray: punctual_ray,
+    /// Not 0: ask whether the ray starts inside the solid, too. 0 by default.
+    pub solid: u64,
 }
 
-grows!(punctual_ray_query<'_>: size, ray..ray);
+grows!(punctual_ray_query<'_>: size, ray..solid);
 
 /// The answer of a ray query, wherever it stopped. All hits stay in the workspace: `punctual_workspace_ray_hits`.
 #[repr(C)]
@@ -110,9 +113,12 @@ pub struct punctual_ray_cast {
     pub stop: punctual_stop_reason,
     /// What it has done.
     pub stats: punctual_stats,
+    /// A `punctual_inside`: whether the ray starts inside the solid or on its surface; INSIDE_UNDECIDED if that was not asked,
+    /// the tree was not built as a solid, or the budget ended first.
+    pub starts_inside: u64,
 }
 
-grows!(punctual_ray_cast: size, hit..stats);
+grows!(punctual_ray_cast: size, hit..starts_inside);
 
 /// The question what each of many rays hits, answered one after the other within one budget, in less time than a query for each.
 /// Plain data, made by `punctual_ray_batch_new`; it borrows the tree and the rays. To resume it all of it, and the rays, must be
@@ -183,6 +189,7 @@ impl Default for punctual_ray_query<'_> {
             mode: punctual_ray_mode::Nearest as u32,
             tree: None,
             ray,
+            solid: 0,
         }
     }
 }
@@ -493,7 +500,8 @@ impl<'t> punctual_ray_query<'t> {
     fn check(self) -> Result<Query<'t, RayCast>, Fault> {
         let tree: &'t Tree = given(self.tree, "query->tree")?.0.get("query->tree")?;
         let query = Query::ray(tree, self.ray.check("query->ray", None)?);
-        Ok(query.mode(check_mode(self.mode, "query->mode")?))
+        let query = query.mode(check_mode(self.mode, "query->mode")?);
+        Ok(query.solid(self.solid != 0))
     }
 }
 
@@ -531,6 +539,7 @@ impl From<Answer<RayBounds>> for punctual_ray_cast {
             free_until: cast.value.free_until,
             stop: cast.stop.into(),
             stats: cast.stats.into(),
+            starts_inside: punctual_inside::from(cast.value.starts_inside) as u64,
         }
     }
 }

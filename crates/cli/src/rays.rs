@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use punctual::clock::SystemClock;
 use punctual::rays::{RayBounds, RayHit, RayMode};
-use punctual::{Query, Ray, Tree, Workspace};
+use punctual::tree::Solid;
+use punctual::{BuildOptions, Query, Ray, Tree, Workspace};
 use punctual_lab::files::{self, Listed};
 use punctual_lab::report::Failure;
 
@@ -19,7 +20,7 @@ use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times, p
 /// the point is origin + t direction; and the side of the triangle that the ray comes from, front where its corners appear
 /// counterclockwise, or edge if the ray lies in its plane. These are empty where no hit was found. Every hit that is not
 /// told is at free_until or after it, which is proven, also where a budget ended the query. ns is the least time of all
-/// sweeps over the list; stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
+/// sweeps over the list. With --solid a last column says whether the ray starts inside: yes, no or undecided. stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
 #[derive(clap::Args)]
 pub struct Args {
     /// The mesh: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its
@@ -39,6 +40,9 @@ pub struct Args {
     /// Which hits: nearest, any or all.
     #[arg(long, value_name = "MODE", default_value_t = RayMode::Nearest)]
     mode: RayMode,
+    /// Take closed components as solids and say whether a ray starts inside one, or on its surface: a last column `inside`.
+    #[arg(long)]
+    solid: bool,
     #[command(flatten)]
     running: Running,
 }
@@ -50,7 +54,12 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let mesh = args.meshes.load(&args.a)?;
     let rays = files::rays(&args.rays, args.segments)?;
     let start = Instant::now();
-    let tree = Tree::new(mesh);
+    let options = if args.solid {
+        BuildOptions::default().solid(Solid::Keep)
+    } else {
+        BuildOptions::default()
+    };
+    let tree = Tree::with_options(mesh, &options);
     let build = start.elapsed();
     let completion = complain_of_bad_lines(&args.rays, "ray", &rays);
     let mut workspace = args.running.workspace();
@@ -58,7 +67,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
         args.sweep(&tree, &rays, &mut workspace)
     });
     print_source(out, build)?;
-    print(out, &rows)?;
+    print(out, &rows, args.solid)?;
     Ok(completion)
 }
 
@@ -77,6 +86,7 @@ impl Args {
             let start = Instant::now();
             let cast = Query::ray(tree, ray)
                 .mode(self.mode)
+                .solid(self.solid)
                 .run(workspace, self.running.limits.budget().clock(&clock));
             let took = start.elapsed();
             let mut hits: Vec<RayHit> = cast.value.hit.into_iter().collect();
@@ -92,15 +102,23 @@ impl Args {
     }
 }
 
-fn print(out: &mut impl Write, rows: &[Row<Answer>]) -> io::Result<()> {
-    writeln!(out, "ray,triangle,t,side,free_until,ns,stop,work")?;
+fn print(out: &mut impl Write, rows: &[Row<Answer>], solid: bool) -> io::Result<()> {
+    let name = if solid { ",inside" } else { "" };
+    writeln!(out, "ray,triangle,t,side,free_until,ns,stop,work{name}")?;
     for (i, row) in rows.iter().enumerate() {
         let Some(((cast, hits), least)) = row else {
-            writeln!(out, "{i},,,,,0,error,0")?;
+            let nothing = if solid { "," } else { "" };
+            writeln!(out, "{i},,,,,0,error,0{nothing}")?;
             continue;
         };
+        let inside = match cast.value.starts_inside {
+            _ if !solid => "",
+            Some(true) => ",yes",
+            Some(false) => ",no",
+            None => ",undecided",
+        };
         let rest = format!(
-            "{},{},{},{}",
+            "{},{},{},{}{inside}",
             cast.value.free_until,
             least.as_nanos(),
             cast.stop,

@@ -1,8 +1,8 @@
 //! Penetration depth: how far one body has to move until it no longer penetrates another, as an
 //! interval with both ends proven, and a push (a translation) that separates them.
 //!
-//! It is a caller of [`Query`]. Contacts give directions, and bisection the least
-//! length along each: `high` is the length of the shortest push after which an exact query finds the
+//! It is a caller of [`Query`]. Contacts give directions, bisection the least length
+//! along each, and the faces of obstacles better directions: `high` is the length of the shortest push after which an exact query finds the
 //! bodies apart. `low` comes from a cover of the shorter translations: it is the least radius of the
 //! cones around 0. The search advances the cone with the least radius by a set that it knows. If none
 //! helps, it asks what blocks a push along the middle of the cone: either nothing does, and the push
@@ -181,7 +181,7 @@ impl<'t> PenetrationQuery<'t> {
     }
 
     /// Looks only for a short push: `low` stays 0. The query is finished when it has tried 32
-    /// directions all around and then turned the best one by less and less. A shorter push may exist
+    /// directions all around and those near the best one. A shorter push may exist
     /// (`docs/guide/push_out.md`).
     ///
     /// ```

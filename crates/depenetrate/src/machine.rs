@@ -7,7 +7,7 @@
 use super::balls::Seed;
 use super::cover::{Advance, Cone};
 use super::directions::Segments;
-use super::pushes::{Push, TURN};
+use super::pushes::{Faces, Push};
 use super::sets::{Pair, Sets, Triangle};
 use super::{Key, MAX_PENETRATION_STEP_WORK, Penetration, PenetrationQuery};
 use arrayvec::ArrayVec;
@@ -42,6 +42,8 @@ pub(super) enum Job {
     Explore,
     /// Searches the length of a push.
     Push(Push),
+    /// Turns a new best push, or ends one.
+    Polish(Push),
     /// Grows the balls that are planted.
     Grow,
     /// Makes the first cones.
@@ -76,10 +78,10 @@ pub(super) struct State {
     pub widest: Option<(f64, Pair)>,
     /// Directions to explore, the last one first.
     pub likely: ArrayVec<DVec3, 40>,
-    /// The angle by which the best direction is turned. The length of the best push before it was
-    /// turned last; `None` before all directions are tried.
-    pub turn: f64,
+    /// Length of the best push before its direction was turned last, infinite before the first
+    /// time; `None` before all directions are tried.
     pub turned: Option<f64>,
+    pub faces: Faces,
     pub seeds: ArrayVec<Seed, 16>,
     pub hand: Option<Hand>,
     pub advances: u32,
@@ -138,8 +140,8 @@ impl State {
             segments: None,
             widest: None,
             likely: ArrayVec::new(),
-            turn: TURN,
             turned: None,
+            faces: Faces::new(),
             seeds: ArrayVec::new(),
             hand: None,
             advances: 0,
@@ -236,6 +238,7 @@ impl<'s, 't, 'c> Machine<'s, 't, 'c> {
             Job::Read(next) => self.read(next),
             Job::Explore => self.explore(),
             Job::Push(push) => self.push(push),
+            Job::Polish(push) => self.polish(push),
             Job::Grow => self.grow(),
             Job::Start => self.start(),
             Job::Pick => self.pick(),

@@ -1,9 +1,12 @@
-//! The search for a short push: contacts give directions, whose lengths are bisected.
+//! The search for a short push. Contacts give directions, whose lengths are bisected. Each new best
+//! push is polished: the faces by which its neighbors leave the blocked translations are half spaces,
+//! and the next push is the shortest translation in all of them.
 
 use super::cover::Cone;
 use super::directions::{Segments, WORK_PER_SEGMENT};
 use super::machine::{CONTACTS, Job, Machine, STEP, Step};
-use super::sets::{Pair, unit};
+use super::sets::{Face, Pair, unit};
+use arrayvec::ArrayVec;
 use glam::DVec3;
 use punctual::{Query, Verdict};
 
@@ -16,31 +19,74 @@ const WORK_PER_NEW_PAIR: u64 = 400;
 /// A push in another direction is tried at this share of the best.
 const SHORTER: f64 = 0.98;
 
-/// Relative width to which the length of a push is bisected: in proportion to the angle by which the
-/// best direction is turned, within limits.
-const WIDTH_TO_TURN: f64 = 0.1;
+/// Relative width to which the length of a push is bisected, and that of a polished one.
 const WIDTH: f64 = 0.01;
-const MOST_WIDTH: f64 = 0.05;
+const POLISHED_WIDTH: f64 = 1e-3;
+
+/// The angle by which the best direction of all is turned, radians.
+const TURN: f64 = 0.3;
+
+/// A polished push is tried if it is expected to be shorter than the best by this share.
+const LEAST_GAIN: f64 = 1e-6;
+
+/// How many pushes polish a new best one, at most.
+const ROUNDS: usize = 3;
+
+/// A length at which a push leaves a face is exceeded by this share, and by two roundings.
+const BEYOND: f64 = 1e-10;
 
 /// The first push, relative to the one after which the boxes are apart. One that is too short is
 /// lengthened by the next factor.
 const FIRST: f64 = 1e-3;
 const GROWTH: f64 = 1.7;
 
-/// First and least angle by which the best direction is turned, radians.
-pub(super) const TURN: f64 = 0.6;
-const LEAST_TURN: f64 = 0.01;
+/// The faces of a new best push and of those that polish it.
+pub(super) type Faces = ArrayVec<Face, ROUNDS>;
+
+/// The shortest translation beyond all faces.
+fn shortest(faces: &Faces) -> Option<DVec3> {
+    let is_beyond = |t: &DVec3| {
+        let least = -1e-12 * punctual_geom::length(*t);
+        faces.iter().all(|face| face.beyond(*t) >= least)
+    };
+    let count = faces.len();
+    let threes =
+        (0..count).flat_map(|i| (0..=i).flat_map(move |j| (0..=j).map(move |k| [i, j, k])));
+    let points = threes.map(|three| {
+        let (mut point, mut axes) = (DVec3::ZERO, ArrayVec::<DVec3, 3>::new());
+        for face in three.map(|i| faces[i]) {
+            let free = axes
+                .iter()
+                .fold(face.normal, |n, axis| n - axis * axis.dot(n));
+            let length = free.length();
+            if length > 1e-6 {
+                point -= free * (face.beyond(point) / (length * length));
+                axes.push(free / length);
+            }
+        }
+        point
+    });
+    let length = |t: &DVec3| punctual_geom::length(*t);
+    points
+        .filter(is_beyond)
+        .min_by(|s, t| length(s).total_cmp(&length(t)))
+}
 
 /// A push whose length is searched.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Push {
     direction: DVec3,
-    /// A length that is blocked.
+    /// A length that is blocked, and the face by which the push leaves what blocks it.
     low: f64,
+    face: Option<Face>,
     /// A length that separates, if one is known.
     high: Option<f64>,
     /// What blocks the length that was tried last and is blocked.
     obstacle: Option<(Verdict, f64)>,
+    /// The push polishes the best one.
+    polishes: bool,
+    /// The length to try next, if it is not the middle.
+    next: Option<f64>,
 }
 
 impl Push {
@@ -48,8 +94,7 @@ impl Push {
         Self {
             direction,
             low,
-            high: None,
-            obstacle: None,
+            ..Self::default()
         }
     }
 }
@@ -143,9 +188,9 @@ impl Machine<'_, '_, '_> {
         self.begin(STEP)?;
         self.state.job = match self.state.likely.pop() {
             Some(direction) => {
-                let low = self.free_from(direction, 0.0);
-                if low < self.goal() {
-                    Job::Push(Push::new(direction, low))
+                let push = self.leave(Push::new(direction, 0.0));
+                if push.low < self.goal() {
+                    Job::Push(push)
                 } else {
                     Job::Explore
                 }
@@ -160,12 +205,16 @@ impl Machine<'_, '_, '_> {
         Ok(())
     }
 
-    /// A length, at least `from`, below which a push in this direction is known to be blocked, up to
-    /// rounding.
-    fn free_from(&mut self, direction: DVec3, from: f64) -> f64 {
-        let (length, work) = self.sets.free_from(direction, from);
+    /// Lengthens what is known to be blocked by the known pairs, up to rounding.
+    fn leave(&mut self, mut push: Push) -> Push {
+        let (low, pair, work) = self.sets.free_from(push.direction, push.low);
+        push.low = low;
+        if let Some(pair) = pair {
+            push.face = pair.face(push.direction * low);
+            push.next = Some(low * (1.0 + BEYOND) + 2.0 * self.state.rounding);
+        }
         self.spend(work);
-        length
+        push
     }
 
     /// The length at which a push in another direction is tried first.
@@ -177,29 +226,25 @@ impl Machine<'_, '_, '_> {
         (SHORTER * high).max(0.5 * (low + high))
     }
 
-    /// Directions around the best one; nearer ones if the last did not help.
+    /// Turns the best direction to six sides, unless that did not help the last time.
     fn turn(&mut self) -> Job {
         let state = &mut *self.state;
-        if state.turned.is_none_or(|before| state.high >= before) {
-            state.turn *= 0.5;
-        }
-        let is_known = state.rounding < state.high && state.high < f64::INFINITY;
-        if state.turn < LEAST_TURN || !is_known {
+        if state.turned.is_some_and(|before| state.high >= before) {
             return Job::Over;
         }
         state.turned = Some(state.high);
-        let (best, turn) = (state.direction, state.turn);
+        let best = state.direction;
         let (u, w) = best.any_orthonormal_pair();
         let sides = [u, -u, w, -w, u + w, -u - w];
-        let turned = sides.map(|side| unit(best + unit(side) * turn));
-        state.likely.extend(turned.into_iter().rev());
+        let turned = sides.map(|side| unit(best + unit(side) * TURN));
+        state.likely.extend(turned);
         Job::Explore
     }
 
     /// Tries all directions, since nothing more is asked or can be known of `low`.
     pub(super) fn explore_all(&mut self) -> Job {
         let state = &mut *self.state;
-        state.turned = Some(0.0);
+        state.turned = Some(f64::INFINITY);
         state
             .likely
             .extend(Cone::all_around(0.0).map(|cone| cone.middle()));
@@ -213,10 +258,18 @@ impl Machine<'_, '_, '_> {
     /// Searches the length of a push.
     pub(super) fn push(&mut self, mut push: Push) -> Step {
         let longest = 1.001 * self.parting_length(push.direction) + 64.0 * self.state.rounding;
-        let (is_known, goal) = (self.state.high < f64::INFINITY, self.goal());
+        let best = self.state.high;
+        let is_known = best < f64::INFINITY;
+        let last = if push.polishes {
+            (1.0 - LEAST_GAIN) * best
+        } else {
+            self.goal()
+        };
+        let mut next_before = |most: f64| push.next.take().filter(|next| *next < most);
         let length = match push.high {
-            Some(high) => 0.5 * (push.low + high),
-            None if is_known => goal,
+            Some(high) => next_before(high).unwrap_or(0.5 * (push.low + high)),
+            None if push.polishes => next_before(last).unwrap_or(last),
+            None if is_known => last,
             None => (GROWTH * push.low).max(FIRST * longest).min(longest),
         };
         let obstacle = self.obstacle(push.direction * length)?;
@@ -230,17 +283,21 @@ impl Machine<'_, '_, '_> {
                 self.learn(witness, push.direction);
             }
             push.obstacle = Some((obstacle, length));
-            push.low = self.free_from(push.direction, length);
-            push.high.is_none() && (is_known || length >= longest)
+            let is_last = length >= if is_known { last } else { longest };
+            let middle = push.high.map(|high| 0.5 * (push.low + high));
+            push.low = length;
+            push = self.leave(push);
+            // A try of the length that known pairs leave gained too little.
+            if middle.is_none_or(|middle| length < middle) {
+                push.next = None;
+            }
+            push.high.is_none() && is_last
         };
-        let width = match &self.state.hand {
-            Some(_) => WIDTH,
-            None => (WIDTH_TO_TURN * self.state.turn).clamp(WIDTH, MOST_WIDTH),
-        };
+        let width = if push.polishes { POLISHED_WIDTH } else { WIDTH };
         let least = self.state.rounding;
         let is_narrow = |high| high - push.low <= width * high || high <= least;
         self.state.job = if is_over || push.high.is_some_and(is_narrow) {
-            self.end_push(&push)
+            Job::Polish(push)
         } else {
             Job::Push(push)
         };
@@ -253,11 +310,44 @@ impl Machine<'_, '_, '_> {
         if is_blocked && let Some((obstacle, length)) = push.obstacle {
             self.sow(obstacle, push.direction * length);
         }
-        match (&self.state.hand, is_new) {
-            (None, _) => Job::Explore,
-            (Some(_), true) => self.put_back(),
-            (Some(_), false) => self.after_block(),
+        match &self.state.hand {
+            None => Job::Explore,
+            Some(_) if is_new || push.polishes => self.put_back(),
+            Some(_) => self.after_block(),
         }
+    }
+
+    /// Continues with a push after this one that may be shorter than the best.
+    pub(super) fn polish(&mut self, push: Push) -> Step {
+        self.begin(STEP)?;
+        let next = (push.high.is_some() || push.polishes).then(|| self.polished(&push));
+        self.state.job = match next.flatten() {
+            Some(next) => Job::Push(next),
+            None => self.end_push(&push),
+        };
+        Ok(())
+    }
+
+    fn polished(&mut self, push: &Push) -> Option<Push> {
+        let high = self.state.high;
+        let faces = &mut self.state.faces;
+        if !push.polishes {
+            faces.clear();
+        }
+        faces.try_push(push.face?).ok()?;
+        let shortest = shortest(faces)?;
+        self.spend(600);
+        let length = punctual_geom::length(shortest);
+        if length >= high * (1.0 - LEAST_GAIN) {
+            return None;
+        }
+        let next = self.leave(Push::new(unit(shortest), 0.0));
+        let length = length * (1.0 + BEYOND) + 2.0 * self.state.rounding;
+        (next.low < high).then_some(Push {
+            polishes: true,
+            next: Some(length.max(next.low)),
+            ..next
+        })
     }
 
     /// Length of a push after which the boxes are apart, up to rounding.

@@ -46,6 +46,20 @@ pub(super) trait Convex {
     }
 }
 
+/// A plane that bounds a set: its unit normal, which points out of the set, and its distance from 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Face {
+    pub normal: DVec3,
+    offset: f64,
+}
+
+impl Face {
+    /// How far a translation is beyond the plane.
+    pub fn beyond(&self, translation: DVec3) -> f64 {
+        self.normal.dot(translation) - self.offset
+    }
+}
+
 /// Two triangles, and the translations of B at which they meet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
@@ -88,6 +102,20 @@ impl Pair {
         let least = |t: Triangle| t[0].min(t[1]).min(t[2]);
         let most = |t: Triangle| t[0].max(t[1]).max(t[2]);
         [least(a) - most(b), most(a) - least(b)]
+    }
+
+    /// The face that a translation is farthest beyond.
+    pub fn face(&self, translation: DVec3) -> Option<Face> {
+        let faces = self.slabs.iter().flat_map(|&(normal, least, most)| {
+            let length = normal.length();
+            let [up, down] = [(1.0, most), (-1.0, -least)].map(|(sign, offset)| Face {
+                normal: normal * (sign / length),
+                offset: offset / length,
+            });
+            [up, down].into_iter().filter(move |_| length > 0.0)
+        });
+        let beyond = |face: &Face| face.beyond(translation);
+        faces.max_by(|f, g| beyond(f).total_cmp(&beyond(g)))
     }
 
     /// Half the edge of a cube around 0 in which they meet, up to rounding.
@@ -294,20 +322,21 @@ impl Sets {
     }
 
     /// A length, at least `from`, below which a push in this direction stays in known pairs, up to
-    /// rounding; and the work done.
-    pub fn free_from(&self, direction: DVec3, from: f64) -> (f64, u64) {
+    /// rounding; the pair that it leaves there; and the work done.
+    pub fn free_from(&self, direction: DVec3, from: f64) -> (f64, Option<&Pair>, u64) {
         let (mut length, mut work) = (from, self.pairs.len() as u64 * WORK_PER_BOX);
+        let mut last = None;
         for (pair, (_, [least, most])) in self.pairs.iter().zip(&self.outlines) {
             let push = direction * length;
             if work < MOST_WORK && (least.cmple(push) & push.cmple(*most)).all() {
                 work += WORK_PER_SET;
                 let [enter, leave] = pair.along(direction);
                 if enter <= length && length < leave && leave < f64::INFINITY {
-                    length = leave;
+                    (length, last) = (leave, Some(pair));
                 }
             }
         }
-        (length, work)
+        (length, last, work)
     }
 }
 

@@ -204,7 +204,7 @@ fn cases() -> Vec<Case> {
             shifted(0.2, 0.1, 0.015),
         )
         .solid()
-        .depth(0.005),
+        .depth(2.0 * f64::from(0.01_f32) - 0.015),
         Case::new("spheres", sphere(), sphere(), shifted(1.8, 0.2, 0.1)),
         Case::new("deep spheres", sphere(), sphere(), shifted(0.9, 0.2, 0.1)).solid(),
         Case::new(
@@ -298,6 +298,50 @@ fn known_depths_are_found() {
     }
 }
 
+/// A face, an edge or a corner that parts them bounds the push exactly.
+#[test]
+fn pushes_off_flat_faces_are_exact() {
+    let mut penetration = PenetrationWorkspace::new();
+    let mut random = Random::new(11);
+    let known: Vec<Case> = cases().into_iter().filter(|c| c.depth.is_some()).collect();
+    for case in &known {
+        for push_only in [false, true] {
+            let query = case.query().push_only(push_only);
+            let value = query.run(&mut penetration, Budget::work(20_000_000)).value;
+            let (high, depth) = (value.high, case.depth.unwrap());
+            let nearest = value.direction.unwrap().abs().max_element();
+            let roundings = 128.0 * f64::EPSILON * case.pose.translation().length();
+            assert!(
+                (high - depth).abs() < 1e-6 * depth + roundings,
+                "{}: {value:?}",
+                case.name
+            );
+            assert!(nearest > 1.0 - 1e-9, "{}: {value:?}", case.name);
+        }
+    }
+    // A corner of the crate is the lowest. The floor is large.
+    let floor = tree(cuboid(10.0, 10.0, 1.0, 1));
+    let cube = tree(cuboid(2.0, 2.0, 2.0, 3));
+    for _ in 0..40 {
+        let angle = 3.0 * random.unit();
+        let turn = turned(angle, DVec3::ZERO);
+        let corners = (0..cube.mesh().vertex_count()).map(|i| cube.mesh().vertex(i));
+        let lowest = corners
+            .map(|p| turn.transform_point(p).z)
+            .fold(0.0, f64::min);
+        let depth = 1e-4 + 0.3 * random.unit();
+        let pose = turned(angle, DVec3::new(0.1, 0.2, 0.5 - lowest - depth));
+        let query = PenetrationQuery::new(&floor, &cube, pose).solid(true);
+        for push_only in [false, true] {
+            let query = query.push_only(push_only);
+            let value = query.run(&mut penetration, Budget::work(20_000_000)).value;
+            let direction = value.direction.unwrap();
+            assert!((value.high / depth - 1.0).abs() < 1e-6, "{depth} {value:?}");
+            assert!((direction - DVec3::Z).length() < 1e-6, "{depth} {value:?}");
+        }
+    }
+}
+
 #[test]
 fn spheres_are_as_deep_as_balls() {
     let mut penetration = PenetrationWorkspace::new();
@@ -345,6 +389,42 @@ fn both_bounds_only_improve_and_hold_at_every_stop() {
             (low, high, budget) = (new_low, new_high, budget * 4 / 3 + 97);
         }
     }
+}
+
+/// Random directions and lengths, most of them just below the bound. `PUNCTUAL_PUSHES` of each case
+/// and stop, 40 without it.
+#[test]
+fn no_random_push_below_low_separates() {
+    let count = std::env::var("PUNCTUAL_PUSHES").map_or(40, |count| count.parse().unwrap());
+    let (mut penetration, mut workspace) = (PenetrationWorkspace::new(), Workspace::new());
+    let (mut random, mut tried) = (Random::new(53), 0);
+    for case in cases() {
+        for work in [30_000, 300_000, 3_000_000] {
+            let low = case
+                .query()
+                .run(&mut penetration, Budget::work(work))
+                .value
+                .low;
+            for i in 0..if low > 0.0 { count } else { 0 } {
+                let mut part = || random.signed();
+                let direction = DVec3::new(part(), part(), part()).normalize();
+                let share = if i % 4 == 0 {
+                    part().abs()
+                } else {
+                    1.0 - 1e-12
+                };
+                let by = direction * (low * share);
+                assert!(
+                    !case.is_apart_after(by, &mut workspace),
+                    "{} {by}",
+                    case.name
+                );
+                tried += 1;
+            }
+        }
+    }
+    println!("{tried} pushes");
+    assert!(tried > 20 * count, "{tried}");
 }
 
 #[test]

@@ -23,6 +23,7 @@ pub struct RayHits {
     /// The ray of each hit; None: as many rows as rays.
     rays: Option<Vec<i64>>,
     done: usize,
+    starts_inside: Option<Vec<bool>>,
 }
 
 #[pymethods]
@@ -78,6 +79,13 @@ impl RayHits {
         )
     }
 
+    /// (rays,) bool: whether each ray is known to start inside the solid or on its surface; None unless `solid` was asked.
+    #[getter]
+    fn starts_inside<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<bool>>> {
+        let inside = self.starts_inside.clone()?;
+        Some(column(py, inside))
+    }
+
     /// The first so many rays are answered; all of them if `stop` is "finished".
     #[getter]
     fn done(&self) -> usize {
@@ -127,6 +135,7 @@ fn one(
             hits: workspace.first_hits().to_vec(),
             rays: None,
             done: answer.value,
+            starts_inside: None,
         },
         Answer::new(answer.stop, &answer.stats),
     )
@@ -180,6 +189,7 @@ fn all(
             hits,
             rays: Some(of_rays),
             done,
+            starts_inside: None,
         },
         answer,
     )
@@ -254,14 +264,14 @@ pub fn checked(
 /// mode:
 /// "nearest" hit, "any", or "all". t_min, t_max: hits outside are left out. budget: seconds; work: units of work; of
 /// all rays
-/// together.
+/// together. solid: say first whether each ray starts inside the tree, which was built as a solid.
 ///
 /// Whether a triangle is hit is exact: no ray slips through between two triangles that share an edge.
 ///
 /// Raises ValueError for arrays of other shapes and numbers that are no ray, with the row, and TypeError for wrong types.
 #[pyfunction]
 #[pyo3(signature = (tree, origins, directions=None, *, ends=None, mode="nearest", t_min=0.0, t_max=f64::INFINITY,
-    budget=None, work=None))]
+    solid=false, budget=None, work=None))]
 #[expect(
     clippy::too_many_arguments,
     reason = "the arguments of the Python function"
@@ -275,6 +285,7 @@ pub fn rays<'py>(
     mode: &str,
     t_min: f64,
     t_max: f64,
+    solid: bool,
     budget: Option<f64>,
     work: Option<u64>,
 ) -> PyResult<Bound<'py, RayHits>> {
@@ -282,9 +293,27 @@ pub fn rays<'py>(
     let limit = Limit::new(budget, work)?;
     let rays = checked(py, origins, [directions, ends], [t_min, t_max])?;
     let tree = &*tree.arc;
-    let run = |workspace: &mut Workspace, spent: (Limit, &dyn Clock)| match mode {
-        RayMode::All => all(tree, &rays, workspace, spent),
-        RayMode::Nearest | RayMode::Any => one(tree, &rays, mode, workspace, spent),
+    let origins: Vec<[f64; 3]> = rays.iter().map(|ray| ray.origin().to_array()).collect();
+    let points = solid.then(|| Query::windings(tree, &origins)).transpose();
+    let points = points.map_err(value_error)?;
+    let run = |workspace: &mut Workspace, (mut limit, clock): (Limit, &dyn Clock)| {
+        let starts_inside = points.as_ref().map(|points| {
+            let answer = points.run(workspace, limit.budget().clock(clock));
+            limit = limit.left(&Stats::default(), &answer.stats);
+            let found = workspace.points().iter();
+            let mut inside: Vec<bool> = found.map(|point| point.inside == Some(true)).collect();
+            inside.resize(rays.len(), false);
+            inside
+        });
+        let (hits, answer) = match mode {
+            RayMode::All => all(tree, &rays, workspace, (limit, clock)),
+            RayMode::Nearest | RayMode::Any => one(tree, &rays, mode, workspace, (limit, clock)),
+        };
+        let hits = RayHits {
+            starts_inside,
+            ..hits
+        };
+        (hits, answer)
     };
     let hits = limit.run(py, |clock| {
         with_workspace(|workspace| run(workspace, (limit, clock)))

@@ -32,6 +32,17 @@ def test_what_is_inside_out_is_kept_or_flipped() -> None:
     assert flipped.volume == 1.0 and flipped.contains(POINTS).tolist()[0]
 
 
+@pytest.mark.parametrize("mode", ["nearest", "any", "all"])
+def test_rays_say_whether_they_start_inside(mode: str) -> None:
+    hits = punctual3d.rays(cube("keep"), POINTS, [1, 0, 0], mode=mode, solid=True)
+    assert hits.starts_inside is not None and hits.starts_inside.tolist() == [True, False, True, False]
+    cut = punctual3d.rays(cube("keep"), POINTS, [1, 0, 0], mode=mode, solid=True, work=0)
+    assert cut.stop == "work-limit" and cut.starts_inside is not None and not cut.starts_inside.any()
+    assert punctual3d.rays(cube("keep"), POINTS, [1, 0, 0], mode=mode).starts_inside is None
+    with pytest.raises(ValueError, match="not built as a solid"):
+        punctual3d.rays(cube("no"), POINTS, [1, 0, 0], solid=True)
+
+
 def test_refusals_name_the_place() -> None:
     surface = cube("no")
     assert surface.open_edges is None and surface.volume is None

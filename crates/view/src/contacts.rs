@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use punctual::contacts::{Contact, ContactBounds, Contacts};
+use punctual::contacts::{Contact, ContactBounds, Contacts, Manifold, ManifoldPoint, Manifolds};
 use punctual::{Aabb, Answer, Budget, Pose, Query, ResumeError, Stats, StopReason, Workspace};
 use serde_json::{Value, json};
 
@@ -13,7 +13,8 @@ use crate::{Bodies, View};
 /// Contacts that are drawn, the first that were found.
 const MOST_CONTACTS: usize = 10_000;
 
-/// A page for a query of these bodies at this pose, which ends at `most` contacts, and which was answered so.
+/// A page for a query of these bodies at this pose, which ends at `most` contacts, and which was answered so. Of two solids it
+/// shows how deep they are sunk into each other, too.
 pub fn contacts(
     bodies: &Bodies,
     query: Query<Contacts>,
@@ -25,6 +26,11 @@ pub fn contacts(
     let mut stage = Stage::new(a.mesh().aabb().union(&placed(b.mesh(), pose)));
     let placed = stage.bodies(bodies, pose);
     let arrays = [0; 2].map(|_| stage.arrays.add());
+    let is_solid = bodies.trees.iter().all(|tree| tree.solid().is_some());
+    let depths = is_solid.then(|| {
+        let query = Query::manifolds(a, b, *pose);
+        draw_overlaps(&mut stage, query, arrays[1])
+    });
     let mut steps = Steps {
         query,
         most,
@@ -33,13 +39,17 @@ pub fn contacts(
         drawn: HashSet::new(),
         around: Aabb::EMPTY,
         arrays,
+        depths,
     };
     let steps = climb(&mut steps, &mut stage, answer)?;
-    let layers = [
+    let mut layers = vec![
         ("met", "contacts"),
         ("normal", "normals, from B to A"),
         ("box", OPEN_BOXES),
     ];
+    if depths.is_some() {
+        layers.push(("near", "depths of overlaps"));
+    }
     Ok(View::of_query(
         "Where two meshes touch",
         bodies,
@@ -47,6 +57,26 @@ pub fn contacts(
         stage,
         steps,
     ))
+}
+
+/// Draws the normals at the points of all overlaps. Returns the array of their depths.
+fn draw_overlaps(stage: &mut Stage, query: Query<Manifolds>, normals: usize) -> usize {
+    let depths = stage.arrays.add();
+    let mut workspace = Workspace::new();
+    let mut answer = query.run(&mut workspace, Budget::unlimited());
+    while answer.stop == StopReason::PairsFull {
+        workspace.reserve_contacts(2 * answer.stats.found as usize);
+        match query.resume(&mut workspace, Budget::unlimited()) {
+            Ok(next) => answer = next,
+            Err(_) => break,
+        }
+    }
+    let long = NORMAL * stage.radius();
+    let points = || workspace.manifolds().iter().flat_map(Manifold::points);
+    let normal = |point: &ManifoldPoint| [point.points[1], point.points[1] + long * point.normal];
+    stage.segments(depths, points().map(|point| point.points));
+    stage.segments(normals, points().map(normal));
+    depths
 }
 
 struct Steps<'t> {
@@ -58,6 +88,8 @@ struct Steps<'t> {
     around: Aabb,
     /// Of contacts and of normals, in the order of discovery.
     arrays: [usize; 2],
+    /// Of the depths of overlaps.
+    depths: Option<usize>,
 }
 
 impl Steps<'_> {
@@ -96,10 +128,15 @@ impl Steps<'_> {
         self.around = self
             .around
             .union(&Aabb::from_points(new.iter().flat_map(place)));
-        json!([
-            ["normal", stage.arrays.so_far(normals)],
-            ["met", stage.arrays.so_far(places)]
-        ])
+        let mut lines = vec![
+            ("normal", stage.arrays.so_far(normals)),
+            ("met", stage.arrays.so_far(places)),
+        ];
+        lines.extend(
+            self.depths
+                .map(|depths| ("near", stage.arrays.so_far(depths))),
+        );
+        json!(lines)
     }
 }
 

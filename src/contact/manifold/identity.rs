@@ -13,23 +13,24 @@ use punctual_geom::Pose;
 /// The points of the frame before, and those of this one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ManifoldMemory {
-    known: Vec<Known>,
-    now: Vec<Known>,
-    links: Vec<Link>,
+    known: Vec<Fixed>,
+    now: Vec<Fixed>,
     /// The next id of a point, and of a manifold: before this frame, and after it.
     next: [[u64; 2]; 2],
 }
 
+/// A point of a manifold, fixed to both bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Known {
-    /// [`NO_ID`] if it has none yet.
-    id: u64,
-    manifold: u64,
+pub struct Fixed {
+    /// Id of the point.
+    pub id: u64,
+    /// Id of its manifold.
+    pub manifold: u64,
     /// The point on A in A's frame, and the point on B in B's frame.
-    places: [DVec3; 2],
+    pub places: [DVec3; 2],
 }
 
-impl Known {
+impl Fixed {
     /// Distance from the other place on A or on B, the smaller one.
     fn distance(&self, other: &Self) -> f64 {
         let apart = |side: usize| (self.places[side] - other.places[side]).length();
@@ -37,15 +38,43 @@ impl Known {
     }
 }
 
-/// A point of this frame and one of the frame before that are near each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Link {
-    distance: f64,
-    now: u32,
-    before: u32,
+/// Gives each point the id of the nearest of at most 128 points of the frame before, within
+/// `reach`, and each manifold that of the manifold of its first point. Points of one manifold follow
+/// one another, with its number in place of its id. New ids are `fresh(0)` for points, `fresh(1)`
+/// for manifolds. Returns a bit for each point of the frame before whose id was passed on.
+pub fn inherit(
+    now: &mut [Fixed],
+    before: &[Fixed],
+    reach: f64,
+    mut fresh: impl FnMut(usize) -> u64,
+) -> u128 {
+    let (mut passed_on, mut last) = (0_u128, None);
+    for at in 0..now.len() {
+        let (done, rest) = now.split_at_mut(at);
+        let point = &mut rest[0];
+        let nearest = (0..before.len())
+            .filter(|&k| passed_on >> k & 1 == 0)
+            .map(|k| (point.distance(&before[k]), k))
+            .filter(|(apart, _)| *apart <= reach)
+            .min_by(|(x, _), (y, _)| x.total_cmp(y));
+        let same = nearest.map(|(_, k)| {
+            passed_on |= 1 << k;
+            before[k]
+        });
+        point.id = same.map_or_else(|| fresh(0), |same| same.id);
+        let number = point.manifold;
+        point.manifold = match last {
+            Some((of, id)) if of == number => id,
+            _ => {
+                let is_free = |id: &u64| done.iter().all(|other| other.manifold != *id);
+                let known = same.map(|same| same.manifold).filter(is_free);
+                known.unwrap_or_else(|| fresh(1))
+            }
+        };
+        last = Some((number, point.manifold));
+    }
+    passed_on
 }
-
-const NO_ID: u64 = u64::MAX;
 
 /// Maximum number of points of a frame that are matched and remembered, the deepest manifolds
 /// first. So the match takes bounded time.
@@ -57,7 +86,7 @@ const REACH: f64 = 0.05;
 /// What a query knows of the points of the frame before.
 #[derive(Clone, Copy)]
 pub(crate) struct Before<'m> {
-    known: &'m [Known],
+    known: &'m [Fixed],
     /// Maps A's frame to B's.
     pub to_b: &'m Pose,
     reach: f64,
@@ -73,10 +102,10 @@ impl<'m> Before<'m> {
         }
     }
 
-    fn seen(&self, point: &ManifoldPoint, id: u64, manifold: u64) -> Known {
+    fn seen(&self, point: &ManifoldPoint, manifold: u64) -> Fixed {
         let [on_a, on_b] = point.points;
-        Known {
-            id,
+        Fixed {
+            id: 0,
             manifold,
             places: [on_a, self.to_b.transform_point(on_b)],
         }
@@ -87,12 +116,12 @@ impl<'m> Before<'m> {
         if self.known.is_empty() {
             return 0;
         }
-        let seen: ArrayVec<Known, 24> = candidates
+        let seen: ArrayVec<Fixed, 24> = candidates
             .iter()
             .take(24)
-            .map(|point| self.seen(point, NO_ID, 0))
+            .map(|point| self.seen(point, 0))
             .collect();
-        let nearest = |known: &Known| {
+        let nearest = |known: &Fixed| {
             let distances = seen.iter().map(|point| point.distance(known)).enumerate();
             let best = distances.min_by(|(_, x), (_, y)| x.total_cmp(y))?;
             (best.1 <= self.reach).then_some(1 << best.0)
@@ -111,14 +140,13 @@ impl ManifoldMemory {
         self.next[0] = self.next[1];
     }
 
-    /// Gives ids to the points and manifolds, the nearest places first, and remembers them. `to_b`
-    /// and `size` are those of [`Before::new`]. Unless all manifolds are known (`is_final`), points
-    /// that were not found again are remembered too. May be called again in a frame.
+    /// Gives ids to the points and manifolds, and remembers the points. `to_b` and `size` are those
+    /// of [`Before::new`]. Unless all manifolds are known (`is_final`), points that were not found
+    /// again are remembered too. May be called again in a frame.
     pub fn assign(&mut self, manifolds: &mut [Manifold], to_b: &Pose, size: f64, is_final: bool) {
         let Self {
             known,
             now,
-            links,
             next: [first, next],
         } = self;
         let before = Before {
@@ -127,78 +155,28 @@ impl ManifoldMemory {
             reach: REACH * size,
         };
         now.clear();
-        links.clear();
-        for (i, manifold) in (0..).zip(&*manifolds) {
-            let points = manifold.points.iter();
-            let room = KNOWN - now.len();
-            now.extend(points.take(room).map(|point| before.seen(point, NO_ID, i)));
+        for (number, manifold) in (0..).zip(&*manifolds) {
+            let points = manifold.points.iter().take(KNOWN - now.len());
+            now.extend(points.map(|point| before.seen(point, number)));
         }
-        for (now, point) in (0..).zip(now.iter()) {
-            for (before, other) in (0..).zip(known.iter()) {
-                let distance = point.distance(other);
-                if distance <= REACH * size {
-                    links.push(Link {
-                        distance,
-                        now,
-                        before,
-                    });
-                }
-            }
-        }
-        let order = |link: &Link| (link.now, link.before);
-        links.sort_unstable_by(|x, y| {
-            x.distance
-                .total_cmp(&y.distance)
-                .then(order(x).cmp(&order(y)))
-        });
         *next = *first;
         let mut fresh = |kind: usize| {
             next[kind] += 1;
             next[kind] - 1
         };
-        manifolds
-            .iter_mut()
-            .for_each(|manifold| manifold.id = NO_ID);
-        let mut passed_on = 0_u128;
-        for &Link { now: i, before, .. } in &*links {
-            let (point, known) = (&mut now[i as usize], known[before as usize]);
-            if point.id != NO_ID || passed_on >> before & 1 != 0 {
-                continue;
-            }
-            passed_on |= 1 << before;
-            point.id = known.id;
-            // The nearest point of a manifold decides its id.
-            let is_free = manifolds
-                .iter()
-                .all(|manifold| manifold.id != known.manifold);
-            let manifold = &mut manifolds[point.manifold as usize];
-            if manifold.id == NO_ID && is_free {
-                manifold.id = known.manifold;
-            }
-        }
-        let mut remembered = now.iter_mut();
+        let passed_on = inherit(now, known, before.reach, &mut fresh);
+        let mut remembered = now.iter();
         for manifold in manifolds {
-            if manifold.id == NO_ID {
-                manifold.id = fresh(1);
-            }
+            let first = remembered.as_slice().first();
+            manifold.id = first.map_or_else(|| fresh(1), |point| point.manifold);
             for point in &mut manifold.points {
-                match remembered.next() {
-                    Some(known) => {
-                        if known.id == NO_ID {
-                            known.id = fresh(0);
-                        }
-                        (point.id, known.manifold) = (known.id, manifold.id);
-                    }
-                    None => point.id = fresh(0),
-                }
+                point.id = remembered.next().map_or_else(|| fresh(0), |point| point.id);
             }
         }
         if !is_final {
-            let left = (0..)
-                .zip(known.iter())
-                .filter(|(i, _)| passed_on >> i & 1 == 0);
+            let left = (0..known.len()).filter(|&k| passed_on >> k & 1 == 0);
             let room = KNOWN - now.len();
-            now.extend(left.map(|(_, known)| *known).take(room));
+            now.extend(left.map(|k| known[k]).take(room));
         }
     }
 }

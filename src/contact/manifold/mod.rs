@@ -10,6 +10,7 @@ mod skin;
 use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
 pub(crate) use identity::{Before, ManifoldMemory};
+pub use identity::{Fixed, inherit};
 use punctual_geom::{larger, smaller};
 pub(crate) use skin::{Shape, Skin};
 

@@ -338,7 +338,9 @@ impl Overlaps {
             } else {
                 let line = [probe.place, way];
                 let hit = self.cast(shape, before.to_b, side, line, workspace, deadline)?;
-                hit.filter(|hit| hit.side != Side::Front).map(|hit| hit.t)
+                // Beyond the depth it does not matter what follows.
+                hit.filter(|hit| ray > 1 || hit.side != Side::Front)
+                    .map(|hit| hit.t)
             };
             self.probing.ray += 1;
             return Ok(false);

@@ -310,6 +310,11 @@ fn key(tree: &Tree) -> Key {
 fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, measures: bool) {
     workspace.clear();
     workspace.run.begin(key(tree), Strategy::NONE);
+    begin_points(tree, workspace, count, measures);
+}
+
+/// The same within the run of another question.
+pub(super) fn begin_points(tree: &Tree, workspace: &mut Workspace, count: usize, measures: bool) {
     let state = &mut workspace.points;
     state.measures = measures;
     state.reserve(count);
@@ -345,7 +350,7 @@ fn is_in(workspace: &Workspace, points: &[[f64; 3]], measures: bool) -> bool {
 }
 
 /// Continues the run about these points in the workspace until it is over or the deadline stops it.
-fn advance(
+pub(super) fn advance(
     tree: &Tree,
     workspace: &mut Workspace,
     points: &[[f64; 3]],

@@ -10,6 +10,7 @@ use crate::query::deadline::Deadline;
 use crate::query::flushing;
 use crate::query::memory::PairMemory;
 use crate::query::outcome::StopReason;
+use crate::query::point;
 use crate::query::question::{Ask, Query, Question};
 use crate::query::relative_pose::RelativePose;
 use crate::query::strategy::Strategy;
@@ -55,6 +56,7 @@ pub use state::{RayHit, RayMode};
 pub struct RayCast {
     ray: Ray,
     mode: RayMode,
+    solid: bool,
 }
 
 impl Question for RayCast {
@@ -70,7 +72,31 @@ impl<'t> Query<'t, RayCast> {
     #[must_use]
     pub fn ray(tree: &'t Tree, ray: Ray) -> Self {
         let mode = RayMode::Nearest;
-        Self::of([tree; 2], RayCast { ray, mode })
+        let solid = false;
+        Self::of([tree; 2], RayCast { ray, mode, solid })
+    }
+
+    /// Asks first whether the ray starts inside the solid ([`RayBounds::starts_inside`]), as
+    /// [`Query::winding`] does for its origin. Needs a tree built as a solid; for others it is not
+    /// known.
+    ///
+    /// ```
+    /// use punctual::tree::Solid;
+    /// use punctual::{Budget, BuildOptions, Query, Ray, Tree, Workspace, shapes};
+    /// let solid = BuildOptions::default().solid(Solid::Keep);
+    /// let ball = Tree::with_options(shapes::icosphere(4), &solid);
+    /// let mut workspace = Workspace::new();
+    /// for (x, inside) in [(0.5, true), (-1.5, false)] {
+    ///     let query = Query::ray(&ball, Ray::new([x, 0.0, 0.0], [1.0, 0.0, 0.0])?).solid(true);
+    ///     let cast = query.run(&mut workspace, Budget::unlimited()).value;
+    ///     assert!(cast.starts_inside == Some(inside) && cast.hit.is_some());
+    /// }
+    /// # Ok::<(), punctual::geom::RayError>(())
+    /// ```
+    #[must_use]
+    pub fn solid(mut self, solid: bool) -> Self {
+        self.asked.solid = solid && self.a.solid().is_some();
+        self
     }
 
     /// Sets whether to find the nearest hit, any, or all.
@@ -87,11 +113,20 @@ impl Ask<RayCast> for Query<'_, RayCast> {
     }
 
     fn is_in(&self, workspace: &Workspace) -> bool {
-        is_in(workspace, slice::from_ref(&self.asked.ray), self.asked.mode)
+        let RayCast { ray, mode, solid } = &self.asked;
+        let points = &workspace.points;
+        let origins = points.left + points.found.len();
+        is_in(workspace, slice::from_ref(ray), *mode) && origins == usize::from(*solid)
     }
 
     fn begin(&self, workspace: &mut Workspace, _: Option<&PairMemory>, _: Budget) {
         begin(self.a, workspace, 1, self.asked.mode);
+        if self.asked.solid {
+            // The root follows when the origin is done.
+            workspace.frontier.clear();
+            point::begin_points(self.a, workspace, 1, false);
+            workspace.rays.locates = true;
+        }
     }
 
     fn advance(
@@ -100,8 +135,18 @@ impl Ask<RayCast> for Query<'_, RayCast> {
         _: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let RayCast { ray, mode } = &self.asked;
+        let RayCast { ray, mode, .. } = &self.asked;
         let rays = slice::from_ref(ray);
+        if workspace.rays.locates {
+            let origin = [ray.origin().to_array()];
+            let stop = point::advance(self.a, workspace, &origin, deadline);
+            if !stop.is_final() {
+                workspace.rays.ray = Some(*ray);
+                return stop;
+            }
+            workspace.rays.locates = false;
+            push_root(self.a, workspace);
+        }
         let stop = advance(self.a, workspace, rays, &mut [None], deadline);
         if *mode == RayMode::Any && workspace.rays.hit.is_some() && stop.is_final() {
             StopReason::FirstHit
@@ -111,15 +156,26 @@ impl Ask<RayCast> for Query<'_, RayCast> {
     }
 
     fn answer(&self, workspace: &Workspace, stop: StopReason) -> RayBounds {
-        let RayCast { ray, mode } = &self.asked;
+        let RayCast { ray, mode, .. } = &self.asked;
         let open = if stop.is_final() {
             f64::INFINITY
+        } else if workspace.rays.locates {
+            ray.limits()[0]
         } else {
             open_from(self.a, workspace, ray)
         };
         let hit = workspace.rays.hit;
         let free_until = mode.free_until(ray, hit, open);
-        RayBounds { hit, free_until }
+        let starts_inside = workspace
+            .points
+            .found
+            .first()
+            .and_then(|found| found.inside);
+        RayBounds {
+            hit,
+            free_until,
+            starts_inside,
+        }
     }
 }
 
@@ -209,7 +265,13 @@ fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, mode: RayMode) {
         state.reserve(DEFAULT_ROOM);
     }
     state.after = count.saturating_sub(1);
-    if count > 0 && !tree.nodes().is_empty() {
+    if count > 0 {
+        push_root(tree, workspace);
+    }
+}
+
+fn push_root(tree: &Tree, workspace: &mut Workspace) {
+    if !tree.nodes().is_empty() {
         workspace.frontier.push(entered(ROOT, 0.0));
     }
 }
@@ -288,6 +350,9 @@ pub struct RayBounds {
     /// the ray's parameter range. Infinite if no hit is missing.
     #[cfg_attr(feature = "serde", serde(with = "punctual_geom::bound"))]
     pub free_until: f64,
+    /// True if the ray starts inside the solid or on its surface, if that was asked
+    /// ([`Query::solid`]) and is known.
+    pub starts_inside: Option<bool>,
 }
 
 /// Casts a ray within the run of another question, or continues with it: the nearest hit.

@@ -73,6 +73,8 @@ pub(crate) struct Candidate {
 #[derive(Clone, Debug)]
 pub(crate) struct RayState {
     pub mode: RayMode,
+    /// True until it is known whether the ray starts inside, if that is asked.
+    pub locates: bool,
     /// The current ray of a stopped run.
     pub ray: Option<Ray>,
     /// Numbers of rays of the batch before the current one and after it.
@@ -93,6 +95,7 @@ impl Default for RayState {
     fn default() -> Self {
         Self {
             mode: RayMode::default(),
+            locates: false,
             ray: None,
             done: 0,
             after: 0,
@@ -108,6 +111,7 @@ impl Default for RayState {
 impl RayState {
     #[inline(always)]
     pub fn clear(&mut self) {
+        self.locates = false;
         self.ray = None;
         self.hit = None;
         self.done = 0;

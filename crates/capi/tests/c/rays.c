@@ -21,6 +21,8 @@ static void one_ray(const punctual_tree *cube, punctual_workspace *workspace) {
   CHECK(cast.stop == PUNCTUAL_STOP_REASON_FINISHED && cast.hit.t == 2 && cast.free_until == 2);
   CHECK(cast.hit.side == PUNCTUAL_SIDE_FRONT && cast.hit.triangle != PUNCTUAL_NO_TRIANGLE);
 
+  CHECK(cast.starts_inside == PUNCTUAL_INSIDE_UNDECIDED);
+
   /* All of a segment that goes through, with room for one at a time. */
   query.ray = punctual_ray_segment(at(0.1, 0.2, 5), at(0.1, 0.2, -5));
   query.mode = PUNCTUAL_RAY_MODE_ALL;

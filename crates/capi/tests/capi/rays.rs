@@ -139,9 +139,10 @@ fn rays_are_those_of_rust() {
         for (raw, ray) in rays() {
             let query = punctual_ray_query {
                 mode: mode as u32,
+                solid: 1,
                 ..punctual_ray_query_new(Some(&ours), raw)
             };
-            let native = Query::ray(&theirs, ray).mode(mode);
+            let native = Query::ray(&theirs, ray).mode(mode).solid(true);
             let mut expected = native.run(&mut other, Budget::work(400));
             let mut said = made(|out| cast(&query, false, Some(&mut workspace), 400, out));
             loop {
@@ -152,6 +153,12 @@ fn rays_are_those_of_rust() {
                 );
                 assert_eq!(format!("{:?}", said.stop), format!("{:?}", expected.stop));
                 same_stats(&said.stats, &expected.stats);
+                let inside = match expected.value.starts_inside {
+                    None => punctual_inside::Undecided,
+                    Some(true) => punctual_inside::Yes,
+                    Some(false) => punctual_inside::No,
+                };
+                assert_eq!(said.starts_inside, inside as u64);
                 let listed = found(&workspace);
                 assert_eq!(listed.len(), other.ray_hits().len());
                 listed

@@ -52,6 +52,14 @@ fn said(folder: &Folder, options: &str) -> Vec<String> {
 }
 
 #[test]
+fn rays_of_a_solid_say_whether_they_start_inside() {
+    let answer = cube().run("rays a.obj rays.txt --solid");
+    let lines = answer.lines(&format!("{HEADER},inside"));
+    let said: Vec<&str> = lines.map(|line| line.rsplit(',').next().unwrap()).collect();
+    assert_eq!(said, ["no", "no", "", "yes", "no"]);
+}
+
+#[test]
 fn hits_of_a_cube() {
     let folder = cube();
     let nearest = [

@@ -360,6 +360,21 @@ fn distances_contacts_and_motions_are_shown() {
                 .all(|&i| page.range(&lines[i][1]).len() == 6 * contacts)
     );
 
+    let solids =
+        "contacts a.obj b.obj poses.txt --margin 0.1 --solid --view page.html --view-pose 2";
+    let answer = folder.run(solids);
+    let overlaps = answer
+        .out
+        .lines()
+        .filter(|line| line.starts_with("2,overlap,"));
+    let overlaps = overlaps.count();
+    let page = Page::read(&folder, "page.html");
+    let lines = &page.steps().last().unwrap()["lines"];
+    assert!(overlaps > 0 && lines[2][0] == "near");
+    for (line, count) in [(0, contacts + overlaps), (1, contacts), (2, overlaps)] {
+        assert_eq!(page.range(&lines[line][1]).len(), 6 * count, "{line}");
+    }
+
     folder.write("sweeps.txt", "1 0 0 -4 0 1 0 0 0 0 1 0 4 0 0\n");
     let answer = folder.run("motion a.obj b.obj sweeps.txt --view page.html");
     let row = fields(&answer.out, 0);

@@ -313,6 +313,8 @@ class RayHits(Answer):
     @property
     def sides(self) -> NDArray[np.int8]: ...
     @property
+    def starts_inside(self) -> NDArray[np.bool_] | None: ...
+    @property
     def done(self) -> int: ...
     def __len__(self) -> int: ...
 
@@ -826,6 +828,7 @@ def rays(
     mode: Literal["nearest", "any", "all"] = "nearest",
     t_min: _Real = 0.0,
     t_max: _Real = ...,
+    solid: bool = False,
     budget: _Real | None = None,
     work: _Integer | None = None,
 ) -> RayHits: ...

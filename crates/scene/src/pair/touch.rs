@@ -12,7 +12,7 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use punctual::clock::ManualClock;
 use punctual::contacts::Manifold;
-use punctual::engine::{Deadline, displacement};
+use punctual::engine::{Deadline, Fixed, displacement, inherit};
 use punctual_geom::{Pose, length};
 
 /// Maximum number of pairs of triangles of a pair of bodies that intersect, and of points that are
@@ -102,39 +102,22 @@ impl Touch {
         self.inherit(before, REACH * size[0].min(size[1]));
     }
 
-    /// Gives each point the id of the nearest point of the frame before, and each manifold that of
-    /// the first of its points.
-    fn inherit(&mut self, mut before: ArrayVec<ContactPoint, MOST_POINTS>, reach: f64) {
-        let mut fresh = || {
+    /// Gives each point and manifold the id that it had in the frame before.
+    fn inherit(&mut self, before: ArrayVec<ContactPoint, MOST_POINTS>, reach: f64) {
+        let fixed = |point: &ContactPoint| Fixed {
+            id: point.id,
+            manifold: point.manifold,
+            places: point.points,
+        };
+        let before: ArrayVec<Fixed, MOST_POINTS> = before.iter().map(fixed).collect();
+        let mut now: ArrayVec<Fixed, MOST_POINTS> = self.points.iter().map(fixed).collect();
+        let fresh = |_| {
             self.next_id += 1;
             self.next_id - 1
         };
-        // The manifolds of this frame, by number: their ids.
-        let mut manifolds = ArrayVec::<(u64, u64), MOST_POINTS>::new();
-        for point in &mut self.points {
-            let apart = |other: &ContactPoint| {
-                let apart = [0, 1].map(|side| (point.points[side] - other.points[side]).length());
-                apart[0].min(apart[1])
-            };
-            let nearest = (0..before.len())
-                .map(|at| (apart(&before[at]), at))
-                .filter(|(apart, _)| *apart <= reach)
-                .min_by(|(x, _), (y, _)| x.total_cmp(y));
-            let same = nearest.map(|(_, at)| before.swap_remove(at));
-            let number = point.manifold;
-            let known = manifolds.iter().find(|(of, _)| *of == number);
-            point.id = same.as_ref().map_or_else(&mut fresh, |same| same.id);
-            point.manifold = known.map_or_else(
-                || {
-                    let is_free = |id: &u64| manifolds.iter().all(|(_, taken)| taken != id);
-                    let id = same.map(|same| same.manifold).filter(is_free);
-                    id.unwrap_or_else(&mut fresh)
-                },
-                |(_, id)| *id,
-            );
-            if known.is_none() {
-                manifolds.push((number, point.manifold));
-            }
+        inherit(&mut now, &before, reach, fresh);
+        for (point, now) in self.points.iter_mut().zip(&now) {
+            (point.id, point.manifold) = (now.id, now.manifold);
         }
     }
 }
