@@ -171,12 +171,11 @@ impl Checker {
         shape: Shape,
         may_touch: &[&str],
     ) -> Result<ShapeId, RobotError> {
-        let PlacedLink { body, in_body, .. } =
-            &self.model().links[self.model().link_number(link)? as usize];
-        let place = (*body, *in_body);
+        let PlacedLink { body, in_body } =
+            self.model().links[self.model().link_number(link)? as usize];
         let touches = may_touch.iter().map(|link| self.model().link_number(link));
         let touches = touches.collect::<Result<_, _>>()?;
-        self.insert(name, place, pose, shape, touches)
+        self.insert(name, (body, in_body), pose, shape, touches)
     }
 
     fn insert(

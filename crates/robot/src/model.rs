@@ -59,6 +59,13 @@ pub struct Joint {
     pub mimic: Option<Mimic>,
 }
 
+impl Joint {
+    /// True if its value is part of a configuration: it moves, and follows no other one.
+    pub fn moves_alone(&self) -> bool {
+        self.kind != JointKind::Fixed && self.mimic.is_none()
+    }
+}
+
 /// A link and its collision shapes, each at a pose in the frame of the link.
 #[derive(Clone, Debug)]
 pub struct Link {
@@ -89,7 +96,7 @@ pub struct Description {
 /// joint that moves and is no mimic, in the order of [`Model::joint_names`].
 #[derive(Debug)]
 pub struct Model {
-    name: String,
+    description: Description,
     joint_names: Vec<String>,
     limits: Vec<Option<[f64; 2]>>,
     pub(crate) links: Vec<PlacedLink>,
@@ -100,9 +107,8 @@ pub struct Model {
     pub(crate) notices: Vec<String>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedLink {
-    name: String,
     pub body: u32,
     pub in_body: Transform,
 }
@@ -284,8 +290,7 @@ impl Model {
             }
             _ => return refuse("no root: each link is the child of a joint"),
         };
-        let is_own = |joint: &&Joint| joint.kind != JointKind::Fixed && joint.mimic.is_none();
-        let own: Vec<&Joint> = joints.iter().filter(is_own).collect();
+        let own: Vec<&Joint> = joints.iter().filter(|joint| joint.moves_alone()).collect();
         let mut bodies = vec![Body {
             parent: 0,
             origin: Transform::IDENTITY,
@@ -343,12 +348,7 @@ impl Model {
                 let placed = PlacedShape::new(id, name, Some(number), place, pose, shape.clone());
                 shapes.push(placed.map_err(|error| prefixed(&of, error))?);
             }
-            let name = link.name.clone();
-            links.push(PlacedLink {
-                name,
-                body,
-                in_body,
-            });
+            links.push(PlacedLink { body, in_body });
         }
         let mut allowed = BTreeSet::new();
         for [a, b] in &description.allowed {
@@ -363,7 +363,7 @@ impl Model {
             }
         }
         Ok(Self {
-            name: description.name.clone(),
+            description: description.clone(),
             joint_names: own.iter().map(|joint| joint.name.clone()).collect(),
             limits: own.iter().map(|joint| joint.limits).collect(),
             links,
@@ -376,7 +376,12 @@ impl Model {
 
     /// Name of the robot.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.description.name
+    }
+
+    /// What the robot was made from: its joints, also the fixed ones and the mimics, and its shapes.
+    pub fn description(&self) -> &Description {
+        &self.description
     }
 
     /// Names of the joints whose values make a configuration: those that move and are no mimics, in
@@ -392,7 +397,7 @@ impl Model {
 
     /// Names of the links, in the order of the description.
     pub fn link_names(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.links.iter().map(|link| link.name.as_str())
+        self.description.links.iter().map(|link| &*link.name)
     }
 
     /// What was passed over to read the robot, such as allowed pairs of links that it does not
@@ -417,7 +422,7 @@ impl Model {
     }
 
     pub(crate) fn link_number(&self, name: &str) -> Result<u32, RobotError> {
-        match self.links.iter().position(|link| link.name == name) {
+        match self.link_names().position(|link| link == name) {
             Some(number) => Ok(number as u32),
             None => refuse(format!("there is no link {name}")),
         }
