@@ -79,6 +79,7 @@ impl Checker {
             call.edge(
                 &[from, to].map(|ends| &ends[row * width..][..width]),
                 *options,
+                1.0,
             )
         }))
     }

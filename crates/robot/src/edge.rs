@@ -132,6 +132,8 @@ pub(crate) struct Run {
     pub is_stopped: bool,
     first: bool,
     resolution: f64,
+    /// Duration of a line, in the unit of the times that are told.
+    duration: f64,
     /// Configurations between the lines, one after the other.
     knots: Vec<f64>,
     width: usize,
@@ -155,8 +157,9 @@ pub(crate) struct Run {
 
 impl Run {
     /// Begins with a path of at least two knots.
-    pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions) {
+    pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions, duration: f64) {
         (self.first, self.resolution) = (options.first, options.resolution.max(NARROWEST));
+        self.duration = duration;
         self.knots.clear();
         for part in knots {
             self.knots.extend_from_slice(part);
@@ -402,10 +405,18 @@ impl Run {
         // Rounded down, so that nothing is claimed that is not proven.
         let sum = f64::from(free_until.0) + free_until.1;
         let is_late = sum - f64::from(free_until.0) > free_until.1;
+        let sum = if is_late { sum.next_down() } else { sum };
+        let is_exact = free_until == end || self.duration == 1.0;
+        let time = sum * self.duration;
+        let down = if is_exact {
+            time
+        } else {
+            time.next_down().max(0.0)
+        };
         Edge {
             answer,
-            free_until: if is_late { sum.next_down() } else { sum },
-            touching_at: touching.map(|(line, share)| f64::from(line) + share),
+            free_until: down,
+            touching_at: touching.map(|(line, share)| (f64::from(line) + share) * self.duration),
             pair: self.touching.map(|(_, pair)| world.ids_of(pair)),
         }
     }
@@ -434,9 +445,20 @@ impl Checker {
         options: &EdgeOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
+        self.line([from, to], *options, 1.0, budget)
+    }
+
+    /// An edge whose times are told as shares of this duration.
+    pub(crate) fn line<'c>(
+        &mut self,
+        [from, to]: [&[f64]; 2],
+        options: EdgeOptions,
+        duration: f64,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Outcome<Edge>, RobotError> {
         self.world.model.check(to)?;
         let call = self.begin(from, budget.into())?;
-        Ok(call.edge(&[from, to], *options))
+        Ok(call.edge(&[from, to], options, duration))
     }
 
     /// Whether a path is free: straight lines from each of its knots to the next one. The knots lie
@@ -458,7 +480,7 @@ impl Checker {
             ));
         }
         let call = self.begin(&knots[..width], budget.into())?;
-        Ok(call.edge(&[knots], *options))
+        Ok(call.edge(&[knots], *options, 1.0))
     }
 
     /// Continues the last edge, path or horizon, which its budget has stopped.
@@ -478,8 +500,8 @@ impl Checker {
 }
 
 impl Call<'_> {
-    pub fn edge(self, knots: &[&[f64]], options: EdgeOptions) -> Outcome<Edge> {
-        self.room.run.begin(self.world, knots, options);
+    pub fn edge(self, knots: &[&[f64]], options: EdgeOptions, duration: f64) -> Outcome<Edge> {
+        self.room.run.begin(self.world, knots, options, duration);
         self.resume_edge()
     }
 

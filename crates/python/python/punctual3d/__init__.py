@@ -46,6 +46,7 @@ from ._punctual3d import (
     UndecidedError,
     View,
     __version__,
+    braking_time,
     closer_than,
     collide,
     collide_batch,
@@ -57,6 +58,7 @@ from ._punctual3d import (
     overlap,
     penetration,
     rays,
+    safe_speed,
 )
 from .collision_manager import CollisionManager, ContainedWarning
 
@@ -99,6 +101,7 @@ __all__ = [
     "UndecidedError",
     "View",
     "__version__",
+    "braking_time",
     "closer_than",
     "collide",
     "collide_batch",
@@ -110,5 +113,6 @@ __all__ = [
     "overlap",
     "penetration",
     "rays",
+    "safe_speed",
     "shapes",
 ]
