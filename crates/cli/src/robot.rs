@@ -33,7 +33,7 @@ use crate::{Completion, complain};
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("asked").required(true))]
 pub struct Args {
-    /// The robot, a URDF file. Meshes are .stl, .obj, .ply, .off, .glb or .gltf.
+    /// The robot, a URDF file. Meshes are .stl, .obj, .ply, .off, .glb, .gltf or .dae.
     urdf: PathBuf,
     /// The SRDF file, whose disabled pairs of links are not asked. Without it, links that are
     /// joined by one moving joint are not asked.

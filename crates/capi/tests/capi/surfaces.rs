@@ -120,6 +120,7 @@ fn files_are_read_as_in_rust() {
         (2, b"ply\n"),
         (3, b"glTF"),
         (4, b"OFF"),
+        (5, b"<COLLADA/>"),
     ] {
         let formats = [
             Format::Obj,
@@ -127,6 +128,7 @@ fn files_are_read_as_in_rust() {
             Format::Ply,
             Format::Gltf,
             Format::Off,
+            Format::Collada,
         ];
         let error = punctual_io::read(bytes, formats[format as usize]).unwrap_err();
         fails(
