@@ -323,6 +323,8 @@ impl Robot {
         let (count, width) = self.check_width(rows)?;
         let values = rows.0.as_slice().map_err(value_error)?;
         let mut answers = Vec::with_capacity(count);
+        // No numbers say how many configurations without a value there are.
+        let block = if width == 0 { 1 } else { block };
         for first in (0..count).step_by(block) {
             let last = count.min(first + block);
             let part = &values[first * width..last * width];

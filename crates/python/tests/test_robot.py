@@ -162,6 +162,13 @@ def test_obstacles_move_and_go(robot):
         robot.remove(ball)
 
 
+def test_a_robot_without_joints_has_configurations_without_values(tmp_path):
+    urdf = tmp_path / "post.urdf"
+    urdf.write_text('<robot name="post"><link name="a"><collision><geometry><sphere radius="1"/></geometry></collision></link></robot>')
+    robot = punctual3d.Robot.from_urdf(urdf)
+    assert robot.collide(np.zeros((3, 0))).verdict.tolist() == [0, 0, 0] and robot.is_valid([])
+
+
 def test_faults(robot, tmp_path):
     with pytest.raises(ValueError, match="expected \\(N, 4\\)"):
         robot.collide([[0, 0, 0]])

@@ -99,18 +99,13 @@ pub struct Model {
     description: Description,
     joint_names: Vec<String>,
     limits: Vec<Option<[f64; 2]>>,
-    pub(crate) links: Vec<PlacedLink>,
+    /// The body of each link, and its frame in it.
+    pub(crate) links: Vec<(u32, Transform)>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) shapes: Vec<PlacedShape>,
     /// Pairs of link numbers never asked, the lower one first.
     pub(crate) allowed: BTreeSet<[u32; 2]>,
     pub(crate) notices: Vec<String>,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PlacedLink {
-    pub body: u32,
-    pub in_body: Transform,
 }
 
 /// A shape that is part of a rigid body.
@@ -170,7 +165,7 @@ pub(crate) struct Body {
 /// The value of a joint: `multiplier * configuration[of] + offset`; without `of` the offset.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Value {
-    of: Option<u32>,
+    of: Option<usize>,
     multiplier: f64,
     offset: f64,
 }
@@ -193,8 +188,7 @@ impl Value {
         for _ in 0..=joints.len() {
             // A mimic tag on a fixed joint moves nothing.
             let Some(mimic) = at.mimic.as_ref().filter(|_| at.kind != JointKind::Fixed) else {
-                let of = own.iter().position(|joint| joint.name == at.name);
-                value.of = of.map(|of| of as u32);
+                value.of = own.iter().position(|joint| joint.name == at.name);
                 return Ok(value);
             };
             value.offset += value.multiplier * mimic.offset;
@@ -216,7 +210,7 @@ impl Value {
 
     /// How far it changes when the configuration does.
     pub fn change(&self, of_configuration: &[f64]) -> f64 {
-        let of = self.of.and_then(|of| of_configuration.get(of as usize));
+        let of = self.of.and_then(|of| of_configuration.get(of));
         of.map_or(0.0, |value| self.multiplier * value)
     }
 }
@@ -348,19 +342,12 @@ impl Model {
                 let placed = PlacedShape::new(id, name, Some(number), place, pose, shape.clone());
                 shapes.push(placed.map_err(|error| prefixed(&of, error))?);
             }
-            links.push(PlacedLink { body, in_body });
+            links.push((body, in_body));
         }
         let mut allowed = BTreeSet::new();
         for [a, b] in &description.allowed {
             let pair = [link(a, "allowed pair")?, link(b, "allowed pair")?];
             allowed.insert(sorted(pair.map(|i| i as u32)));
-        }
-        if description.allows_neighbours {
-            for (a, x) in (0..).zip(&links).filter(|(_, x)| x.body != 0) {
-                let parent = bodies[x.body as usize].parent;
-                let near = (0..).zip(&links).filter(|(_, y)| y.body == parent);
-                allowed.extend(near.map(|(b, _)| sorted([a, b])));
-            }
         }
         Ok(Self {
             description: description.clone(),
@@ -417,7 +404,8 @@ impl Model {
         self.check(configuration)?;
         let mut bodies = vec![Transform::IDENTITY; self.bodies.len()];
         self.place_bodies(configuration, &mut bodies);
-        let place = |link: &PlacedLink| to_pose(&(bodies[link.body as usize] * link.in_body));
+        let place =
+            |&(body, in_body): &(u32, Transform)| to_pose(&(bodies[body as usize] * in_body));
         Ok(self.links.iter().map(place).collect())
     }
 
@@ -440,7 +428,7 @@ impl Model {
     /// The number of configurations that lie one after the other, and their length.
     pub(crate) fn rows(&self, values: &[f64]) -> Result<(usize, usize), RobotError> {
         let expected = self.joint_names.len();
-        let rows = values.len().checked_div(expected).unwrap_or(0);
+        let rows = values.len().checked_div(expected).unwrap_or(1);
         let found = values.len() - rows * expected;
         if found > 0 {
             return Err(RobotError::Length { expected, found });

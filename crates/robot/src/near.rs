@@ -101,12 +101,7 @@ impl Kernel for &mut Near {
             };
             for chunk in begin..self.spheres.len() {
                 let spheres = &self.spheres[chunk];
-                let [x, y, z, r] = [
-                    F8::load(lanes, &spheres[0]),
-                    F8::load(lanes, &spheres[1]),
-                    F8::load(lanes, &spheres[2]),
-                    F8::load(lanes, &spheres[3]),
-                ];
+                let [x, y, z, r] = spheres.each_ref().map(|row| F8::load(lanes, row));
                 let (squared, reach) = match first {
                     First::Box([u, v, w, c, h]) => {
                         let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));

@@ -322,10 +322,8 @@ fn scaled(mesh: Mesh, scale: [f64; 3]) -> Result<Mesh, RobotError> {
     let scale = DVec3::from_array(scale);
     let vertices = (0..mesh.vertex_count()).map(|i| (mesh.vertex(i) * scale).to_array());
     let is_mirrored = scale.x * scale.y * scale.z < 0.0;
-    let triangles = mesh.triangles().iter().map(|&[a, b, c]| match is_mirrored {
-        true => [a, c, b],
-        false => [a, b, c],
-    });
+    let order = if is_mirrored { [0, 2, 1] } else { [0, 1, 2] };
+    let triangles = mesh.triangles().iter().map(|t| order.map(|i| t[i]));
     Mesh::from_f64(vertices, triangles).or_else(|error| refuse(error.to_string()))
 }
 

@@ -828,7 +828,7 @@ fn what_is_wrong_is_named() {
         ),
         (
             link("<mesh filename=\"a.dae\"/>"),
-            ["link hand", "a.dae", "COLLADA"],
+            ["robot.urdf:1", "link hand", "a.dae"],
         ),
         (
             link("<mesh filename=\"package://p/a.stl\"/>"),
