@@ -282,7 +282,7 @@ impl Model {
                 let what = format!("links {a} and {b} are not connected");
                 return refuse(format!("{what}: each is the child of no joint"));
             }
-            _ => return refuse("no root: each link is the child of a joint"),
+            _ => return refuse("no root: there is no link that is the child of no joint"),
         };
         let own: Vec<&Joint> = joints.iter().filter(|joint| joint.moves_alone()).collect();
         let mut bodies = vec![Body {
