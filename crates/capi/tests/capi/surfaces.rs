@@ -112,8 +112,8 @@ fn files_are_read_as_in_rust() {
         );
     }
     let mut place = MaybeUninit::uninit();
-    let text = "punctual_mesh_read_bytes: format has no value 5";
-    fails(read(&bytes, 5, Some(&mut place)), Status::BadArgument, text);
+    let text = "punctual_mesh_read_bytes: format has no value 6";
+    fails(read(&bytes, 6, Some(&mut place)), Status::BadArgument, text);
     for (format, bytes) in [
         (0, &b"v 0 0 0\nf 1 2 3\n"[..]),
         (1, b"solid"),

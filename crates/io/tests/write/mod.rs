@@ -16,8 +16,8 @@ pub fn all_formats(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
         ("big.Ply", ply(mesh, "binary_big_endian")),
         ("sphere.off", off(mesh)),
         ("text.gltf", gltf(mesh)),
-        ("sphere.glb", glb(mesh)),
         ("sphere.DAE", collada(mesh)),
+        ("sphere.glb", glb(mesh)),
     ]
 }
 
