@@ -275,6 +275,10 @@ enum punctual_format
    * OFF in text.
    */
   PUNCTUAL_FORMAT_OFF = 4,
+  /**
+   * COLLADA: the meshes of the scene, moved by their nodes, in metres.
+   */
+  PUNCTUAL_FORMAT_COLLADA = 5,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -346,7 +350,7 @@ punctual_status punctual_mesh_new_f64(const double *vertices,
                                       struct punctual_mesh **mesh);
 
 /**
- * Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends
+ * Reads the mesh of a file, OBJ, STL, PLY, OFF, glTF or COLLADA by its extension, also before `.gz`. `path` is UTF-8 and ends
  * with a
  * zero byte.
  *

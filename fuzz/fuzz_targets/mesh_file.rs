@@ -16,11 +16,12 @@ fuzz_target!(|data: &[u8]| {
         Format::Ply,
         Format::Gltf,
         Format::Off,
+        Format::Collada,
     ]
     .map(Some);
     match read(
         bytes,
-        formats.get(usize::from(format % 6)).copied().flatten(),
+        formats.get(usize::from(format % 7)).copied().flatten(),
     ) {
         Ok(Loaded { mesh, notices, .. }) => {
             assert!(!mesh.is_empty());

@@ -104,9 +104,11 @@ pub enum punctual_format {
     Gltf = 3,
     /// OFF in text.
     Off = 4,
+    /// COLLADA: the meshes of the scene, moved by their nodes, in metres.
+    Collada = 5,
 }
 
-/// Reads the mesh of a file, OBJ, STL, PLY, OFF or glTF by its extension, also before `.gz`. `path` is UTF-8 and ends
+/// Reads the mesh of a file, OBJ, STL, PLY, OFF, glTF or COLLADA by its extension, also before `.gz`. `path` is UTF-8 and ends
 /// with a
 /// zero byte.
 ///
@@ -152,6 +154,7 @@ pub unsafe extern "C" fn punctual_mesh_read_bytes(
                 Format::Ply,
                 Format::Gltf,
                 Format::Off,
+                Format::Collada,
             ],
         )?;
         put(mesh, || Ok(punctual_io::read(bytes, format)?.mesh))

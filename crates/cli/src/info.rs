@@ -20,7 +20,7 @@ use crate::input::MeshArgs;
 /// `notice`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh files: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format
+    /// Mesh files: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is standard input, whose format
     /// its
     /// content tells.
     #[arg(required = true)]

@@ -78,7 +78,7 @@ impl MeshArgs {
 
 #[derive(clap::Args)]
 pub struct Input {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is
     /// standard
     /// input, whose format its content tells.
     a: PathBuf,

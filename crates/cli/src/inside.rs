@@ -23,7 +23,7 @@ use crate::{Completion, complain};
 /// are of the first sweep.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The mesh: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its
+    /// The mesh: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is standard input, whose format its
     /// content
     /// tells.
     a: PathBuf,

@@ -29,7 +29,7 @@ use crate::view::{self, ViewArgs};
 /// touching_at may be later then, or empty although free_until is less than 1.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is
     /// standard
     /// input, whose format its content tells.
     a: PathBuf,

@@ -19,7 +19,7 @@ use crate::input::MeshArgs;
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("kind").required(true))]
 pub struct Args {
-    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is
+    /// Mesh A, which stays as it is in its file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is
     /// standard
     /// input, whose format its content tells.
     a: PathBuf,

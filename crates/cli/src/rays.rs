@@ -23,7 +23,7 @@ use crate::input::{MeshArgs, Row, Running, complain_of_bad_lines, least_times, p
 /// sweeps over the list. With --solid a last column says whether the ray starts inside: yes, no or undecided. stop tells why the query ended, or error; work is in work units. All but ns are of the first sweep.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The mesh: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz; - is standard input, whose format its
+    /// The mesh: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz; - is standard input, whose format its
     /// content
     /// tells.
     a: PathBuf,

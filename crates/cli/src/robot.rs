@@ -10,11 +10,12 @@ use std::time::{Duration, Instant};
 use punctual::{Budget, Pose};
 use punctual_io::{FileError, Format};
 use punctual_lab::files::Listed;
-use punctual_lab::report::Failure;
+use punctual_lab::report::{self, Failure};
 use punctual_robot::{
     Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, Model, Outcome, RobotError,
     Shape, ShapeId, UrdfOptions,
 };
+use punctual_view::Obstacle;
 
 use crate::input::{Limits, Row, complain_of_bad_lines, least_times, parse_size, print_source};
 use crate::{Completion, complain};
@@ -32,7 +33,7 @@ use crate::{Completion, complain};
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("asked").required(true))]
 pub struct Args {
-    /// The robot, a URDF file. Meshes are .stl, .obj, .ply, .off, .glb or .gltf.
+    /// The robot, a URDF file. Meshes are .stl, .obj, .ply, .off, .glb, .gltf or .dae.
     urdf: PathBuf,
     /// The SRDF file, whose disabled pairs of links are not asked. Without it, links that are
     /// joined by one moving joint are not asked.
@@ -73,13 +74,18 @@ pub struct Args {
     reps: u32,
     #[command(flatten)]
     limits: Limits,
+    /// Write a page that shows the robot at the configurations, its links coloured by clearance, with
+    /// sliders that move the joints. It needs no other file and no network.
+    #[arg(long, value_name = "FILE", conflicts_with = "edges")]
+    view: Option<PathBuf>,
 }
 
 pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let start = Instant::now();
-    let checker = args.checker()?;
+    let (mut checker, obstacles) = args.checker()?;
     print_source(out, start.elapsed())?;
-    let joints = checker.model().joint_names();
+    let model = Arc::clone(checker.model());
+    let joints = model.joint_names();
     let mut asked = Asked {
         args,
         budget: args.limits.budget(),
@@ -101,20 +107,31 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     } else {
         asked.labels(&configs, out)?;
     }
+    if let Some(view) = &args.view {
+        let shown = configs.iter().enumerate();
+        let shown = shown.filter_map(|(i, row)| Some((i, row.entry.as_deref().ok()?)));
+        let shown: Vec<_> = shown
+            .step_by(punctual_view::stride(configs.len()))
+            .collect();
+        let title = format!("How far a robot is from contact: {}", model.name());
+        let budget = args.limits.budget();
+        let page = punctual_view::robot(title, &mut checker, &obstacles, &shown, budget)?;
+        report::write(view, page.html()?)?;
+    }
     Ok(completion)
 }
 
 impl Args {
-    fn checker(&self) -> Result<Checker, Failure> {
+    fn checker(&self) -> Result<(Checker, Vec<Obstacle<'static>>), Failure> {
         let mut options = UrdfOptions::default();
         options.srdf.clone_from(&self.srdf);
         options.packages.clone_from(&self.packages);
         options.solids = self.solids;
         let model = Model::from_urdf(&self.urdf, &options)?;
         model.notices().iter().for_each(|notice| complain(notice));
-        let mut checker = Checker::new(Arc::new(model));
+        let (mut checker, mut obstacles) = (Checker::new(Arc::new(model)), Vec::new());
         let Some(folder) = &self.env else {
-            return Ok(checker);
+            return Ok((checker, obstacles));
         };
         let fail = |error: io::Error| FileError::from_io(folder, &error);
         let files = fs::read_dir(folder).map_err(fail)?;
@@ -128,9 +145,16 @@ impl Args {
                 true => Shape::solid(mesh),
                 false => Shape::mesh(mesh),
             };
-            checker.add(&name, Pose::IDENTITY, shape)?;
+            let pose = Pose::IDENTITY;
+            let id = checker.add(&name, pose, shape.clone())?;
+            obstacles.push(Obstacle {
+                id,
+                link: None,
+                pose,
+                shape,
+            });
         }
-        Ok(checker)
+        Ok((checker, obstacles))
     }
 }
 

@@ -17,13 +17,15 @@ pub enum Format {
     Ply,
     /// glTF, binary (`.glb`) or JSON text (`.gltf`): the triangles of the default scene, moved by their nodes in f64.
     Gltf,
+    /// COLLADA (`.dae`): the meshes of the scene, moved by their nodes in f64, in metres. Needs the feature `collada`.
+    Collada,
     /// OFF in text; coordinates in f64.
     Off,
 }
 
 impl Format {
     /// The file name extensions that are read, in lower case; each also with `.gz` behind it.
-    pub const EXTENSIONS: [&str; 6] = ["obj", "stl", "ply", "off", "glb", "gltf"];
+    pub const EXTENSIONS: [&str; 7] = ["obj", "stl", "ply", "off", "glb", "gltf", "dae"];
 
     /// The format that the extension of a file name stands for, upper or lower case, also before `.gz`.
     ///
@@ -45,6 +47,7 @@ impl Format {
             "stl" => Ok(Self::Stl),
             "ply" => Ok(Self::Ply),
             "off" => Ok(Self::Off),
+            "dae" => Ok(Self::Collada),
             "glb" | "gltf" => Ok(Self::Gltf),
             _ => {
                 let known = Self::EXTENSIONS.map(|name| format!(".{name}")).join(", ");
@@ -69,6 +72,7 @@ impl Format {
         match () {
             () if keyword == "ply" => Ok(Self::Ply),
             () if start.starts_with("glTF") || start.starts_with('{') => Ok(Self::Gltf),
+            () if start.starts_with('<') && start.contains("<COLLADA") => Ok(Self::Collada),
             () if keyword.contains("OFF") => Ok(Self::Off),
             () if crate::stl::is_likely(bytes) => Ok(Self::Stl),
             () if crate::text::lines(&decode(bytes)).any(is_statement) => Ok(Self::Obj),

@@ -1,6 +1,18 @@
 #![doc = include_str!("../README.md")]
 #![deny(missing_docs, unsafe_code)]
 
+#[cfg(feature = "collada")]
+mod collada;
+#[cfg(not(feature = "collada"))]
+mod collada {
+    pub fn parse(
+        _: &[u8],
+        _: &crate::ReadOptions,
+        _: &mut crate::notice::Notices,
+    ) -> Result<crate::Surface, crate::ReadError> {
+        Err("COLLADA: the feature `collada` is off".into())
+    }
+}
 mod error;
 mod format;
 mod gltf;
@@ -97,6 +109,7 @@ pub fn read_with(
         Format::Stl => stl::parse(&bytes, &mut notices),
         Format::Ply => ply::parse(&bytes, &mut notices),
         Format::Off => off::parse(&bytes, &mut notices),
+        Format::Collada => collada::parse(&bytes, options, &mut notices),
         Format::Gltf => gltf::parse(&bytes, options, &mut notices),
     };
     let mut surface = surface?;

@@ -406,6 +406,7 @@ fn what_git_left_in_the_place_of_a_file_is_told() {
         Format::Ply,
         Format::Off,
         Format::Gltf,
+        Format::Collada,
     ] {
         let error = read(pointer.as_bytes(), format).unwrap_err().to_string();
         assert!(error.starts_with("a Git LFS pointer"), "{error}");

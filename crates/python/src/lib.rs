@@ -66,7 +66,6 @@ mod _punctual3d {
     #[pymodule_export]
     use super::penetration::{Penetration, penetration};
     #[pymodule_export]
-    #[pymodule_export]
     use super::query::{Collision, Query, collide};
     #[pymodule_export]
     use super::query_batch::{CollisionBatch, collide_batch};
@@ -75,7 +74,9 @@ mod _punctual3d {
     #[pymodule_export]
     use super::record::{_restore, _state};
     #[pymodule_export]
-    use super::robot::{Robot, RobotClearances, RobotCollisions, RobotEdges};
+    use super::robot::{
+        Robot, RobotClearances, RobotCollisions, RobotEdges, braking_time, safe_speed,
+    };
     #[pymodule_export]
     use super::scene::{Report, Scene};
     #[pymodule_export]

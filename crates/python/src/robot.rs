@@ -4,14 +4,17 @@ use crate::arrays::{Transform, column, points, table};
 use crate::errors::{finite, value_error};
 use crate::limit::Limit;
 use crate::tree::Surface;
+use crate::view::View;
 use numpy::{
     PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
 };
 use punctual::Budget;
+use punctual::clock::ClockedBudget;
 use punctual_robot::{
     Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeAnswer, EdgeOptions, Model, Outcome,
     RobotError, Shape, ShapeId, UrdfOptions,
 };
+use punctual_view::Obstacle;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
@@ -115,14 +118,15 @@ pub struct RobotClearances {
     work: Py<PyArray1<u64>>,
 }
 
-/// What is known of straight lines in joint space, a row for each; times are shares of them.
+/// What is known of straight lines in joint space, a row for each; times are shares of them. Of a
+/// path or a horizon one row, with the times that these state.
 #[pyclass(module = "punctual3d", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub struct RobotEdges {
     /// (N,) int8: 0 free, 1 in contact somewhere, both proven for all times; -1 not known.
     #[serde(with = "crate::arrays::bytes")]
     verdict: Py<PyArray1<i8>>,
-    /// (N,) float64: no contact before, proven; 1 for free edges.
+    /// (N,) float64: no contact before, proven; the time of the end where all is free.
     #[serde(with = "crate::arrays::bytes")]
     free_until: Py<PyArray1<f64>>,
     /// (N,) float64: contact then, proven; NaN where none was found.
@@ -142,6 +146,55 @@ fn numbers(pair: Option<[ShapeId; 2]>) -> [i64; 2] {
 
 fn count(codes: &Bound<'_, PyArray1<i8>>, code: i8) -> PyResult<usize> {
     Ok(codes.to_vec()?.iter().filter(|&&c| c == code).count())
+}
+
+fn edge_options(first: bool, resolution: f64) -> EdgeOptions {
+    let mut options = match first {
+        true => EdgeOptions::first(),
+        false => EdgeOptions::any(),
+    };
+    options.resolution = resolution;
+    options
+}
+
+fn robot_edges(py: Python<'_>, rows: &[Outcome<Edge>]) -> PyResult<RobotEdges> {
+    let code = |row: &Outcome<Edge>| match row.value.answer {
+        EdgeAnswer::Free => 0,
+        EdgeAnswer::Contact => 1,
+        EdgeAnswer::Undecided => -1,
+    };
+    let each = |number: fn(&Edge) -> f64| {
+        column(py, rows.iter().map(|row| number(&row.value)).collect()).unbind()
+    };
+    Ok(RobotEdges {
+        verdict: column(py, rows.iter().map(code).collect()).unbind(),
+        free_until: each(|row| row.free_until),
+        touching_at: each(|row| row.touching_at.unwrap_or(f64::NAN)),
+        pairs: table(py, rows.iter().map(|row| numbers(row.value.pair)))?.unbind(),
+        work: column(py, rows.iter().map(|row| row.work).collect()).unbind(),
+    })
+}
+
+/// The largest share of the speed, 0 to 1, at which a robot that is free for `free_for` seconds at
+/// full speed may go on for `cycle` seconds and then still stop in time. braking: seconds in which
+/// it stops from the full speed (`braking_time`).
+#[pyfunction]
+#[pyo3(signature = (free_for, cycle, braking))]
+pub fn safe_speed(free_for: f64, cycle: f64, braking: f64) -> f64 {
+    punctual_robot::safe_speed(free_for, cycle, braking)
+}
+
+/// Seconds in which joints with these velocities stop, all in proportion, if each can decelerate so
+/// much: (J,), rad/s^2 or m/s^2.
+#[pyfunction]
+#[pyo3(signature = (velocity, decelerations))]
+pub fn braking_time(velocity: One, decelerations: One) -> PyResult<f64> {
+    let (v, a) = (velocity.0, decelerations.0);
+    if v.len() != a.len() {
+        let fault = format!("{} velocities, {} decelerations", v.len(), a.len());
+        return Err(value_error(fault));
+    }
+    Ok(punctual_robot::braking_time(&v, &a))
 }
 
 /// A row for each configuration: one of a vector, many of a matrix.
@@ -172,7 +225,7 @@ impl<'py> FromPyObject<'_, 'py> for Rows<'py> {
 }
 
 /// One configuration: of an array of f64, or any sequence of numbers.
-struct One(Vec<f64>);
+pub struct One(Vec<f64>);
 
 impl<'py> FromPyObject<'_, 'py> for One {
     type Error = PyErr;
@@ -235,6 +288,30 @@ impl Robot {
         })
     }
 
+    /// The shape of configurations; an error unless they have a value for each joint.
+    fn check_width(&self, rows: &Rows<'_>) -> PyResult<(usize, usize)> {
+        let (count, width) = (rows.0.shape()[0], rows.0.shape()[1]);
+        let joints = self.checker().model().joint_names().len();
+        if width == joints {
+            return Ok((count, width));
+        }
+        let fault = format!("configurations: shape ({count}, {width}), expected (N, {joints})");
+        Err(value_error(fault))
+    }
+
+    /// Asks about one motion.
+    fn ask_one(
+        &self,
+        py: Python<'_>,
+        limit: Limit,
+        ask: impl FnOnce(&mut Checker, ClockedBudget<'_>) -> Result<Outcome<Edge>, RobotError> + Send,
+    ) -> PyResult<RobotEdges> {
+        let found = limit.run(py, |clock| {
+            ask(&mut self.checker(), limit.budget().clock(clock))
+        })?;
+        robot_edges(py, &[found.map_err(value_error)?])
+    }
+
     /// Asks in blocks of rows, without the interpreter's lock.
     fn ask<T: Send>(
         &self,
@@ -243,16 +320,11 @@ impl Robot {
         block: usize,
         ask: impl Fn(&mut Checker, usize, &[f64]) -> Result<Vec<Outcome<T>>, RobotError> + Sync,
     ) -> PyResult<Vec<Outcome<T>>> {
-        let (count, width) = (rows.0.shape()[0], rows.0.shape()[1]);
-        let joints = self.checker().model().joint_names().len();
-        if width != joints {
-            let fault =
-                format_args!("configurations: shape ({count}, {width}), expected (N, {joints})")
-                    .to_string();
-            return Err(value_error(fault));
-        }
+        let (count, width) = self.check_width(rows)?;
         let values = rows.0.as_slice().map_err(value_error)?;
         let mut answers = Vec::with_capacity(count);
+        // No numbers say how many configurations without a value there are.
+        let block = if width == 0 { 1 } else { block };
         for first in (0..count).step_by(block) {
             let last = count.min(first + block);
             let part = &values[first * width..last * width];
@@ -512,33 +584,109 @@ impl Robot {
         if Q0.0.shape() != Q1.0.shape() {
             return Err(value_error("Q0 and Q1: different shapes"));
         }
-        let mut options = if first {
-            EdgeOptions::first()
-        } else {
-            EdgeOptions::any()
-        };
-        options.resolution = resolution;
+        let options = edge_options(first, resolution);
         let width = Q0.0.shape()[1];
         let ends = Q1.0.as_slice().map_err(value_error)?;
         let rows = self.ask(py, &Q0, EDGES_BETWEEN_LOOKS, |checker, at, part| {
             let ends = &ends[at * width..][..part.len()];
             checker.edge_batch(part, ends, &options, budget, threads)
         })?;
-        let code = |row: &Outcome<Edge>| match row.value.answer {
-            EdgeAnswer::Free => 0,
-            EdgeAnswer::Contact => 1,
-            EdgeAnswer::Undecided => -1,
-        };
-        let each = |number: fn(&Edge) -> f64| {
-            column(py, rows.iter().map(|row| number(&row.value)).collect()).unbind()
-        };
-        Ok(RobotEdges {
-            verdict: column(py, rows.iter().map(code).collect()).unbind(),
-            free_until: each(|row| row.free_until),
-            touching_at: each(|row| row.touching_at.unwrap_or(f64::NAN)),
-            pairs: table(py, rows.iter().map(|row| numbers(row.value.pair)))?.unbind(),
-            work: column(py, rows.iter().map(|row| row.work).collect()).unbind(),
+        robot_edges(py, &rows)
+    }
+
+    /// Whether a path is free: straight lines from each row of Q to the next, proven from coarse to
+    /// fine along all of it. One row; times count lines, so 1.5 is the middle of the second one.
+    ///
+    /// Other arguments as those of `edges`. `resume` continues a path that its budget stopped.
+    #[pyo3(signature = (Q, *, first=false, resolution=1e-6, budget=None, work=None))]
+    #[expect(non_snake_case, reason = "the argument of the Python function")]
+    fn path(
+        &self,
+        py: Python<'_>,
+        Q: Rows<'_>,
+        first: bool,
+        resolution: f64,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<RobotEdges> {
+        finite([("resolution", Some(resolution))])?;
+        self.check_width(&Q)?;
+        let options = edge_options(first, resolution);
+        let knots = Q.0.as_slice().map_err(value_error)?;
+        self.ask_one(py, Limit::new(budget, work)?, |checker, budget| {
+            checker.path(knots, &options, budget)
         })
+    }
+
+    /// For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most
+    /// for `seconds`. One row; its times are seconds.
+    ///
+    /// q, velocity: (J,). The near future is proven first: a budget (seconds) or work that ends
+    /// early leaves a shorter `free_until`, from which `safe_speed` makes a speed.
+    #[pyo3(signature = (q, velocity, seconds, *, budget=None, work=None))]
+    fn horizon(
+        &self,
+        py: Python<'_>,
+        q: One,
+        velocity: One,
+        seconds: f64,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<RobotEdges> {
+        finite([("seconds", Some(seconds))])?;
+        self.ask_one(py, Limit::new(budget, work)?, |checker, budget| {
+            checker.horizon(&q.0, &velocity.0, seconds, budget)
+        })
+    }
+
+    /// Continues the last `path` or `horizon`, which its budget stopped. Raises ValueError if it is
+    /// done, or something else was asked or changed since.
+    #[pyo3(signature = (*, budget=None, work=None))]
+    fn resume(
+        &self,
+        py: Python<'_>,
+        budget: Option<f64>,
+        work: Option<u64>,
+    ) -> PyResult<RobotEdges> {
+        self.ask_one(py, Limit::new(budget, work)?, |checker, budget| {
+            checker.resume_edge(budget)
+        })
+    }
+
+    /// A page with the robot and its obstacles at the configurations, (N, J), as that of
+    /// `punctual robot --view`: links coloured by clearance, a slider for each joint. Saved if a
+    /// path is given.
+    #[pyo3(signature = (Q, path=None))]
+    #[expect(non_snake_case, reason = "the argument of the Python function")]
+    fn view(&self, py: Python<'_>, Q: Rows<'_>, path: Option<PathBuf>) -> PyResult<View> {
+        let (_, width) = self.check_width(&Q)?;
+        let rows =
+            Q.0.as_slice()
+                .map_err(value_error)?
+                .chunks_exact(width.max(1));
+        let rows: Vec<(usize, &[f64])> = rows.enumerate().collect();
+        let added = self.added().clone();
+        let obstacles = added.iter().map(|(id, (_, solid, pose, link, _))| {
+            Ok(Obstacle {
+                id: *id,
+                link: link.as_deref(),
+                pose: punctual::Pose::from_row_major(*pose).map_err(value_error)?,
+                shape: solid.shape()?,
+            })
+        });
+        let obstacles = obstacles.collect::<PyResult<Vec<_>>>()?;
+        let stride = punctual_view::stride(rows.len());
+        let rows: Vec<_> = rows.into_iter().step_by(stride).collect();
+        let page = py.detach(|| {
+            let mut checker = self.checker();
+            let title = format!(
+                "How far a robot is from contact: {}",
+                checker.model().name()
+            );
+            punctual_view::robot(title, &mut checker, &obstacles, &rows, Budget::unlimited())
+        });
+        let page = page.map_err(value_error)?;
+        View::made(py, path, || page.html())
     }
 
     /// Whether one configuration, (J,), is free.

@@ -178,7 +178,7 @@ impl Tree {
         Self::build(mesh.py(), &vertices, &faces, effort, extremes, solid)
     }
 
-    /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb or .gltf, or one of these with .gz. Warns (UserWarning) of
+    /// The tree of a mesh file: .obj, .stl, .ply, .off, .glb, .gltf or .dae, or one of these with .gz. Warns (UserWarning) of
     /// what was
     /// passed over in it, one line a kind. Raises OSError if it cannot be read or is damaged, with the place.
     #[classmethod]

@@ -98,6 +98,56 @@ def test_edges(robot):
     assert np.isnan(first.touching_at).tolist() == (first.verdict == 0).tolist()
 
 
+def test_a_path_is_free_if_its_lines_are(robot):
+    seen = set()
+    for seed in range(12):
+        Q = configurations(1, seed) + 0.2 * np.cumsum(configurations(4, seed + 100), axis=0)
+        lines, path = robot.edges(Q[:-1], Q[1:], first=True), robot.path(Q, first=True)
+        blocked = np.flatnonzero(lines.verdict)
+        assert len(path) == 1 and path.verdict[0] == (len(blocked) > 0) == robot.path(Q).verdict[0]
+        if len(blocked):
+            line = blocked[0]
+            assert path.free_until[0] <= line + lines.touching_at[line]
+            assert line + lines.free_until[line] <= path.touching_at[0]
+        else:
+            assert path.free_until[0] == 3
+        seen.add(int(path.verdict[0]))
+        step = robot.path(Q, first=True, work=1)
+        while step.verdict[0] == -1:
+            assert step.free_until[0] <= path.free_until[0]
+            step = robot.resume(work=3_000)
+        assert step.verdict[0] == path.verdict[0]
+    assert seen == {0, 1}
+
+
+def test_a_horizon_leaves_room_to_stop(robot):
+    Q, V = configurations(80), configurations(80, 3)
+    counts = {0: 0, 1: 0, -1: 0}
+    for q, v in zip(Q, V):
+        ahead = robot.horizon(q, v, 0.5, **[{}, {"work": 4_000}, {"budget": 1.0}][sum(counts.values()) % 3])
+        (free,) = ahead.free_until
+        counts[int(ahead.verdict[0])] += 1
+        assert 0 <= free <= 0.5 and (free == 0.5) == (ahead.verdict[0] == 0)
+        times = free * np.arange(50)[:, None] / 50
+        assert free == 0 or not (robot.collide(q + times * v).verdict == 1).any()
+        braking = punctual3d.braking_time(v, [3.0] * 4)
+        share = punctual3d.safe_speed(free, 0.01, braking)
+        assert 0 <= share <= 1 and share * 0.01 + share**2 * braking / 2 <= free
+    assert counts[0] > 10 and counts[1] > 10
+    cut = robot.horizon([0] * 4, [0.1] * 4, 0.5, work=0)
+    assert cut.verdict[0] == -1 and robot.resume().free_until[0] == robot.horizon([0] * 4, [0.1] * 4, 0.5).free_until[0]
+    with pytest.raises(ValueError, match="no stopped"):
+        robot.resume()
+
+
+def test_the_page_names_the_robot(robot, tmp_path):
+    page = robot.view(configurations(3), tmp_path / "page.html")
+    assert "How far a robot is from contact: arm" in page.html
+    assert page.html == (tmp_path / "page.html").read_text()
+    with pytest.raises(ValueError, match="joint lift"):
+        robot.view([0, np.nan, 0, 0])
+
+
 def test_obstacles_move_and_go(robot):
     q = [0, 0, 0, 0]
     assert robot.is_valid(q)
@@ -112,11 +162,28 @@ def test_obstacles_move_and_go(robot):
         robot.remove(ball)
 
 
+def test_a_robot_without_joints_has_configurations_without_values(tmp_path):
+    urdf = tmp_path / "post.urdf"
+    urdf.write_text('<robot name="post"><link name="a"><collision><geometry><sphere radius="1"/></geometry></collision></link></robot>')
+    robot = punctual3d.Robot.from_urdf(urdf)
+    assert robot.collide(np.zeros((3, 0))).verdict.tolist() == [0, 0, 0] and robot.is_valid([])
+
+
 def test_faults(robot, tmp_path):
     with pytest.raises(ValueError, match="expected \\(N, 4\\)"):
         robot.collide([[0, 0, 0]])
     with pytest.raises(ValueError, match="joint lift"):
         robot.collide([[0, np.nan, 0, 0]])
+    with pytest.raises(ValueError, match="fewer than two"):
+        robot.path([0, 0, 0, 0])
+    with pytest.raises(ValueError, match="expected \\(N, 4\\)"):
+        robot.path([[0, 0, 0], [1, 1, 1]])
+    with pytest.raises(ValueError, match="3 joint values"):
+        robot.horizon([0, 0, 0, 0], [1, 1, 1], 0.1)
+    with pytest.raises(ValueError, match="seconds"):
+        robot.horizon([0, 0, 0, 0], [1, 1, 1, 1], np.inf)
+    with pytest.raises(ValueError, match="2 velocities, 3"):
+        punctual3d.braking_time([1, 2], [1, 2, 3])
     with pytest.raises(ValueError, match="no link nose"):
         robot.add("x", sphere=1.0, link="nose")
     with pytest.raises(ValueError, match="one of mesh, box"):

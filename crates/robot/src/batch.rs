@@ -76,10 +76,8 @@ impl Checker {
             return refuse(format!("edges from {rows} configurations to {ends}"));
         }
         Ok(self.batch(rows, budget, threads, |call, row| {
-            call.edge(
-                &[from, to].map(|ends| &ends[row * width..][..width]),
-                *options,
-            )
+            let ends = [from, to].map(|ends| &ends[row * width..][..width]);
+            call.edge(&ends, *options, 1.0)
         }))
     }
 
@@ -91,14 +89,8 @@ impl Checker {
         threads: usize,
         ask: impl Fn(Call<'_>, usize) -> T + Sync,
     ) -> Vec<T> {
-        let Self {
-            world,
-            order,
-            room,
-            rooms,
-            ..
-        } = self;
-        room.begin();
+        self.room.begin();
+        let (world, order, rooms) = (&self.world, &mut self.order, &mut self.rooms);
         let threads = threads.clamp(1, rows.div_ceil(BLOCK).max(1));
         rooms.resize_with(rooms.len().max(threads), Room::default);
         let rooms = &mut rooms[..threads];
@@ -114,11 +106,8 @@ impl Checker {
                 let mut facts = std::mem::take(&mut room.facts);
                 facts.clear();
                 facts.resize(world.pairs.len(), Fact::default());
-                loop {
-                    let next = blocks.lock().map(|mut blocks| blocks.next());
-                    let Ok(Some((block, answers))) = next else {
-                        break;
-                    };
+                let next = || blocks.lock().ok()?.next();
+                while let Some((block, answers)) = next() {
                     for (row, answer) in (first + block * BLOCK..).zip(answers) {
                         room.begin();
                         let call = Call {

@@ -30,9 +30,8 @@ pub(crate) struct Room {
     pub then: Vec<f64>,
     /// What was learned of the pairs in a round of a batch.
     pub facts: Vec<Fact>,
-    /// What was near or met at the configurations before, by pair, since the time in `stamps`.
-    memory: Vec<PairMemory>,
-    stamps: Vec<u64>,
+    /// What was near or met at the configurations before, by pair, since the time of the stamp.
+    memory: Vec<(u64, PairMemory)>,
     stamp: u64,
     /// True if the workspace holds a stopped query that is to be resumed.
     is_stopped: bool,
@@ -41,9 +40,8 @@ pub(crate) struct Room {
 impl Room {
     pub fn sync(&mut self, world: &World) {
         self.placement.sync(world);
-        self.memory
-            .resize_with(world.pairs.len(), PairMemory::without_clearance);
-        self.stamps.resize(world.pairs.len(), 0);
+        let none = || (0, PairMemory::without_clearance());
+        self.memory.resize_with(world.pairs.len(), none);
         self.begin();
     }
 
@@ -185,12 +183,9 @@ impl<'c> Call<'c> {
     {
         let room = &mut *self.room;
         let mut memory = memory.map(|pair| {
-            let (memory, stamp) = (
-                &mut room.memory[pair as usize],
-                &mut room.stamps[pair as usize],
-            );
+            let (stamp, memory) = &mut room.memory[pair as usize];
             if *stamp != room.stamp {
-                (*memory, *stamp) = (PairMemory::without_clearance(), room.stamp);
+                (*stamp, *memory) = (room.stamp, PairMemory::without_clearance());
             }
             memory
         });
@@ -199,11 +194,7 @@ impl<'c> Call<'c> {
         }
         let answer = query.spend(&mut room.workspace, memory.take(), &mut self.deadline);
         room.is_stopped = !answer.stop.is_final();
-        let end = if room.is_stopped {
-            Err(answer.stop)
-        } else {
-            Ok(())
-        };
-        (answer.value, end)
+        let end = (!room.is_stopped).then_some(());
+        (answer.value, end.ok_or(answer.stop))
     }
 }

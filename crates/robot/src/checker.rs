@@ -8,7 +8,7 @@ use punctual::engine::Deadline;
 use punctual::{Pose, StopReason};
 
 use crate::call::{Call, Room};
-use crate::model::{PlacedLink, PlacedShape, prefixed};
+use crate::model::{PlacedShape, prefixed};
 use crate::order::Order;
 use crate::transform::{Transform, from_pose};
 use crate::world::World;
@@ -171,9 +171,7 @@ impl Checker {
         shape: Shape,
         may_touch: &[&str],
     ) -> Result<ShapeId, RobotError> {
-        let PlacedLink { body, in_body, .. } =
-            &self.model().links[self.model().link_number(link)? as usize];
-        let place = (*body, *in_body);
+        let place = self.model().links[self.model().link_number(link)? as usize];
         let touches = may_touch.iter().map(|link| self.model().link_number(link));
         let touches = touches.collect::<Result<_, _>>()?;
         self.insert(name, place, pose, shape, touches)
@@ -239,9 +237,8 @@ impl Checker {
         configuration: &[f64],
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Collision>, RobotError> {
-        Ok(self
-            .begin(configuration, budget.into())?
-            .collide(configuration))
+        let call = self.begin(configuration, budget.into())?;
+        Ok(call.collide(configuration))
     }
 
     /// All pairs that meet, as far as the budget reaches; they replace the content of `pairs`, in

@@ -104,8 +104,7 @@ type Time = (u32, f64);
 #[derive(Clone, Copy, Debug)]
 struct Interval {
     line: u32,
-    low: f64,
-    high: f64,
+    ends: [f64; 2],
     pairs: [usize; 2],
 }
 
@@ -132,6 +131,8 @@ pub(crate) struct Run {
     pub is_stopped: bool,
     first: bool,
     resolution: f64,
+    /// Duration of a line, in the unit of the times that are told.
+    duration: f64,
     /// Configurations between the lines, one after the other.
     knots: Vec<f64>,
     width: usize,
@@ -155,12 +156,11 @@ pub(crate) struct Run {
 
 impl Run {
     /// Begins with a path of at least two knots.
-    pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions) {
+    pub fn begin(&mut self, world: &World, knots: &[&[f64]], options: EdgeOptions, duration: f64) {
         (self.first, self.resolution) = (options.first, options.resolution.max(NARROWEST));
+        self.duration = duration;
         self.knots.clear();
-        for part in knots {
-            self.knots.extend_from_slice(part);
-        }
+        self.knots.extend(knots.iter().copied().flatten());
         self.width = world.model.joint_names().len();
         self.lines = (self.knots.len() / self.width.max(1)).max(2) as u32 - 1;
         (self.probes, self.cursor, self.now) = (0, None, None);
@@ -171,24 +171,14 @@ impl Run {
 
     /// Goes on until the question is answered or the budget ends.
     pub fn advance(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
-        let end = self.probe(call);
-        let end = end.and_then(|is_done| {
-            if is_done {
-                Ok(())
-            } else {
-                self.halve_all(call)
-            }
-        });
+        let end = self.probe(call).and_then(|()| self.halve_all(call));
         self.is_stopped = end.is_err();
         end
     }
 
     fn put(&mut self, (line, share): Time, call: &mut Call<'_>) -> Result<(), StopReason> {
         let (from, to) = self.knots[line as usize * self.width..].split_at(self.width);
-        let at = from
-            .iter()
-            .zip(to)
-            .map(|(from, to)| from + share * (to - from));
+        let at = from.iter().zip(to).map(|(a, b)| a + share * (b - a));
         self.at.clear();
         self.at.extend(at);
         call.put(&self.at)
@@ -196,14 +186,11 @@ impl Run {
 
     /// Number of configurations that are asked before intervals.
     fn probe_count(&self) -> usize {
-        match self.first {
-            true => ENDS,
-            false => PROBES.len(),
-        }
+        if self.first { ENDS } else { PROBES.len() }
     }
 
-    /// Asks whole configurations, and makes the first intervals. True if a contact answers all.
-    fn probe(&mut self, call: &mut Call<'_>) -> Result<bool, StopReason> {
+    /// Asks whole configurations, and makes the first intervals unless a contact answers all.
+    fn probe(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
         while self.probes < self.probe_count() {
             let time = PROBES[self.probes] * f64::from(self.lines);
             let line = (time as u32).min(self.lines - 1);
@@ -217,7 +204,7 @@ impl Run {
             if let Some(pair) = found? {
                 self.touching = Some((time, pair));
                 if !self.first || time == (0, 0.0) {
-                    return Ok(true);
+                    return Ok(());
                 }
             }
             self.cursor = None;
@@ -226,33 +213,27 @@ impl Run {
                 self.pairs.extend_from_slice(call.order);
                 let whole = |line| Interval {
                     line,
-                    low: 0.0,
-                    high: 1.0,
+                    ends: [0.0, 1.0],
                     pairs: [0, self.pairs.len()],
                 };
                 self.open.extend((0..self.lines).map(whole));
             }
         }
-        Ok(false)
+        Ok(())
     }
 
     /// Takes intervals, and leaves what is not proven of each, until none is open or a contact
     /// answers all.
     fn halve_all(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
-        loop {
-            if self.now.is_none() {
-                let next = self.next();
-                self.now = next.map(|interval| (interval, Phase::Place));
-            }
-            let Some((interval, phase)) = self.now else {
-                return Ok(());
-            };
+        let now = |run: &mut Self| run.now.or_else(|| Some((run.next()?, Phase::Place)));
+        while let Some((interval, phase)) = now(self) {
             self.halve(interval, phase, call)?;
             self.now = None;
             if self.touching.is_some() && !self.first {
-                return Ok(());
+                break;
             }
         }
+        Ok(())
     }
 
     fn halve(
@@ -261,9 +242,7 @@ impl Run {
         mut phase: Phase,
         call: &mut Call<'_>,
     ) -> Result<(), StopReason> {
-        let Interval {
-            line, low, high, ..
-        } = interval;
+        let (line, [low, high]) = (interval.line, interval.ends);
         let middle = 0.5 * (low + high);
         loop {
             self.now = Some((interval, phase));
@@ -315,17 +294,10 @@ impl Run {
         if self.first {
             parts.reverse();
         }
-        for [low, high] in parts {
-            let part = Interval {
-                line,
-                low,
-                high,
-                pairs,
-            };
-            match self.first {
-                true => self.open.push_front(part),
-                false => self.open.push_back(part),
-            }
+        for ends in parts {
+            let part = Interval { line, ends, pairs };
+            let at = if self.first { 0 } else { self.open.len() };
+            self.open.insert(at, part);
         }
     }
 
@@ -333,7 +305,8 @@ impl Run {
     fn next(&mut self) -> Option<Interval> {
         loop {
             let interval = self.open.pop_front()?;
-            let begin = (interval.line, interval.low);
+            let [low, high] = interval.ends;
+            let begin = (interval.line, low);
             if self.first {
                 // Those of intervals that are done.
                 self.pairs.truncate(interval.pairs[1]);
@@ -341,7 +314,7 @@ impl Run {
             if self.touching.is_some_and(|(time, _)| begin >= time) {
                 continue;
             }
-            if interval.high - interval.low >= self.resolution {
+            if high - low >= self.resolution {
                 return Some(interval);
             }
             let unproven = self.unproven.get_or_insert(begin);
@@ -351,11 +324,10 @@ impl Run {
 
     /// Begins with an interval whose middle is placed.
     fn measure_moves(&mut self, interval: Interval, world: &World) {
-        let half = 0.5 * (interval.high - interval.low);
+        let half = 0.5 * (interval.ends[1] - interval.ends[0]);
         let (from, to) = self.knots[interval.line as usize * self.width..].split_at(self.width);
         self.at.clear();
-        self.at
-            .extend(from.iter().zip(to).map(|(from, to)| to - from));
+        self.at.extend(from.iter().zip(to).map(|(a, b)| b - a));
         let bodies = world.model.bodies.iter();
         let moves = bodies.map(|body| body.value.change(&self.at) * half);
         self.moves.clear();
@@ -383,14 +355,12 @@ impl Run {
     /// What is known so far.
     pub fn edge(&self, world: &World) -> Edge {
         let end = (self.lines - 1, 1.0);
-        let begun = match self.probes < self.probe_count() {
-            true => (0, 0.0),
-            false => end,
-        };
+        let is_probed = self.probes == self.probe_count();
+        let begun = if is_probed { end } else { (0, 0.0) };
         let open = self.open.iter().chain(self.now.iter().map(|now| &now.0));
         let touching = self.touching.map(|(time, _)| time);
         let free_until = open
-            .map(|interval| (interval.line, interval.low))
+            .map(|interval| (interval.line, interval.ends[0]))
             .chain(touching)
             .chain(self.unproven)
             .fold(begun, earlier);
@@ -402,10 +372,18 @@ impl Run {
         // Rounded down, so that nothing is claimed that is not proven.
         let sum = f64::from(free_until.0) + free_until.1;
         let is_late = sum - f64::from(free_until.0) > free_until.1;
+        let sum = if is_late { sum.next_down() } else { sum };
+        let is_exact = free_until == end || self.duration == 1.0;
+        let time = sum * self.duration;
+        let down = if is_exact {
+            time
+        } else {
+            time.next_down().max(0.0)
+        };
         Edge {
             answer,
-            free_until: if is_late { sum.next_down() } else { sum },
-            touching_at: touching.map(|(line, share)| f64::from(line) + share),
+            free_until: down,
+            touching_at: touching.map(|(line, share)| (f64::from(line) + share) * self.duration),
             pair: self.touching.map(|(_, pair)| world.ids_of(pair)),
         }
     }
@@ -434,9 +412,20 @@ impl Checker {
         options: &EdgeOptions,
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Outcome<Edge>, RobotError> {
+        self.line([from, to], *options, 1.0, budget)
+    }
+
+    /// An edge whose times are told as shares of this duration.
+    pub(crate) fn line<'c>(
+        &mut self,
+        [from, to]: [&[f64]; 2],
+        options: EdgeOptions,
+        duration: f64,
+        budget: impl Into<ClockedBudget<'c>>,
+    ) -> Result<Outcome<Edge>, RobotError> {
         self.world.model.check(to)?;
         let call = self.begin(from, budget.into())?;
-        Ok(call.edge(&[from, to], *options))
+        Ok(call.edge(&[from, to], options, duration))
     }
 
     /// Whether a path is free: straight lines from each of its knots to the next one. The knots lie
@@ -458,7 +447,7 @@ impl Checker {
             ));
         }
         let call = self.begin(&knots[..width], budget.into())?;
-        Ok(call.edge(&[knots], *options))
+        Ok(call.edge(&[knots], *options, 1.0))
     }
 
     /// Continues the last edge, path or horizon, which its budget has stopped.
@@ -478,8 +467,8 @@ impl Checker {
 }
 
 impl Call<'_> {
-    pub fn edge(self, knots: &[&[f64]], options: EdgeOptions) -> Outcome<Edge> {
-        self.room.run.begin(self.world, knots, options);
+    pub fn edge(self, knots: &[&[f64]], options: EdgeOptions, duration: f64) -> Outcome<Edge> {
+        self.room.run.begin(self.world, knots, options, duration);
         self.resume_edge()
     }
 

@@ -64,11 +64,8 @@ impl fmt::Display for RobotError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File { file, line, what } => {
-                write!(f, "{}:", file.display())?;
-                if let Some(line) = line {
-                    write!(f, "{line}:")?;
-                }
-                write!(f, " {what}")
+                let line = line.map_or(String::new(), |line| format!("{line}:"));
+                write!(f, "{}:{line} {what}", file.display())
             }
             Self::Model(what) => f.write_str(what),
             Self::Length { expected, found } => {
@@ -77,7 +74,7 @@ impl fmt::Display for RobotError {
             Self::JointValue { row, joint } => {
                 write!(
                     f,
-                    "configuration {row}: the value of joint {joint} is not finite or too large"
+                    "configuration {row}: joint {joint} is not finite or too large"
                 )
             }
             Self::NoObstacle => f.write_str("no such obstacle"),

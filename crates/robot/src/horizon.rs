@@ -62,19 +62,13 @@ impl Checker {
         let mut then = std::mem::take(&mut self.room.then);
         then.clear();
         then.extend(configuration.iter().zip(ways).map(|(q, way)| q + way));
-        let edge = self.edge(configuration, &then, &EdgeOptions::first(), budget);
+        let edge = self.line(
+            [configuration, &then],
+            EdgeOptions::first(),
+            seconds,
+            budget,
+        );
         self.room.then = then;
-        let mut found = edge?;
-        let Edge {
-            free_until,
-            touching_at,
-            ..
-        } = &mut found.value;
-        *free_until = match *free_until {
-            1.0 => seconds,
-            share => (share * seconds).next_down().max(0.0),
-        };
-        *touching_at = touching_at.map(|share| share * seconds);
-        Ok(found)
+        edge
     }
 }

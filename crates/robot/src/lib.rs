@@ -34,7 +34,8 @@
 //! - **Budgets.** A call stops at its budget, and what it says then is true. One of work may be
 //!   exceeded by placing the robot once and filtering its pairs.
 //! - **Quiet.** Calls for one configuration or edge do not panic or lock. They allocate only while
-//!   they see more intervals or pairs at a time than ever before.
+//!   they see more intervals or pairs at a time than ever before. [`Checker::move_to`] does not
+//!   allocate but the first time.
 //! - **Deterministic.** The same calls give the same bits on one machine, batches on any number of
 //!   threads. Sines are those of the platform, so poses may differ in the last bit elsewhere.
 //!

@@ -59,6 +59,13 @@ pub struct Joint {
     pub mimic: Option<Mimic>,
 }
 
+impl Joint {
+    /// True if its value is part of a configuration: it moves, and follows no other one.
+    pub fn moves_alone(&self) -> bool {
+        self.kind != JointKind::Fixed && self.mimic.is_none()
+    }
+}
+
 /// A link and its collision shapes, each at a pose in the frame of the link.
 #[derive(Clone, Debug)]
 pub struct Link {
@@ -89,22 +96,16 @@ pub struct Description {
 /// joint that moves and is no mimic, in the order of [`Model::joint_names`].
 #[derive(Debug)]
 pub struct Model {
-    name: String,
+    description: Description,
     joint_names: Vec<String>,
     limits: Vec<Option<[f64; 2]>>,
-    pub(crate) links: Vec<PlacedLink>,
+    /// The body of each link, and its frame in it.
+    pub(crate) links: Vec<(u32, Transform)>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) shapes: Vec<PlacedShape>,
     /// Pairs of link numbers never asked, the lower one first.
     pub(crate) allowed: BTreeSet<[u32; 2]>,
     pub(crate) notices: Vec<String>,
-}
-
-#[derive(Debug)]
-pub(crate) struct PlacedLink {
-    name: String,
-    pub body: u32,
-    pub in_body: Transform,
 }
 
 /// A shape that is part of a rigid body.
@@ -164,7 +165,7 @@ pub(crate) struct Body {
 /// The value of a joint: `multiplier * configuration[of] + offset`; without `of` the offset.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Value {
-    of: Option<u32>,
+    of: Option<usize>,
     multiplier: f64,
     offset: f64,
 }
@@ -187,8 +188,7 @@ impl Value {
         for _ in 0..=joints.len() {
             // A mimic tag on a fixed joint moves nothing.
             let Some(mimic) = at.mimic.as_ref().filter(|_| at.kind != JointKind::Fixed) else {
-                let of = own.iter().position(|joint| joint.name == at.name);
-                value.of = of.map(|of| of as u32);
+                value.of = own.iter().position(|joint| joint.name == at.name);
                 return Ok(value);
             };
             value.offset += value.multiplier * mimic.offset;
@@ -210,7 +210,7 @@ impl Value {
 
     /// How far it changes when the configuration does.
     pub fn change(&self, of_configuration: &[f64]) -> f64 {
-        let of = self.of.and_then(|of| of_configuration.get(of as usize));
+        let of = self.of.and_then(|of| of_configuration.get(of));
         of.map_or(0.0, |value| self.multiplier * value)
     }
 }
@@ -282,10 +282,9 @@ impl Model {
                 let what = format!("links {a} and {b} are not connected");
                 return refuse(format!("{what}: each is the child of no joint"));
             }
-            _ => return refuse("no root: each link is the child of a joint"),
+            _ => return refuse("no root: there is no link that is the child of no joint"),
         };
-        let is_own = |joint: &&Joint| joint.kind != JointKind::Fixed && joint.mimic.is_none();
-        let own: Vec<&Joint> = joints.iter().filter(is_own).collect();
+        let own: Vec<&Joint> = joints.iter().filter(|joint| joint.moves_alone()).collect();
         let mut bodies = vec![Body {
             parent: 0,
             origin: Transform::IDENTITY,
@@ -343,27 +342,15 @@ impl Model {
                 let placed = PlacedShape::new(id, name, Some(number), place, pose, shape.clone());
                 shapes.push(placed.map_err(|error| prefixed(&of, error))?);
             }
-            let name = link.name.clone();
-            links.push(PlacedLink {
-                name,
-                body,
-                in_body,
-            });
+            links.push((body, in_body));
         }
         let mut allowed = BTreeSet::new();
         for [a, b] in &description.allowed {
             let pair = [link(a, "allowed pair")?, link(b, "allowed pair")?];
             allowed.insert(sorted(pair.map(|i| i as u32)));
         }
-        if description.allows_neighbours {
-            for (a, x) in (0..).zip(&links).filter(|(_, x)| x.body != 0) {
-                let parent = bodies[x.body as usize].parent;
-                let near = (0..).zip(&links).filter(|(_, y)| y.body == parent);
-                allowed.extend(near.map(|(b, _)| sorted([a, b])));
-            }
-        }
         Ok(Self {
-            name: description.name.clone(),
+            description: description.clone(),
             joint_names: own.iter().map(|joint| joint.name.clone()).collect(),
             limits: own.iter().map(|joint| joint.limits).collect(),
             links,
@@ -376,7 +363,12 @@ impl Model {
 
     /// Name of the robot.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.description.name
+    }
+
+    /// What the robot was made from: its joints, also the fixed ones and the mimics, and its shapes.
+    pub fn description(&self) -> &Description {
+        &self.description
     }
 
     /// Names of the joints whose values make a configuration: those that move and are no mimics, in
@@ -392,7 +384,7 @@ impl Model {
 
     /// Names of the links, in the order of the description.
     pub fn link_names(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.links.iter().map(|link| link.name.as_str())
+        self.description.links.iter().map(|link| &*link.name)
     }
 
     /// What was passed over to read the robot, such as allowed pairs of links that it does not
@@ -412,12 +404,13 @@ impl Model {
         self.check(configuration)?;
         let mut bodies = vec![Transform::IDENTITY; self.bodies.len()];
         self.place_bodies(configuration, &mut bodies);
-        let place = |link: &PlacedLink| to_pose(&(bodies[link.body as usize] * link.in_body));
+        let place =
+            |&(body, in_body): &(u32, Transform)| to_pose(&(bodies[body as usize] * in_body));
         Ok(self.links.iter().map(place).collect())
     }
 
     pub(crate) fn link_number(&self, name: &str) -> Result<u32, RobotError> {
-        match self.links.iter().position(|link| link.name == name) {
+        match self.link_names().position(|link| link == name) {
             Some(number) => Ok(number as u32),
             None => refuse(format!("there is no link {name}")),
         }
@@ -435,7 +428,7 @@ impl Model {
     /// The number of configurations that lie one after the other, and their length.
     pub(crate) fn rows(&self, values: &[f64]) -> Result<(usize, usize), RobotError> {
         let expected = self.joint_names.len();
-        let rows = values.len().checked_div(expected).unwrap_or(0);
+        let rows = values.len().checked_div(expected).unwrap_or(1);
         let found = values.len() - rows * expected;
         if found > 0 {
             return Err(RobotError::Length { expected, found });

@@ -36,28 +36,25 @@ pub(crate) struct Near {
 }
 
 impl Near {
-    /// For the pairs of the world; `still` gives the boxes of shapes that stand still.
-    pub fn new(world: &World, still: impl Fn(u32) -> Option<StillBox>) -> Self {
+    /// Takes over the pairs of the world; `still` gives the boxes of shapes that stand still.
+    pub fn sync(&mut self, world: &World, still: impl Fn(u32) -> Option<StillBox>) {
+        self.instructions.get_or_insert_with(Instructions::detect);
         let chunks = world.stride() / LANES;
-        let mut firsts: Vec<u32> = world.pairs.iter().map(|pair| pair.a).collect();
-        firsts.sort_unstable();
-        firsts.dedup();
-        let first = |shape: u32| match still(shape) {
-            Some((back, centre, half)) => {
-                let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
-                First::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
-            }
-            None => First::Sphere(world.column(shape)),
-        };
-        Self {
-            instructions: Some(Instructions::detect()),
-            spheres: vec![[[0.0; LANES]; 4]; chunks],
-            firsts: firsts
-                .into_iter()
-                .map(|shape| (shape, first(shape)))
-                .collect(),
-            bits: vec![0; chunks * world.shapes.len()],
-            slack: 0.0,
+        self.spheres.resize(chunks, [[0.0; LANES]; 4]);
+        self.bits.resize(chunks * world.shapes.len(), 0);
+        self.firsts.clear();
+        let firsts = world.pairs.iter().map(|pair| (pair.a, First::Sphere(0)));
+        self.firsts.extend(firsts);
+        self.firsts.sort_unstable_by_key(|first| first.0);
+        self.firsts.dedup_by_key(|first| first.0);
+        for (shape, first) in &mut self.firsts {
+            *first = match still(*shape) {
+                Some((back, centre, half)) => {
+                    let [x, y, z] = back.as_mat3().transpose().to_cols_array_2d();
+                    First::Box([x, y, z, centre.as_vec3().into(), half.as_vec3().into()])
+                }
+                None => First::Sphere(world.column(*shape)),
+            };
         }
     }
 
@@ -104,12 +101,7 @@ impl Kernel for &mut Near {
             };
             for chunk in begin..self.spheres.len() {
                 let spheres = &self.spheres[chunk];
-                let [x, y, z, r] = [
-                    F8::load(lanes, &spheres[0]),
-                    F8::load(lanes, &spheres[1]),
-                    F8::load(lanes, &spheres[2]),
-                    F8::load(lanes, &spheres[3]),
-                ];
+                let [x, y, z, r] = spheres.each_ref().map(|row| F8::load(lanes, row));
                 let (squared, reach) = match first {
                     First::Box([u, v, w, c, h]) => {
                         let (x, y, z) = (x - splat(c[0]), y - splat(c[1]), z - splat(c[2]));

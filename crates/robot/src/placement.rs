@@ -79,16 +79,15 @@ impl Placement {
                 still: is_still.then_some((back, frame.translation, inner.half)),
             }
         };
-        let shapes: Vec<Placed> = world.shapes.iter().map(place).collect();
-        *self = Self {
-            version: world.version,
-            bodies: vec![Transform::IDENTITY; world.model.bodies.len()],
-            near: Near::new(world, |shape| shapes[shape as usize].still),
-            shapes,
-            still_size,
-            ways: vec![0.0; ways],
-            ..Self::default()
-        };
+        self.shapes.clear();
+        self.shapes.extend(world.shapes.iter().map(place));
+        (self.version, self.placed, self.still_size) = (world.version, 0, still_size);
+        self.bodies.clear();
+        self.bodies
+            .resize(world.model.bodies.len(), Transform::IDENTITY);
+        self.ways.resize(ways, 0.0);
+        self.near
+            .sync(world, |shape| self.shapes[shape as usize].still);
     }
 
     /// Places all shapes.

@@ -141,6 +141,11 @@ impl Shape {
         self.0.band
     }
 
+    /// Radius that thickens the surface, in metres: of a sphere its own, else 0.
+    pub fn margin(&self) -> f64 {
+        self.0.margin
+    }
+
     /// The tree of the surface: of a sphere, that of its middle.
     pub fn surface(&self) -> &Tree {
         &self.0.tree

@@ -49,7 +49,7 @@ impl Model {
     ///
     /// # Errors
     /// [`RobotError::File`], which names the file, the line, and the link or joint: files that
-    /// cannot be read, meshes of other formats than STL, OBJ, PLY, OFF and glTF, joints that are
+    /// cannot be read, meshes of other formats than those of `punctual-io`, joints that are
     /// floating or planar, and the errors of [`Model::new`].
     pub fn from_urdf(file: impl AsRef<Path>, options: &UrdfOptions) -> Result<Self, RobotError> {
         let file = file.as_ref();
@@ -273,13 +273,7 @@ impl Meshes<'_> {
         if let Some(shape) = self.read.get(&key) {
             return Ok(shape.clone());
         }
-        let (file, place) = (&key.0, key.0.display());
-        let kind = file.extension().unwrap_or_default();
-        if kind.eq_ignore_ascii_case("dae") {
-            let instead = "convert it to STL, OBJ, PLY or glTF";
-            return refuse(format!("mesh {place}: COLLADA is not read; {instead}"));
-        }
-        let loaded = punctual_io::load(file).or_else(|error| refuse(error.to_string()))?;
+        let loaded = punctual_io::load(&key.0).or_else(|error| refuse(error.to_string()))?;
         let mesh = scaled(loaded.mesh, scale)?;
         let shape = match self.options.solids {
             true => Shape::solid(mesh),
@@ -288,7 +282,7 @@ impl Meshes<'_> {
         let solid = shape.surface().solid();
         if let Some(solid) = solid.filter(|solid| !solid.is_closed()) {
             let why = format!("it has {} open edges", solid.open_edges());
-            let notice = format!("mesh {place}: a surface, for {why}");
+            let notice = format!("mesh {}: a surface, for {why}", key.0.display());
             self.notices.push(notice);
         }
         self.read.insert(key, shape.clone());
@@ -305,6 +299,7 @@ impl Meshes<'_> {
         let (package, rest) = path.split_once('/').unwrap_or(("", path));
         let folder = fs::canonicalize(self.folder).unwrap_or(self.folder.to_owned());
         let packages = self.options.packages.iter().map(PathBuf::as_path);
+        let path = path.trim_start_matches('/');
         for folder in packages.chain(folder.ancestors()) {
             let is_package = folder.file_name().is_some_and(|name| name == package);
             let within = is_package.then(|| folder.join(rest));
@@ -327,10 +322,8 @@ fn scaled(mesh: Mesh, scale: [f64; 3]) -> Result<Mesh, RobotError> {
     let scale = DVec3::from_array(scale);
     let vertices = (0..mesh.vertex_count()).map(|i| (mesh.vertex(i) * scale).to_array());
     let is_mirrored = scale.x * scale.y * scale.z < 0.0;
-    let triangles = mesh.triangles().iter().map(|&[a, b, c]| match is_mirrored {
-        true => [a, c, b],
-        false => [a, b, c],
-    });
+    let order = if is_mirrored { [0, 2, 1] } else { [0, 1, 2] };
+    let triangles = mesh.triangles().iter().map(|t| order.map(|i| t[i]));
     Mesh::from_f64(vertices, triangles).or_else(|error| refuse(error.to_string()))
 }
 

@@ -112,7 +112,12 @@ impl World {
         let may_touch =
             |x: &PlacedShape, y: &PlacedShape| y.link.is_some_and(|link| x.touches.contains(&link));
         let is_allowed = match [x.link, y.link] {
-            [Some(x), Some(y)] => self.model.allowed.contains(&sorted([x, y])),
+            [Some(x), Some(y)] if self.model.allowed.contains(&sorted([x, y])) => true,
+            [Some(_), Some(_)] => {
+                let follows = |x: u32, y: u32| self.model.bodies[x as usize].parent == y;
+                let is_next = follows(x.body, y.body) || follows(y.body, x.body);
+                self.model.description().allows_neighbours && is_next
+            }
             _ => may_touch(x, y) || may_touch(y, x),
         };
         x.body != y.body && !is_allowed

@@ -53,6 +53,8 @@ fn ask(checker: &mut Checker) {
         let angle = |k: f64| (f64::from(i) * k).sin();
         let from = [angle(1.1), angle(2.3), angle(3.7)];
         let to = [angle(4.9), angle(5.3), angle(6.1)];
+        let ring = checker.find("ring1").unwrap();
+        checker.move_to(ring, at(from[0], 1.1)).unwrap();
         for budget in [Budget::unlimited(), Budget::work(900)] {
             let _ = checker.collide(&from, budget).unwrap();
             let _ = checker

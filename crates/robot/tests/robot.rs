@@ -659,6 +659,19 @@ fn a_horizon_is_true_and_leaves_room_to_stop() {
         assert!((0.0..=1.0).contains(&share) && way <= ahead.free_until);
         assert!(share == 1.0 || way >= ahead.free_until * (1.0 - 1e-9));
         counts[usize::from(ahead.free_until == seconds)] += 1;
+
+        let mut part = checker.clone();
+        let mut cut = part
+            .horizon(&from, &velocity, seconds, Budget::work(1))
+            .unwrap();
+        while cut.stop != punctual::StopReason::Finished {
+            cut = part.resume_edge(Budget::work(3_000)).unwrap();
+        }
+        let whole = checker
+            .clone()
+            .horizon(&from, &velocity, seconds, UNLIMITED)
+            .unwrap();
+        assert_eq!(cut.value, whole.value);
     }
     assert!(counts.iter().all(|&count| count > 20), "{counts:?}");
     let still = checker
@@ -815,7 +828,7 @@ fn what_is_wrong_is_named() {
         ),
         (
             link("<mesh filename=\"a.dae\"/>"),
-            ["link hand", "a.dae", "COLLADA"],
+            ["robot.urdf:1", "link hand", "a.dae"],
         ),
         (
             link("<mesh filename=\"package://p/a.stl\"/>"),

@@ -14,12 +14,13 @@ use crate::stage::Stage;
 use crate::{Bodies, Up};
 
 /// Its parts, in the order in which they follow one another.
-const PROGRAM: [&str; 8] = [
+const PROGRAM: [&str; 9] = [
     include_str!("page/data.js"),
     include_str!("page/camera.js"),
     include_str!("page/controls.js"),
     include_str!("page/pick.js"),
     include_str!("page/pairs.js"),
+    include_str!("page/robot.js"),
     include_str!("page/webgl.js"),
     include_str!("page/software.js"),
     include_str!("page/main.js"),
@@ -40,6 +41,8 @@ pub struct View {
     pub(crate) times: Option<Vec<usize>>,
     /// Of a scene, what its bodies are called.
     pub(crate) names: Option<Vec<String>>,
+    /// Of a robot, its joints and shapes.
+    pub(crate) robot: Option<Value>,
     pub(crate) up: Up,
 }
 
@@ -66,6 +69,7 @@ impl View {
             slider: BUDGET,
             times: None,
             names: None,
+            robot: None,
             up: Up::Guess,
         }
     }
@@ -98,12 +102,13 @@ impl View {
             slider,
             times,
             names,
+            robot,
             up,
             ..
         } = self;
         let mut text = json!({
             "key": key, "stage": stage.describe(), "steps": steps, "start": start, "slider": slider, "times": times,
-            "names": names, "up": up.axis(stage.up),
+            "names": names, "robot": robot, "up": up.axis(stage.up),
         })
         .to_string();
         // So that the arrays are aligned.

@@ -194,6 +194,7 @@ pub fn scene(title: String, bodies: &[Shown], frames: &[Frame]) -> View {
         slider: "Frame",
         times: None,
         names,
+        robot: None,
         up: Up::Guess,
     }
 }

@@ -124,18 +124,24 @@ impl Stage {
 
     /// Adds a place for a mesh; its number. The page has its rotation row by row and where the middle of the mesh comes to lie.
     pub fn pose(&mut self, mesh: usize, pose: &Pose) -> usize {
-        let rows = pose.to_row_major();
+        let mut rows = self.rows(pose, self.meshes[mesh].middle).map(|x| x as f32);
         let shift = self.point(pose.transform_point(self.meshes[mesh].middle));
-        let row = |i: usize| {
-            [
-                rows[4 * i] as f32,
-                rows[4 * i + 1] as f32,
-                rows[4 * i + 2] as f32,
-                shift[i],
-            ]
-        };
-        let range = self.arrays.extend_floats(self.poses, (0..3).flat_map(row));
+        (0..3).for_each(|i| rows[4 * i + 3] = shift[i]);
+        let range = self.arrays.extend_floats(self.poses, rows);
         range[1].as_u64().unwrap_or_default() as usize / 12
+    }
+
+    /// The rows of [R|t] of a pose within another frame that brings the origin to this point; lengths are those of the page.
+    pub fn rows(&self, pose: &Pose, point: DVec3) -> [f64; 12] {
+        let mut rows = pose.to_row_major();
+        let shift = pose.transform_point(point) / self.radius;
+        (0..3).for_each(|i| rows[4 * i + 3] = shift[i]);
+        rows
+    }
+
+    /// The point of a mesh that its vertices are stored relative to.
+    pub fn middle_of(&self, mesh: usize) -> DVec3 {
+        self.meshes[mesh].middle
     }
 
     /// A point of A's frame as the page has it.
@@ -338,7 +344,7 @@ pub fn length(number: f64) -> String {
 }
 
 /// The least of 1, 2, 5, 10, 20, 50, ... and their decimal parts that is not below a length.
-fn round_length(length: f64) -> f64 {
+pub fn round_length(length: f64) -> f64 {
     let decade = length.log10().floor();
     let round = |digit: u32| format!("{digit}e{decade}").parse().unwrap_or(length);
     [1, 2, 5, 10]

@@ -212,7 +212,8 @@ fn robots_refuse_what_is_wrong() {
         let bad = [f64::NAN; 7];
         let status =
             punctual_robot_collide(Some(&mut robot), bad.as_ptr(), 7, all, None, &mut collision);
-        let text = "punctual_robot_collide: configuration 0: the value of joint joint1 is not finite or too large";
+        let text =
+            "punctual_robot_collide: configuration 0: joint joint1 is not finite or too large";
         fails(status, Status::BadArgument, text);
         let mut clearance =
             made(|out| punctual_robot_measure(Some(&mut robot), q, 7, 0.1, all, None, slot(out)));

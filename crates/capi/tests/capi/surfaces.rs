@@ -112,14 +112,15 @@ fn files_are_read_as_in_rust() {
         );
     }
     let mut place = MaybeUninit::uninit();
-    let text = "punctual_mesh_read_bytes: format has no value 5";
-    fails(read(&bytes, 5, Some(&mut place)), Status::BadArgument, text);
+    let text = "punctual_mesh_read_bytes: format has no value 6";
+    fails(read(&bytes, 6, Some(&mut place)), Status::BadArgument, text);
     for (format, bytes) in [
         (0, &b"v 0 0 0\nf 1 2 3\n"[..]),
         (1, b"solid"),
         (2, b"ply\n"),
         (3, b"glTF"),
         (4, b"OFF"),
+        (5, b"<COLLADA/>"),
     ] {
         let formats = [
             Format::Obj,
@@ -127,6 +128,7 @@ fn files_are_read_as_in_rust() {
             Format::Ply,
             Format::Gltf,
             Format::Off,
+            Format::Collada,
         ];
         let error = punctual_io::read(bytes, formats[format as usize]).unwrap_err();
         fails(

@@ -22,6 +22,7 @@ MORE = {
     "unbounded": "distance a.obj a.obj far.txt --budget-work 1",
     "same": "pair cube.obj flipped.obj same.txt",
     "wall": "contacts cube.obj small.obj wall.txt",
+    "robot": "robot robot.urdf --env env --configs configs.csv",
     "large": "pair large.obj large.obj near.txt --mode all --budget-work 60000",
 }
 SLIDE = "(s => {{ s.value = {1}; s.dispatchEvent(new Event('input')); }})(document.querySelector('{0}'))"
@@ -65,11 +66,38 @@ def recording():
     return {"scene.txt": bodies, "poses.csv": "\n".join(lines) + "\n"}
 
 
+def gripper():
+    """A robot whose arm turns, with two fingers of which one follows the other; a wall; a configuration that is free, one
+    in which the arm meets the wall."""
+    shape = lambda kind, at: f'<collision><origin xyz="{at}"/><geometry><{kind}/></geometry></collision>'
+    link = lambda name, kind, at="0 0 0": f'<link name="{name}">{shape(kind, at)}</link>'
+    joint = lambda name, kind, parent, child, more: (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{more}</joint>')
+    parts = [
+        link("base", 'cylinder radius=".2" length=".4"', "0 0 .2"),
+        link("arm", 'box size="1 .1 .1"', ".5 0 0"),
+        link("left", 'sphere radius=".06"'),
+        link("right", 'sphere radius=".06"'),
+        joint("turn", "revolute", "base", "arm",
+              '<origin xyz="0 0 .6" rpy=".1 0 .2"/><axis xyz="0 0 1"/><limit lower="-2" upper="2"/>'),
+        joint("grip", "prismatic", "arm", "left",
+              '<origin xyz="1.1 .1 0"/><axis xyz="0 1 0"/><limit lower="0" upper=".2"/>'),
+        joint("follow", "prismatic", "arm", "right",
+              '<origin xyz="1.1 -.1 0"/><axis xyz="0 -1 0"/><mimic joint="grip" multiplier="2"/>'),
+    ]
+    lines = [line.split() for line in cube(False).splitlines()]
+    wall = "\n".join(f"v {float(x) - .5} {float(y) + .6} {z}" if kind == "v" else f"f {x} {y} {z}" for kind, x, y, z in lines)
+    return {"robot.urdf": f"<robot name='gripper'>{''.join(parts)}</robot>", "env/wall.obj": wall + "\n",
+            "configs.csv": "turn,grip\n-.7,.1\n1.2,.02\n"}
+
+
 def make_pages(program, folder):
     files = {"a.obj": torus(64), "large.obj": torus(264), "near.txt": TURNED.format(0.9), "far.txt": TURNED.format(3.5),
              "sweeps.txt": TURNED.format(4).strip() + " -3 0 0\n", **recording(),
              "cube.obj": cube(False), "flipped.obj": cube(True), "small.obj": cube(False, 0.2),
+             **gripper(),
              "wall.txt": "1 0 0 0.9 0 1 0 0.4 0 0 1 0.4\n", "same.txt": "1 0 0 1e-9 0 1 0 1e-9 0 0 1 1e-9\n"}
+    (folder / "env").mkdir(exist_ok=True)
     for name, text in files.items():
         (folder / name).write_text(text)
     for name, command in {**COMMANDS, **MORE}.items():
@@ -268,6 +296,37 @@ def try_scene(browser, folder, mark):
     pictures.assert_changed_by("lines between bodies", lambda: browser.run(lines))
 
 
+def try_robot(browser, folder, mark):
+    """Links are coloured by clearance; sliders move joints to where the library has them, and nothing is claimed there."""
+    pictures = Pictures(browser, folder)
+    facts = "Object.fromEntries([...document.querySelectorAll('#facts tr')].map(row => [...row.cells].map(cell => cell.textContent)))"
+    slide = lambda joint, value: browser.run(SLIDE.format(f"#joints input[aria-label={joint}]", value))
+    browser.open(folder / "robot.html", mark=mark)
+    assert browser.run(facts)["Pairs that meet"] == "0", browser.run(facts)
+    browser.run(SLIDE.format("input", 1))
+    assert browser.run(facts)["Closest pair"] == "arm and wall", browser.run(facts)
+    browser.run("document.querySelectorAll('#pairs details').forEach(list => list.open = true)")
+    pictures.settled()
+    assert browser.run("[...document.querySelectorAll('#pairs button')].map(button => button.textContent)") == ["arm and wall"]
+    browser.shoot(folder / f"robot-{'webgl' if mark else 'plain'}.png")
+    orange = "r > b + 60 && r > g + 40"
+    assert pictures.count(orange) > 100
+
+    # A slider that is moved to where it is leaves all in its place.
+    drawn = "[r, g, b].join() !== ground"
+    before = {tuple(at) for at in pictures.where(drawn)[2]}
+    slide("turn", 1.2)
+    after = {tuple(at) for at in pictures.where(drawn)[2]}
+    assert len(before ^ after) < len(before) / 500, f"{len(before ^ after)} of {len(before)} pixels"
+    assert browser.run(facts)["Pairs that meet"] == "not asked" and browser.run("document.getElementById('pairs').hidden")
+    assert pictures.count(orange) == 0
+    for joint, value in [("turn", -1), ("grip", 0.2)]:
+        pictures.assert_changed_by(f"robot: {joint}", lambda: slide(joint, value))
+    browser.run(SLIDE.format("input", 0))
+    assert browser.run("[...document.querySelectorAll('#joints output')].map(output => output.textContent)") == ["-40.1°", "0.100 m"]
+    assert_fits(browser, "robot")
+
+
 def try_fingers(browser, folder):
     pictures = Pictures(browser, folder)
     touch = lambda kind, *points: browser.ask(
@@ -332,7 +391,7 @@ def main():
                         assert_fits(browser, name)
                         browser.shoot(folder / f"{name}-{size[0]}-{scheme}-{'webgl' if webgl else 'plain'}.png")
                 try_page(browser, folder, name)
-            for check in [try_whole, try_unbounded, try_walls, try_same_place, try_bounds, try_scene]:
+            for check in [try_whole, try_unbounded, try_walls, try_same_place, try_bounds, try_scene, try_robot]:
                 check(browser, folder, mark)
             browser.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
             browser.open(folder / "pair.html", (400, 700), touch=True, mark=mark)

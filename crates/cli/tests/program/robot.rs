@@ -3,6 +3,7 @@
 use punctual::shapes::cuboid;
 
 use crate::run::{Answer, Folder};
+use crate::view::Page;
 use crate::write;
 
 /// A slide along x that carries a cube of edge 2 towards a wall, whose face is at x = 5.
@@ -116,6 +117,45 @@ fn edges_are_proven() {
         );
         assert!(options.is_empty() || at - free < 2e-6, "{:?}", rows[1]);
     }
+}
+
+#[test]
+fn the_page_tells_of_each_configuration_what_the_lines_do() {
+    let folder = slide();
+    let command = "robot robot.urdf --env env --configs configs.csv --view page.html";
+    assert_eq!(folder.run(command).status, 1);
+    let page = Page::read(&folder, "page.html");
+    let told = page.steps().iter().map(|step| {
+        let layers = [0, 1].map(|i| step["surfaces"][i][0].as_str().unwrap());
+        let met = page.range(&step["pairs"][0]).to_vec();
+        (step["name"].as_str().unwrap(), layers, met)
+    });
+    let want = [
+        ("0", ["a", "fixed"], vec![]),
+        ("1", ["b", "b"], vec![0, 1]),
+        ("3", ["mid", "fixed"], vec![]),
+    ];
+    assert_eq!(told.collect::<Vec<_>>(), want);
+    assert_eq!(
+        page.view["robot"]["ranges"][0].to_string(),
+        "[\"x\",-9.0,9.0]"
+    );
+    let cut = folder.run(&format!("{command} --budget-work 0"));
+    assert_eq!(cut.status, 1);
+    let page = Page::read(&folder, "page.html");
+    for step in page.steps() {
+        assert_eq!(step["surfaces"][0][0], "doubt");
+        assert_eq!(
+            step["facts"][1].to_string(),
+            "[\"Clearance, at most\",\"not bounded\"]"
+        );
+        assert_eq!(
+            step["facts"][3].to_string(),
+            "[\"Pairs that meet, at least\",\"0\"]"
+        );
+    }
+    let edges = folder.run("robot robot.urdf --edges edges.csv --view page.html");
+    assert_eq!(edges.status, 2, "{}", edges.err);
 }
 
 #[test]

@@ -16,6 +16,7 @@ pub fn all_formats(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
         ("big.Ply", ply(mesh, "binary_big_endian")),
         ("sphere.off", off(mesh)),
         ("text.gltf", gltf(mesh)),
+        ("sphere.DAE", collada(mesh)),
         ("sphere.glb", glb(mesh)),
     ]
 }
@@ -45,6 +46,27 @@ pub fn obj(mesh: &Mesh) -> Vec<u8> {
         writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1).unwrap();
     }
     text.into_bytes()
+}
+
+fn collada(mesh: &Mesh) -> Vec<u8> {
+    let points = vertices(mesh)
+        .flatten()
+        .map(|x| format!("{} ", f64::from(x)));
+    let corners = mesh
+        .triangles()
+        .as_flattened()
+        .iter()
+        .map(|i| format!("{i} "));
+    let (points, corners): (String, String) = (points.collect(), corners.collect());
+    format!(
+        "<?xml version=\"1.0\"?><COLLADA><library_geometries><geometry id=\"g\"><mesh><source id=\"p\">\
+         <float_array id=\"f\">{points}</float_array><technique_common><accessor source=\"#f\" stride=\"3\"/>\
+         </technique_common></source><vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices>\
+         <triangles><input semantic=\"VERTEX\" offset=\"0\" source=\"#v\"/><p>{corners}</p></triangles></mesh>\
+         </geometry></library_geometries><library_visual_scenes><visual_scene><node>\
+         <instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes></COLLADA>"
+    )
+    .into_bytes()
 }
 
 fn ascii_stl(mesh: &Mesh) -> Vec<u8> {

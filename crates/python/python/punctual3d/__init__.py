@@ -50,6 +50,7 @@ from ._punctual3d import (
     UndecidedError,
     View,
     __version__,
+    braking_time,
     closer_than,
     collide,
     collide_batch,
@@ -61,6 +62,7 @@ from ._punctual3d import (
     overlap,
     penetration,
     rays,
+    safe_speed,
 )
 from .collision_manager import CollisionManager
 
@@ -106,6 +108,7 @@ __all__ = [
     "UndecidedError",
     "View",
     "__version__",
+    "braking_time",
     "closer_than",
     "collide",
     "collide_batch",
@@ -117,5 +120,6 @@ __all__ = [
     "overlap",
     "penetration",
     "rays",
+    "safe_speed",
     "shapes",
 ]

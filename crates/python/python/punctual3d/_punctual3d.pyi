@@ -893,8 +893,31 @@ class Robot:
         work: _Integer | None = None,
         threads: _Integer = 1,
     ) -> RobotEdges: ...
+    def path(
+        self,
+        Q: ArrayLike,
+        *,
+        first: _Flag = False,
+        resolution: _Real = 1e-6,
+        budget: _Real | None = None,
+        work: _Integer | None = None,
+    ) -> RobotEdges: ...
+    def horizon(
+        self,
+        q: ArrayLike,
+        velocity: ArrayLike,
+        seconds: _Real,
+        *,
+        budget: _Real | None = None,
+        work: _Integer | None = None,
+    ) -> RobotEdges: ...
+    def resume(self, *, budget: _Real | None = None, work: _Integer | None = None) -> RobotEdges: ...
+    def view(self, Q: ArrayLike, path: str | PathLike[str] | None = None) -> View: ...
     def is_valid(self, q: ArrayLike) -> bool: ...
     def is_edge_valid(self, q0: ArrayLike, q1: ArrayLike) -> bool: ...
+
+def safe_speed(free_for: _Real, cycle: _Real, braking: _Real) -> float: ...
+def braking_time(velocity: ArrayLike, decelerations: ArrayLike) -> float: ...
 
 @final
 class RobotCollisions:

@@ -71,8 +71,9 @@ class Data {
     return [this.view.stage.starts[array] + start, count];
   }
 
-  // Twelve numbers: the rows of [R|t].
+  // Twelve numbers, the rows of [R|t]: by their number, or themselves.
   pose(number) {
+    if (typeof number !== "number") return number;
     const [start] = this.range(this.view.stage.poses);
     return this.floats.subarray(start + 12 * number, start + 12 * number + 12);
   }

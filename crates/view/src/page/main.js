@@ -41,6 +41,7 @@ class Page {
     this.addKey();
     this.addUp();
     this.addButtons();
+    if (data.view.robot) this.robot = new Robot(data, () => this.pose());
     if (data.view.names) this.pairs = new Pairs(data, pair => this.lookAtPair(pair));
     control(this.canvas, this.camera, () => this.changed(true), (x, y) => this.pickAt(x, y));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.changed());
@@ -159,8 +160,23 @@ class Page {
 
   // Shows what was known after a step.
   show(number) {
-    this.step = this.data.view.steps[number];
-    const { name, facts, remarks, focus, marks } = this.step;
+    const step = this.data.view.steps[number];
+    this.robot?.show(step.values);
+    this.tell(step);
+  }
+
+  // Shows a robot where its joints were moved by hand. Nothing is known there.
+  pose() {
+    const poses = this.robot.poses();
+    const surfaces = this.step.surfaces.map(([, mesh, pose, triangles], i) =>
+      i < poses.length ? ["unasked", mesh, poses[i], triangles] : ["fixed", mesh, pose, triangles]);
+    const facts = [["Clearance", "not asked"], ["Pairs that meet", "not asked"]];
+    this.tell({ name: "moved by hand", facts, surfaces });
+  }
+
+  tell(step) {
+    this.step = step;
+    const { name, facts, remarks, focus, marks } = step;
     this.budget.output.textContent = name;
     this.budget.input.setAttribute("aria-valuetext", name);
     const told = new Map(remarks);
@@ -203,7 +219,8 @@ class Page {
 
   pick(picked) {
     this.picked = picked;
-    this.pairs?.show(this.step, picked.length === 1 ? picked[0].body : undefined);
+    byId("pairs").hidden = !this.step.pairs;
+    if (this.step.pairs) this.pairs.show(this.step, picked.length === 1 ? picked[0].body : undefined);
     this.changed();
   }
 

@@ -1,4 +1,4 @@
-// Of a scene, the lists of pairs that meet and of pairs of which that is not known.
+// Of a scene, the lists of pairs that meet and of pairs of which that is not known; of a robot, the first.
 
 // Pairs that are listed; a body that is picked has the list for itself.
 const MOST_LISTED = 100;
@@ -25,6 +25,8 @@ class Pairs {
   fill() {
     const { names } = this.data.view;
     this.lists.forEach(({ name, list, title, items }, i) => {
+      list.hidden = !this.ranges[i];
+      if (list.hidden) return;
       const all = this.pairs(i);
       title.textContent = `${name}${this.picked === undefined ? "" : `, of ${names[this.picked]}`}: ${all.length}`;
       // Long lists take time, and most are not looked at.
