@@ -1,6 +1,6 @@
 //! The search for a short push. Contacts give directions, whose lengths are bisected. Each new best
-//! push is polished: the faces by which its neighbors leave the blocked translations are half spaces,
-//! and the next push is the shortest translation in all of them.
+//! push is polished: the face by which it leaves the blocked translations bounds a half space, and
+//! the next push is the shortest translation in the half spaces of the last few.
 
 use super::cover::Cone;
 use super::directions::{Segments, WORK_PER_SEGMENT};

@@ -46,7 +46,8 @@ pub(super) trait Convex {
     }
 }
 
-/// A plane that bounds a set: its unit normal, which points out of the set, and its distance from 0.
+/// A plane that bounds a set: its unit normal, which points out of the set, and its distance from
+/// 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
     pub normal: DVec3,

@@ -3,7 +3,7 @@
 
 BEGIN {
   rows = " contact pair_report body_contact pair_distance pair_passage group_distance contact_point body_overlap "
-  whole = " build_options ray_query ray_batch scene_ray scene_shape cost_model calibration "
+  whole = " build_options ray_batch scene_ray scene_shape cost_model calibration "
 }
 
 /^typedef struct punctual_[a-z_]+ \{$/ {
