@@ -126,7 +126,10 @@ fn answers_of_scene(folder: &Path, name: &str) -> String {
             // and what scenes tell when they are asked was empty.
             let report = format!("{:?}", scene.detect(budget))
                 .replace(", contained: 0", "")
-                .replace("group_distances: []", "distances: [], group_distances: [], passages: []");
+                .replace(
+                    "group_distances: []",
+                    "distances: [], group_distances: [], passages: []",
+                );
             answers.tell_bytes(question, report.as_bytes());
         }
     }
