@@ -384,10 +384,12 @@ impl Pairs {
 
     /// Makes room for more known pairs than there are; for still more if the scene is `young`.
     pub fn grow_known(&mut self, broad: &mut Broad, young: bool) {
-        self.room[0].grow(self.len(), young);
-        if self.room[0].pairs > MANY {
+        let (used, [room, _]) = (self.len(), &mut self.room);
+        let before = room.pairs;
+        room.grow(used, young);
+        if room.pairs > before.max(MANY) {
             // Growing later would copy them; untouched memory costs almost nothing.
-            self.room[0].ask(self.most.min(self.room[0].pairs.max(MOST_PAIRS)));
+            room.ask(self.most.min(room.pairs.max(MOST_PAIRS)));
         }
         self.reserve_known(broad);
     }
