@@ -280,7 +280,7 @@ impl Scene {
     /// for each ray; the scene keeps them until the next call. After the first ray that the budget
     /// stopped, the others are free until 0.
     ///
-    /// With [threads](Scene::use_threads), batches of more than 64 rays are shared among as many,
+    /// With threads (`Scene::use_threads`), batches of more than 64 rays are shared among as many,
     /// unless the clock is the caller's, or a ray has [`RayMode::All`]. A budget of work, or none,
     /// gives the same bits on any number of threads.
     ///
