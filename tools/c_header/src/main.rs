@@ -26,10 +26,7 @@ const SECTIONS: [(&str, &[&str]); 18] = [
         &["query", "estimate"],
     ),
     ("Distance: how far apart are they?", &["distance"]),
-    (
-        "Contacts: where do they touch?",
-        &["contacts", "manifolds"],
-    ),
+    ("Contacts: where do they touch?", &["contacts", "manifolds"]),
     ("Motion: until when are they free?", &["motion"]),
     (
         "Penetration: how deep are they, and what parts them?",
