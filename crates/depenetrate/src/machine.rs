@@ -36,7 +36,7 @@ pub(super) type Step<T = ()> = Result<T, StopReason>;
 pub(super) enum Job {
     /// Lists the contacts at the pose, or just outside of the cone in hand.
     List,
-    /// Reads those from this one on.
+    /// Reads the contacts from this index on.
     Read(usize),
     /// Takes the next of the likely directions.
     Explore,
@@ -44,13 +44,13 @@ pub(super) enum Job {
     Push(Push),
     /// Turns a new best push, or ends one.
     Polish(Push),
-    /// Grows the balls that are planted.
+    /// Grows the balls of the seeds.
     Grow,
     /// Makes the first cones.
     Start,
-    /// Takes the cone with the least radius in hand.
+    /// Makes the cone with the least radius the one in hand.
     Pick,
-    /// Tries the sets from this one on; with the best one by now.
+    /// Tries the sets from this index on. The option is the best advance so far, and its set.
     Try(usize, Option<(Advance, usize)>),
     /// Splits the cone in hand.
     Split,
@@ -109,8 +109,8 @@ pub(super) struct Machine<'s, 't, 'c> {
     pub sets: &'s mut Sets,
     pub state: &'s mut State,
     deadline: Deadline<'c>,
-    /// False at the first step of a call. It may exceed a budget that is not 0, so that every call
-    /// gets on.
+    /// False at the first step of a call. This step may exceed the budget, unless that is 0, so
+    /// that every call makes progress.
     has_moved: bool,
 }
 

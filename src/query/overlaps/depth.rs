@@ -59,7 +59,7 @@ pub(super) struct Group {
     /// A point of the curves.
     origin: DVec3,
     length: f64,
-    /// Sum of the middles of the segments, seen from the origin, by length.
+    /// Sum of the middles of the segments relative to the origin, weighted by their lengths.
     moment: DVec3,
     area: DVec3,
     /// Sum of the magnitudes of all parts of the area vector.

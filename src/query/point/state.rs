@@ -39,8 +39,8 @@ pub(crate) struct PointState {
     pub point: DVec3,
     /// Number of points from the current one on.
     pub left: usize,
-    /// Nodes that wait, in a run about a pair, whose frontier holds other nodes. The first such
-    /// run makes room for all that can wait.
+    /// The nodes that wait in a run about a pair, because the frontier of such a run holds node
+    /// pairs. The first such run reserves room for all that can wait.
     pub(super) stack: Vec<u32>,
     /// Triangles (tree order) that wait for a test, each with the bits of its key.
     pub uncertain: ArrayVec<[u32; 2], WIDTH>,

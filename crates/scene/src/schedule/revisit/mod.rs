@@ -297,9 +297,9 @@ impl Revisit {
     }
 
     /// Gathers pairs that met, starting with the one whose turn it is. Pairs that rest are found;
-    /// others wait for their tests or are lost. `left`: number of places to examine, and of resting
-    /// pairs to find. Returns true if there are more pairs, because only few wait at a time if time
-    /// is limited.
+    /// others wait for their tests or are lost. `left`: number of places to examine; `resting`:
+    /// number of resting pairs to find. Returns true if pairs are left: only a few wait at a time
+    /// if time is limited.
     fn gather(
         &mut self,
         frame: &Frame,
