@@ -101,8 +101,8 @@ impl Marks {
     }
 }
 
-/// The value of cut triangles. The value of a flooded triangle is one more than the pair that the
-/// flood came from.
+/// The value of cut triangles. The value of a flooded triangle is one more than the index of the
+/// pair that the flood came from.
 const CUT: u32 = 0;
 
 /// The value of vertices that only flooded triangles have. The value of another vertex is one more

@@ -85,7 +85,7 @@ pub(super) struct Push {
     obstacle: Option<(Verdict, f64)>,
     /// The push polishes the best one.
     polishes: bool,
-    /// The length to try next, if it is not the middle.
+    /// The length to try next, if bisection or growth does not give it.
     next: Option<f64>,
 }
 

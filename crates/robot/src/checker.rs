@@ -45,13 +45,13 @@ pub enum Collision {
 /// A robot among obstacles, and what one thread needs to ask about it.
 ///
 /// Answers are for the poses that [`Model::link_poses`] gives, in f64, and exact for these: no
-/// sampling, no tolerance, no spheres in place of meshes. Each pair of shapes is asked, except
+/// sampling, no tolerance, no spheres in place of meshes. Each pair of shapes is checked, except
 /// those of one rigid body, of bodies that stand still in the world, and of links that are allowed
 /// to touch.
 ///
-/// It learns which pairs meet often and cost little, and asks these first. So the pair that is
-/// named and the work depend on the calls before, the rest of a finished answer does not. Lengths
-/// are in metres, angles in radians, if the model's are.
+/// It learns which pairs meet often and cost little, and tests these first. So the work and the
+/// pair that is named depend on the calls before; the rest of a finished answer does not. Lengths
+/// are in metres and angles in radians, if those of the model are.
 ///
 /// ```
 /// use punctual::{Budget, Pose, glam::DMat3};

@@ -1,4 +1,4 @@
-//! A controller's question: for how long is the robot free if it goes on as it does?
+//! A controller's question: for how long is the robot free if its joints keep their velocities?
 
 use punctual::clock::ClockedBudget;
 

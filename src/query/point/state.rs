@@ -17,11 +17,12 @@ pub(super) const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
 pub(crate) enum Phase {
     /// No point is left.
     Idle,
-    /// The current point has not been looked at.
+    /// Nothing was done about the current point yet.
     Start,
     /// A ray is followed.
     Ray,
-    /// The boundary of an open surface is looked at: vertices first, then edges, `done` of both.
+    /// The boundary of an open surface is visited: vertices first, then edges, `done` of both
+    /// together.
     Rim { done: usize },
     /// The nearest triangle is searched.
     Near,
@@ -86,7 +87,7 @@ impl PointState {
         self.found.clear();
     }
 
-    /// Makes room for the bounds of so many points.
+    /// Makes room for the bounds of this many points.
     pub fn reserve(&mut self, points: usize) {
         self.found
             .reserve_exact(points.saturating_sub(self.found.len()));

@@ -69,11 +69,11 @@ pub struct Contacts<'s> {
     pub points: &'s [ContactPoint],
     /// True if the points stood for all contacts within the margins when they were found.
     pub is_whole: bool,
-    /// Where no point stands for a contact, the surfaces (or solids) were at least this far apart
-    /// when the points were found, margins not subtracted. It is the sum of the margins if the
-    /// points stand for all contacts, more if the bodies are proven apart by more, and 0 if nothing
-    /// is known. The bodies meet nowhere else before they have moved relative to each other by `low
-    /// - drift`.
+    /// Where no point stands for a contact, the surfaces, taken as those of solids, were at least
+    /// this far apart when the points were found, margins not subtracted. It is the sum of the
+    /// margins if the points stand for all contacts, more if the bodies are proven apart by more,
+    /// and 0 if nothing is known. The bodies meet nowhere else before they have moved by
+    /// `low - drift` relative to each other.
     pub low: f64,
     /// Upper bound of how far the surfaces have moved relative to each other since the points were
     /// found, in the length unit of the scene. 0 if they were found at the present poses, infinite

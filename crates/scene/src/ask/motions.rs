@@ -17,8 +17,8 @@ impl Scene {
     /// The broad phase compares boxes around the whole motion, with true bounds of arcs. If one
     /// body of a pair has a motion, the question of the pair is its time of impact, margins
     /// included ([`punctual::Query::impact`]), and its verdict is that of time 0. Of equally
-    /// important pairs, those that met in their last motion go first, in the order of their
-    /// contacts. The motion stays until [`Scene::set_pose`], or another motion. A pair whose
+    /// important pairs, those that met in their last motion go first, the earliest
+    /// contact first. The motion stays until [`Scene::set_pose`], or another motion. A pair whose
     /// distance is [measured](Scene::measure), by itself or for groups, has no time of impact and
     /// no passage.
     ///

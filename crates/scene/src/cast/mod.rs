@@ -43,8 +43,8 @@ trait Probe {
     /// True if nothing with this lower bound matters any more.
     fn is_over(&self, bound: f64) -> bool;
 
-    /// Asks about a body. Returns the reason why that ended, and the lower bound for what it left
-    /// open.
+    /// Asks the question about a body. Returns the reason why its run ended, and a lower bound for
+    /// the part of the answer that is open.
     fn ask(
         &mut self,
         body: (BodyId, &Placed),
@@ -54,7 +54,7 @@ trait Probe {
 }
 
 /// Selects the bodies that are asked about: those that a body with this filter may meet. If `body`
-/// is set, it must be another body that may meet them.
+/// is set, only other bodies that it may meet.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sight {
     filter: Filter,

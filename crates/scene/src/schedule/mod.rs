@@ -159,7 +159,7 @@ impl Schedule {
         reserve(&mut report.group_distances, groups);
     }
 
-    /// Makes room for the contacts of meshes of at most so many triangles and vertices.
+    /// Makes room for the contacts of meshes of at most this many triangles and vertices.
     pub fn make_room_for_contacts(&mut self, mesh: [usize; 2]) {
         for batch in &mut self.batches {
             batch.make_room_for_contacts(mesh);

@@ -259,8 +259,8 @@ impl Workers {
 }
 
 impl Workers {
-    /// Makes room in the workspaces, between frames, for the contacts of meshes of at most so many
-    /// triangles and vertices.
+    /// Makes room in the workspaces, between frames, for the contacts of meshes of at most this
+    /// many triangles and vertices.
     pub fn make_room_for_contacts(&self, mesh: [usize; 2]) {
         for scratch in &mut self.shared.lock().scratch {
             make_room_for_contacts(scratch, mesh);

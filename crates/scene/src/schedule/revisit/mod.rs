@@ -350,8 +350,8 @@ impl Revisit {
                     self.waiting.push(place as u32);
                     deadline.spend(WORK_PER_WITNESS);
                 } else if !frame.budget.is_unlimited() {
-                    // Without a budget it is searched when it is listed, wherever its place is by
-                    // then.
+                    // Without a budget the pair is searched when it is listed. Its place may have
+                    // changed by then.
                     self.lost.push(place as u32);
                 }
             }
