@@ -213,8 +213,8 @@ impl PenetrationQuery<'_> {
     /// Up to which length of a push a point of the other body inside A (inside B) proves that they
     /// are not apart.
     ///
-    /// For solids that is for ever. For surfaces it is as long as another point of the same
-    /// component stays outside, as one does that is far from the box.
+    /// For solids, any length. For surfaces, lengths at which another point of the same component
+    /// stays outside, as a point far from the box does.
     pub(super) fn longest(&self, of_b: bool) -> f64 {
         let (body, other) = (self.tree(of_b), self.tree(!of_b));
         let (Some(inside), Some(solid)) = (body.solid(), other.solid()) else {
