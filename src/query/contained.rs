@@ -37,7 +37,7 @@ pub(super) enum Containment {
     Open,
     /// It is being asked whether this body is inside the other.
     Asking(Operand),
-    /// This body has a vertex inside the other; none has.
+    /// The body that has a vertex inside the other; `None` if neither has.
     Known(Option<Operand>),
 }
 

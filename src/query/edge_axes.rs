@@ -229,7 +229,8 @@ mod tests {
             .map(|size| [1.0, size].map(|size: f32| Tree::new(shapes::cuboid([0.99 * size; 3], 1))))
     }
 
-    /// `f64` knows the common point up to rounding, and the boxes have room for that rounding.
+    /// The common point is exact up to the rounding of `f64`, and the boxes leave room for that
+    /// rounding.
     #[test]
     fn boxes_with_a_common_point_are_never_parted() {
         let mut random = Random::new(15);

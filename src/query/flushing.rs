@@ -4,8 +4,9 @@ use crate::tree::Tree;
 use glam::DVec3;
 use punctual_geom::{Pose, Ray, denormals};
 
-/// Exponents below which flushing could have an effect: of coordinates, translations and their
-/// products, and of the length of a unit. The proof is in `docs/numerics.md`.
+/// Least exponents for which flushing has no effect. `LEAST` is that of coordinates, of
+/// translations and of their products, `LEAST_UNIT` that of the length of a unit. The proof is in
+/// `docs/numerics.md`.
 const LEAST: i32 = -960;
 const LEAST_UNIT: i32 = -900;
 

@@ -34,12 +34,12 @@ use punctual_geom::Pose;
 /// The first query of a pair that meets makes room in the workspace: 4 bytes for each triangle and
 /// 8 for each vertex.
 ///
-/// **Guarantee.** Each pair of triangles within the skin has been reduced in a finished query, but
-/// for faces that face each other across a manifold and add nothing to its polygon, nor to its
-/// least distance, up to a thousandth. Of a
-/// stopped one, each point in the list is a point of contact; what is missing is at least
-/// [`ManifoldBounds::low`] apart. An overlap is listed when its depth is known. With a
-/// memory ([`Query::with_memory`]) ids last from frame to frame.
+/// **Guarantee.** A finished query has reduced each pair of triangles within the skin, with one
+/// exception: faces that face each other across a manifold and add nothing to its polygon, nor to
+/// its least distance, up to a thousandth. After a stopped query, each point in the list is a point
+/// of contact, and missing contacts are at least [`ManifoldBounds::low`] apart. An overlap is
+/// listed when its depth is known. With a memory ([`Query::with_memory`]) ids last from frame to
+/// frame.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3, Vec3};

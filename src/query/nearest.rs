@@ -25,8 +25,8 @@ use punctual_geom::lanes::Lanes;
 
 /// The question of the distance of two surfaces.
 pub(super) struct Nearness {
-    /// Squared distance, in A's units, from which on nothing matters; not less than the cut of the
-    /// interval.
+    /// Pairs at this squared distance or more, in A's units, are dropped. Not less than the cut of
+    /// the interval.
     pub(super) cut: f32,
     /// [`Gaps::doubt`].
     doubt: f32,

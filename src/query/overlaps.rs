@@ -4,8 +4,8 @@
 //!    contact curve.
 //! 2. *Classify*: the vertices of uncut triangles beside the curves are joined into classes.
 //! 3. *Test*: of each class one vertex: inside the other surface or not.
-//! 4. *Seed* and *flood*: from vertices inside over uncut triangles. Curves that bound one region
-//!    belong together.
+//! 4. *Seed* and *flood*: the flood starts at vertices inside and spreads over uncut triangles.
+//!    Curves that bound one region belong together.
 //! 5. *Gather*: the area vector of a region is half the sum of `(s - c) x (e - c)` over the segments
 //!    from `s` to `e` of its curves. It does not depend on `c`, because curves are closed.
 //! 6. *Reduce* the vertices of each region to the deepest and to the farthest along eight
@@ -37,7 +37,7 @@ use punctual_geom::triangle::ray::Side;
 use punctual_geom::{Pose, Ray};
 
 /// Maximum number of triangles in the regions of the overlaps of one query; those beyond are not
-/// looked at ([`Manifold::is_whole`]).
+/// examined ([`Manifold::is_whole`]).
 pub const REGION_LIMIT: usize = 1 << 16;
 
 /// Work of a step on each pair, about what it takes.
@@ -101,14 +101,16 @@ impl Marks {
     }
 }
 
-/// The value of cut triangles; flooded ones have one more than the pair that the flood came from.
+/// The value of cut triangles. The value of a flooded triangle is one more than the index of the
+/// pair that the flood came from.
 const CUT: u32 = 0;
 
-/// The value of vertices that only flooded triangles have; others have one more than their class.
+/// The value of vertices that only flooded triangles have. The value of another vertex is one more
+/// than the index of its member.
 const FLOODED: u32 = 0;
 
-/// A vertex of a cut triangle. Its class holds vertices that are all inside the other surface, or
-/// all not; what the class is, its root knows.
+/// A vertex of a cut triangle or of its neighbors. Either all vertices of its class are inside the
+/// other surface, or none is. The root of the class stores which.
 #[derive(Clone, Copy, Debug)]
 struct Member {
     side: u8,
@@ -127,8 +129,8 @@ struct Flooded {
     cut: u32,
 }
 
-/// True if the exact test of inside holds. Of other surfaces the nearest hit tells, as far as they
-/// have an inner side.
+/// True if the exact test for inside applies. For other surfaces the side of the nearest hit
+/// decides, as far as they have an inner side.
 fn is_closed(tree: &Tree) -> bool {
     tree.solid().is_some_and(|solid| solid.is_closed())
 }
@@ -277,7 +279,7 @@ impl Overlaps {
         }
     }
 
-    /// The place in the table of a pair, and the pair there.
+    /// The slot of a pair in the hash table, and the index of the pair found there, if any.
     fn slot(&self, pair @ [a, b]: [u32; 2]) -> (u32, Option<u32>) {
         let mask = (2 * self.cuts.len()).next_power_of_two() - 1;
         let hash = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -435,7 +437,7 @@ impl Overlaps {
         }
     }
 
-    /// Adds a pair to its group, which it makes if it is the first.
+    /// Adds a pair to its group. The first pair of a group creates it.
     fn gather(&mut self, at: usize) {
         let root = find(&mut self.parents, at as u32) as usize;
         if root == at {
@@ -492,8 +494,8 @@ impl Overlaps {
         }
     }
 
-    /// Number of items of the phase, the work of each, and how many are one step. Where an item
-    /// counts its own work, that is 0.
+    /// Number of items of the phase, the work of each, and how many are one step. The work is 0
+    /// where an item counts its own.
     fn items(&self) -> (usize, u64, usize) {
         match self.phase {
             Phase::Link | Phase::Classify | Phase::Seed | Phase::Gather => {
@@ -548,7 +550,7 @@ impl Overlaps {
             }
         }
         self.at = end;
-        // The flood adds to its own items.
+        // Counted again, because the flood adds items.
         if end == self.items().0 {
             (self.phase, self.at) = (self.phase.next(), 0);
         }
@@ -588,7 +590,7 @@ fn neighbors(tree: &Tree, triangle: u32) -> impl Iterator<Item = u32> + '_ {
     (0..3).filter_map(move |edge| tree.across(triangle, edge))
 }
 
-/// Continues with the overlaps until they are done or the deadline stops.
+/// Continues with the overlaps until they are done or the deadline comes.
 pub(super) fn advance(
     shape: Shape,
     before: Before,
@@ -616,7 +618,7 @@ pub(super) fn advance(
     stop
 }
 
-/// What takes the contacts of a query for manifolds, in place of the list.
+/// Receives the contacts of a query for manifolds, in place of the list.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reduction {
     pub is_on: bool,

@@ -286,8 +286,8 @@ impl Workspace {
         self.contacts.reserve(contacts);
     }
 
-    /// Reserves room for the manifolds of meshes of at most so many triangles and vertices, with at
-    /// most `pairs` pairs of triangles that intersect: 4 bytes for each triangle, 8 for each
+    /// Reserves room for the manifolds of meshes of at most this many triangles and vertices, with
+    /// at most `pairs` pairs of triangles that intersect: 4 bytes for each triangle, 8 for each
     /// vertex, and about 1.5 kB for each pair.
     pub fn reserve_manifolds(&mut self, pairs: usize, triangles: usize, vertices: usize) {
         self.reserve_contacts(pairs);
@@ -316,7 +316,7 @@ impl Workspace {
         &self.points.found
     }
 
-    /// Reserves room for the answers about at least so many points. The first query for a larger
+    /// Reserves room for the answers about at least this many points. The first query for a larger
     /// batch of points reserves room for it, and the first about an open solid 24 bytes for each
     /// vertex on an open edge.
     pub fn reserve_points(&mut self, points: usize) {

@@ -50,7 +50,7 @@ pub struct Solidity {
     open: Box<[[u32; 2]]>,
 }
 
-/// Triangles that hang together across edges.
+/// A connected component: triangles joined across edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

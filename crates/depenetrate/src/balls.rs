@@ -13,13 +13,13 @@ use punctual::intersection::Operand;
 use punctual::{Query, Tree, Verdict};
 use punctual_geom::triangle_segment;
 
-/// Questions for a ball, at most.
+/// Maximum number of questions for a ball.
 const QUESTIONS: u32 = 6;
 
 /// A ball is done if the surface is no nearer than this share of its radius.
 const DONE: f64 = 0.8;
 
-/// How many triangles of a mesh are looked at to find a corner that is far outside of the other.
+/// Number of triangles of a mesh that are searched for a corner that is far outside of the other.
 const SAMPLES: usize = 256;
 
 /// A ball that is grown, in the frame of its body.
@@ -210,11 +210,11 @@ impl PenetrationQuery<'_> {
         if of_b { self.b } else { self.a }
     }
 
-    /// For how long a push a point of the other body that is inside of A (of B) proves that they
+    /// Up to which length of a push a point of the other body inside A (inside B) proves that they
     /// are not apart.
     ///
-    /// For solids that is for ever. For surfaces it is as long as another point of the same
-    /// component stays outside, as one does that is far from the box.
+    /// For solids, any length. For surfaces, lengths at which another point of the same component
+    /// stays outside, as a point far from the box does.
     pub(super) fn longest(&self, of_b: bool) -> f64 {
         let (body, other) = (self.tree(of_b), self.tree(!of_b));
         let (Some(inside), Some(solid)) = (body.solid(), other.solid()) else {

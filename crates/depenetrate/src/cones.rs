@@ -1,4 +1,5 @@
-//! The cover of the cones: which set advances one, what is asked if none does, and how it is split.
+//! The cover of the cones: which set advances a cone, what is asked if none does, and how it is
+//! split.
 
 use super::cover::{Advance, Cone};
 use super::machine::{Hand, Job, Machine, STEP, Step};
@@ -16,7 +17,7 @@ const ADVANCES: u32 = 20_000;
 const DEEP: f64 = 0.5;
 
 impl Machine<'_, '_, '_> {
-    /// Makes the first cones, with the radius known by now.
+    /// Makes the first cones, with the radius proven so far.
     pub(super) fn start(&mut self) -> Step {
         self.pay(2 * WORK_PER_PROOF)?;
         let rounding = self.state.rounding;
@@ -49,7 +50,7 @@ impl Machine<'_, '_, '_> {
         self.sets.open.push(Reverse((cone.radius.to_bits(), index)));
     }
 
-    /// Takes the cone with the least radius.
+    /// Makes the cone with the least radius the one in hand.
     pub(super) fn pick(&mut self) -> Step {
         self.pay(200)?;
         self.state.job = Job::Over;
@@ -131,8 +132,8 @@ impl Machine<'_, '_, '_> {
         Ok(())
     }
 
-    /// New sets for the cone in hand, if they are worth it: one in eight attempts helped, or the
-    /// last seven were skipped. Otherwise it is split.
+    /// Asks for new sets for the cone in hand, if they are worth it: one in eight attempts helped,
+    /// or the last seven were skipped. Otherwise splits it.
     pub(super) fn after_block(&mut self) -> Job {
         let [asked, helped, skipped] = &mut self.state.trials;
         *skipped += 1;

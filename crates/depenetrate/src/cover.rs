@@ -27,7 +27,7 @@ const SHORTENING: f64 = 1e-10;
 /// How often an octant is split at most.
 const LEVELS: u8 = 12;
 
-/// What a set gives a cone: the new radius, and how far out the set reaches along each of its rays.
+/// The advance of a cone by a set: the new radius, and how far out the set reaches along each ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Advance {
     pub radius: f64,
@@ -104,7 +104,7 @@ impl Cone {
     }
 }
 
-/// The three rays of a cone, slightly widened, with what a set has to contain of them.
+/// The three rays of a cone, slightly widened, and the points on them that a set has to contain.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rays {
     cone: Cone,
@@ -126,7 +126,7 @@ impl Rays {
         self.along[0] * self.inner
     }
 
-    /// What a set gives, not proven yet. `None` if it is no more than the radius `known`.
+    /// The advance by a set, not proven yet. `None` if it does not exceed the radius `known`.
     pub fn advance_by(&self, set: &dyn Convex, known: f64) -> Option<Advance> {
         let mut reach = [0.0; 3];
         for (reach, &ray) in reach.iter_mut().zip(&self.along) {
@@ -141,7 +141,7 @@ impl Rays {
         (radius > known).then_some(Advance { radius, ..advance })
     }
 
-    /// True if the set gives it.
+    /// True if the set proves the advance.
     pub fn proves(&self, advance: &Advance, set: &dyn Convex) -> bool {
         let mut ends = self.along.iter().zip(&advance.reach);
         self.along.iter().all(|&ray| set.holds(ray * self.inner))

@@ -36,7 +36,7 @@ pub(super) type Step<T = ()> = Result<T, StopReason>;
 pub(super) enum Job {
     /// Lists the contacts at the pose, or just outside of the cone in hand.
     List,
-    /// Reads those from this one on.
+    /// Reads the contacts from this index on.
     Read(usize),
     /// Takes the next of the likely directions.
     Explore,
@@ -44,13 +44,13 @@ pub(super) enum Job {
     Push(Push),
     /// Turns a new best push, or ends one.
     Polish(Push),
-    /// Grows the balls that are planted.
+    /// Grows the balls of the seeds.
     Grow,
     /// Makes the first cones.
     Start,
-    /// Takes the cone with the least radius in hand.
+    /// Makes the cone with the least radius the one in hand.
     Pick,
-    /// Tries the sets from this one on; with the best one by now.
+    /// Tries the sets from this index on. The option is the best advance so far, and its set.
     Try(usize, Option<(Advance, usize)>),
     /// Splits the cone in hand.
     Split,
@@ -62,9 +62,9 @@ pub(super) enum Job {
 pub(super) struct Hand {
     pub index: usize,
     pub cone: Cone,
-    /// The radius that is proven by now.
+    /// The radius that is proven so far.
     pub proven: f64,
-    /// New sets were asked for, so that it is split if they do not help.
+    /// True if new sets were asked for. If they do not help, the cone is split.
     pub has_asked: bool,
 }
 
@@ -85,7 +85,7 @@ pub(super) struct State {
     pub seeds: ArrayVec<Seed, 16>,
     pub hand: Option<Hand>,
     pub advances: u32,
-    /// How often new sets were asked for, how often they helped, and how often they were not asked
+    /// Number of times that new sets were asked for, that they helped, and that they were not asked
     /// for since.
     pub trials: [u32; 3],
     /// No translation that is shorter separates.
@@ -94,11 +94,11 @@ pub(super) struct State {
     pub direction: DVec3,
     /// Largest rounding of a coordinate of B after a push.
     pub rounding: f64,
-    /// Lengths in B's frame are at least so much in A's.
+    /// A length of 1 in B's frame is at least this long in A's.
     pub least_scale: f64,
     pub back: Pose,
-    /// Up to which length of a push a point of B that is inside of A proves that they are not apart;
-    /// then a point of A that is inside of B.
+    /// A point of B inside A proves that a push no longer than the first of these does not
+    /// separate. A point of A inside B proves it up to the second.
     pub longest: [f64; 2],
     stats: Stats,
 }
@@ -109,8 +109,8 @@ pub(super) struct Machine<'s, 't, 'c> {
     pub sets: &'s mut Sets,
     pub state: &'s mut State,
     deadline: Deadline<'c>,
-    /// False at the first step of a call. It may exceed a budget that is not 0, so that every call
-    /// gets on.
+    /// False at the first step of a call. This step may exceed the budget, unless that is 0, so
+    /// that every call makes progress.
     has_moved: bool,
 }
 

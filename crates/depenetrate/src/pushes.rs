@@ -16,7 +16,7 @@ const CONTACTS_AHEAD: usize = 48;
 /// Work to make a pair.
 const WORK_PER_NEW_PAIR: u64 = 400;
 
-/// A push in another direction is tried at this share of the best.
+/// Length of the first push in another direction, relative to the best push.
 const SHORTER: f64 = 0.98;
 
 /// Relative width to which the length of a push is bisected, and that of a polished one.
@@ -32,11 +32,11 @@ const LEAST_GAIN: f64 = 1e-6;
 /// How many pushes polish a new best one, at most.
 const ROUNDS: usize = 3;
 
-/// A length at which a push leaves a face is exceeded by this share, and by two roundings.
+/// A push exceeds the length at which it leaves a face by this share of it, and by two roundings.
 const BEYOND: f64 = 1e-10;
 
-/// The first push, relative to the one after which the boxes are apart. One that is too short is
-/// lengthened by the next factor.
+/// Length of the first push, relative to the push that separates the boxes. The next factor
+/// lengthens a push that is too short.
 const FIRST: f64 = 1e-3;
 const GROWTH: f64 = 1.7;
 
@@ -76,16 +76,16 @@ fn shortest(faces: &Faces) -> Option<DVec3> {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Push {
     direction: DVec3,
-    /// A length that is blocked, and the face by which the push leaves what blocks it.
+    /// A blocked length, and the face by which the push leaves the obstacle there.
     low: f64,
     face: Option<Face>,
     /// A length that separates, if one is known.
     high: Option<f64>,
-    /// What blocks the length that was tried last and is blocked.
+    /// The obstacle at the last length that was tried and is blocked, and that length.
     obstacle: Option<(Verdict, f64)>,
     /// The push polishes the best one.
     polishes: bool,
-    /// The length to try next, if it is not the middle.
+    /// The length to try next, if bisection or growth does not give it.
     next: Option<f64>,
 }
 
@@ -183,7 +183,7 @@ impl Machine<'_, '_, '_> {
         a.max(b).max_element().max(f64::MIN_POSITIVE)
     }
 
-    /// Begins with the next of the likely directions, unless it is known to be blocked for too long.
+    /// Takes the next of the likely directions, unless the known pairs block it up to the goal.
     pub(super) fn explore(&mut self) -> Step {
         self.begin(STEP)?;
         self.state.job = match self.state.likely.pop() {
@@ -205,7 +205,7 @@ impl Machine<'_, '_, '_> {
         Ok(())
     }
 
-    /// Lengthens what is known to be blocked by the known pairs, up to rounding.
+    /// Raises the blocked length to where the push leaves the known pairs, up to rounding.
     fn leave(&mut self, mut push: Push) -> Push {
         let (low, pair, work) = self.sets.free_from(push.direction, push.low);
         push.low = low;
@@ -241,7 +241,7 @@ impl Machine<'_, '_, '_> {
         Job::Explore
     }
 
-    /// Tries all directions, since nothing more is asked or can be known of `low`.
+    /// Tries all directions. No more is asked of `low`, or no more can be proven.
     pub(super) fn explore_all(&mut self) -> Job {
         let state = &mut *self.state;
         state.turned = Some(f64::INFINITY);
@@ -287,7 +287,8 @@ impl Machine<'_, '_, '_> {
             let middle = push.high.map(|high| 0.5 * (push.low + high));
             push.low = length;
             push = self.leave(push);
-            // A try of the length that known pairs leave gained too little.
+            // The gain was less than that of bisection, or no length is known to separate. So do
+            // not follow the known pairs.
             if middle.is_none_or(|middle| length < middle) {
                 push.next = None;
             }
@@ -317,7 +318,7 @@ impl Machine<'_, '_, '_> {
         }
     }
 
-    /// Continues with a push after this one that may be shorter than the best.
+    /// Follows this push by one that may be shorter than the best, or ends it.
     pub(super) fn polish(&mut self, push: Push) -> Step {
         self.begin(STEP)?;
         let next = (push.high.is_some() || push.polishes).then(|| self.polished(&push));

@@ -40,7 +40,7 @@ pub(super) trait Convex {
     /// True if it is proven that the set holds a translation, up to a rounding per coordinate.
     fn holds(&self, translation: DVec3) -> bool;
 
-    /// The set tells nothing about translations that are longer.
+    /// Translations longer than this are not known to be in the set.
     fn longest(&self) -> f64 {
         f64::INFINITY
     }
@@ -255,7 +255,7 @@ impl Sets {
         (self.next_pair, self.next_point, self.next_ball) = (0, 0, 0);
     }
 
-    /// How many sets are known.
+    /// Number of known sets.
     pub fn len(&self) -> usize {
         self.pairs.len() + self.balls.len()
     }
@@ -288,9 +288,9 @@ impl Sets {
         }
     }
 
-    /// Adds a point, and those balls that it gives with points of the other body that `keeps` says.
-    /// `longest`: up to which length of a push a point inside of A, and one inside of B, proves that
-    /// the bodies meet.
+    /// Adds a point, and those of its balls with points of the other body that `keeps` accepts.
+    /// `longest`: the length of a push up to which a point inside A proves that the bodies meet,
+    /// and the length up to which a point inside B does.
     pub fn add_point(
         &mut self,
         point: Point,

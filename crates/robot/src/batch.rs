@@ -1,8 +1,8 @@
 //! Many configurations or edges, on several threads.
 //!
-//! The bits of the answers do not depend on the number of threads: the order of pairs stays the
-//! same during a round, whose length depends on what was seen before, and what a round has learned
-//! is a sum. Each question begins without memory of others.
+//! The bits of the answers do not depend on the number of threads. The order of pairs stays the
+//! same during a round. The length of a round depends only on the number of configurations before
+//! it. What a round learns is a sum. Each question begins without memory of others.
 
 use std::sync::Mutex;
 use std::thread;
@@ -20,9 +20,9 @@ use crate::{Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, 
 const BLOCK: usize = 16;
 
 impl Checker {
-    /// [`Checker::collide`] for configurations that lie one after the other, each within the
-    /// budget, on so many threads. Under budgets of work the bits of the answers do not depend on
-    /// their number.
+    /// [`Checker::collide`] for configurations that lie one after the other, on this many threads.
+    /// Each has the budget for itself. Under budgets of work the bits of the answers do not depend
+    /// on the number of threads.
     ///
     /// # Errors
     /// [`RobotError::Length`] unless the number of values is a multiple of the joints',
@@ -81,7 +81,7 @@ impl Checker {
         }))
     }
 
-    /// Asks in rounds, each as long as all before.
+    /// Works in rounds, each as long as all rounds before it together, within limits.
     fn batch<T: Send>(
         &mut self,
         rows: usize,

@@ -18,7 +18,7 @@ use crate::world::World;
 const WORK_PER_BODY: u64 = 64;
 const PAIRS_PER_WORK: usize = 8;
 
-/// What one thread needs. Its content changes no answer.
+/// The buffers of one thread. Their content changes no answer.
 #[derive(Debug, Default)]
 pub(crate) struct Room {
     pub placement: Placement,
@@ -30,7 +30,8 @@ pub(crate) struct Room {
     pub then: Vec<f64>,
     /// What was learned of the pairs in a round of a batch.
     pub facts: Vec<Fact>,
-    /// What was near or met at the configurations before, by pair, since the time of the stamp.
+    /// Memory of each pair from earlier configurations. It is valid if its stamp is the current
+    /// one.
     memory: Vec<(u64, PairMemory)>,
     stamp: u64,
     /// True if the workspace holds a stopped query that is to be resumed.
@@ -91,7 +92,7 @@ impl<'c> Call<'c> {
         Ok(())
     }
 
-    /// Asks the pairs from `cursor` on until one meets. After an error the cursor is at the pair
+    /// Tests the pairs from `cursor` on until one meets. After an error the cursor is at the pair
     /// whose query was stopped.
     pub fn find(&mut self, cursor: &mut usize) -> Result<Option<u32>, StopReason> {
         while let Some(&pair) = self.order.get(*cursor) {
@@ -120,7 +121,8 @@ impl<'c> Call<'c> {
         (shapes, self.room.placement.b_in_a(self.world, pair))
     }
 
-    /// Whether the shapes of a pair meet. The memory is of earlier configurations of the same call.
+    /// Decides whether the shapes of a pair meet. The memory is of earlier configurations of the
+    /// same call.
     pub fn meets(&mut self, pair: u32, with_memory: bool) -> Result<bool, StopReason> {
         let ([a, b], b_in_a) = self.pair(pair);
         if !self.room.is_stopped {
@@ -137,7 +139,7 @@ impl<'c> Call<'c> {
         if margins != [0.0; 2] {
             let query = Query::distance(&a.tree, &b.tree, pose).margins(margins);
             let (bounds, end) = self.run(&query.closer_than(0.0), memory);
-            // What f64 cannot tell from touching counts as touching.
+            // If f64 cannot tell a pair from a touching one, it counts as touching.
             return end.map(|()| bounds.closer != Some(false));
         }
         let query = Query::<Intersection>::intersection(&a.tree, &b.tree, pose);
@@ -165,14 +167,14 @@ impl<'c> Call<'c> {
         samples > 0 && holds_part(a, b, b_in_a)
     }
 
-    /// Whether the surfaces of a pair are farther apart than this.
+    /// Decides whether the surfaces of a pair are farther apart than this.
     pub fn is_farther(&mut self, pair: u32, limit: f64) -> Result<bool, StopReason> {
         let (bounds, end) = self.distance(pair, |query| query.closer_than(limit));
         end.map(|()| bounds.closer == Some(false))
     }
 
-    /// Runs a query of surfaces, or goes on with it if it was stopped. Its plan does not depend on
-    /// the budget, so that budgets of work may cut it anywhere.
+    /// Runs a query of surfaces, or resumes it if it was stopped. Its plan does not depend on the
+    /// budget, so that budgets of work may cut it anywhere.
     fn run<Q: Question>(
         &mut self,
         query: &Query<'_, Q>,

@@ -1,4 +1,4 @@
-//! Whether a configuration collides.
+//! Decides whether a configuration collides.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use crate::transform::{Transform, from_pose};
 use crate::world::World;
 use crate::{Model, RobotError, Shape, ShapeId};
 
-/// The answer of a call, which is true whenever it stops.
+/// The answer of a call. It is true wherever the budget stops the call.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
@@ -30,11 +30,11 @@ pub struct Outcome<T> {
     pub elapsed: Option<Duration>,
 }
 
-/// Whether a configuration collides.
+/// The answer to the question whether a configuration collides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Collision {
-    /// Proven: no two shapes that are asked meet.
+    /// Proven: no two shapes of a checked pair meet.
     Free,
     /// Proven: these shapes meet.
     Contact([ShapeId; 2]),
@@ -45,13 +45,13 @@ pub enum Collision {
 /// A robot among obstacles, and what one thread needs to ask about it.
 ///
 /// Answers are for the poses that [`Model::link_poses`] gives, in f64, and exact for these: no
-/// sampling, no tolerance, no spheres in place of meshes. Each pair of shapes is asked, except
+/// sampling, no tolerance, no spheres in place of meshes. Each pair of shapes is checked, except
 /// those of one rigid body, of bodies that stand still in the world, and of links that are allowed
 /// to touch.
 ///
-/// It learns which pairs meet often and cost little, and asks these first. So the pair that is
-/// named and the work depend on the calls before, the rest of a finished answer does not. Lengths
-/// are in metres, angles in radians, if the model's are.
+/// It learns which pairs meet often and cost little, and tests these first. So the work and the
+/// pair that is named depend on the calls before; the rest of a finished answer does not. Lengths
+/// are in metres and angles in radians, if those of the model are.
 ///
 /// ```
 /// use punctual::{Budget, Pose, glam::DMat3};
@@ -84,7 +84,7 @@ pub struct Checker {
     pub(crate) world: World,
     pub(crate) order: Order,
     pub(crate) room: Room,
-    /// Those of the threads of batches.
+    /// The rooms of the threads that run batches.
     pub(crate) rooms: Vec<Room>,
     next: u32,
 }
@@ -122,7 +122,7 @@ impl Checker {
         &self.world.model
     }
 
-    /// The pairs of shapes that are asked, each with the lower id first.
+    /// The pairs of shapes that are checked, each with the lower id first.
     pub fn pairs(&self) -> impl ExactSizeIterator<Item = [ShapeId; 2]> {
         (0..self.world.pairs.len() as u32).map(|pair| self.world.ids_of(pair))
     }
@@ -158,8 +158,8 @@ impl Checker {
         self.insert(name, (0, Transform::IDENTITY), pose, shape, Vec::new())
     }
 
-    /// Attaches an obstacle to a link, at a pose in the frame of the link. It is asked with all
-    /// shapes but those of the rigid body that it is part of, and of the links that it may touch.
+    /// Attaches an obstacle to a link, at a pose in the frame of the link. It is checked against
+    /// all shapes, except those of its own rigid body and of the links that it may touch.
     ///
     /// # Errors
     /// If there is no such link, or the pose is not a rotation up to 1e-6, or too far away.
@@ -220,7 +220,7 @@ impl Checker {
         Ok(())
     }
 
-    /// Lists the pairs of the shapes, which have changed.
+    /// Lists the pairs anew after a shape was added or removed.
     fn pair(&mut self) {
         self.world.pair();
         self.world.version += 1;
@@ -228,7 +228,7 @@ impl Checker {
         self.room.sync(&self.world);
     }
 
-    /// Whether a configuration collides; it stops at the first pair that meets.
+    /// Decides whether a configuration collides. Stops at the first pair that meets.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].
@@ -241,9 +241,9 @@ impl Checker {
         Ok(call.collide(configuration))
     }
 
-    /// All pairs that meet, as far as the budget reaches; they replace the content of `pairs`, in
-    /// the order of ids. [`Collision::Free`] and [`Collision::Contact`] are told as by
-    /// [`Checker::collide`]; the list is complete if the stop is [`StopReason::Finished`].
+    /// Lists all pairs that meet, as far as the budget reaches. They replace the content of
+    /// `pairs`, in the order of ids. [`Collision::Free`] and [`Collision::Contact`] mean what they
+    /// mean for [`Checker::collide`]. The list is complete if the stop is [`StopReason::Finished`].
     ///
     /// # Errors
     /// Those of [`Checker::collide`].
@@ -281,7 +281,7 @@ impl Checker {
         Ok(self.call(budget))
     }
 
-    /// A call that goes on with what the last one has left.
+    /// Begins a call that continues with what the last one has left.
     pub(crate) fn call<'c>(&'c mut self, budget: ClockedBudget<'c>) -> Call<'c> {
         Call {
             world: &self.world,

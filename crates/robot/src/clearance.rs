@@ -1,4 +1,4 @@
-//! How far the robot is from contact.
+//! Bounds how far the robot is from contact.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,11 +13,11 @@ use crate::order::BOX_WORK;
 use crate::world::World;
 use crate::{Checker, RobotError, ShapeId};
 
-/// Which pairs of shapes count.
+/// The pairs of shapes that count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Scope {
-    /// All that are asked.
+    /// All pairs that are checked.
     #[default]
     All,
     /// Pairs of the robot's own shapes, attached obstacles included.
@@ -28,13 +28,13 @@ pub enum Scope {
     Shape(ShapeId),
 }
 
-/// What is asked of a clearance.
+/// Options of a question for the clearance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ClearanceOptions {
     /// Width of the bounds, in metres: by default 1e-6. 0 means as close as f64 can resolve.
     pub tolerance: f64,
-    /// Which pairs count.
+    /// The pairs that count.
     pub scope: Scope,
 }
 
@@ -48,13 +48,13 @@ impl Default for ClearanceOptions {
 }
 
 impl ClearanceOptions {
-    /// The same with another tolerance, in metres; what is not above 0 counts as 0.
+    /// Sets the tolerance, in metres. NaN and negative values count as 0.
     #[must_use]
     pub fn tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
     }
 
-    /// The same for other pairs.
+    /// Sets the pairs that count.
     #[must_use]
     pub fn scope(self, scope: Scope) -> Self {
         Self { scope, ..self }
@@ -68,8 +68,8 @@ impl ClearanceOptions {
 pub struct Clearance {
     /// Proven lower bound, in metres: no pair is closer. Infinite if no pair counts.
     pub low: f64,
-    /// Proven upper bound, in metres: that of the pair. Infinite if none was measured yet. Wider
-    /// than the tolerance by the bands of cylinders ([`Shape::band`](crate::Shape::band)).
+    /// Proven upper bound, in metres: that of `pair`. Infinite if no pair was measured yet. For
+    /// cylinders, their bands ([`Shape::band`](crate::Shape::band)) are added to the tolerance.
     pub high: f64,
     /// The closest pair found, the lower id first.
     pub pair: Option<[ShapeId; 2]>,
@@ -99,10 +99,10 @@ fn bound(gap: f64, pair: u32, by_boxes: bool) -> Reverse<(u64, u32, bool)> {
 }
 
 impl Checker {
-    /// The least distance of all pairs of shapes at a configuration.
+    /// Bounds the least distance of all pairs of shapes at a configuration.
     ///
-    /// **Guarantee.** `low` and `high` are proven, whenever it stops. Finished, they are as close
-    /// as the tolerance asks. 0 means contact.
+    /// **Guarantee.** `low` and `high` are proven, wherever the call stops. If it is finished, they
+    /// are as close as the tolerance asks. 0 means contact.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::JointValue`].

@@ -1,14 +1,15 @@
 //! A path of straight lines in joint space: proven free, in contact, or not known from some time
 //! on.
 //!
-//! Lines are halved. At the middle of an interval each pair of shapes has a distance, and a bound
-//! of what half of the interval can take of it ([`Placement::reach`](crate::placement::Placement)).
-//! If the distance is larger, the pair is free on the whole interval. Otherwise both halves ask the
-//! pair again. An open interval keeps the pairs that are not proven on it, so at
-//! each moment all of the path is proven, known to be in contact, or covered by an open interval.
+//! Lines are halved. At the middle of an interval each pair of shapes has a distance. A bound
+//! limits how much of it the motion of half of the interval can use up
+//! ([`Placement::reach`](crate::placement::Placement)). If the distance is larger, the pair is free
+//! on the whole interval. Otherwise the pair is tested again in both halves. An open interval keeps
+//! the pairs that are not proven on it. So at each moment all of the path is proven, known to be in
+//! contact, or covered by an open interval.
 //!
-//! For any contact, five configurations are asked first, and then wide intervals before narrow
-//! ones. For the first contact, intervals are taken from left to right.
+//! If any contact will do, five configurations are tested first, and then wide intervals before
+//! narrow ones. For the first contact, intervals are taken from left to right.
 
 use std::collections::VecDeque;
 
@@ -26,25 +27,26 @@ use crate::{Checker, RobotError, ShapeId};
 const PROBES: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 const ENDS: usize = 2;
 
-/// Boxes that are farther apart than this share of the limit are not worth an exact query: those of
-/// shorter intervals prove the pair.
+/// A pair whose boxes are farther apart than this share of the limit gets no exact query: its boxes
+/// will prove it on shorter intervals.
 const APART: f64 = 1.0 / 16.0;
 
-/// Work of bounding a pair's way, and of the test of its spheres, in units of a query's work.
+/// Work of bounding how far the points of a pair move, and of the test of its spheres, in units of
+/// a query's work.
 const SPHERE_WORK: u64 = 20;
 
 /// Intervals are never narrower than this.
 const NARROWEST: f64 = 1e-12;
 
-/// What is asked of an edge.
+/// Options of a question about an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct EdgeOptions {
     /// Seek the first contact, not any. Off by default.
     pub first: bool,
-    /// Intervals that are shorter than this share of the edge are given up: the first contact is
-    /// told within it, and a gap that closes further stays undecided. By default 1e-6; at least
-    /// 1e-12.
+    /// Intervals that are shorter than this share of the edge are given up. So the time of the
+    /// first contact is known only to this share, and a pair that comes too close for such an
+    /// interval stays undecided. By default 1e-6; at least 1e-12.
     pub resolution: f64,
 }
 
@@ -66,8 +68,8 @@ impl EdgeOptions {
     }
 }
 
-/// What is known of a motion. Its start is at the time 0; each line of an edge or a path takes 1,
-/// those of a horizon are told in seconds.
+/// What is known of a motion, which starts at time 0. Each line of an edge or a path takes a time
+/// of 1. The times of a horizon are in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 #[non_exhaustive]
@@ -99,8 +101,8 @@ named!(EdgeAnswer { Free => "free", Contact => "contact", Undecided => "undecide
 /// A time of a path: the number of its line, and the share of that line.
 type Time = (u32, f64);
 
-/// A part of a line that is not proven, and where the pairs to be proven on it lie in
-/// [`Run::pairs`].
+/// A part of a line that is not proven, and the range in [`Run::pairs`] of the pairs still to be
+/// proven on it.
 #[derive(Clone, Copy, Debug)]
 struct Interval {
     line: u32,
@@ -108,7 +110,8 @@ struct Interval {
     pairs: [usize; 2],
 }
 
-/// A pair at the middle of an interval: how near it may come, and whether boxes tell it apart.
+/// A pair at the middle of an interval: the distance that would prove it on the interval, and a
+/// lower bound of its distance from boxes.
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     pair: u32,
@@ -131,7 +134,7 @@ pub(crate) struct Run {
     pub is_stopped: bool,
     first: bool,
     resolution: f64,
-    /// Duration of a line, in the unit of the times that are told.
+    /// Duration of a line, in the unit of the reported times.
     duration: f64,
     /// Configurations between the lines, one after the other.
     knots: Vec<f64>,
@@ -139,15 +142,16 @@ pub(crate) struct Run {
     lines: u32,
     /// The configuration that was placed last, or the differences along its line.
     at: Vec<f64>,
-    /// How far the joint of each body moves in half of the interval at hand.
+    /// How far the joint of each body moves in half of the current interval.
     moves: Vec<f64>,
-    /// Probes done, and the place in the order of the one at hand, if it is placed.
+    /// Number of probes done. Once the current probe is placed, the next pair to test, as an index
+    /// into the order of pairs.
     probes: usize,
     cursor: Option<usize>,
     open: VecDeque<Interval>,
     now: Option<(Interval, Phase)>,
     kept: Vec<Kept>,
-    /// Of all intervals, in the order in which they were made.
+    /// The pairs of all intervals, in the order in which the intervals were made.
     pairs: Vec<u32>,
     touching: Option<(Time, u32)>,
     /// Start of the first interval that was given up.
@@ -169,7 +173,7 @@ impl Run {
         self.pairs.clear();
     }
 
-    /// Goes on until the question is answered or the budget ends.
+    /// Continues until the question is answered or the budget ends.
     pub fn advance(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
         let end = self.probe(call).and_then(|()| self.halve_all(call));
         self.is_stopped = end.is_err();
@@ -184,12 +188,13 @@ impl Run {
         call.put(&self.at)
     }
 
-    /// Number of configurations that are asked before intervals.
+    /// Number of configurations that are tested before intervals.
     fn probe_count(&self) -> usize {
         if self.first { ENDS } else { PROBES.len() }
     }
 
-    /// Asks whole configurations, and makes the first intervals unless a contact answers all.
+    /// Tests whole configurations. Makes the first intervals, unless a contact answers the
+    /// question.
     fn probe(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
         while self.probes < self.probe_count() {
             let time = PROBES[self.probes] * f64::from(self.lines);
@@ -222,8 +227,8 @@ impl Run {
         Ok(())
     }
 
-    /// Takes intervals, and leaves what is not proven of each, until none is open or a contact
-    /// answers all.
+    /// Takes intervals and queues the parts that are not proven, until no interval is open or a
+    /// contact answers the question.
     fn halve_all(&mut self, call: &mut Call<'_>) -> Result<(), StopReason> {
         let now = |run: &mut Self| run.now.or_else(|| Some((run.next()?, Phase::Place)));
         while let Some((interval, phase)) = now(self) {
@@ -283,7 +288,7 @@ impl Run {
         Ok(())
     }
 
-    /// Leaves parts of a line on which what was kept is not proven.
+    /// Queues the parts of a line on which the kept pairs are not proven.
     fn leave<const N: usize>(&mut self, mut parts: [[f64; 2]; N], line: u32) {
         if self.kept.is_empty() {
             return;
@@ -308,7 +313,7 @@ impl Run {
             let [low, high] = interval.ends;
             let begin = (interval.line, low);
             if self.first {
-                // Those of intervals that are done.
+                // Drops the pairs of intervals that are done.
                 self.pairs.truncate(interval.pairs[1]);
             }
             if self.touching.is_some_and(|(time, _)| begin >= time) {
@@ -322,7 +327,7 @@ impl Run {
         }
     }
 
-    /// Begins with an interval whose middle is placed.
+    /// Computes the motion of the joints in half of an interval whose middle is placed.
     fn measure_moves(&mut self, interval: Interval, world: &World) {
         let half = 0.5 * (interval.ends[1] - interval.ends[0]);
         let (from, to) = self.knots[interval.line as usize * self.width..].split_at(self.width);
@@ -394,11 +399,12 @@ fn earlier(a: Time, b: Time) -> Time {
 }
 
 impl Checker {
-    /// Whether the straight line in joint space between two configurations is free.
+    /// Decides whether the straight line in joint space between two configurations is free.
     ///
     /// **Guarantee.** A free edge is free at each of its configurations, ends included, not at
-    /// samples. Stopped by its budget, it tells how far it is proven free, and can be resumed
-    /// ([`Checker::resume_edge`]). However budgets of work cut it, it ends with the same answer.
+    /// samples. If the budget stops the call, the answer says how far the edge is proven free, and
+    /// the call can be resumed ([`Checker::resume_edge`]). However budgets of work cut it, it ends
+    /// with the same answer.
     ///
     /// The nearer shapes come to each other, the shorter are the intervals that can be proven, and
     /// the more of them are needed.
@@ -415,7 +421,7 @@ impl Checker {
         self.line([from, to], *options, 1.0, budget)
     }
 
-    /// An edge whose times are told as shares of this duration.
+    /// An edge whose times are reported as shares of this duration.
     pub(crate) fn line<'c>(
         &mut self,
         [from, to]: [&[f64]; 2],
@@ -428,9 +434,9 @@ impl Checker {
         Ok(call.edge(&[from, to], options, duration))
     }
 
-    /// Whether a path is free: straight lines from each of its knots to the next one. The knots lie
-    /// one after the other. What is known of it is as of one edge, asked from coarse to fine along
-    /// all of the path. Times are rounded to f64; `free_until` downwards.
+    /// Decides whether a path is free: the straight lines from each of its knots to the next one.
+    /// `knots` holds one knot after the other. The path is tested like one edge, from coarse to
+    /// fine along all of it. Times are rounded to f64; `free_until` downwards.
     ///
     /// # Errors
     /// Those of [`Checker::edge`], with the row; [`RobotError::Model`] for fewer than two knots.

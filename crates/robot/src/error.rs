@@ -46,7 +46,7 @@ pub(crate) fn refuse<T>(what: impl Into<String>) -> Result<T, RobotError> {
 }
 
 impl RobotError {
-    /// The same, as a fault of a file.
+    /// Turns the error into a fault of a file.
     #[cfg(feature = "urdf")]
     pub(crate) fn within(self, file: &Path) -> Self {
         let (line, what) = match self {

@@ -1,4 +1,4 @@
-//! A controller's question: for how long is the robot free if it goes on as it does?
+//! A controller's question: for how long is the robot free if its joints keep their velocities?
 
 use punctual::clock::ClockedBudget;
 
@@ -16,21 +16,22 @@ pub fn safe_speed(free_for: f64, cycle: f64, braking: f64) -> f64 {
     let share = 2.0 * free_for / (cycle + root) * (1.0 - 1e-12);
     match share < 1.0 {
         true => share,
-        // Not a number where nothing is proven and nothing needed.
+        // NaN if nothing is proven and no time is needed.
         false => f64::from(free_for > 0.0),
     }
 }
 
-/// The time in seconds in which joints with these velocities stop, all in proportion, so that they
-/// stay on their straight line, if each can decelerate so much (rad/s^2 or m/s^2).
+/// The time in seconds in which joints with these velocities stop, if each brakes at no more than
+/// its deceleration (rad/s^2 or m/s^2). All brake in proportion, so that they stay on their
+/// straight line.
 pub fn braking_time(velocity: &[f64], decelerations: &[f64]) -> f64 {
     let each = velocity.iter().zip(decelerations);
     each.map(|(v, a)| v.abs() / a).fold(0.0, f64::max)
 }
 
 impl Checker {
-    /// For how long the robot is free if its joints go on at this velocity (rad/s or m/s), at most
-    /// for these seconds; what is not above 0 counts as 0. Times of the answer are seconds.
+    /// Finds for how long the robot is free if its joints go on at this velocity (rad/s or m/s), up
+    /// to `seconds`. NaN and negative values of it count as 0. Times of the answer are in seconds.
     ///
     /// **Guarantee.** As that of [`Checker::edge`], which seeks the first contact here: the near
     /// future is proven first, so a budget that ends early leaves a shorter `free_until`.

@@ -1,5 +1,6 @@
-//! Robots: whether a configuration collides, how much clearance it has, whether a motion in joint
-//! space is free. Exact or proven, within budgets, with the queries of the crate `punctual`.
+//! Robots: does a configuration collide, how much clearance does it have, is a motion in joint
+//! space free? The answers are exact or proven, within budgets, from queries of the crate
+//! `punctual`.
 //!
 //! A [`Model`] is read from URDF and SRDF files ([`Model::from_urdf`], feature `urdf`, on by
 //! default), or made from a [`Description`]. It is immutable and shared. A [`Checker`] is the robot
@@ -31,11 +32,11 @@
 //! - **Exact for the poses of [`Model::link_poses`].** Filters only prove shapes apart; the rest is
 //!   decided by exact queries. Shapes and what they stand for: [`Shape`].
 //! - **Edges are proven**, not sampled ([`Checker::edge`]).
-//! - **Budgets.** A call stops at its budget, and what it says then is true. One of work may be
-//!   exceeded by placing the robot once and filtering its pairs.
+//! - **Budgets.** A call stops at its budget, and its answer is true then. A budget of work may be
+//!   exceeded by the work of placing the robot once and filtering its pairs.
 //! - **Quiet.** Calls for one configuration or edge do not panic or lock. They allocate only while
-//!   they see more intervals or pairs at a time than ever before. [`Checker::move_to`] does not
-//!   allocate but the first time.
+//!   they see more intervals or pairs at a time than ever before. [`Checker::move_to`] allocates
+//!   only the first time.
 //! - **Deterministic.** The same calls give the same bits on one machine, batches on any number of
 //!   threads. Sines are those of the platform, so poses may differ in the last bit elsewhere.
 //!
@@ -44,9 +45,9 @@
 #![deny(missing_docs)]
 #![forbid(unsafe_code)]
 
-// A call places the shapes (`placement`), tests spheres of all pairs at once (`near`), and asks the
-// pairs that remain in the learned order (`order`): boxes, then an exact query (`call`). Edges
-// (`edge`) and clearances (`clearance`) use the same steps.
+// A call places the shapes (`placement`) and tests spheres of all pairs at once (`near`). It then
+// tests the remaining pairs in the learned order (`order`): boxes, then an exact query (`call`).
+// Edges (`edge`) and clearances (`clearance`) use the same steps.
 
 mod batch;
 mod call;

@@ -53,7 +53,7 @@ pub struct Joint {
     pub origin: Pose,
     /// Axis in the frame of the joint, of any length but 0.
     pub axis: [f64; 3],
-    /// Lower and upper limit, in radians or metres. Only told to callers, never enforced.
+    /// Lower and upper limit, in radians or metres. Reported to callers, never enforced.
     pub limits: Option<[f64; 2]>,
     /// The joint that it follows, if any.
     pub mimic: Option<Mimic>,
@@ -84,9 +84,10 @@ pub struct Description {
     pub links: Vec<Link>,
     /// Joints in any order.
     pub joints: Vec<Joint>,
-    /// Pairs of links never asked. Links of one rigid body are never asked either.
+    /// Pairs of links that are never checked. Links of one rigid body are never checked either.
     pub allowed: Vec<[String; 2]>,
-    /// Nor are links that are joined by one moving joint, with all that fixed joints hold to them.
+    /// True if links that one moving joint joins are not checked, nor the links that fixed joints
+    /// hold to them.
     pub allows_neighbours: bool,
 }
 
@@ -99,11 +100,11 @@ pub struct Model {
     description: Description,
     joint_names: Vec<String>,
     limits: Vec<Option<[f64; 2]>>,
-    /// The body of each link, and its frame in it.
+    /// The body of each link, and the frame of the link in that body.
     pub(crate) links: Vec<(u32, Transform)>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) shapes: Vec<PlacedShape>,
-    /// Pairs of link numbers never asked, the lower one first.
+    /// Pairs of link numbers that are never checked, the lower one first.
     pub(crate) allowed: BTreeSet<[u32; 2]>,
     pub(crate) notices: Vec<String>,
 }
@@ -208,7 +209,7 @@ impl Value {
         self.change(configuration) + self.offset
     }
 
-    /// How far it changes when the configuration does.
+    /// How much the value changes with a change of the configuration.
     pub fn change(&self, of_configuration: &[f64]) -> f64 {
         let of = self.of.and_then(|of| of_configuration.get(of));
         of.map_or(0.0, |value| self.multiplier * value)
@@ -307,7 +308,7 @@ impl Model {
             let value = Value::of(joint, &own, joints, &joint_numbers).map_err(fail)?;
             places[child] = Some(match Motion::of(joint).map_err(fail)? {
                 None => (body, origin),
-                // Follows a fixed joint: stands still at its offset.
+                // A mimic of a fixed joint stands still at its offset.
                 Some(motion) if value.of.is_none() => (body, origin * motion.at(value.offset)),
                 Some(motion) => {
                     let number = bodies.len() as u32;
@@ -387,7 +388,7 @@ impl Model {
         self.description.links.iter().map(|link| &*link.name)
     }
 
-    /// What was passed over to read the robot, such as allowed pairs of links that it does not
+    /// Parts of the files that were ignored, such as allowed pairs of links that the robot does not
     /// have.
     pub fn notices(&self) -> &[String] {
         &self.notices
@@ -416,7 +417,7 @@ impl Model {
         }
     }
 
-    /// Refuses what is not one configuration of fine values.
+    /// Refuses values that are not one valid configuration.
     pub(crate) fn check(&self, configuration: &[f64]) -> Result<(), RobotError> {
         let (expected, found) = (self.joint_names.len(), configuration.len());
         if found != expected {
@@ -451,7 +452,7 @@ impl Model {
     }
 }
 
-/// The lower one first.
+/// Sorts two values, the lower one first.
 pub(crate) fn sorted<T: Ord>([a, b]: [T; 2]) -> [T; 2] {
     if a <= b { [a, b] } else { [b, a] }
 }

@@ -5,14 +5,15 @@ use punctual_geom::lanes::{Column, F8, Instructions, Kernel, Lanes};
 use crate::placement::StillBox;
 use crate::world::{LANES, World};
 
-/// The slack, relative to the size of what is placed. With `u = 2^-24`, the point in the frame of a
-/// box is off by at most 21 u per axis, what of it is beyond the box by 24 u, its length by 49 u.
+/// The slack, relative to the size of what is placed. With `u = 2^-24`, a point in the frame of a
+/// box is off by at most 21 u per axis, the part of it beyond the box by 24 u per axis, and the
+/// length of that part by 49 u.
 const SLACK: f64 = 64.0 / (1u32 << 24) as f64;
 
-/// In metres: below this size squares in f32 would underflow, and the filter tells nothing.
+/// Below this size, in metres, squares in f32 would underflow, so every pair counts as near.
 const SMALLEST: f64 = 1e-10;
 
-/// What the first shape of a pair is for the filter.
+/// The first shape of a pair, in the form that the filter needs.
 #[derive(Clone, Copy, Debug)]
 enum First {
     /// A box that stands still: the rows of the rotation into its frame, its centre and half
@@ -30,7 +31,8 @@ pub(crate) struct Near {
     /// Spheres of the moving shapes, in lanes: x, y, z and radius.
     spheres: Vec<[[f32; LANES]; 4]>,
     firsts: Vec<(u32, First)>,
-    /// For each shape that is the first of a pair a row of bits, one for each moving shape.
+    /// A row of bits for each shape, with one bit for each moving shape. It is used if the shape is
+    /// the first of a pair.
     bits: Vec<u8>,
     slack: f32,
 }
@@ -94,7 +96,7 @@ impl Kernel for &mut Near {
         let (slack, zero) = (splat(self.slack), splat(0.0));
         for &(shape, first) in &self.firsts {
             let row = shape as usize * self.spheres.len();
-            // A moving shape is the second of its pairs only with those before it.
+            // In a pair of moving shapes, the second comes after the first.
             let begin = match first {
                 First::Sphere(column) => column / LANES,
                 First::Box(_) => 0,
@@ -122,7 +124,7 @@ impl Kernel for &mut Near {
                         (x * x + y * y + z * z, radii + slack)
                     }
                 };
-                // Not a number counts as near.
+                // NaN counts as near.
                 self.bits[row + chunk] = !(reach * reach).less(squared).mask() as u8;
             }
         }

@@ -1,4 +1,4 @@
-//! In which order pairs are asked: the chance of contact per cost, learned.
+//! Orders the pairs by their learned chance of contact per cost.
 //!
 //! The order decides which contact is found first and how fast, never whether there is one.
 
@@ -19,8 +19,8 @@ impl Fact {
         self.work += other.work;
     }
 
-    /// Chance of contact per unit of work, with a prior of one pair in fifty that meets, and the
-    /// work of placing and testing boxes.
+    /// Chance of contact per unit of work. The prior is .02 contacts in one test. The work includes
+    /// placing the pair and testing its boxes.
     fn chance(&self) -> f64 {
         let asked = self.asked as f64 + 1.0;
         let chance = (self.met as f64 + 0.02) / asked;
@@ -31,16 +31,16 @@ impl Fact {
 /// Work of a test of two boxes, in units of a query's work.
 pub(crate) const BOX_WORK: u64 = 100;
 
-/// Between orders there are at most so many configurations.
+/// Largest and least number of configurations between two sorts.
 const LONGEST: u64 = 1 << 14;
 const SHORTEST: u64 = 32;
 
-/// The pairs in the order in which they are asked, with what was learned.
+/// The pairs in the order in which they are tested, with what was learned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
     pub pairs: Vec<u32>,
     pub facts: Vec<Fact>,
-    /// Configurations seen, and when the next order is due.
+    /// Number of configurations seen, and the number at which the pairs are sorted next.
     seen: u64,
     due: u64,
 }
@@ -55,12 +55,12 @@ impl Order {
         }
     }
 
-    /// Configurations until the next order.
+    /// Number of configurations until the next sort.
     pub fn until_due(&self) -> u64 {
         self.due - self.seen
     }
 
-    /// Counts configurations, of which the facts know, and sorts when it is due.
+    /// Counts configurations whose facts were added, and sorts the pairs if that is due.
     pub fn count(&mut self, configurations: u64) {
         self.seen += configurations;
         if self.seen >= self.due {

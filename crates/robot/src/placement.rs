@@ -1,4 +1,4 @@
-//! Where the shapes are for a configuration, and the filters before exact queries.
+//! Places the shapes for a configuration, and filters the pairs before exact queries.
 //!
 //! Each filter proves that two shapes are apart at the poses as computed. Its own rounding, and the
 //! difference between poses computed in two ways, are below [`SLACK`] times the size of what is
@@ -27,7 +27,8 @@ pub(crate) struct Placement {
     still_size: f64,
     /// Absolute slack of the filters, in metres.
     pub slack: f64,
-    /// For each shape bounds of its way, by the first joint of its chain that moves.
+    /// For each shape, bounds of how far its points move, by the first joint of its chain that
+    /// moves.
     ways: Vec<f64>,
 }
 
@@ -36,10 +37,10 @@ pub(crate) struct Placement {
 #[derive(Clone, Copy, Debug)]
 struct Placed {
     place: Transform,
-    /// The configurations of the place, and of the ways.
+    /// The configurations for which `place` and the bounds of its motion were computed, by number.
     placed: u64,
     measured: u64,
-    /// Where its ways begin.
+    /// Index of its first bound in [`Placement::ways`].
     ways: usize,
     /// Bounding sphere, in the body and in the world.
     centre: DVec3,
@@ -154,30 +155,33 @@ impl Placement {
         relative(&a, &self.shape(world, pair.b))
     }
 
-    /// By so much at most the distance of a pair changes until the joint of each body has moved by
+    /// An upper bound of the change in the distance of a pair while the joint of each body moves by
     /// `moves` (rad or m, signed), all at once and steadily.
     ///
-    /// Joints above both bodies move neither relative to the other. So this is the way of `a`'s
-    /// points and that of `b`'s, each relative to the last common body.
+    /// Joints above both bodies move neither relative to the other. So this is the sum of how far
+    /// the points of `a` and those of `b` move, each relative to the last common body.
     pub fn reach(&mut self, world: &World, pair: &Pair, moves: &[f64]) -> f64 {
         let of_a = self.reach_of(world, pair.a, pair.common, moves);
         let of_b = self.reach_of(world, pair.b, pair.common, moves);
         (of_a + of_b) * (1.0 + 1e-9)
     }
 
-    /// An upper bound of the way of a shape's points, if joints of its chain from `from` on move.
+    /// An upper bound of how far the points of a shape move, if joints of its chain from `from` on
+    /// move.
     ///
     /// The lesser of two bounds, where `r` is the largest distance of a point from a joint's axis
     /// now (1 for a sliding joint), and `m` what the joint moves:
     ///
-    /// - The sum of `|m| r`. Moving one joint after the other, those near the root first, each
-    ///   finds what it moves at the same distances from its axis as now, for what lies between has
-    ///   turned rigidly. So distances now suffice, however far the joints move.
-    /// - The way at the speed of now, and half of the largest acceleration. The speed is linear in
-    ///   the point, so largest at a corner of the box. The acceleration is the sum over all pairs
-    ///   of joints, also of each with itself, of `m m'` times the axis of the one nearer to the
-    ///   root (none if it slides) times the lever of the other: at most its `r` and the sum above
-    ///   of the joints after it, for these may have moved the point away from its axis.
+    /// - The sum of `|m| r`. The joints may be moved one after the other, those near the root
+    ///   first. Each joint then finds its points at the same distances from its axis as now,
+    ///   because all that lies between has turned rigidly. So present distances suffice, however
+    ///   far the joints move.
+    /// - The distance covered at the present speed, plus half of the largest acceleration. The
+    ///   speed is linear in the point, so largest at a corner of the box. The acceleration is the
+    ///   sum over all pairs of joints, also of each with itself, of `m m'` times the axis of the
+    ///   one nearer to the root (none if it slides) times the lever of the other. That lever is at
+    ///   most its `r` and the sum above of the joints after it, for these may have moved the point
+    ///   away from its axis.
     fn reach_of(&mut self, world: &World, shape: u32, from: u32, moves: &[f64]) -> f64 {
         let Placed { measured, ways, .. } = self.shapes[shape as usize];
         if measured != self.placed {
@@ -248,7 +252,7 @@ fn box_gap(a: DVec3, b: DVec3, place: &Transform) -> f64 {
     if faces > 0.0 {
         return faces;
     }
-    // Products of edges; their lengths matter only where a gap is found.
+    // Cross products of edges. They are normalized only where they show a gap.
     let mut best = faces;
     for j in 0..3 {
         let (axis, along) = (r.col(j), abs.col(j));

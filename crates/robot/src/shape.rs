@@ -38,7 +38,7 @@ pub(crate) struct Inner {
     pub tree: Arc<Tree>,
     /// Radius that thickens the surface: that of a sphere, whose surface is a point.
     pub margin: f64,
-    /// True if what is inside of it meets it: of its closed surface, or of its margin.
+    /// True if a body inside meets it: inside its closed surface, or inside its margin.
     pub is_solid: bool,
     /// No point of the shape is farther than this from the shape it stands for.
     pub band: f64,
@@ -207,7 +207,7 @@ impl Inner {
 }
 
 /// True if a part of one shape lies inside the other one, which is a solid; `b_in_a` brings `b`
-/// into the frame of `a`. Parts whose surfaces cross may be told or not.
+/// into the frame of `a`. For parts whose surfaces cross, both answers are possible.
 #[inline]
 pub(crate) fn holds_part(a: &Inner, b: &Inner, b_in_a: &Transform) -> bool {
     let in_a = || {

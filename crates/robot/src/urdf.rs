@@ -13,30 +13,30 @@ use crate::model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model, p
 use crate::transform::{Transform, from_rpy, to_pose};
 use crate::{RobotError, Shape};
 
-/// What belongs to a URDF file.
+/// Options for reading a URDF file.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct UrdfOptions {
-    /// The SRDF file, whose pairs of links are not asked. Without it, links that are joined by one
-    /// moving joint are not asked.
+    /// The SRDF file. Its disabled pairs of links are not checked. Without a file, links that one
+    /// moving joint joins are not checked.
     pub srdf: Option<PathBuf>,
     /// Folders in which packages are sought: `package://arm/hand.stl` is `FOLDER/arm/hand.stl`, or
     /// `FOLDER/hand.stl` if the folder is named `arm`. The folders above the URDF file follow.
     pub packages: Vec<PathBuf>,
-    /// Meshes are solids ([`Shape::solid`]), not surfaces. [`Model::notices`] names those that have
-    /// open edges, and stay surfaces.
+    /// Meshes are solids ([`Shape::solid`]), not surfaces. Meshes with open edges stay surfaces,
+    /// and [`Model::notices`] names them.
     pub solids: bool,
 }
 
 impl UrdfOptions {
-    /// The same with an SRDF file.
+    /// Sets the SRDF file.
     #[must_use]
     pub fn srdf(self, file: impl Into<PathBuf>) -> Self {
         let srdf = Some(file.into());
         Self { srdf, ..self }
     }
 
-    /// The same with one more folder of packages.
+    /// Adds a folder of packages.
     #[must_use]
     pub fn packages(mut self, folder: impl Into<PathBuf>) -> Self {
         self.packages.push(folder.into());
@@ -98,7 +98,7 @@ fn line(node: Node<'_, '_>) -> u32 {
     node.document().text_pos_at(node.range().start).row
 }
 
-/// An error at an element of a file that [`parse`] names.
+/// An error at an element. [`parse`] adds the name of the file.
 fn fail<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, RobotError> {
     Err(RobotError::File {
         file: PathBuf::new(),
@@ -235,7 +235,7 @@ fn number(node: Node<'_, '_>, name: &str, missing: Option<f64>) -> Result<f64, R
     numbers(node, name, missing.map(|number| [number])).map(|[number]| number)
 }
 
-/// The numbers of an attribute, or what stands for them where it is missing.
+/// The numbers of an attribute, or their defaults if it is missing.
 fn numbers<const N: usize>(
     node: Node<'_, '_>,
     name: &str,
@@ -256,7 +256,7 @@ fn numbers<const N: usize>(
     }
 }
 
-/// The mesh files of a robot, each scale of each read once.
+/// The mesh files of a robot. Each is read once for each scale.
 struct Meshes<'o> {
     folder: &'o Path,
     options: &'o UrdfOptions,
@@ -327,8 +327,8 @@ fn scaled(mesh: Mesh, scale: [f64; 3]) -> Result<Mesh, RobotError> {
     Mesh::from_f64(vertices, triangles).or_else(|error| refuse(error.to_string()))
 }
 
-/// Adds the pairs of an SRDF file that are not asked. Returns what was passed over, with the lines:
-/// links that the robot does not have.
+/// Adds the disabled pairs of an SRDF file. Returns notices, with the lines, of links that the
+/// robot does not have.
 fn allow(root: Node<'_, '_>, robot: &mut Description) -> Result<Vec<String>, RobotError> {
     let (mut notices, mut enabled) = (Vec::new(), Vec::new());
     for node in root.children() {

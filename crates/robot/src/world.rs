@@ -1,4 +1,4 @@
-//! The shapes of the robot and of its surroundings, and the pairs of them that are asked.
+//! The shapes of the robot and of its surroundings, and the pairs of them that are checked.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ impl ShapeId {
 pub(crate) struct Pair {
     pub a: u32,
     pub b: u32,
-    /// Where the filter by spheres tells whether the pair is near.
+    /// The bit of the sphere filter that says whether the pair is near.
     pub slot: u32,
     /// Number of joints above both bodies: they move neither relative to the other.
     pub common: u32,
@@ -37,7 +37,7 @@ pub(crate) const LANES: usize = 8;
 #[derive(Clone, Debug)]
 pub(crate) struct World {
     pub model: Arc<Model>,
-    /// Those of the robot, then the obstacles, by ascending ids.
+    /// The shapes of the robot, then the obstacles, by ascending ids.
     pub shapes: Vec<PlacedShape>,
     pub pairs: Vec<Pair>,
     /// The shapes that move, by index.

@@ -205,8 +205,8 @@ pub(super) struct Bodies {
     pub names: BTreeMap<u32, Box<str>>,
 }
 
-/// A body that is about to change; its displacement in the frame in which it was last moved; and
-/// whether this is its first change in the current frame.
+/// A body that is about to change. `step` is its displacement in the frame in which it was last
+/// moved. `is_first` is true for its first change in the current frame.
 struct Changing<'b> {
     placed: &'b mut Placed,
     spot: &'b mut Spot,

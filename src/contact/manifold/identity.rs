@@ -31,7 +31,7 @@ pub struct Fixed {
 }
 
 impl Fixed {
-    /// Distance from the other place on A or on B, the smaller one.
+    /// The smaller of the distances between the places on A and on B.
     fn distance(&self, other: &Self) -> f64 {
         let apart = |side: usize| (self.places[side] - other.places[side]).length();
         apart(0).min(apart(1))
@@ -39,9 +39,10 @@ impl Fixed {
 }
 
 /// Gives each point the id of the nearest of at most 128 points of the frame before, within
-/// `reach`, and each manifold that of the manifold of its first point. Points of one manifold follow
-/// one another, with its number in place of its id. New ids are `fresh(0)` for points, `fresh(1)`
-/// for manifolds. Returns a bit for each point of the frame before whose id was passed on.
+/// `reach`. Each manifold gets the id that the manifold of its first point had. In `now`, the
+/// points of a manifold follow one another, with its number in place of its id. New ids are
+/// `fresh(0)` for points, `fresh(1)` for manifolds. Returns a bit for each point of the frame
+/// before whose id was passed on.
 pub fn inherit(
     now: &mut [Fixed],
     before: &[Fixed],
@@ -111,7 +112,7 @@ impl<'m> Before<'m> {
         }
     }
 
-    /// The candidates that stand for a point of the frame before, as bits: the nearest to each.
+    /// The candidates that continue a point of the frame before, as bits: the nearest to each.
     pub fn stay(&self, candidates: &[ManifoldPoint]) -> u32 {
         if self.known.is_empty() {
             return 0;
@@ -134,7 +135,7 @@ impl<'m> Before<'m> {
 }
 
 impl ManifoldMemory {
-    /// Begins a frame: what was assigned last is the frame before.
+    /// Begins a frame: the points assigned last become those of the frame before.
     pub fn begin(&mut self) {
         self.known.clone_from(&self.now);
         self.next[0] = self.next[1];

@@ -28,21 +28,22 @@ pub struct Manifold {
     pub id: u64,
     /// Unit vector from B to A: moving A along it separates this piece.
     ///
-    /// While apart, the normal of the nearest point. Of an overlap, minus the area vector of the
-    /// region of A's surface that is inside B, normalized. That is the direction in which the
-    /// volume of the overlap shrinks the fastest. Zero if the piece has no normal: if the vectors
-    /// of its contact curves cancel out, as for a pin through a plate, or a curve is open.
+    /// If the surfaces are apart, the normal of the nearest point. For an overlap, minus the area
+    /// vector of the region of A's surface that is inside B, normalized. That is the direction in
+    /// which the volume of the overlap shrinks the fastest. Zero if the piece has no normal: if the
+    /// vectors of its contact curves cancel out, as for a pin through a plate, or a curve is open.
     pub normal: DVec3,
     /// The least signed distance found; minus the depth if it is negative.
     pub distance: f64,
-    /// Area projected along the normal: of an overlap, of the region inside the other surface;
-    /// while apart, of the polygon that holds all points of contact, or most of it.
+    /// Area projected along the normal. For an overlap, the area of the region inside the other
+    /// surface. If the surfaces are apart, the area of the polygon around all points of contact, or
+    /// around most of them.
     pub area: f64,
     /// Middle of that area; the middle of the points if there is none.
     pub centroid: DVec3,
     /// True if the surfaces intersect in this piece.
     pub is_overlap: bool,
-    /// True if all of it was looked at. False if the region of an overlap has more than
+    /// True if all of the piece was examined. False if the region of an overlap has more than
     /// [`REGION_LIMIT`](crate::contacts::REGION_LIMIT) triangles: then the depth is a lower bound.
     pub is_whole: bool,
     points: ArrayVec<ManifoldPoint, POINTS>,
@@ -65,15 +66,15 @@ pub struct ManifoldPoint {
 }
 
 impl Manifold {
-    /// Its points: at least one, at most four. The first has the least distance, up to rounding. With
-    /// a memory, up to a thousandth of the extent: points stay, rather than change with every small
-    /// motion.
+    /// Its points: at least one, at most four. The first has the least distance, up to rounding;
+    /// with a memory, up to a thousandth of the extent, so that points do not change with every
+    /// small motion.
     #[must_use]
     pub fn points(&self) -> &[ManifoldPoint] {
         &self.points
     }
 
-    /// The manifold of the candidates that stand for them.
+    /// Makes a manifold of at most four of these candidates, which stand for all of them.
     pub(crate) fn of(
         normal: DVec3,
         candidates: &[ManifoldPoint],
@@ -236,7 +237,7 @@ const ONE_PLACE: f64 = 1e-6;
 /// than this, relative to the extent.
 const EVEN: f64 = 1e-3;
 
-/// A candidate that stays counts as adding this much more.
+/// Factor on what a candidate adds if it stays from the frame before.
 const STAY: f64 = 1.5;
 
 /// The indices of at most four of these points: the one with the least distance, then those that

@@ -26,8 +26,8 @@ const CONE: f64 = core::f64::consts::FRAC_1_SQRT_2;
 /// around a sphere are no farther apart than 45 degrees.
 const CONES: usize = 24;
 
-/// Squared cosine of the largest angle, about .8 degrees, between a normal and a face that it
-/// counts as normal of.
+/// Squared cosine of the largest angle, about .8 degrees, between a normal and that of a face for
+/// which the two count as equal.
 const FACE: f64 = 0.9998;
 
 /// Squared cosine of the largest angle, 6 degrees, between a normal and two faces that face each
@@ -51,7 +51,7 @@ const FLAT: f64 = 1e-4;
 /// Barycentric coordinate up to which a point counts as lying on the edge.
 const ON_EDGE: f64 = 1e-8;
 
-/// Maximum number of triangles around a corner that are looked at.
+/// Maximum number of triangles around a corner that are examined.
 const FAN: usize = 32;
 
 /// Two trees at a pose, and which of their surfaces have an inner side.
@@ -206,7 +206,7 @@ impl Skin {
         })
     }
 
-    /// Takes two triangles that meet: what is apart of them, if they face each other.
+    /// Takes two triangles that meet. If they face each other, inserts the parts that are apart.
     pub fn take_meeting(&mut self, corners: [&[DVec3; 3]; 2]) {
         let faces = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
         let [a, b] = faces.map(DVec3::normalize_or_zero);
@@ -292,8 +292,8 @@ impl Skin {
     }
 
     /// Adds the manifolds of all points so far to those of overlaps. Normals nearly equal to that
-    /// of an overlap, or else to that of the nearest point, become it: two faces that face each
-    /// other are not quite parallel, and which of both normals a point has is chance.
+    /// of an overlap, or else to that of the nearest point, are replaced by it. Two faces that face
+    /// each other are not quite parallel, so it is chance which of their normals a point has.
     pub fn tell(&self, all: &mut Vec<Manifold>, before: Before) {
         let overlaps = all.len();
         for cone in &self.cones {
@@ -420,7 +420,8 @@ fn is_least(
     })
 }
 
-/// True if `is_it` is true of a vertex of a triangle around a vertex, except the first triangle.
+/// True if `is_it` holds for a vertex of a triangle around `vertex`. The triangle `first` is left
+/// out.
 fn around(tree: &Tree, first: u32, vertex: u32, is_it: impl Fn(u32) -> bool) -> bool {
     let start = tree.vertices_of(first);
     let Some(corner) = start.iter().position(|&v| v == vertex) else {

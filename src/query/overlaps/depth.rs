@@ -41,13 +41,15 @@ const SMALL: u32 = 6;
 /// rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Of vertices one above the other the deeper counts as farther, by this part of the difference.
+/// Of two vertices one above the other, the deeper counts as farther, by this part of their
+/// difference in height.
 const LEAN: f64 = 0.1;
 
-/// A length that is this much less counts as equal.
+/// A distance of at least this part of a depth counts as reaching it.
 const NEARLY: f64 = 1.0 - 1e-6;
 
-/// Points of a curve are moved this far to its middle before their depth is measured.
+/// Points of a curve are moved by this part of the way to its middle before their depth is
+/// measured.
 const INWARD: f64 = 0.1;
 
 /// A piece of contact.
@@ -59,7 +61,7 @@ pub(super) struct Group {
     /// A point of the curves.
     origin: DVec3,
     length: f64,
-    /// Sum of the middles of the segments, seen from the origin, by length.
+    /// Sum of the middles of the segments relative to the origin, weighted by their lengths.
     moment: DVec3,
     area: DVec3,
     /// Sum of the magnitudes of all parts of the area vector.

@@ -35,7 +35,7 @@ pub(super) struct Viewer {
     scale: f64,
 }
 
-/// Square of a part of a vector below which a vertex is looked at alone.
+/// Square of a part of a vector below which a vertex is visited alone.
 const LEAST_SQUARE: f64 = 1e-100;
 
 impl Viewer {

@@ -17,11 +17,12 @@ pub(super) const ROOM: usize = MAX_HEIGHT * (WIDTH - 1) + 1;
 pub(crate) enum Phase {
     /// No point is left.
     Idle,
-    /// The current point has not been looked at.
+    /// Nothing was done about the current point yet.
     Start,
     /// A ray is followed.
     Ray,
-    /// The boundary of an open surface is looked at: vertices first, then edges, `done` of both.
+    /// The boundary of an open surface is visited: vertices first, then edges, `done` of both
+    /// together.
     Rim { done: usize },
     /// The nearest triangle is searched.
     Near,
@@ -39,8 +40,8 @@ pub(crate) struct PointState {
     pub point: DVec3,
     /// Number of points from the current one on.
     pub left: usize,
-    /// Nodes that wait, in a run about a pair, whose frontier holds other nodes. The first such
-    /// run makes room for all that can wait.
+    /// The nodes that wait in a run about a pair, because the frontier of such a run holds node
+    /// pairs. The first such run reserves room for all that can wait.
     pub(super) stack: Vec<u32>,
     /// Triangles (tree order) that wait for a test, each with the bits of its key.
     pub uncertain: ArrayVec<[u32; 2], WIDTH>,
@@ -86,7 +87,7 @@ impl PointState {
         self.found.clear();
     }
 
-    /// Makes room for the bounds of so many points.
+    /// Makes room for the bounds of this many points.
     pub fn reserve(&mut self, points: usize) {
         self.found
             .reserve_exact(points.saturating_sub(self.found.len()));

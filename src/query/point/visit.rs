@@ -48,7 +48,7 @@ const ROOT: u32 = 0;
 /// Maximum number of nodes opened in one step.
 const NODES_PER_STEP: u32 = 3;
 
-/// Vertices and edges of a boundary looked at in one step, four and four.
+/// Number of vertices and edges of a boundary that are visited in one step, four and four.
 const EDGES_PER_STEP: usize = 32;
 
 const _: () = assert!(
@@ -75,7 +75,7 @@ impl Visitor for Traversal<'_, '_, Locate<'_>> {
         if let Some(pair) = next {
             return Some((pair, Origin::Stack));
         }
-        // A boundary is looked at by tests; all else begins with the root.
+        // A boundary is visited by tests; all else begins with the root.
         self.next_phase()
             .then_some((Pair::new(ROOT, 0), Origin::Stack))
     }

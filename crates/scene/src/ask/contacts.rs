@@ -44,9 +44,9 @@ pub struct PlacedContact {
 }
 
 impl ContactPoint {
-    /// The contact at these poses of both bodies: its points and its normal move with them. As far
-    /// as the bodies have moved since it was found, the distance is an estimate, good for small
-    /// motions.
+    /// The contact at these poses of both bodies: its points and its normal move with them. If the
+    /// bodies have moved relative to each other since it was found, the distance is an estimate
+    /// that is good for small motions.
     pub fn at(&self, [a, b]: [&Pose; 2]) -> PlacedContact {
         let points = [
             a.transform_point(self.points[0]),
@@ -69,16 +69,17 @@ pub struct Contacts<'s> {
     pub points: &'s [ContactPoint],
     /// True if the points stood for all contacts within the margins when they were found.
     pub is_whole: bool,
-    /// The surfaces, of solids, were at least this far apart, margins not subtracted, wherever no
-    /// point stands for a contact. The sum of the margins if the points stand for all contacts; more
-    /// if the bodies are proven apart by more; 0 if nothing is known. They meet nowhere else before
-    /// they have moved relative to each other by `low - drift`.
+    /// Where no point stands for a contact, the surfaces, taken as those of solids, were at least
+    /// this far apart when the points were found, margins not subtracted. It is the sum of the
+    /// margins if the points stand for all contacts, more if the bodies are proven apart by more,
+    /// and 0 if nothing is known. The bodies meet nowhere else before they have moved by
+    /// `low - drift` relative to each other.
     pub low: f64,
     /// Upper bound of how far the surfaces have moved relative to each other since the points were
-    /// found, in the length unit of the scene: 0 if they are those of the present poses, infinite
+    /// found, in the length unit of the scene. 0 if they were found at the present poses, infinite
     /// if nothing is known.
     pub drift: f64,
-    /// Frames since they were found. If nothing is known, the number of frames so far.
+    /// Frames since the points were found. If nothing is known, the number of frames so far.
     pub age: u64,
 }
 
@@ -99,9 +100,9 @@ impl Scene {
     /// its only question, and also decide whether it meets. Bodies that were proven apart by more
     /// than they have moved need nothing. Contacts are kept while the bodies have moved relative to
     /// each other by less than a quarter of the skin. They go on being reported, with their
-    /// [drift](Contacts::drift), and prove that the bodies still meet. Under a budget the pairs of
-    /// which nothing is known go first, then those that have moved the most relative to their
-    /// skins, per expected cost.
+    /// [drift](Contacts::drift), and prove that the bodies still meet. Under a budget, pairs of
+    /// which nothing is known go first. Then go those with the largest displacement relative to
+    /// their skins per expected cost.
     ///
     /// Takes about 2 kB more for each pair near contact, plus 15 MB and 200 bytes for each triangle
     /// of the largest mesh.

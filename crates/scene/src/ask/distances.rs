@@ -104,8 +104,8 @@ impl Scene {
         Ok(self.distance_of(self.bodies.key(x, y)?))
     }
 
-    /// [`Scene::distance`] of all measured pairs, ascending by index, with or without a turn of
-    /// their pairs.
+    /// [`Scene::distance`] of all measured pairs, ascending by index, whether or not a pair had a
+    /// turn.
     pub fn distances(&self) -> impl Iterator<Item = PairDistance> {
         let requests = &self.bodies.distance_requests;
         let of_pairs = requests.keys(Asker::Pair).take(requests.of_pairs);

@@ -10,16 +10,17 @@ use alloc::boxed::Box;
 use punctual_geom::Motion;
 
 impl Scene {
-    /// Moves a body to the start of a motion, which ends at the next frame, time 1; in the
-    /// coordinates of the scene. [`Scene::passages`] has the time of impact of each of its
-    /// pairs.
+    /// Moves a body to the start of a motion in the coordinates of the scene. The motion ends at
+    /// time 1, which is the next frame. [`Scene::passages`] has the time of impact of each pair of
+    /// the body.
     ///
     /// The broad phase compares boxes around the whole motion, with true bounds of arcs. If one
     /// body of a pair has a motion, the question of the pair is its time of impact, margins
     /// included ([`punctual::Query::impact`]), and its verdict is that of time 0. Of equally
-    /// important pairs, those that met in their last motion go first, the earliest contact before
-    /// all. The motion stays until [`Scene::set_pose`], or another motion. A pair whose distance is
-    /// [measured](Scene::measure), by itself or for groups, has no time of impact and no passage.
+    /// important pairs, those that met in their last motion go first, the earliest
+    /// contact first. The motion stays until [`Scene::set_pose`], or another motion. A pair whose
+    /// distance is [measured](Scene::measure), by itself or for groups, has no time of impact and
+    /// no passage.
     ///
     /// ```
     /// use punctual::{Budget, Motion, Pose, Tree, shapes};
@@ -54,10 +55,11 @@ impl Scene {
         Ok(())
     }
 
-    /// The times of impact of the pairs of [`Report::pairs`](crate::Report::pairs) of which one or both bodies have a
-    /// [motion](Scene::set_motion), and whose distance is not measured; in the same order. If the
-    /// report [is whole](crate::Report::is_whole), two bodies that may meet and are not in its pairs
-    /// together do not meet during their motions. Each costs one search for its pair.
+    /// The times of impact of the pairs of [`Report::pairs`](crate::Report::pairs), in the same
+    /// order: those of which one or both bodies have a [motion](Scene::set_motion), and whose
+    /// distance is not measured. If the report [is whole](crate::Report::is_whole), two bodies that
+    /// may meet and form none of its pairs do not meet during their motions. Each time costs one
+    /// search for its pair.
     pub fn passages(&self) -> impl Iterator<Item = PairPassage> {
         let pairs: &[PairReport] = match self.bodies.has_special {
             true => &self.report.pairs,

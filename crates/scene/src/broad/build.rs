@@ -30,7 +30,7 @@ struct Range {
     second: bool,
 }
 
-/// The partition of a large range: bodies below a pivot are moved to the frontier.
+/// The partition of a large range: bodies below a pivot are moved to the front.
 #[derive(Clone, Copy, Debug)]
 struct Partition {
     range: Range,

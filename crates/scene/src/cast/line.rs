@@ -5,10 +5,10 @@ use punctual_geom::tolerance::UNDERFLOW;
 use punctual_geom::{Aabb, Ray, largest};
 
 /// Widening of a box, relative to the largest coordinate of the ray's origin or of the box. It
-/// covers the map of the ray to the coordinates of a body and back. Each is a map with an inverse
-/// matrix whose entries have errors of less than 16 roundings, of points and directions up to where
-/// the ray passes the box. The margin of the box covers the error from the translation of the body
-/// ([`crate::broad::bounds`]).
+/// covers the error of mapping the ray to the coordinates of a body and back. Either map multiplies
+/// by an inverse matrix, whose entries have errors of less than 16 roundings. It maps points and
+/// directions no farther than to where the ray passes the box. The margin of the box covers the
+/// error from the translation of the body ([`crate::broad::bounds`]).
 const MARGIN: f64 = 128.0 * f64::EPSILON;
 
 /// Error of a reported parameter, in units of the size of coordinates over the largest component of

@@ -1,9 +1,9 @@
-//! Questions about a scene between frames: which body does a ray hit ([`ray`]), a shape on its way,
-//! which bodies does a shape meet, and which is the closest ([`shape`])?
+//! Questions about a scene between frames. Which body does a ray hit ([`ray`])? Which does a moving
+//! shape hit, which does a shape meet, and which is the closest to it ([`shape`])?
 //!
-//! Each is a [`Probe`]: a lower bound for what is in a box, and a question to a body. One walk
-//! through the tree of fat AABBs and the trees of the bodies, in the order of these bounds, serves
-//! all of them.
+//! Each question is a [`Probe`]: it has a lower bound for all that is in a box, and asks one body
+//! at a time. One walk through the tree of fat AABBs and the trees of the bodies, in the order of
+//! these bounds, serves all of them.
 
 mod line;
 mod path;
@@ -29,22 +29,22 @@ use punctual_geom::Aabb;
 use ray::{BodyHit, SceneCast};
 use shape::BodyOverlap;
 
-/// What is asked about the bodies of a scene.
+/// A question about the bodies of a scene.
 trait Probe {
     /// Least work that is useful to the question about a body.
     fn least_work(&self) -> u64;
 
     fn sight(&self) -> &Sight;
 
-    /// A lower bound, not negative, for everything in a box, of a body or of several; `None` if it
-    /// holds nothing that matters.
+    /// A nonnegative lower bound for everything in a box, which is that of a body or of several;
+    /// `None` if nothing in it matters.
     fn bound(&self, bounds: &Aabb, is_body: bool) -> Option<f64>;
 
     /// True if nothing with this lower bound matters any more.
     fn is_over(&self, bound: f64) -> bool;
 
-    /// Asks about a body. Returns the reason why that ended, and the lower bound for what it left
-    /// open.
+    /// Asks the question about a body. Returns the reason why its run ended, and a lower bound for
+    /// the part of the answer that is open.
     fn ask(
         &mut self,
         body: (BodyId, &Placed),
@@ -53,8 +53,8 @@ trait Probe {
     ) -> Result<(StopReason, f64), SceneError>;
 }
 
-/// The bodies that are asked about: those that a body with this filter may meet, and other ones that
-/// this body may meet.
+/// Selects the bodies that are asked about: those that a body with this filter may meet. If `body`
+/// is set, only other bodies that it may meet.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sight {
     filter: Filter,

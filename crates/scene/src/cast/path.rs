@@ -1,4 +1,4 @@
-//! The times at which a moving shape may meet a box, and how far it may be from one.
+//! Bounds the times at which a moving shape may meet a box, and its distance from a box.
 
 use crate::broad::bounds::{arc_error, thickened};
 use arrayvec::ArrayVec;
@@ -7,7 +7,7 @@ use glam::DVec3;
 use punctual::Tree;
 use punctual_geom::{Aabb, Motion, length};
 
-/// Maximum number of pieces; and of pieces of half a turn.
+/// Maximum number of pieces, and number of pieces for each half turn.
 const PIECES: usize = 16;
 const PIECES_PER_HALF: f64 = 8.0;
 
@@ -59,7 +59,7 @@ impl Path {
     }
 }
 
-/// The share of a piece before which a box that changes evenly does not meet another.
+/// The fraction of a piece before which a box that changes linearly does not meet another.
 fn enter([from, to]: &[Aabb; 2], bounds: &Aabb) -> Option<f64> {
     if from.is_empty() || bounds.is_empty() {
         return None;

@@ -89,7 +89,7 @@ pub struct BodyHit {
 }
 
 impl BodyHit {
-    /// By `t`, then by body, then by triangle: a total order.
+    /// Compares by `t`, then by body, then by triangle: a total order.
     pub(crate) fn is_before(&self, other: &Self) -> bool {
         let key = |hit: &Self| (hit.body.index, hit.on_body.triangle);
         self.on_body.t < other.on_body.t
@@ -280,7 +280,7 @@ impl Scene {
     /// for each ray; the scene keeps them until the next call. After the first ray that the budget
     /// stopped, the others are free until 0.
     ///
-    /// With threads (`Scene::use_threads`), batches of more than 64 rays are shared among as many,
+    /// With threads (`Scene::use_threads`), batches of more than 64 rays are shared among them,
     /// unless the clock is the caller's, or a ray has [`RayMode::All`]. A budget of work, or none,
     /// gives the same bits on any number of threads.
     ///
@@ -326,7 +326,8 @@ impl Scene {
         let mut ended = None;
         let cast = rays.iter().zip(&mut answers).try_for_each(|(ray, answer)| {
             let is_cast = answer.work < u64::MAX;
-            // A thread had all of the budget for its ray. It has done the same within what is left.
+            // A thread gave its ray the whole budget. If the ray took less than what is left here,
+            // the rest of the budget would give the same answer.
             let fits = answer.work <= deadline.work_left().saturating_sub(MARGIN);
             match ended {
                 Some(stop) if !is_cast || stop == StopReason::WorkLimit => {

@@ -22,12 +22,12 @@ use punctual::{BuildOptions, Mesh, Mode, PairMemory, Query, StopReason, Tree, Ve
 use punctual_geom::triangle::distance::{Closest as Nearest, closest};
 use punctual_geom::{Aabb, Motion, MotionError, Pose, PoseError, triangle_segment};
 
-/// What is asked about the bodies of a scene: a tree at a pose or on its way, or a point. It is not
-/// itself in the scene.
+/// A shape that asks about the bodies of a scene: a tree at a pose or in motion, or a point. It is
+/// not itself in the scene.
 ///
 /// The margins of bodies and of the shape count: a point with a margin is a ball. Bodies are at the
 /// poses that were set last, as for [`Scene::cast`]; their motions do not count. Sensors are bodies
-/// like others. Of two solids, what is inside meets.
+/// like others. A solid inside another solid meets it.
 ///
 /// ```
 /// use punctual::{Budget, Mode, Pose, Tree, shapes};
@@ -66,7 +66,7 @@ impl<'t> SceneShape<'t> {
         Self::moving(tree, Motion::still(pose))
     }
 
-    /// A tree on its way, for [`Scene::cast_shape`]. Other questions are about its start.
+    /// A tree in motion, for [`Scene::cast_shape`]. Other questions are about its start.
     pub fn moving(tree: &'t Tree, motion: Motion) -> Self {
         Self {
             tree: Some(tree),
@@ -94,7 +94,8 @@ impl<'t> SceneShape<'t> {
         }
     }
 
-    /// Moves it straight, without a turn, from its start; `velocity` is the way until time 1.
+    /// Moves the shape on a straight line from its start, without rotation. `velocity` is the
+    /// displacement until time 1.
     ///
     /// # Errors
     /// [`MotionError`].
@@ -146,11 +147,11 @@ pub struct ShapeHit {
 #[must_use]
 #[non_exhaustive]
 pub struct ShapeCast {
-    /// Proven: the shape meets no body before. 1 without a contact: it is free to its end.
+    /// Proven: the shape meets no body before this time. 1 if it is free to the end of its motion.
     pub free_until: f64,
     /// Proven: it meets the body of `hit` at this time. `None` if no contact was found.
     pub touching_at: Option<f64>,
-    /// The body that it meets then; with points and normal just before.
+    /// The body that it meets then. Its points and normal are those just before.
     pub hit: Option<ShapeHit>,
     /// The reason why the call returned.
     pub stop: StopReason,
@@ -190,7 +191,7 @@ pub struct Closest {
 pub struct BodyOverlap {
     /// The body.
     pub body: BodyId,
-    /// The proof. Its first triangle, or its operand A, is of the body.
+    /// The proof. Its first triangle, or its operand A, belongs to the body.
     pub verdict: Verdict,
 }
 
@@ -215,7 +216,7 @@ pub struct Overlap<'s> {
     pub elapsed: Option<Duration>,
 }
 
-/// What is asked about a shape and a body.
+/// The question about a shape and a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Asked {
     /// When do they meet?
@@ -431,8 +432,8 @@ impl Scene {
         })
     }
 
-    /// Finds which body a shape meets first on its way, straight or with a turn, within a budget of
-    /// its own ([`SceneShape`]).
+    /// Finds which body a shape meets first in its motion, straight or with a rotation, within a
+    /// budget of its own ([`SceneShape`]).
     ///
     /// **Guarantee.** [`ShapeCast::free_until`] is proven and the contact is true, whenever the cast
     /// stops. For each body, the answer is that of [`Query::impact`]; the earliest contact counts,
@@ -462,11 +463,12 @@ impl Scene {
     /// Finds the body closest to a shape, and no farther than `within` (0 to infinity), within a
     /// budget of its own ([`SceneShape`]).
     ///
-    /// **Guarantee.** Whenever it stops, no body is closer than [`Closest::low`], and the body named
-    /// is no farther than [`Closest::high`]. If it is finished, these are as close as the tolerance
-    /// of [`Query::distance`] asks, or no body is within `within`, and `low` is. Of bodies that are
-    /// equally close up to the tolerance, any is named. The same budget of work
-    /// gives the same bits and is never exceeded. Allocates like [`Scene::cast`].
+    /// **Guarantee.** Whenever the call stops, no body is closer than [`Closest::low`], and the
+    /// body named is no farther than [`Closest::high`]. If it is finished, these are as close to
+    /// each other as the tolerance of [`Query::distance`] asks; or no body is within `within`, and
+    /// `low` is as close to `within`. Of bodies that are equally close up to the tolerance, any is
+    /// named. The same budget of work gives the same bits and is never exceeded. Allocates like
+    /// [`Scene::cast`].
     ///
     /// # Errors
     /// [`SceneError::NoShape`], or [`SceneError::NoSuchBody`] if the asking body is not in the

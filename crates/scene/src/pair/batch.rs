@@ -32,7 +32,7 @@ pub(crate) fn workspace() -> Box<Workspace> {
     Box::new(Workspace::with_capacity(QUEUE, FOUND))
 }
 
-/// Makes room for the contacts of meshes of at most so many triangles and vertices.
+/// Makes room for the contacts of meshes of at most this many triangles and vertices.
 pub(crate) fn make_room_for_contacts(workspace: &mut Workspace, [triangles, vertices]: [usize; 2]) {
     workspace.reserve_manifolds(MOST_CONTACTS, triangles, vertices);
 }

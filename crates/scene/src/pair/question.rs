@@ -66,7 +66,7 @@ impl Answer {
         }
     }
 
-    /// Takes into account that a body is inside the other.
+    /// Sets the verdict if one body is inside the other.
     fn contain(&mut self, within: Option<Operand>) {
         if let Some(inner) = within {
             self.verdict = Verdict::Contained { inner };

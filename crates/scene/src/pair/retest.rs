@@ -31,10 +31,10 @@ pub(crate) struct Test {
     pub place: u32,
     /// The triangles to test (tree order); after a test that met, the triangles that meet (ids).
     pub witness: [u32; 2],
-    /// Its state. The test of its latest witness does not need it.
+    /// Its state; the test of its latest witness needs none.
     pub state: Option<Box<PairState>>,
-    /// True if the neighbors of its latest witness are to be tested too, if these triangles do not
-    /// meet; and the result of that test.
+    /// True if the neighbors of its latest witness are to be tested too, should `witness` not meet.
+    /// `beside` is the result of that test.
     pub asks_beside: bool,
     pub beside: Option<bool>,
     pub outcome: Outcome,

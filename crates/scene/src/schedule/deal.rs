@@ -120,7 +120,7 @@ impl Deal<'_> {
         }
     }
 
-    /// Orders the open jobs by rank, as far as `work` may go.
+    /// Sorts the open jobs by rank, as far as `work` suffices.
     fn order_by_rank(&mut self, work: u64) {
         self.order.clear();
         let (mut expected, mut counted) = (0, 0);

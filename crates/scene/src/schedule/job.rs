@@ -9,7 +9,7 @@ use crate::pair::frame::Frame;
 use crate::pair::state::{PairState, Turn};
 use core::mem;
 
-/// The need for contacts of which nothing is known, in skins that the bodies may have moved.
+/// The need for contacts of which nothing is known: displacement of the bodies, in skins.
 const MOST_NEED: f64 = 1000.0;
 
 /// A pair that was not finished when the frame began.

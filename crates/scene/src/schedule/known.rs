@@ -27,11 +27,11 @@ pub(crate) struct Known {
     pub key: PairKey,
     /// `None` before the first turn of the pair since its boxes overlap.
     pub slot: Option<Slot>,
-    /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of the last frame that finished the pair;
-    /// before that, of the frame before its boxes overlapped. 0 if the boxes are separated.
+    /// [`OVERLAPS`], [`MET`], [`LOST`], and the low bits of a frame: the last that finished the
+    /// pair, or, if none has, the one before its boxes overlapped. 0 if the boxes are separated.
     bits: u32,
-    /// For a pair that met, the two triangles that did last (tree order); for others, the bits of
-    /// [`Known::apart`].
+    /// For a pair that met, the two triangles that intersected last (tree order). For others, the
+    /// bits of [`Known::apart`].
     proof: u64,
 }
 
@@ -72,7 +72,7 @@ impl Known {
         self.bits & OVERLAPS != 0
     }
 
-    /// The frame in the bits, unless it is 2^29 or more frames before `frame`.
+    /// The frame in the bits, correct if it is less than 2^29 frames before `frame`.
     pub fn since(&self, frame: u64) -> u64 {
         frame - u64::from((frame as u32).wrapping_sub(self.bits) & FRAME)
     }

@@ -73,7 +73,7 @@ impl Candidate {
 /// The consequences of the distance requests for a pair.
 #[derive(Clone, Copy, Debug, Default)]
 struct Look {
-    /// True if its bodies may not meet.
+    /// True if the pair is excluded, for example by the filters of its bodies.
     is_out: bool,
     /// True if it is listed wherever its boxes are.
     listed: bool,
@@ -314,7 +314,7 @@ impl<'l> Listing<'l> {
             state.forget_told();
         }
         let mut complete = state.completed >= changed;
-        // A verdict of bodies that rest since still holds, even if more may be left to find.
+        // A verdict holds while both bodies rest, even if more contacts may be left to find.
         let mut holds =
             state.verdict != Verdict::Undecided && (complete || state.decided >= changed);
         if holds {

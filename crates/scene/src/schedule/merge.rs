@@ -76,7 +76,7 @@ impl Pairs {
         true
     }
 
-    /// True if a pair stays. `filter64`: it was found again. If it does not stay, its state is
+    /// True if a pair stays. `again`: it was found again. If it does not stay, its state is
     /// released.
     #[inline]
     fn stays(

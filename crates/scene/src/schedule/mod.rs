@@ -9,23 +9,24 @@
 //!   budget, other threads test while this one pairs bodies.
 //! - A job has one question. If its pair is found to meet and its contacts are requested, the job
 //!   continues with the contacts, with a new rank, in the next round.
-//! - If the 90 % quantile of the sum fits the budget, all pairs are run to their ends. Without a
-//!   budget and on several threads, this begins in the first round, part by part while the list is
-//!   made.
+//! - If the 90 % quantile of the total cost fits the budget, all pairs are run to their ends.
+//!   Without a budget and on several threads, this begins in the first round, part by part while
+//!   the list is made.
 //! - Otherwise a quarter goes to all pairs in turn (the *round robin*). The rest is dealt by
-//!   importance, then by the expected number of intersections found per expected cost, in this
-//!   frame and by the witness as long as it lasts. (Information, the entropy of the probability,
-//!   was measured to be worse: pairs that almost certainly intersect would wait.)
-//! - The rest goes into the next round.
+//!   importance, then by gain per expected cost. The gain is the expected number of frames with a
+//!   known intersection: this one, and later ones as long as the witness lasts. (Information, the
+//!   entropy of the probability, was measured to be worse: pairs that almost certainly intersect
+//!   would wait.)
+//! - What is left of the budget goes into the next round.
 //!
 //! The guarantee of [`crate::Scene::detect`] holds for these reasons, with `B`, `R`, `C` and `K`
 //! from there:
 //!
 //! - No budget of work is exceeded: each query ends one step of work before that of its batch is
 //!   spent.
-//! - In each frame the round robin has at least `R`, and only tests of witnesses come before it,
-//!   which leave it that much. Its first pair finishes if it takes at most `R`. Otherwise it
-//!   continues in the next frame if neither body has moved, or else has had its turn.
+//! - In each frame the round robin has at least `R`: only tests of witnesses come before it, and
+//!   they leave it that much. Its first pair finishes if it takes at most `R`. Otherwise it
+//!   continues in the next frame if neither body has moved; if one has, it has had its turn.
 //! - A turn cut short is the first of the next frame. So is the turn of the contacts of a pair that
 //!   was found to meet: it comes before the question whether the pair still meets. So in any two
 //!   frames the round robin spends more than `R` on turns that end, and it completes a round in `K`
@@ -93,8 +94,8 @@ const PART_ALONE: usize = 512;
 /// frame divided by this.
 const LIST_OF_FOUND: u32 = 4;
 
-/// What jobs have found about groups is read in at most a frame divided by this; and the maximum
-/// time, nanoseconds, that counts for a job.
+/// Reading what jobs have found about groups takes at most a frame divided by `MOST_OF_GROUPS`. A
+/// job counts for at most `MOST_PER_TOLD_PAIR` nanoseconds.
 const MOST_OF_GROUPS: u32 = 8;
 const MOST_PER_TOLD_PAIR: f64 = 400.0;
 
@@ -158,7 +159,7 @@ impl Schedule {
         reserve(&mut report.group_distances, groups);
     }
 
-    /// Makes room for the contacts of meshes of at most so many triangles and vertices.
+    /// Makes room for the contacts of meshes of at most this many triangles and vertices.
     pub fn make_room_for_contacts(&mut self, mesh: [usize; 2]) {
         for batch in &mut self.batches {
             batch.make_room_for_contacts(mesh);
@@ -189,8 +190,8 @@ impl Schedule {
 
     /// Tests the latest witnesses of pairs that met, and calls `meanwhile` while other threads
     /// test. If only time is limited and the last frame was cut, then searches the pairs that these
-    /// tests leave open. Under a budget of time, returns when that ended, and the time left, minus
-    /// that for listing the pairs found.
+    /// tests leave open. Under a budget of time, returns when this step ended and the time left
+    /// after it. The time to list the pairs found is subtracted from the latter.
     pub fn revisit(
         &mut self,
         frame: &Frame,
@@ -308,8 +309,8 @@ impl Schedule {
         self.tell(frame, found, report, estimates, lap)
     }
 
-    /// Reports the results at the end of the rounds, which was at `lap`, and measures how long that
-    /// takes. Returns when it ended.
+    /// Reports the results. The rounds ended at `lap`. Measures how long the report takes, and
+    /// returns when it ended.
     fn tell(
         &mut self,
         frame: &Frame,

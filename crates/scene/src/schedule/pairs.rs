@@ -16,8 +16,8 @@ use core::ops::Range;
 use punctual::clock::ManualClock;
 use punctual::engine::Deadline;
 
-/// With more pairs than this there is room for the maximum number, so that no frame moves many of
-/// them.
+/// Beyond this number of pairs, room is made for the maximum at once, so that no frame copies many
+/// of them.
 const MANY: usize = 8192;
 
 /// Default maximum number of pairs, and its upper limit: places and slots are 32-bit numbers.

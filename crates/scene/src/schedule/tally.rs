@@ -2,8 +2,9 @@
 //!
 //! The least lower bound of all pairs of two groups is a lower bound of their distance; any upper
 //! bound of a pair is an upper bound. Pairs that are farther apart than the least upper bound need
-//! no query. At the begin of a frame this is its *ceiling*, the upper bound of the last frame
-//! corrected for displacements. All of this holds wherever the frame is cut.
+//! no query. At the begin of a frame, the *ceiling* stands for this least upper bound: the upper
+//! bound of the last frame, corrected for displacements. All of this holds wherever the frame is
+//! cut.
 
 use crate::ask::distance_requests::Group;
 use crate::ask::distance_requests::{Asker, DistanceRequests};
@@ -22,7 +23,7 @@ struct Tally {
     /// The closest pair that was queried.
     closest: Option<(PairKey, Bounds)>,
     looked_at: usize,
-    /// Number of them that may be closer.
+    /// Number of the pairs examined that may be closer.
     open: usize,
 }
 

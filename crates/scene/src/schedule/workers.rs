@@ -149,7 +149,7 @@ impl Shared {
     /// run; or waits. `None` if nothing is left.
     fn next_for_caller(&self, round: &Round) -> Option<Next> {
         let mut tasks = self.lock();
-        // Workers take tasks from the frontier. Without a deadline the caller takes them from the
+        // Workers take tasks from the front. Without a deadline the caller takes them from the
         // back, so that in most frames the same thread runs the same pairs.
         let task = if round.end.is_some() {
             tasks.waiting.pop_front()
@@ -259,8 +259,8 @@ impl Workers {
 }
 
 impl Workers {
-    /// Makes room in the workspaces, between frames, for the contacts of meshes of at most so many
-    /// triangles and vertices.
+    /// Makes room in the workspaces, between frames, for the contacts of meshes of at most this
+    /// many triangles and vertices.
     pub fn make_room_for_contacts(&self, mesh: [usize; 2]) {
         for scratch in &mut self.shared.lock().scratch {
             make_room_for_contacts(scratch, mesh);

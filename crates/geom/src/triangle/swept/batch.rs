@@ -146,9 +146,9 @@ struct Ends<L: Lanes> {
     /// The error bound of a gap is the dot product of `error` with the magnitudes of the
     /// direction's components.
     error: V8<L>,
-    /// An edge's two ends would project to one point on the exact cross product of this edge and
-    /// another one. This bounds the distance of their projections on the rounded product, for two
-    /// edges of A, two of B, and one of each.
+    /// Bounds the distance between the projections of an edge's two ends on a rounded cross
+    /// product. On the exact product of this edge and another one, both ends would project to one
+    /// point. For two edges of A, two of B, and one of each.
     position_error: [F8<L>; 3],
 }
 

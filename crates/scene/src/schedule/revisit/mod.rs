@@ -297,9 +297,9 @@ impl Revisit {
     }
 
     /// Gathers pairs that met, starting with the one whose turn it is. Pairs that rest are found;
-    /// others wait for their tests or are lost. `left`: number of places to examine, and of resting
-    /// pairs to find. Returns true if there are more pairs, because only few wait at a time if time
-    /// is limited.
+    /// others wait for their tests or are lost. `left`: number of places to examine; `resting`:
+    /// number of resting pairs to find. Returns true if pairs are left: only a few wait at a time
+    /// if time is limited.
     fn gather(
         &mut self,
         frame: &Frame,
@@ -350,8 +350,8 @@ impl Revisit {
                     self.waiting.push(place as u32);
                     deadline.spend(WORK_PER_WITNESS);
                 } else if !frame.budget.is_unlimited() {
-                    // Without a budget it is searched when it is listed, wherever its place is by
-                    // then.
+                    // Without a budget the pair is searched when it is listed. Its place may have
+                    // changed by then.
                     self.lost.push(place as u32);
                 }
             }
