@@ -183,7 +183,7 @@ impl Workspace {
     }
 }
 
-/// A vertex in A's frame. Has the bits of [`Pose::transform_point`], except for the sign of a zero.
+/// A vertex in A's frame. Has the bits of `Pose::transform_point`, except for the sign of a zero.
 #[inline(always)]
 fn vertex<L: Lanes>(lanes: L, vertices: &Vertices, index: u32, place: &[[f64; 4]; 4]) -> D4<L> {
     let [x, y, z] = match vertices {

@@ -2,7 +2,7 @@
 //! the overlaps of surfaces that meet.
 //!
 //! The search is that of the contacts ([`contacts`](super::contacts)); what it finds goes to a
-//! [`Reduction`] instead of a list. Pairs that intersect are kept for the overlaps
+//! [`Reduction`](super::overlaps::Reduction) instead of a list. Pairs that intersect are kept for the overlaps
 //! ([`overlaps`](super::overlap)), which follow in the same run.
 
 use super::budget::Budget;

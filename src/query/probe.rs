@@ -36,7 +36,7 @@ pub(super) struct Probe<'q> {
     summary: FrontierSummary,
 }
 
-/// An open pair, and the penetration and crossing of its boxes ([`overlaps`]).
+/// An open pair, and the penetration and crossing of its boxes.
 #[derive(Clone, Copy)]
 struct Open {
     pair: Pair,

@@ -20,7 +20,7 @@ pub struct PairCertificate {
 
 impl Scene {
     /// True if the last frame compared two bodies or their boxes.
-    pub(super) fn is_looked_at(&self, a: BodyId, b: BodyId) -> Result<bool, SceneError> {
+    pub(super) fn was_compared(&self, a: BodyId, b: BodyId) -> Result<bool, SceneError> {
         let pair = [self.bodies.get(a)?, self.bodies.get(b)?];
         let moving = pair
             .iter()
@@ -54,7 +54,7 @@ impl Scene {
             upper_bound: trees.iter().map(|tree| tree.mesh().len() as u64).product(),
             largest_extent: x.intersection(&y).extents().max_element(),
         };
-        if !self.is_looked_at(a, b)?
+        if !self.was_compared(a, b)?
             || self.bodies.last_change(key).max(self.asked_since) > self.report.frame
         {
             return Ok(whole(

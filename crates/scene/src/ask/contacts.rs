@@ -195,7 +195,7 @@ impl Scene {
         let (key, frame) = (self.bodies.key(x, y)?, self.report.frame);
         let is_apart = match self.report.pair(x, y) {
             Some(pair) => pair.verdict == Verdict::Separated,
-            None => self.is_looked_at(x, y)? && frame > 0,
+            None => self.was_compared(x, y)? && frame > 0,
         };
         if is_apart {
             return Ok(Contacts {

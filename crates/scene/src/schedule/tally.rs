@@ -22,7 +22,7 @@ struct Tally {
     low: f64,
     /// The closest pair that was queried.
     closest: Option<(PairKey, Bounds)>,
-    looked_at: usize,
+    counted: usize,
     /// Number of the pairs examined that may be closer.
     open: usize,
 }
@@ -40,7 +40,7 @@ impl Tallies {
         let nothing = Tally {
             low: f64::INFINITY,
             closest: None,
-            looked_at: 0,
+            counted: 0,
             open: 0,
         };
         self.0.extend(requests.groups.iter().map(|_| nothing));
@@ -64,7 +64,7 @@ impl Tallies {
                 continue;
             };
             let tally = &mut self.0[number as usize];
-            tally.looked_at += 1;
+            tally.counted += 1;
             let Some(near) = near else { continue };
             tally.open += usize::from(!is_settled);
             tally.low = tally.low.min(near.bounds.low);
@@ -85,7 +85,7 @@ impl Tallies {
             Tally {
                 low,
                 closest,
-                looked_at,
+                counted,
                 open,
             },
             group,
@@ -100,7 +100,7 @@ impl Tallies {
             else {
                 continue;
             };
-            let low = if *looked_at == pairs { *low } else { 0.0 };
+            let low = if *counted == pairs { *low } else { 0.0 };
             let carried = before.map(|(key, bounds, _)| {
                 (
                     key,
@@ -114,7 +114,7 @@ impl Tallies {
             let high = closest.map_or(ceiling, |(_, bounds)| bounds.high);
             let bodies = closest.map(|(key, _)| bodies_of(key).map(|body| bodies.id(body)));
             let triangles = closest.and_then(|(_, bounds)| bounds.triangles);
-            let open = open + pairs - looked_at;
+            let open = open + pairs - counted;
             report.group_distances.push(GroupDistance {
                 id,
                 low: low.min(high),
