@@ -36,9 +36,9 @@ CASES = {
     "collide": ("a = ball(7)", "punctual3d.collide(a, a, mode='all')"),
     "collide, budget": ("a = ball(7)", "punctual3d.collide(a, a, mode='all', budget=30.0)"),
     "query": ("a = ball(7); q = punctual3d.Query(a, a, mode='all')", "q.run(work=10**12)"),
-    "distance": ("a, b = ball(6), ball(6, 2.0)", "punctual3d.distance(a, b, absolute_tolerance=0.0)"),
+    "distance": ("a, b = ball(7), ball(7, 2.0)", "punctual3d.distance(a, b, absolute_tolerance=0.0)"),
     "distance, budget": (
-        "a, b = ball(6), ball(6, 2.0)",
+        "a, b = ball(7), ball(7, 2.0)",
         "punctual3d.distance(a, b, absolute_tolerance=0.0, budget=30.0)",
     ),
     "contacts": ("a, b = ball(7), ball(7, 1.001)", "punctual3d.contacts(a, b, margin=0.01)"),
