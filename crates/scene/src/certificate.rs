@@ -54,9 +54,7 @@ impl Scene {
             upper_bound: trees.iter().map(|tree| tree.mesh().len() as u64).product(),
             largest_extent: x.intersection(&y).extents().max_element(),
         };
-        if !self.was_compared(a, b)?
-            || self.bodies.last_change(key).max(self.asked_since) > self.report.frame
-        {
+        if !self.was_compared(a, b)? || self.changed(key) > self.report.frame {
             return Ok(whole(
                 pair.map(|placed| placed.body.tree.aabb_at(&placed.body.pose)),
             ));

@@ -79,6 +79,7 @@ use cast::Casts;
 use compound::Compounds;
 use events::Events;
 use facts::Change;
+use id::PairKey;
 use punctual::Tree;
 use punctual::clock::ClockedBudget;
 use punctual::prediction::Calibration;
@@ -575,6 +576,12 @@ impl Scene {
         let done = change(Arc::make_mut(&mut self.bodies))?;
         self.is_known = false;
         Ok(done)
+    }
+
+    /// The last frame in which something about a pair changed; the next one if it changed since the
+    /// last.
+    fn changed(&self, key: PairKey) -> u64 {
+        self.bodies.last_change(key).max(self.asked_since)
     }
 
     /// The number of the frame in which a change takes effect.

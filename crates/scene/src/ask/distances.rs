@@ -137,11 +137,7 @@ impl Scene {
         let proven = self.pairs.bounds(key, are_times);
         let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
         match proven.filter(|_| !is_of_another) {
-            Some((bounds, since))
-                if since >= self.bodies.last_change(key).max(self.asked_since) =>
-            {
-                (bounds, 0)
-            }
+            Some((bounds, since)) if since >= self.changed(key) => (bounds, 0),
             Some((bounds, since)) => (bounds, frame - since),
             None => (Bounds::NOTHING, frame),
         }

@@ -65,8 +65,11 @@ impl Scene {
             true => &self.report.pairs,
             false => &[],
         };
-        pairs.iter().filter_map(|&PairReport { a, b, .. }| {
+        let moving = pairs.iter().filter_map(|&PairReport { a, b, .. }| {
             let key = pair_key(a.index, b.index);
+            self.bodies.is_moving(key).then_some((a, b, key))
+        });
+        moving.map(|(a, b, key)| {
             let (bounds, age) = self.proven(key, true);
             let Bounds {
                 low,
@@ -74,13 +77,13 @@ impl Scene {
                 triangles,
                 ..
             } = if age == 0 { bounds } else { Bounds::NOTHING };
-            self.bodies.is_moving(key).then_some(PairPassage {
+            PairPassage {
                 a,
                 b,
                 free_until: low,
                 touching_at: (high < f64::INFINITY).then_some(high),
                 triangles,
-            })
+            }
         })
     }
 }
