@@ -271,6 +271,15 @@ fn crowd(random: &mut Random, bodies: usize, rays: usize) -> (Scene, Vec<SceneRa
     (scene, (0..rays).map(|_| ray(random)).collect())
 }
 
+/// The parameters of the nearest hits of rays in any mode; infinite without a hit.
+fn first_hits(scene: &mut Scene, rays: &[SceneRay]) -> Vec<f64> {
+    let nearest = |ray: &SceneRay| cast(scene, &ray.mode(RayMode::Nearest), Budget::unlimited());
+    rays.iter()
+        .map(nearest)
+        .map(|cast| cast.free_until)
+        .collect()
+}
+
 #[test]
 fn a_batch_of_rays_says_what_each_ray_says_until_the_budget_ends() {
     let mut random = Random::new(91);
@@ -279,6 +288,7 @@ fn a_batch_of_rays_says_what_each_ray_says_until_the_budget_ends() {
     for ray in &rays {
         alone.push(cast(&mut scene, ray, Budget::unlimited()));
     }
+    let first = first_hits(&mut scene, &rays);
     let clock = ManualClock::new();
     let all = scene
         .cast_rays(&rays, Budget::unlimited().clock(&clock))
@@ -295,8 +305,8 @@ fn a_batch_of_rays_says_what_each_ray_says_until_the_budget_ends() {
             .position(|cast| cast.stop == StopReason::WorkLimit)
             .unwrap();
         assert!(done <= budget && part[..cut] == alone[..cut]);
-        for (part, whole) in part.iter().zip(&alone).skip(cut) {
-            assert!(part.free_until <= whole.free_until, "{part:?} {whole:?}");
+        for (part, first) in part.iter().zip(&first).skip(cut) {
+            assert!(part.free_until <= *first, "{part:?} {first}");
         }
         for cast in &part[cut + 1..] {
             assert_eq!(
@@ -340,15 +350,19 @@ fn a_batch_of_rays_says_the_same_on_any_number_of_threads() {
         }
     }
     // Time only: what is answered is true.
+    let first = first_hits(&mut scene, &rays);
     let whole = scene
         .cast_rays(&rays, Budget::unlimited())
         .unwrap()
         .to_vec();
-    let soon = std::time::Duration::from_micros(200);
-    let part = scene.cast_rays(&rays, Budget::time(soon)).unwrap();
-    for (part, whole) in part.iter().zip(&whole) {
-        assert!(part.stop == StopReason::Deadline || part.hit.is_some() == whole.hit.is_some());
-        assert!(part.free_until <= whole.free_until);
+    for micros in (0..400).step_by(10) {
+        let soon = std::time::Duration::from_micros(micros);
+        let part = scene.cast_rays(&rays, Budget::time(soon)).unwrap();
+        for ((part, whole), first) in part.iter().zip(&whole).zip(&first) {
+            assert!(part.stop == StopReason::Deadline || part.hit.is_some() == whole.hit.is_some());
+            assert!(part.hit.is_none() || whole.hit.is_some());
+            assert!(part.free_until <= *first, "{part:?} {first}");
+        }
     }
     // An error is the first one.
     let id = scene.bodies().next().unwrap().0;
