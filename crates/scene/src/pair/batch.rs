@@ -4,7 +4,7 @@
 //! So under a budget of work it does not matter which thread runs it, or when.
 
 use super::question::Question;
-use super::retest::{Retest, Test, WITNESSES};
+use super::retest::{Retest, Test};
 use super::spent::Spent;
 use super::state::Turn;
 use super::touch::MOST_CONTACTS;
@@ -261,6 +261,9 @@ impl Turn {
         };
         let b_in_a = a.relative(b);
         self.state.apart = 0.0;
+        if self.meets_beside([a, b], &b_in_a, desk) {
+            return Ended::Complete;
+        }
         if self.may_test_roots(desk) && self.root_test_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
         }
@@ -297,12 +300,8 @@ impl Turn {
             held,
             ..
         } = desk;
-        // The witnesses were tested in this frame.
-        let refuted = if self.state.is_lost(round.frame) {
-            WITNESSES
-        } else {
-            0
-        };
+        // The latest witness was tested in this frame.
+        let refuted = usize::from(self.state.is_lost(round.frame));
         let resumed = question.resume_or_begin(
             *held,
             workspace,

@@ -1,16 +1,17 @@
 //! Tests whether the triangles that met last, or their neighbors, still meet: the cheapest test,
 //! for eight pairs at once.
 
-use super::state::PairState;
-use crate::body::{Bodies, triangle_ids};
+use super::batch::Desk;
+use super::state::Turn;
+use crate::ask::TurnKind;
+use crate::body::{Bodies, Placed, triangle_ids};
 use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::id::PairKey;
-use alloc::boxed::Box;
 use arrayvec::ArrayVec;
 use core::mem;
 use glam::DVec3;
-use punctual::Tree;
 use punctual::engine::{Deadline, flushing_matters};
+use punctual::{PairMemory, Tree};
 use punctual_geom::lanes::Instructions;
 use punctual_geom::triangle::batch::Verdicts;
 use punctual_geom::triangle::filter64::{Columns, Filter64};
@@ -20,10 +21,12 @@ use punctual_geom::{Pose, bits};
 /// Pairs tested at once.
 pub(crate) const LANES: usize = 8;
 
-/// Number of the latest witnesses of a pair that are tested, one after another.
-pub(crate) const WITNESSES: usize = 2;
+/// The neighbors of a lost witness are tested if they met at least this often, and otherwise in one
+/// frame of `PER_NEARBY`.
+const LEAST_NEARBY: f32 = 0.2;
+const PER_NEARBY: u64 = 16;
 
-/// A pair that met, in a batch of tests. Holds all that is needed to deal and to collect it.
+/// A pair that met, in a batch of tests.
 #[derive(Clone, Debug)]
 pub(crate) struct Test {
     pub key: PairKey,
@@ -31,16 +34,8 @@ pub(crate) struct Test {
     pub place: u32,
     /// The triangles to test (tree order); after a test that met, the triangles that meet (ids).
     pub witness: [u32; 2],
-    /// Its state; the test of its latest witness needs none.
-    pub state: Option<Box<PairState>>,
-    /// True if the neighbors of its latest witness are to be tested too, should `witness` not meet.
-    /// `beside` is the result of that test.
-    pub asks_beside: bool,
-    pub beside: Option<bool>,
     pub outcome: Outcome,
 }
-
-const _: () = assert!(size_of::<Test>() == 32);
 
 /// The result of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,18 +47,6 @@ pub(crate) enum Outcome {
 }
 
 impl Test {
-    pub fn new(key: PairKey, place: u32, witness: [u32; 2]) -> Self {
-        Self {
-            key,
-            place,
-            witness,
-            state: None,
-            asks_beside: false,
-            beside: None,
-            outcome: Outcome::Untested,
-        }
-    }
-
     fn end(&mut self, met: Option<[u32; 2]>) {
         self.witness = met.unwrap_or(self.witness);
         self.outcome = if met.is_some() {
@@ -114,24 +97,8 @@ impl<'b> Retest<'b> {
         }
     }
 
-    /// Tests witnesses of pairs, and neighbors of them if requested, as far as the deadline allows.
+    /// Tests witnesses of pairs, as far as the deadline allows.
     pub fn run(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
-        self.witnesses(tests, deadline);
-        for test in tests
-            .iter_mut()
-            .filter(|test| test.asks_beside && test.outcome == Outcome::Lost)
-        {
-            if !deadline.has_room(WORK_PER_NEIGHBORS) {
-                break;
-            }
-            deadline.spend(WORK_PER_NEIGHBORS);
-            let met = self.meets_beside(test);
-            test.beside = Some(met.is_some());
-            test.end(met);
-        }
-    }
-
-    fn witnesses(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
         let mut next = 0;
         while next < tests.len() {
             while next < tests.len()
@@ -170,49 +137,69 @@ impl<'b> Retest<'b> {
         self.waiting.push(Tested { at, witness });
         Some(())
     }
+}
 
-    /// Tests the neighbors of the latest witness of a pair: one of its triangles with the neighbor
-    /// of the other across an edge. Returns the ids of two that meet, and stores them in the
-    /// memory.
-    fn meets_beside(&mut self, test: &mut Test) -> Option<[u32; 2]> {
-        let [a, b] = self.bodies.pair(test.key)?;
-        let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
-        let memory = &mut test.state.as_mut()?.memory;
-        let latest = memory.witness(0)?;
-        triangle_ids([a, b], latest).filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
-        for (columns, corners) in self
-            .columns
-            .iter_mut()
-            .zip(&corners(trees, latest, &b_in_a))
-        {
-            columns.fill(corners);
+impl Turn {
+    /// True if neighbors of the witness that was lost meet. Surfaces usually still meet nearby,
+    /// unless they move far in a frame.
+    #[inline]
+    pub fn meets_beside(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
+        let (state, frame) = (&mut *self.state, desk.round.frame);
+        let is_new = state.is_lost(frame) && state.pending.work == 0;
+        if !is_new || self.kind != TurnKind::Meet || !desk.deadline.has_room(WORK_PER_NEIGHBORS) {
+            return false;
         }
-        let mut next = ArrayVec::<_, LANES>::new();
-        for (side, tree) in trees.into_iter().enumerate() {
-            let (triangle, corners) = (latest[side], tree.vertices_of(latest[side]));
-            for edge in 0..3 {
-                let Some(across) = tree.across(triangle, edge) else {
-                    continue;
-                };
-                let apex = (edge + 2) % 3;
-                let vertex = tree.vertex_across(triangle, corners[apex], across);
-                let vertex = tree.mesh().vertex(vertex as usize);
-                let vertex = if side == 0 {
-                    vertex
-                } else {
-                    b_in_a.transform_point(vertex)
-                };
-                self.columns[side].set_corner(next.len(), apex, vertex);
-                let mut pair = latest;
-                pair[side] = across;
-                next.push(pair);
-            }
-        }
-        let hits = meeting(self.instructions, &self.columns, next.len());
-        let found = *next.get(hits.trailing_zeros() as usize)?;
-        memory.found(found);
-        triangle_ids([a, b], found)
+        // Tested sometimes even if not expected to meet, because the expectation may be outdated.
+        let is_due = state.nearby >= LEAST_NEARBY || (frame ^ self.known.key) % PER_NEARBY == 0;
+        let met = if is_due {
+            desk.deadline.spend(WORK_PER_NEIGHBORS);
+            self.spent.work += WORK_PER_NEIGHBORS;
+            let met = beside(pair, b_in_a, &mut state.memory);
+            state.learn_nearby(met.is_some());
+            met
+        } else {
+            None
+        };
+        state.note_test(met, frame);
+        met.is_some()
     }
+}
+
+/// Tests the neighbors of the latest witness: one of its triangles with the neighbor of the other
+/// across an edge. Returns the ids of two that meet, and stores them in the memory.
+fn beside(pair: [&Placed; 2], b_in_a: &Pose, memory: &mut PairMemory) -> Option<[u32; 2]> {
+    let trees = pair.map(|placed| &*placed.body.tree);
+    let latest = memory.witness(0)?;
+    triangle_ids(pair, latest).filter(|_| !flushing_matters(trees[0], trees[1], b_in_a))?;
+    let mut columns = [Columns::ZERO, Columns::ZERO];
+    for (columns, corners) in columns.iter_mut().zip(&corners(trees, latest, b_in_a)) {
+        columns.fill(corners);
+    }
+    let mut next = ArrayVec::<_, LANES>::new();
+    for (side, tree) in trees.into_iter().enumerate() {
+        let (triangle, corners) = (latest[side], tree.vertices_of(latest[side]));
+        for edge in 0..3 {
+            let Some(across) = tree.across(triangle, edge) else {
+                continue;
+            };
+            let apex = (edge + 2) % 3;
+            let vertex = tree.vertex_across(triangle, corners[apex], across);
+            let vertex = tree.mesh().vertex(vertex as usize);
+            let vertex = if side == 0 {
+                vertex
+            } else {
+                b_in_a.transform_point(vertex)
+            };
+            columns[side].set_corner(next.len(), apex, vertex);
+            let mut pair = latest;
+            pair[side] = across;
+            next.push(pair);
+        }
+    }
+    let hits = meeting(Instructions::detect(), &columns, next.len());
+    let found = *next.get(hits.trailing_zeros() as usize)?;
+    memory.found(found);
+    triangle_ids(pair, found)
 }
 
 /// Mask of the first `count` pairs of triangles that meet.

@@ -17,7 +17,8 @@ use punctual::{PairMemory, Verdict};
 /// Maximum number of estimates of a pair that are kept until it is decided.
 const TOLD: usize = 8;
 
-/// Number of tests over which the steadiness of a pair is averaged, and its initial value.
+/// Number of tests over which the steadiness of a pair is averaged, and that of the neighbors of its
+/// witness; and their initial value.
 const TESTS_OF_STEADINESS: f32 = 8.0;
 const USUAL_STEADINESS: f32 = 0.5;
 
@@ -148,8 +149,8 @@ pub(crate) struct PairState {
     /// Share of the tests of its latest witnesses in which they still met; exponentially weighted
     /// mean.
     pub steadiness: f32,
-    /// How much more often than on average in the scene the neighbors of a lost witness met;
-    /// exponentially weighted mean.
+    /// Share of the tests of the neighbors of a lost witness in which they met; exponentially
+    /// weighted mean.
     pub nearby: f32,
     /// Work of the last run that no remembered witness cut short; a lower bound while that run is
     /// unfinished.
@@ -184,7 +185,7 @@ impl PairState {
             decided: before,
             refuted: 0,
             steadiness: USUAL_STEADINESS,
-            nearby: 0.0,
+            nearby: USUAL_STEADINESS,
             search: 0,
             pending: Spent::default(),
             said: Said::Estimates(ArrayVec::new()),
@@ -336,6 +337,11 @@ impl PairState {
 
     fn learn_steadiness(&mut self, held: f32) {
         self.steadiness += (held - self.steadiness) / TESTS_OF_STEADINESS;
+    }
+
+    /// Records a test of the neighbors of its latest witness.
+    pub fn learn_nearby(&mut self, met: bool) {
+        self.nearby += (f32::from(u8::from(met)) - self.nearby) / TESTS_OF_STEADINESS;
     }
 
     /// Records bounds proven in `frame`.

@@ -229,6 +229,12 @@ impl Pairs {
         self.at_mut(place).hold(frame);
     }
 
+    /// Records that these triangles no longer intersect.
+    #[inline]
+    pub fn lose(&mut self, place: usize) {
+        self.at_mut(place).lose();
+    }
+
     /// Takes the state of a pair out, if it has one, with its entry, which must
     /// [update](Known::tell) the state first.
     #[inline]
@@ -309,13 +315,6 @@ impl Pairs {
     /// Makes room for the contacts of all pairs that there is room for.
     pub fn reserve_touches(&mut self) {
         self.touches.ask(self.room[1].asked);
-    }
-
-    /// Puts back a state that was updated in `frame`.
-    pub fn put_back_updated(&mut self, place: usize, state: Box<PairState>, frame: u64) {
-        let mut known = *self.at(place);
-        known.note(&state, frame);
-        self.put_back(place, state, known);
     }
 
     /// Puts a state back, with its entry.

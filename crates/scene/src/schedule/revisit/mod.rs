@@ -1,8 +1,7 @@
 //! The first step of a frame: known pairs are tested again.
 //!
 //! Most pairs that met in the last frame still meet. Two triangles prove it for the current poses,
-//! whether the bodies are placed and paired or not: the latest witnesses, or neighbors of the
-//! latest one. If time is limited and the last frame was cut short, pairs whose witnesses are lost
+//! whether the bodies are placed and paired or not. If time is limited and the last frame was cut short, pairs whose witnesses are lost
 //! are searched next, and then all other known pairs. The pairs found are reported even if the list
 //! of the frame ends before them, and so are pairs that met and rest.
 
@@ -10,13 +9,12 @@ mod search;
 
 use super::pairs::Pairs;
 use crate::broad::Broad;
-use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
+use crate::cost::WORK_PER_WITNESS;
 use crate::id::{PairKey, bodies_of};
 use crate::pair::batch::{Batch, Round, RoundKind};
 use crate::pair::frame::Frame;
 use crate::pair::retest::{LANES, Outcome, Test};
 use crate::pair::spent::Spent;
-use crate::pair::state::{NO_TRIANGLES, PairState};
 use crate::room::reserve;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -31,17 +29,6 @@ use punctual::{Verdict, Workspace};
 const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
 const PER_REST: usize = 16;
-
-/// The neighbors of a lost witness are tested if they meet at least this often in expectation, and
-/// otherwise one time in `PER_NEARBY`.
-const LEAST_NEARBY: f32 = 0.2;
-const PER_NEARBY: u32 = 16;
-
-/// Number of tests over which the frequency of meeting neighbors is averaged, for a pair and for
-/// the scene; and its initial value.
-const TESTS_OF_PAIR: f32 = 8.0;
-const TESTS_OF_SCENE: f32 = 64.0;
-const USUAL_NEARBY: f32 = 0.5;
 
 /// A pair that was found to meet, with its witness.
 #[derive(Clone, Copy, Debug)]
@@ -108,15 +95,9 @@ pub(crate) struct Revisit {
     /// Places of the pairs that wait for their tests, and of those whose witnesses are lost.
     waiting: Vec<u32>,
     lost: Vec<u32>,
-    /// Number of tests of this frame, work of testing neighbors of lost witnesses, and work of its
-    /// searches.
+    /// Number of tests of this frame, and work of its searches.
     tests: usize,
-    beside: u64,
     searches: Spent,
-    /// How much more often than usual the neighbors of a lost witness meet; and how often they were
-    /// not tested because they were not expected to meet.
-    nearby: f32,
-    passed: u32,
     /// True if there is no room for more pairs.
     pub is_full: bool,
     /// Where the next frame continues its tests; and where it continues its searches: of lost
@@ -135,7 +116,7 @@ impl Revisit {
 
     /// Work of this frame.
     pub fn spent(&self) -> Spent {
-        let work = self.searches.work + self.beside + self.tests as u64 * WORK_PER_WITNESS;
+        let work = self.searches.work + self.tests as u64 * WORK_PER_WITNESS;
         Spent {
             work,
             ..self.searches
@@ -146,7 +127,7 @@ impl Revisit {
     pub fn skip(&mut self) {
         self.found.clear();
         self.lost.clear();
-        (self.tests, self.beside, self.searches, self.is_full) = (0, 0, Spent::default(), false);
+        (self.tests, self.searches, self.is_full) = (0, Spent::default(), false);
     }
 
     /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If
@@ -176,13 +157,7 @@ impl Revisit {
         let (mut goes_on, mut is_cut, mut meanwhile) = (true, false, Some(meanwhile));
         while goes_on && !is_cut {
             goes_on = self.gather(frame, broad, pairs, &mut left, deadline);
-            let round = self.begin(frame, pairs, hands, |pairs, place| {
-                Some(Test::new(
-                    pairs.key(place as usize),
-                    place,
-                    pairs.witness(place as usize),
-                ))
-            });
+            let round = self.begin(frame, pairs, hands);
             if let Some(meanwhile) = meanwhile.take() {
                 meanwhile(broad, pairs);
             }
@@ -206,7 +181,10 @@ impl Revisit {
                                 .for_each(|place| pairs.hold(place, frame.number));
                             self.found.push(Meeting { key, witness });
                         }
-                        Outcome::Lost => self.lost.extend(place.map(|place| place as u32)),
+                        Outcome::Lost => self.lost.extend(place.map(|place| {
+                            pairs.lose(place);
+                            place as u32
+                        })),
                         Outcome::Untested if is_cut => {}
                         Outcome::Untested => (is_cut, self.next) = (true, key),
                     }
@@ -219,81 +197,6 @@ impl Revisit {
         if !self.found.is_sorted_by_key(|meeting| meeting.key) {
             self.found.sort_unstable_by_key(|meeting| meeting.key);
         }
-        self.test_again(frame, pairs, hands, deadline);
-    }
-
-    /// For the pairs whose latest witnesses no longer meet, tests the witnesses before them, and
-    /// the neighbors of the latest if these are expected to meet: surfaces usually still meet
-    /// nearby, unless they move far in a frame.
-    fn test_again(
-        &mut self,
-        frame: &Frame,
-        pairs: &mut Pairs,
-        hands: &mut Hands,
-        deadline: &mut Deadline,
-    ) {
-        // The others were lost before this frame.
-        self.waiting.extend(
-            self.lost
-                .extract_if(.., |place| !pairs.is_lost(*place as usize)),
-        );
-        let (of_all, mut passed) = (USUAL_NEARBY + self.nearby, self.passed);
-        let round = self.begin(frame, pairs, hands, |pairs, place| {
-            let mut test = Test::new(pairs.key(place as usize), place, NO_TRIANGLES);
-            let (mut state, known) = pairs.take_state(place as usize)?;
-            known.tell(&mut state, frame.bodies, frame.number);
-            test.witness = state.memory.witness(1).unwrap_or(test.witness);
-            if deadline.has_room(WORK_PER_NEIGHBORS) {
-                let is_expected = of_all + state.nearby >= LEAST_NEARBY;
-                // Tested sometimes even if not expected to meet, because the expectation may be
-                // outdated.
-                passed = if is_expected {
-                    passed
-                } else {
-                    (passed + 1) % PER_NEARBY
-                };
-                test.asks_beside = is_expected || passed == 0;
-                deadline.spend(if test.asks_beside {
-                    WORK_PER_NEIGHBORS
-                } else {
-                    0
-                });
-            }
-            test.state = Some(state);
-            Some(test)
-        });
-        hands.finish(frame, &round);
-        self.passed = passed;
-        hands.tests().for_each(
-            |Test {
-                 state,
-                 key,
-                 place,
-                 witness,
-                 beside,
-                 outcome,
-                 ..
-             }| {
-                let Some(mut state) = state else { return };
-                if let Some(met) = beside {
-                    self.learn_beside(&mut state, met);
-                }
-                match outcome {
-                    Outcome::Met => {
-                        if let Some(older) = state.memory.witness(1).filter(|_| beside.is_none()) {
-                            state.memory.found(older);
-                        }
-                        state.note_test(Some(witness), frame.number);
-                        self.find(Meeting { key, witness });
-                    }
-                    Outcome::Lost | Outcome::Untested => {
-                        state.note_test(None, frame.number);
-                        self.lost.push(place);
-                    }
-                }
-                pairs.put_back_updated(place as usize, state, frame.number);
-            },
-        );
     }
 
     /// Gathers pairs that met, starting with the one whose turn it is. Pairs that rest are found;
@@ -365,9 +268,8 @@ impl Revisit {
     fn begin(
         &mut self,
         frame: &Frame,
-        pairs: &mut Pairs,
+        pairs: &Pairs,
         Hands { batches, end, .. }: &mut Hands,
-        mut test: impl FnMut(&mut Pairs, u32) -> Option<Test>,
     ) -> Round {
         let parts = if frame.threads() == 1 { 1 } else { PARTS };
         let each = self
@@ -381,23 +283,19 @@ impl Revisit {
             ..Round::to_the_end(frame.number, frame.mode, *end)
         };
         for (part, places) in self.waiting.chunks(each).enumerate() {
-            batches[part]
-                .tests
-                .extend(places.iter().filter_map(|&place| test(pairs, place)));
+            let test = |&place: &u32| Test {
+                key: pairs.key(place as usize),
+                place,
+                witness: pairs.witness(place as usize),
+                outcome: Outcome::Untested,
+            };
+            batches[part].tests.extend(places.iter().map(test));
             frame
                 .crew
                 .begin(part, &mut batches[part..=part], &round, frame.bodies);
         }
         self.waiting.clear();
         round
-    }
-
-    /// Updates the frequency of meeting neighbors from the test of a pair.
-    fn learn_beside(&mut self, state: &mut PairState, met: bool) {
-        self.beside += WORK_PER_NEIGHBORS;
-        let (met, of_all) = (if met { 1.0 } else { 0.0 }, USUAL_NEARBY + self.nearby);
-        state.nearby += (met - of_all - state.nearby) / TESTS_OF_PAIR;
-        self.nearby += (met - of_all) / TESTS_OF_SCENE;
     }
 
     /// Inserts a pair that meets.
