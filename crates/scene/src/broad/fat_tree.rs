@@ -79,15 +79,11 @@ impl FatTree {
         self.sweeps = SWEPT_PART * newcomers > self.nodes.len();
     }
 
-    /// True if the fat AABB of a body overlaps the one in its leaf: the body was not teleported.
-    pub fn is_near(&self, proxy: &Proxy) -> bool {
-        self.bounds(proxy).intersects(&proxy.fat)
-    }
-
-    /// Updates a body's leaf to its fat AABB if it [is near](FatTree::is_near), else moves the body
-    /// to a one-leaf tree.
-    pub fn renew(&mut self, body: u32, proxy: &mut Proxy, is_near: bool) {
+    /// Updates a body's leaf to its fat AABB. If they do not overlap, because the body was
+    /// teleported, moves the body to a one-leaf tree.
+    pub fn renew(&mut self, body: u32, proxy: &mut Proxy) {
         self.moves += 1;
+        let is_near = self.bounds(proxy).intersects(&proxy.fat);
         if (proxy.leaf as usize) < self.nodes.len() {
             self.set_leaf(
                 proxy.leaf,

@@ -28,7 +28,6 @@ use super::room::reserve;
 use super::waiting::Waiting;
 use crate::cost::{WORK_PER_NEW_PLACE, WORK_PER_REFIT};
 use alloc::vec::Vec;
-use arrayvec::ArrayVec;
 use core::mem;
 use fat_tree::{FatTree, MOST_FOUND, Searched};
 use glam::DVec3;
@@ -309,14 +308,8 @@ impl Broad {
             }
             let step = &self.newcomers[next..self.newcomers.len().min(next + STEP)];
             deadline.spend(step.len() as u64 * WORK_PER_NEW_PLACE);
-            // All leaves are read first, so that their cache misses overlap.
-            let near: ArrayVec<_, STEP> = step
-                .iter()
-                .map(|&body| self.tree.is_near(&self.proxies[body as usize]))
-                .collect();
-            for (&body, is_near) in step.iter().zip(near) {
-                self.tree
-                    .renew(body, &mut self.proxies[body as usize], is_near);
+            for &body in step {
+                self.tree.renew(body, &mut self.proxies[body as usize]);
             }
             next += step.len();
         }

@@ -9,12 +9,11 @@ use super::spent::Spent;
 use super::state::Turn;
 use super::touch::MOST_CONTACTS;
 use crate::ask::TurnKind;
-use crate::body::{Bodies, Placed};
+use crate::body::Bodies;
 use crate::cost::{LEAST_WORK, WORK_PER_QUERY};
 use crate::id::PairKey;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use arrayvec::ArrayVec;
 use core::mem;
 use core::time::Duration;
 use punctual::engine::Deadline;
@@ -24,9 +23,6 @@ use punctual::{Clock, Mode, StopReason, Verdict, Workspace};
 /// counted.
 const QUEUE: usize = 1024;
 const FOUND: usize = 1024;
-
-/// Number of turns whose bodies are read together, so that their cache misses overlap.
-const TOGETHER: usize = 16;
 
 pub(crate) fn workspace() -> Box<Workspace> {
     Box::new(Workspace::with_capacity(QUEUE, FOUND))
@@ -159,18 +155,7 @@ impl Batch {
         clock: &dyn Clock,
     ) {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
-        let mut together = ArrayVec::<_, TOGETHER>::new();
-        for at in 0..self.turns.len() {
-            if at % TOGETHER == 0 {
-                together.clear();
-                together.extend(
-                    self.turns[at..]
-                        .iter()
-                        .take(TOGETHER)
-                        .map(|turn| bodies.pair(turn.key())),
-                );
-            }
-            let turn = &mut self.turns[at];
+        for (at, turn) in self.turns.iter_mut().enumerate() {
             let key = turn.key();
             // A pair that is not expected to finish has room in the next round; the pairs after it
             // must not overtake it.
@@ -181,17 +166,14 @@ impl Batch {
             }
             let held = self.held == Some(key);
             let kept = self.workspace.as_mut().filter(|_| held);
-            let ended = turn.run(
-                together[at % TOGETHER],
-                &mut Desk {
-                    bodies,
-                    round,
-                    deadline: &mut deadline,
-                    workspace: kept.unwrap_or(scratch),
-                    held,
-                    looks_ahead: self.looks_ahead,
-                },
-            );
+            let ended = turn.run(&mut Desk {
+                bodies,
+                round,
+                deadline: &mut deadline,
+                workspace: kept.unwrap_or(scratch),
+                held,
+                looks_ahead: self.looks_ahead,
+            });
             turn.end_question(bodies, round.frame);
             match ended {
                 Ended::Complete if held => self.held = None,
@@ -234,29 +216,23 @@ impl Turn {
         deadline: &mut Deadline,
     ) {
         let (held, looks_ahead) = (false, true);
-        self.run(
-            bodies.pair(self.key()),
-            &mut Desk {
-                bodies,
-                round,
-                deadline,
-                workspace,
-                held,
-                looks_ahead,
-            },
-        );
+        self.run(&mut Desk {
+            bodies,
+            round,
+            deadline,
+            workspace,
+            held,
+            looks_ahead,
+        });
         self.next = None;
         self.end(round.frame);
     }
 
     /// Runs the pair as far as the deadline allows.
-    pub fn run(&mut self, pair: Option<[&Placed; 2]>, desk: &mut Desk) -> Ended {
+    pub fn run(&mut self, desk: &mut Desk) -> Ended {
         let Desk { bodies, round, .. } = *desk;
         self.known.tell(&mut self.state, bodies, round.frame);
-        if self.is_new {
-            self.state.forget_told();
-        }
-        let Some([a, b]) = pair else {
+        let Some([a, b]) = bodies.pair(self.key()) else {
             return Ended::NotBegun;
         };
         let b_in_a = a.relative(b);

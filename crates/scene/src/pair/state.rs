@@ -61,8 +61,6 @@ pub(crate) struct Turn {
     /// Expected work, median.
     pub median: u32,
     pub kind: TurnKind,
-    /// True if a body has moved since the state was updated.
-    pub is_new: bool,
     /// The question left after the turn.
     pub next: Option<TurnKind>,
     /// True if reported probabilities can now be compared with the verdict.
@@ -82,14 +80,13 @@ impl Turn {
             recall: 0.0,
         };
         let (kind, spent) = (TurnKind::Meet, Spent::default());
-        let (is_new, teaches, next) = (false, false, None);
+        let (teaches, next) = (false, None);
         Self {
             state,
             known,
             index: 0,
             median: 0,
             kind,
-            is_new,
             next,
             teaches,
             spent,

@@ -7,7 +7,6 @@ use crate::body::margins;
 use crate::id::{PairKey, bodies_of};
 use crate::pair::frame::Frame;
 use crate::pair::state::{PairState, Turn};
-use core::mem;
 
 /// The need for contacts of which nothing is known: displacement of the bodies, in skins.
 const MOST_NEED: f64 = 1000.0;
@@ -27,8 +26,6 @@ pub(crate) struct Job {
     pub kind: TurnKind,
     /// True if it may be the closest of a group.
     pub measures: bool,
-    /// True if a body has moved, and the state of the pair was not updated when it was listed.
-    pub is_new: bool,
     /// True if its reported probabilities can now be compared with the verdict.
     pub teaches: bool,
     /// True if it is neither in a batch nor finished.
@@ -45,7 +42,7 @@ impl Job {
         (forecast, rank): (Forecast, u64),
     ) -> Self {
         let (listed, place, home) = (listed as u32, place as u32, None);
-        let (measures, is_new, teaches) = (false, false, false);
+        let (measures, teaches) = (false, false);
         Self {
             key,
             listed,
@@ -55,7 +52,6 @@ impl Job {
             home,
             kind,
             measures,
-            is_new,
             teaches,
             open: true,
         }
@@ -72,12 +68,10 @@ impl Job {
         if self.kind == TurnKind::Contacts && turn.state.touch.is_none() {
             turn.state.touch = Some(pairs.lend_touch());
         }
-        let is_new = mem::take(&mut self.is_new);
         Turn {
             index,
             median: self.forecast.median,
             kind: self.kind,
-            is_new,
             next: Some(self.kind),
             ..turn
         }

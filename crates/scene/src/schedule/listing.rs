@@ -3,7 +3,6 @@
 //! A partial list begins with the pair whose turn it is, so that the guarantee of the round robin
 //! holds however few pairs a frame can read.
 
-use super::forecast::Forecast;
 use super::job::{Job, outlook};
 use super::pairs::Pairs;
 use super::revisit::Meeting;
@@ -18,7 +17,6 @@ use crate::pair::frame::Frame;
 use crate::pair::spent::Spent;
 use crate::report::Report;
 use alloc::vec::Vec;
-use arrayvec::ArrayVec;
 use core::mem;
 use core::ops::Range;
 use punctual::engine::Deadline;
@@ -51,9 +49,6 @@ pub(crate) struct Counts {
     /// Pairs of groups that are not listed but whose state is kept.
     pub kept: usize,
 }
-
-/// Number of pairs whose bodies are read together, so that their cache misses overlap.
-const TOGETHER: usize = 16;
 
 /// A known pair, and data of its bodies.
 #[derive(Clone, Copy)]
@@ -160,49 +155,34 @@ impl<'l> Listing<'l> {
     /// Lists the pairs in a range of places. Returns the place before which it ended.
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
-        for first in places.clone().step_by(TOGETHER) {
-            let mut together = ArrayVec::<_, TOGETHER>::new();
-            together.extend(
-                (first..places.end)
-                    .take(TOGETHER)
-                    .map(|place| self.candidate(place)),
-            );
-            for &pair in &together {
-                if !deadline.has_room(WORK_PER_LISTED_PAIR) {
-                    return pair.place();
-                }
-                if self
-                    .found
-                    .get(self.next_found)
-                    .is_some_and(|met| met.key < pair.key)
-                {
-                    self.list_found_before(pair);
-                }
-                if let Some(&met) = self
-                    .found
-                    .get(self.next_found)
-                    .filter(|met| met.key == pair.key)
-                {
-                    self.next_found += 1;
-                    self.list_found(met, pair.ids);
-                    continue;
-                }
-                let listed = match pair.is_special {
-                    true => self.list::<true>(pair, settled),
-                    false => self.list::<false>(pair, settled),
-                };
-                deadline.spend(if listed {
-                    WORK_PER_LISTED_PAIR
-                } else {
-                    WORK_PER_PAIR_APART
-                });
+        for place in places.clone() {
+            if !deadline.has_room(WORK_PER_LISTED_PAIR) {
+                return place;
             }
+            let pair = self.candidate(place);
+            let next = |listing: &Self| listing.found.get(listing.next_found).copied();
+            if next(self).is_some_and(|met| met.key < pair.key) {
+                self.list_found_before(pair);
+            }
+            if let Some(met) = next(self).filter(|met| met.key == pair.key) {
+                self.next_found += 1;
+                self.list_found(met, pair.ids);
+                continue;
+            }
+            let listed = match pair.is_special {
+                true => self.list::<true>(pair, settled),
+                false => self.list::<false>(pair, settled),
+            };
+            deadline.spend(if listed {
+                WORK_PER_LISTED_PAIR
+            } else {
+                WORK_PER_PAIR_APART
+            });
         }
         places.end
     }
 
-    /// A pair with the data of its bodies that is read in advance: only their ids, so that all
-    /// cache lines are loaded at the same time.
+    /// A known pair with data of its bodies.
     #[inline(always)]
     fn candidate(&self, place: usize) -> Candidate {
         let (key, bodies) = (self.pairs.key(place), self.frame.bodies);
@@ -287,27 +267,6 @@ impl<'l> Listing<'l> {
             return true;
         }
         let known = *known;
-        if !SPECIAL
-            && !self.expects
-            && bodies.last_change(key) == number
-            && !bodies.contact_requests.any()
-        {
-            // The state only needs to know that a body has moved. The thread that runs the job
-            // reads it.
-            let job = Job::new(
-                key,
-                [self.report.pairs.len(), place],
-                TurnKind::Meet,
-                (Forecast::EQUAL, 0),
-            );
-            self.jobs.push(Job {
-                is_new: true,
-                ..job
-            });
-            self.report
-                .push_open(pair.ids, 0.0, number - known.since(number));
-            return true;
-        }
         let changed = self.frame.changed(key);
         let state = self.pairs.state_of(known, self.frame);
         if changed == number {

@@ -8,7 +8,6 @@ use crate::broad::Broad;
 use crate::cost::WORK_PER_MERGED_PAIR;
 use crate::facts::Change;
 use crate::id::bodies_of;
-use arrayvec::ArrayVec;
 use core::mem;
 use punctual::engine::Deadline;
 
@@ -42,10 +41,6 @@ impl Pairs {
                 return false;
             }
             deadline.spend(WORK);
-            let first = self.merge.known;
-            let next = self.known[first..].iter().take(STEP);
-            let news: ArrayVec<_, STEP> =
-                next.map(|known| broad.news(bodies_of(known.key))).collect();
             for _ in 0..STEP {
                 let (known, new) = (
                     self.known.get(self.merge.known).copied(),
@@ -53,7 +48,7 @@ impl Pairs {
                 );
                 match (known, new) {
                     (Some(mut known), new) if new.is_none_or(|new| known.key <= new) => {
-                        let news = news[self.merge.known - first];
+                        let news = broad.news(bodies_of(known.key));
                         self.merge.known += 1;
                         let again = new == Some(known.key);
                         if self.stays(&mut known, news, again, broad, bodies) {

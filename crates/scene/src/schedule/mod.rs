@@ -85,10 +85,8 @@ const TEST: u32 = 8;
 const SEARCH: u32 = 13;
 const PARTS: u32 = 16;
 
-/// Minimum number of known pairs per part of the list if their jobs are short; and the number per
-/// part if the calling thread runs the jobs itself before it lists the next part.
+/// Minimum number of known pairs per part of the list if their jobs are short.
 const PART: usize = 64;
-const PART_ALONE: usize = 512;
 
 /// The time reserved for listing the pairs that were found to meet before the list is at most a
 /// frame divided by this.
@@ -518,9 +516,10 @@ impl Schedule {
         listed.begin(&frame.bodies.distance_requests);
         let found = &revisit.found;
         let is_free = frame.budget.is_unlimited();
-        let begins = is_free && !turns.cut && batches.iter().all(|batch| batch.held.is_none());
-        let (known, alone) = (pairs.len(), frame.threads() == 1);
-        let (expects, counts) = (!(is_free && alone || begins), Counts::default());
+        let alone = frame.threads() == 1;
+        let begins =
+            is_free && !alone && !turns.cut && batches.iter().all(|batch| batch.held.is_none());
+        let known = pairs.len();
         let listing = Listing {
             frame,
             broad,
@@ -532,12 +531,11 @@ impl Schedule {
             listed,
             found,
             next_found: 0,
-            expects,
-            counts,
+            expects: !(is_free && (alone || begins)),
+            counts: Counts::default(),
         };
         let parts = match begins {
             false => 1,
-            true if alone => known.div_ceil(PART_ALONE),
             true if frame.mode == Mode::Any => (known / PART).clamp(1, BATCHES),
             true => known.clamp(1, BATCHES),
         };
@@ -547,8 +545,7 @@ impl Schedule {
             if !begins {
                 return;
             }
-            let at = if alone { 0 } else { part };
-            let batch = &mut batches[at];
+            let batch = &mut batches[part];
             (batch.budget, batch.looks_ahead) = (u64::MAX, true);
             for job in &mut list.jobs[dealt..] {
                 if !batch.is_full() {
@@ -558,20 +555,9 @@ impl Schedule {
             }
             frame
                 .crew
-                .begin(at, &mut batches[at..=at], &round, frame.bodies);
-            if alone {
-                frame.crew.finish(
-                    &mut batches[..1],
-                    &round,
-                    frame.bodies,
-                    scratch,
-                    &mut |batch| {
-                        ended += take_back(batch, list.jobs, frame, list.pairs, list.report);
-                    },
-                );
-            }
+                .begin(part, &mut batches[part..=part], &round, frame.bodies);
         });
-        if begins && !alone {
+        if begins {
             frame
                 .crew
                 .finish(batches, &round, frame.bodies, scratch, &mut |batch| {

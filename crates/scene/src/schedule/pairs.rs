@@ -111,40 +111,13 @@ impl Pairs {
         merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
     }
 
-    /// [`Pairs::place`] for a key that is not below those before `from`, and near it: `O(log d)`
-    /// for a distance of `d` places.
-    pub fn place_from(&self, from: usize, key: PairKey) -> usize {
-        let (mut low, mut step) = (from, 1);
-        while low + step <= self.len() && self.key(low + step - 1) < key {
-            low += step;
-            step *= 2;
-        }
-        let mut high = self.len().min(low + step - 1);
-        while low < high {
-            let middle = (low + high) / 2;
-            if self.key(middle) < key {
-                low = middle + 1
-            } else {
-                high = middle
-            }
-        }
-        low
-    }
-
-    /// The present place of a pair that was at `place`, if it is still known. `before` is probably
-    /// the place of an earlier pair.
+    /// The present place of a pair that was at `place`, if it is still known.
     #[inline]
-    pub fn place_now(&self, place: usize, key: PairKey, before: usize) -> Option<usize> {
-        let is_at = |place: usize| place < self.len() && self.key(place) == key;
-        if is_at(place) {
-            return Some(place);
-        }
-        let from = if before < self.len() && self.key(before) < key {
-            before
-        } else {
-            0
-        };
-        Some(self.place_from(from, key)).filter(|&place| is_at(place))
+    pub fn place_now(&self, place: usize, key: PairKey) -> Option<usize> {
+        let is_at = |place: &usize| *place < self.len() && self.key(*place) == key;
+        Some(place)
+            .filter(is_at)
+            .or_else(|| Some(self.place(key)).filter(is_at))
     }
 
     /// Records whether the boxes of a pair overlap in `frame`. Returns its record if they do.

@@ -162,7 +162,6 @@ impl Revisit {
                 meanwhile(broad, pairs);
             }
             hands.finish(frame, &round);
-            let mut before = 0;
             hands.tests().for_each(
                 |Test {
                      key,
@@ -172,8 +171,7 @@ impl Revisit {
                      ..
                  }| {
                     self.tests += usize::from(outcome != Outcome::Untested);
-                    let place = pairs.place_now(place as usize, key, before);
-                    before = place.unwrap_or(before);
+                    let place = pairs.place_now(place as usize, key);
                     match outcome {
                         Outcome::Met => {
                             place
