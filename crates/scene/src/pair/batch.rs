@@ -237,9 +237,6 @@ impl Turn {
         };
         let b_in_a = a.relative(b);
         self.state.apart = 0.0;
-        if self.meets_beside([a, b], &b_in_a, desk) {
-            return Ended::Complete;
-        }
         if self.may_test_roots(desk) && self.root_test_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
         }

@@ -1,11 +1,8 @@
 //! Tests whether the triangles that met last, or their neighbors, still meet: the cheapest test,
 //! for eight pairs at once.
 
-use super::batch::Desk;
-use super::state::Turn;
-use crate::ask::TurnKind;
 use crate::body::{Bodies, Placed, triangle_ids};
-use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
+use crate::cost::WORK_PER_WITNESS;
 use crate::id::PairKey;
 use arrayvec::ArrayVec;
 use core::mem;
@@ -20,11 +17,6 @@ use punctual_geom::{Pose, bits};
 
 /// Pairs tested at once.
 pub(crate) const LANES: usize = 8;
-
-/// The neighbors of a lost witness are tested if they met at least this often, and otherwise in one
-/// frame of `PER_NEARBY`.
-const LEAST_NEARBY: f32 = 0.2;
-const PER_NEARBY: u64 = 16;
 
 /// A pair that met, in a batch of tests.
 #[derive(Clone, Debug)]
@@ -139,36 +131,12 @@ impl<'b> Retest<'b> {
     }
 }
 
-impl Turn {
-    /// True if neighbors of the witness that was lost meet. Surfaces usually still meet nearby,
-    /// unless they move far in a frame.
-    #[inline]
-    pub fn meets_beside(&mut self, pair: [&Placed; 2], b_in_a: &Pose, desk: &mut Desk) -> bool {
-        let (state, frame) = (&mut *self.state, desk.round.frame);
-        let is_new = state.is_lost(frame) && state.pending.work == 0;
-        if !is_new || self.kind != TurnKind::Meet || !desk.deadline.has_room(WORK_PER_NEIGHBORS) {
-            return false;
-        }
-        // Tested sometimes even if not expected to meet, because the expectation may be outdated.
-        let is_due = state.nearby >= LEAST_NEARBY || (frame ^ self.known.key) % PER_NEARBY == 0;
-        let met = if is_due {
-            desk.deadline.spend(WORK_PER_NEIGHBORS);
-            self.spent.work += WORK_PER_NEIGHBORS;
-            let met = beside(pair, b_in_a, &mut state.memory);
-            state.learn_nearby(met.is_some());
-            met
-        } else {
-            None
-        };
-        state.note_test(met, frame);
-        met.is_some()
-    }
-}
-
-/// Tests the neighbors of the latest witness: one of its triangles with the neighbor of the other
+/// Tests the neighbors of the latest witness, because surfaces usually still meet nearby, unless
+/// they move far in a frame: one of its triangles with the neighbor of the other
 /// across an edge. Returns the ids of two that meet, and stores them in the memory.
-fn beside(pair: [&Placed; 2], b_in_a: &Pose, memory: &mut PairMemory) -> Option<[u32; 2]> {
+pub(crate) fn beside(pair: [&Placed; 2], memory: &mut PairMemory) -> Option<[u32; 2]> {
     let trees = pair.map(|placed| &*placed.body.tree);
+    let b_in_a = &pair[0].relative(pair[1]);
     let latest = memory.witness(0)?;
     triangle_ids(pair, latest).filter(|_| !flushing_matters(trees[0], trees[1], b_in_a))?;
     let mut columns = [Columns::ZERO, Columns::ZERO];

@@ -49,17 +49,10 @@ pub(crate) struct Deal<'s> {
 }
 
 impl Deal<'_> {
-    /// Median and 90 % quantile of the cost of all open jobs. The median is the sum of the medians.
-    /// The deviations of the quantiles from the medians are added as those of independent
-    /// variables.
-    pub fn expected(&self) -> [u64; 2] {
-        let (mut sum, mut squares) = (0, 0.0);
-        for job in self.jobs.iter().filter(|job| job.open) {
-            let deviation = f64::from(job.forecast.high - job.forecast.median);
-            sum += job.median() + self.overhead;
-            squares += deviation * deviation;
-        }
-        [sum, sum + libm::sqrt(squares) as u64]
+    /// Expected cost of all open jobs.
+    pub fn expected(&self) -> u64 {
+        let open = self.jobs.iter().filter(|job| job.open);
+        open.map(|job| job.median() + self.overhead).sum()
     }
 
     /// Deals all jobs in the order of their turns, in blocks of equal expected cost.

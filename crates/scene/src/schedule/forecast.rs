@@ -12,8 +12,6 @@ use punctual::prediction::MAX_STEP_WORK;
 pub(crate) struct Forecast {
     /// Work of a complete run, median.
     pub median: u32,
-    /// Work of a complete run, 90 % quantile.
-    pub high: u32,
     /// Probability that the pair intersects.
     pub probability: f32,
     /// Expected number of frames, this one and those after it, with a known intersection, per unit
@@ -25,7 +23,6 @@ impl Forecast {
     /// The forecast when nothing depends on it: all pairs have equal costs.
     pub const EQUAL: Self = Self {
         median: 1,
-        high: 1,
         probability: 0.0,
         gain: 0.0,
     };
@@ -50,14 +47,12 @@ impl Forecast {
                 (NEW_CONTACT * age * search * part * saturating(part, HALF_PART)).min(MOST_OF_APART)
             }
         };
-        let (median, high) = expected_cost(state, sizes);
-        let [median, high] = [median, high].map(|work| capped(work + WORK_PER_QUERY));
+        let median = capped(expected_cost(state, sizes) + WORK_PER_QUERY);
         // After an intersection is found once, its witness finds it as long as the witness lasts.
         let later = state.steadiness / (1.0 + SHORTEST_LOSS - state.steadiness);
         let gain = probability * (1.0 + later) / (median as f32 + later * WORK_PER_WITNESS as f32);
         Self {
             median,
-            high,
             probability,
             gain,
         }
@@ -70,15 +65,14 @@ impl Forecast {
             .touch
             .as_ref()
             .map_or((0, 0), |touch| (touch.cost, touch.pending.work));
-        let (guess, spread) = match cost {
-            0 => (CONTACTS * (sizes[0] * sizes[1]) as u64, 4),
-            cost => (cost, 2),
+        let whole = match cost {
+            0 => CONTACTS * (sizes[0] * sizes[1]) as u64,
+            cost => cost,
         };
-        let median = guess.saturating_sub(pending).max(MAX_STEP_WORK) + WORK_PER_QUERY;
-        let (median, high) = (capped(median), capped(spread * median));
+        let left = whole.saturating_sub(pending).max(MAX_STEP_WORK);
+        let median = capped(left + WORK_PER_QUERY);
         Self {
             median,
-            high,
             probability: 1.0,
             gain: need.max(f32::MIN_POSITIVE) / median as f32,
         }
@@ -116,19 +110,15 @@ const MOST_OF_APART: f32 = 0.5;
 /// counts.
 const CONTACTS: u64 = 300;
 
-/// Work of a query without a remembered witness: median and 90 % quantile.
+/// Work of a query without a remembered witness, median.
 #[inline]
-fn expected_cost(state: &PairState, sizes: [f32; 2]) -> (u64, u64) {
-    let (search, spread) = if state.search > 0 {
-        (u64::from(state.search), u64::from(state.search / 2))
-    } else {
-        // Near contact, work grows about like the fourth root of the product of the triangle
-        // counts.
-        let guess = (40.0 * sizes[0] * sizes[1]) as u64;
-        (guess, 4 * guess)
+fn expected_cost(state: &PairState, sizes: [f32; 2]) -> u64 {
+    let search = match state.search {
+        // Near contact, work grows about like the fourth root of the product of the triangle counts.
+        0 => (40.0 * sizes[0] * sizes[1]) as u64,
+        search => search.into(),
     };
-    let left = search.saturating_sub(state.pending.work).max(MAX_STEP_WORK);
-    (left, left + spread)
+    search.saturating_sub(state.pending.work).max(MAX_STEP_WORK)
 }
 
 /// A function from 0 to 1 that is 1/2 at `x = half`.
@@ -186,19 +176,13 @@ mod tests {
                 for part in [0.0, f32::MIN_POSITIVE, 1e-3, 0.1, 0.5, 1.0] {
                     let forecast = Forecast::new(&state, [1.0, 200.0], part, &frame);
                     let Forecast {
-                        probability,
-                        gain,
-                        median,
-                        high,
+                        probability, gain, ..
                     } = forecast;
                     assert!(
                         (before..=1.0).contains(&probability),
                         "{verdict:?}, {part}: {forecast:?}"
                     );
-                    assert!(
-                        (0.0..=1.0).contains(&gain) && median <= high,
-                        "{forecast:?}"
-                    );
+                    assert!((0.0..=1.0).contains(&gain), "{forecast:?}");
                     before = probability;
                     cases += 1;
                 }

@@ -102,15 +102,10 @@ impl Known {
             if self.apart() > 0.0 {
                 state.stayed_apart(since);
             }
-        } else {
-            if since > state.decided {
-                let pair = bodies.pair(self.key);
-                let ids = pair.and_then(|pair| triangle_ids(pair, self.witness()));
-                state.went_on_meeting(ids, since);
-            }
-            if self.is_lost() {
-                state.refuted = frame as u32;
-            }
+        } else if since > state.decided {
+            let pair = bodies.pair(self.key);
+            let ids = pair.and_then(|pair| triangle_ids(pair, self.witness()));
+            state.went_on_meeting(ids, since);
         }
     }
 
@@ -128,11 +123,6 @@ impl Known {
     /// Records that the triangles that met last also meet in `frame`.
     pub fn hold(&mut self, frame: u64) {
         self.bits = OVERLAPS | MET | frame as u32 & FRAME;
-    }
-
-    /// Records that they no longer meet.
-    pub fn lose(&mut self) {
-        self.bits |= LOST;
     }
 
     /// How far the bodies may move before they may meet; 0 if nothing is proven.

@@ -9,7 +9,7 @@
 //!   budget, other threads test while this one pairs bodies.
 //! - A job has one question. If its pair is found to meet and its contacts are requested, the job
 //!   continues with the contacts, with a new rank, in the next round.
-//! - If the 90 % quantile of the total cost fits the budget, all pairs are run to their ends.
+//! - If the expected cost fits the budget, all pairs are run to their ends.
 //!   Without a budget and on several threads, this begins in the first round, part by part while
 //!   the list is made.
 //! - Otherwise a quarter goes to all pairs in turn (the *round robin*). The rest is dealt by
@@ -414,8 +414,8 @@ impl Schedule {
             first_turn,
             overhead,
         };
-        let [expected, high] = deal.expected();
-        round.to_the_end = high <= left - reserve;
+        let expected = deal.expected();
+        round.to_the_end = expected <= left - reserve;
         if round.to_the_end {
             deal.all([left, reserve, expected], timed.is_some(), frame.threads());
         } else {

@@ -202,10 +202,16 @@ impl Pairs {
         self.at_mut(place).hold(frame);
     }
 
-    /// Records that these triangles no longer intersect.
-    #[inline]
-    pub fn lose(&mut self, place: usize) {
-        self.at_mut(place).lose();
+    /// Updates the entry of a pair from its state, which was updated in `frame`.
+    pub fn note(&mut self, place: usize, frame: u64) {
+        let mut known = *self.at(place);
+        if let Some(state) = known
+            .slot
+            .and_then(|slot| self.states[slot.place()].as_ref())
+        {
+            known.note(state, frame);
+            *self.at_mut(place) = known;
+        }
     }
 
     /// Takes the state of a pair out, if it has one, with its entry, which must

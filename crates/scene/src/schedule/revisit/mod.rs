@@ -9,11 +9,11 @@ mod search;
 
 use super::pairs::Pairs;
 use crate::broad::Broad;
-use crate::cost::WORK_PER_WITNESS;
+use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::id::{PairKey, bodies_of};
 use crate::pair::batch::{Batch, Round, RoundKind};
 use crate::pair::frame::Frame;
-use crate::pair::retest::{LANES, Outcome, Test};
+use crate::pair::retest::{LANES, Outcome, Test, beside};
 use crate::pair::spent::Spent;
 use crate::room::reserve;
 use alloc::boxed::Box;
@@ -29,6 +29,11 @@ use punctual::{Verdict, Workspace};
 const LEAST: usize = 8192;
 const PER_TEST: usize = 8;
 const PER_REST: usize = 16;
+
+/// The neighbors of a lost witness are tested if they met at least this often, and otherwise in one
+/// frame of `PER_NEARBY`.
+const LEAST_NEARBY: f32 = 0.2;
+const PER_NEARBY: u64 = 16;
 
 /// A pair that was found to meet, with its witness.
 #[derive(Clone, Copy, Debug)]
@@ -162,32 +167,29 @@ impl Revisit {
                 meanwhile(broad, pairs);
             }
             hands.finish(frame, &round);
-            hands.tests().for_each(
-                |Test {
-                     key,
-                     place,
-                     witness,
-                     outcome,
-                     ..
-                 }| {
-                    self.tests += usize::from(outcome != Outcome::Untested);
-                    let place = pairs.place_now(place as usize, key);
-                    match outcome {
-                        Outcome::Met => {
-                            place
-                                .into_iter()
-                                .for_each(|place| pairs.hold(place, frame.number));
-                            self.found.push(Meeting { key, witness });
-                        }
-                        Outcome::Lost => self.lost.extend(place.map(|place| {
-                            pairs.lose(place);
-                            place as u32
-                        })),
-                        Outcome::Untested if is_cut => {}
-                        Outcome::Untested => (is_cut, self.next) = (true, key),
+            for test in hands.tests() {
+                self.tests += usize::from(test.outcome != Outcome::Untested);
+                let place = pairs.place_now(test.place as usize, test.key);
+                match (test.outcome, place) {
+                    (Outcome::Met, place) => {
+                        place
+                            .into_iter()
+                            .for_each(|place| pairs.hold(place, frame.number));
+                        let Test { key, witness, .. } = test;
+                        self.found.push(Meeting { key, witness });
                     }
-                },
-            );
+                    (Outcome::Lost, Some(place)) => {
+                        if let Some(witness) = self.test_beside(place, frame, pairs, deadline) {
+                            let key = test.key;
+                            self.found.push(Meeting { key, witness });
+                        } else {
+                            self.lost.push(place as u32);
+                        }
+                    }
+                    (Outcome::Untested, _) if !is_cut => (is_cut, self.next) = (true, test.key),
+                    _ => {}
+                }
+            }
         }
         // Order: first those that rest, then those from the start place on, then the others.
         let turn = self.found.iter().position(|meeting| meeting.key < first);
@@ -195,6 +197,31 @@ impl Revisit {
         if !self.found.is_sorted_by_key(|meeting| meeting.key) {
             self.found.sort_unstable_by_key(|meeting| meeting.key);
         }
+    }
+
+    /// Tests the neighbors of a lost witness, if they are expected to meet.
+    fn test_beside(
+        &mut self,
+        place: usize,
+        frame: &Frame,
+        pairs: &mut Pairs,
+        deadline: &mut Deadline,
+    ) -> Option<[u32; 2]> {
+        let key = pairs.key(place);
+        let pair = frame.bodies.pair(key)?;
+        let state = pairs.state(place, frame);
+        // Tested sometimes even if not expected to meet, because the expectation may be outdated.
+        let is_due = state.nearby >= LEAST_NEARBY || (frame.number ^ key) % PER_NEARBY == 0;
+        let mut met = None;
+        if is_due && deadline.has_room(WORK_PER_NEIGHBORS) {
+            deadline.spend(WORK_PER_NEIGHBORS);
+            self.searches.work += WORK_PER_NEIGHBORS;
+            met = beside(pair, &mut state.memory);
+            state.learn_nearby(met.is_some());
+        }
+        state.note_test(met, frame.number);
+        pairs.note(place, frame.number);
+        met
     }
 
     /// Gathers pairs that met, starting with the one whose turn it is. Pairs that rest are found;
