@@ -196,9 +196,13 @@ impl Touches {
         self.fill(&mut Deadline::at(None, u64::MAX, &ManualClock::new()));
     }
 
+    /// Begins a frame.
+    pub fn begin(&mut self) {
+        self.next_id = self.highest_id;
+    }
+
     /// Makes room for more pairs than are in use or soon will be.
     pub fn grow(&mut self, near: usize, young: bool, deadline: &mut Deadline) {
-        self.next_id = self.highest_id;
         if self.any() {
             self.room.grow(self.lent.max(near), young);
             self.fill(deadline);

@@ -520,6 +520,7 @@ impl Schedule {
         let begins =
             is_free && !alone && !turns.cut && batches.iter().all(|batch| batch.held.is_none());
         let known = pairs.len();
+        pairs.begin_list();
         let listing = Listing {
             frame,
             broad,

@@ -265,6 +265,11 @@ impl Pairs {
         }
     }
 
+    /// Begins the list of a frame.
+    pub fn begin_list(&mut self) {
+        self.touches.begin();
+    }
+
     /// A contact state for a pair.
     pub fn lend_touch(&mut self) -> Box<Touch> {
         self.touches.lend()
