@@ -39,13 +39,6 @@ impl Scene {
             (self.report.frame, self.mode, self.asked_since, self.rest);
         let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
         let mut share = Share::new(clock);
-        // Without a budget, bodies are placed first, so that their pairs are found while other
-        // threads test known ones. This order holds for one thread too, so that results do not
-        // depend on the number of threads.
-        let overlaps = budget.is_unlimited();
-        if overlaps {
-            share.run(Step::Place, |deadline| self.place_changed(deadline));
-        }
         let Self {
             pairs,
             broad,
@@ -67,15 +60,9 @@ impl Scene {
             bodies,
             crew,
         };
-        let left = schedule.revisit(&frame, broad, pairs, scratch, |broad, pairs| {
-            if overlaps {
-                share.run(Step::Pair, |deadline| pairs.update(broad, bodies, deadline));
-            }
-        });
+        let left = schedule.revisit(&frame, broad, pairs, scratch);
         share.begin(budget, left, schedule.found());
-        if !overlaps {
-            share.run(Step::Place, |deadline| self.place_changed(deadline));
-        }
+        share.run(Step::Place, |deadline| self.place_changed(deadline));
         let Self {
             pairs,
             broad,

@@ -203,9 +203,9 @@ impl Scene {
         self.is_known = false;
     }
 
-    /// Shares the work of [`Scene::detect`] among `threads` threads, including the caller's. Tests
-    /// of the latest witnesses and queries are shared. The caller places bodies and finds and lists
-    /// pairs. In a frame without a budget the other threads run queries while pairs are listed.
+    /// Shares the work of [`Scene::detect`] among `threads` threads, including the caller's. Queries
+    /// are shared. The caller tests the latest witnesses, places bodies, and finds and lists pairs.
+    /// In a frame without a budget the other threads run queries while pairs are listed.
     ///
     /// Each frame wakes the threads. They poll for tasks for up to 0.2 ms before they sleep again.
     /// The state of a pair moves between the cores that work on it. So if communication between the

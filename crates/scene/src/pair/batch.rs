@@ -4,7 +4,6 @@
 //! So under a budget of work it does not matter which thread runs it, or when.
 
 use super::question::Question;
-use super::retest::{Retest, Test};
 use super::spent::Spent;
 use super::state::Turn;
 use super::touch::MOST_CONTACTS;
@@ -36,8 +35,6 @@ pub(crate) fn make_room_for_contacts(workspace: &mut Workspace, [triangles, vert
 /// The task for the pairs of a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RoundKind {
-    /// Tests one witness of each pair, and, if requested, the neighbors of the latest one.
-    Test,
     /// Searches the pairs before the broad phase; a stopped search is not resumed.
     Search,
     /// Answers the questions of the pairs.
@@ -73,8 +70,6 @@ impl Round {
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
     pub turns: Vec<Turn>,
-    /// Pairs to test, in a round of tests.
-    pub tests: Vec<Test>,
     pub budget: u64,
     /// True if it may do extra work to save work in later frames.
     pub looks_ahead: bool,
@@ -94,7 +89,7 @@ impl Batch {
 
     /// True if there is nothing to run.
     pub fn is_empty(&self) -> bool {
-        self.turns.is_empty() && self.tests.is_empty()
+        self.turns.is_empty()
     }
 
     /// True if there is no room for more turns.
@@ -126,7 +121,6 @@ impl Batch {
     ) {
         let mut deadline = Deadline::of_a_part(round.end, u64::MAX, clock);
         match round.kind {
-            RoundKind::Test => Retest::new(bodies).run(&mut self.tests, &mut deadline),
             RoundKind::Search => self.search(bodies, scratch, round, &mut deadline),
             RoundKind::Answer => self.answer(bodies, scratch, round, clock),
         }

@@ -2,12 +2,11 @@
 //! for eight pairs at once.
 
 use crate::body::{Bodies, Placed, triangle_ids};
-use crate::cost::WORK_PER_WITNESS;
 use crate::id::PairKey;
 use arrayvec::ArrayVec;
 use core::mem;
 use glam::DVec3;
-use punctual::engine::{Deadline, flushing_matters};
+use punctual::engine::flushing_matters;
 use punctual::{PairMemory, Tree};
 use punctual_geom::lanes::Instructions;
 use punctual_geom::triangle::batch::Verdicts;
@@ -16,44 +15,14 @@ use punctual_geom::triangles_intersect;
 use punctual_geom::{Pose, bits};
 
 /// Pairs tested at once.
-pub(crate) const LANES: usize = 8;
+const LANES: usize = 8;
 
-/// A pair that met, in a batch of tests.
-#[derive(Clone, Debug)]
-pub(crate) struct Test {
-    pub key: PairKey,
-    /// Its index in the list of known pairs.
-    pub place: u32,
-    /// The triangles to test (tree order); after a test that met, the triangles that meet (ids).
-    pub witness: [u32; 2],
-    pub outcome: Outcome,
-}
-
-/// The result of a test.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Outcome {
-    /// There was no time for it.
-    Untested,
-    Lost,
-    Met,
-}
-
-impl Test {
-    fn end(&mut self, met: Option<[u32; 2]>) {
-        self.witness = met.unwrap_or(self.witness);
-        self.outcome = if met.is_some() {
-            Outcome::Met
-        } else {
-            Outcome::Lost
-        };
-    }
-}
-
-/// Contents of a lane: a pair, by its index in the batch, and its triangles (ids).
+/// A pair that met, and the triangles (ids) that met last.
 #[derive(Clone, Copy, Debug)]
-struct Tested {
-    at: usize,
-    witness: [u32; 2],
+pub(crate) struct Waiting {
+    /// Its index in the list of known pairs.
+    pub place: usize,
+    pub witness: [u32; 2],
 }
 
 /// The corners of two triangles (tree order), in A's frame.
@@ -73,61 +42,50 @@ fn corners([a, b]: [&Tree; 2], [x, y]: [u32; 2], b_in_a: &Pose) -> [[DVec3; 3]; 
 /// Pairs that wait for their test.
 pub(crate) struct Retest<'b> {
     bodies: &'b Bodies,
-    waiting: ArrayVec<Tested, LANES>,
+    pub waiting: ArrayVec<Waiting, LANES>,
     columns: [Columns; 2],
     instructions: Instructions,
 }
 
 impl<'b> Retest<'b> {
     pub fn new(bodies: &'b Bodies) -> Self {
-        let (columns, instructions) = ([Columns::ZERO, Columns::ZERO], Instructions::detect());
         Self {
             bodies,
             waiting: ArrayVec::new(),
-            columns,
-            instructions,
+            columns: [Columns::ZERO, Columns::ZERO],
+            instructions: Instructions::detect(),
         }
     }
 
-    /// Tests witnesses of pairs, as far as the deadline allows.
-    pub fn run(&mut self, tests: &mut [Test], deadline: &mut Deadline) {
-        let mut next = 0;
-        while next < tests.len() {
-            while next < tests.len()
-                && !self.waiting.is_full()
-                && deadline.has_room(WORK_PER_WITNESS)
-            {
-                deadline.spend(WORK_PER_WITNESS);
-                if self.add(next, &tests[next]).is_none() {
-                    tests[next].outcome = Outcome::Lost;
-                }
-                next += 1;
-            }
-            if self.waiting.is_empty() {
-                break;
-            }
-            let hits = meeting(self.instructions, &self.columns, self.waiting.len());
-            for (lane, Tested { at, witness }) in
-                mem::take(&mut self.waiting).into_iter().enumerate()
-            {
-                tests[at].end((hits >> lane & 1 != 0).then_some(witness));
-            }
-        }
-    }
-
-    /// Puts the witness of a pair into the next lane. `None` if it cannot be tested separately.
+    /// Puts the witness of a pair (tree order) into the next lane. False if it cannot be tested
+    /// separately.
     #[inline]
-    fn add(&mut self, at: usize, test: &Test) -> Option<()> {
-        let [a, b] = self.bodies.pair(test.key)?;
+    pub fn add(&mut self, key: PairKey, place: usize, witness: [u32; 2]) -> bool {
+        let Some([a, b]) = self.bodies.pair(key) else {
+            return false;
+        };
         let (b_in_a, trees) = (a.relative(b), [&*a.body.tree, &*b.body.tree]);
-        let witness = triangle_ids([a, b], test.witness)
-            .filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a))?;
-        let [of_a, of_b] = corners(trees, test.witness, &b_in_a);
+        let ids = triangle_ids([a, b], witness)
+            .filter(|_| !flushing_matters(trees[0], trees[1], &b_in_a));
+        let Some(ids) = ids else { return false };
         let lane = self.waiting.len();
-        self.columns[0].set(lane, &of_a);
-        self.columns[1].set(lane, &of_b);
-        self.waiting.push(Tested { at, witness });
-        Some(())
+        for (columns, corners) in self
+            .columns
+            .iter_mut()
+            .zip(&corners(trees, witness, &b_in_a))
+        {
+            columns.set(lane, corners);
+        }
+        let witness = ids;
+        self.waiting.push(Waiting { place, witness });
+        true
+    }
+
+    /// Tests the pairs that wait. Returns each, and whether its triangles still meet.
+    pub fn test(&mut self) -> impl Iterator<Item = (Waiting, bool)> + use<> {
+        let hits = meeting(self.instructions, &self.columns, self.waiting.len());
+        let tested = mem::take(&mut self.waiting).into_iter().enumerate();
+        tested.map(move |(lane, pair)| (pair, hits >> lane & 1 != 0))
     }
 }
 

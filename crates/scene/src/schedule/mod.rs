@@ -5,8 +5,7 @@
 //!
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
 //!   Under a budget of time, if the last frame was cut short, known pairs are then searched
-//!   ([`revisit`]). The pairs found are reported however little of the frame is left. Without a
-//!   budget, other threads test while this one pairs bodies.
+//!   ([`revisit`]). The pairs found are reported however little of the frame is left.
 //! - A job has one question. If its pair is found to meet and its contacts are requested, the job
 //!   continues with the contacts, with a new rank, in the next round.
 //! - If the expected cost fits the budget, all pairs are run to their ends.
@@ -147,7 +146,6 @@ impl Schedule {
         self.revisit.reserve(pairs);
         for (number, batch) in self.batches.iter_mut().enumerate() {
             reserve(&mut batch.turns, deal::room(number, pairs));
-            reserve(&mut batch.tests, revisit::room(number, pairs));
         }
     }
 
@@ -186,17 +184,16 @@ impl Schedule {
         })
     }
 
-    /// Tests the latest witnesses of pairs that met, and calls `meanwhile` while other threads
-    /// test. If only time is limited and the last frame was cut, then searches the pairs that these
-    /// tests leave open. Under a budget of time, returns when this step ended and the time left
-    /// after it. The time to list the pairs found is subtracted from the latter.
+    /// Tests the latest witnesses of pairs that met. If only time is limited and the last frame was
+    /// cut, then searches the pairs that these tests leave open. Under a budget of time, returns
+    /// when this step ended and the time left after it. The time to list the pairs found is
+    /// subtracted from the latter.
     pub fn revisit(
         &mut self,
         frame: &Frame,
-        broad: &mut Broad,
+        broad: &Broad,
         pairs: &mut Pairs,
         scratch: &mut Box<Workspace>,
-        meanwhile: impl FnOnce(&mut Broad, &mut Pairs),
     ) -> Option<[Duration; 2]> {
         let whole = frame.is_timed().then_some(frame.times);
         if frame.mode != Mode::Any {
@@ -210,17 +207,15 @@ impl Schedule {
         let part = if searches { SEARCH } else { TEST };
         let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * part));
         let deadline = || Deadline::of_a_part(end, work, frame.clock);
-        let batches = &mut self.batches[..];
-        let mut hands = Hands {
-            batches,
-            scratch,
-            end,
-            dealt: 0,
-        };
-        self.revisit
-            .test(frame, broad, pairs, &mut hands, &mut deadline(), meanwhile);
+        self.revisit.test(frame, broad, pairs, &mut deadline());
         let [began, limit] = whole?;
         if searches {
+            let mut hands = Hands {
+                batches: &mut self.batches,
+                scratch,
+                end,
+                dealt: 0,
+            };
             self.revisit
                 .search(frame, broad, pairs, &mut hands, &mut deadline());
         }

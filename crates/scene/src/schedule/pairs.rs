@@ -111,15 +111,6 @@ impl Pairs {
         merged + self.known[self.merge.known..].partition_point(|known| known.key < key)
     }
 
-    /// The present place of a pair that was at `place`, if it is still known.
-    #[inline]
-    pub fn place_now(&self, place: usize, key: PairKey) -> Option<usize> {
-        let is_at = |place: &usize| *place < self.len() && self.key(*place) == key;
-        Some(place)
-            .filter(is_at)
-            .or_else(|| Some(self.place(key)).filter(is_at))
-    }
-
     /// Records whether the boxes of a pair overlap in `frame`. Returns its record if they do.
     #[inline(always)]
     pub fn overlapping(&mut self, place: usize, overlap: bool, frame: u64) -> Option<&mut Known> {

@@ -1,9 +1,10 @@
 //! The first step of a frame: known pairs are tested again.
 //!
 //! Most pairs that met in the last frame still meet. Two triangles prove it for the current poses,
-//! whether the bodies are placed and paired or not. If time is limited and the last frame was cut short, pairs whose witnesses are lost
-//! are searched next, and then all other known pairs. The pairs found are reported even if the list
-//! of the frame ends before them, and so are pairs that met and rest.
+//! whether the bodies are placed and paired or not. If time is limited and the last frame was cut
+//! short, pairs whose witnesses are lost are searched next, and then all other known pairs. The
+//! pairs found are reported even if the list of the frame ends before them, and so are pairs that
+//! met and rest.
 
 mod search;
 
@@ -11,9 +12,9 @@ use super::pairs::Pairs;
 use crate::broad::Broad;
 use crate::cost::{WORK_PER_NEIGHBORS, WORK_PER_WITNESS};
 use crate::id::{PairKey, bodies_of};
-use crate::pair::batch::{Batch, Round, RoundKind};
+use crate::pair::batch::Batch;
 use crate::pair::frame::Frame;
-use crate::pair::retest::{LANES, Outcome, Test, beside};
+use crate::pair::retest::{Retest, Waiting, beside};
 use crate::pair::spent::Spent;
 use crate::room::reserve;
 use alloc::boxed::Box;
@@ -53,7 +54,7 @@ impl Meeting {
     }
 }
 
-/// The batches that receive tests, a workspace, and the time at which they end.
+/// The batches that receive searches, a workspace, and the time at which they end.
 pub(crate) struct Hands<'h> {
     pub batches: &'h mut [Batch],
     pub scratch: &'h mut Box<Workspace>,
@@ -62,43 +63,11 @@ pub(crate) struct Hands<'h> {
     pub dealt: usize,
 }
 
-impl Hands<'_> {
-    /// Runs everything started to its end.
-    fn finish(&mut self, frame: &Frame, round: &Round) {
-        frame
-            .crew
-            .finish(self.batches, round, frame.bodies, self.scratch, &mut |_| ());
-    }
-
-    /// The tests that were dealt.
-    fn tests(&mut self) -> impl Iterator<Item = Test> {
-        self.batches
-            .iter_mut()
-            .flat_map(|batch| batch.tests.drain(..))
-    }
-}
-
-/// If time is limited, each thread tests this many pairs at once.
-const TESTS: usize = 64;
-
-/// Number of parts in which several threads share the tests.
-const PARTS: usize = 8;
-
-/// Number of tests that a batch needs room for, with this many pairs.
-pub(crate) fn room(batch: usize, pairs: usize) -> usize {
-    match batch {
-        0 => pairs,
-        1..PARTS => pairs / PARTS + LANES,
-        _ => 0,
-    }
-}
-
 #[derive(Debug, Default)]
 pub(crate) struct Revisit {
     /// The pairs found to meet in this frame, ascending.
     pub found: Vec<Meeting>,
-    /// Places of the pairs that wait for their tests, and of those whose witnesses are lost.
-    waiting: Vec<u32>,
+    /// Places of the pairs whose witnesses are lost.
     lost: Vec<u32>,
     /// Number of tests of this frame, and work of its searches.
     tests: usize,
@@ -115,7 +84,6 @@ impl Revisit {
     /// Reserves room for this many pairs.
     pub fn reserve(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
-        reserve(&mut self.waiting, pairs);
         reserve(&mut self.lost, pairs);
     }
 
@@ -136,16 +104,13 @@ impl Revisit {
     }
 
     /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If
-    /// the last list was cut, pairs that rest are also found, so that they are listed. Calls
-    /// `meanwhile` while other threads test.
+    /// the last list was cut, pairs that rest are also found, so that they are listed.
     pub fn test(
         &mut self,
         frame: &Frame,
-        broad: &mut Broad,
+        broad: &Broad,
         pairs: &mut Pairs,
-        hands: &mut Hands,
         deadline: &mut Deadline,
-        meanwhile: impl FnOnce(&mut Broad, &mut Pairs),
     ) {
         let enough = LEAST.max(PER_TEST * self.tests);
         self.skip();
@@ -153,49 +118,91 @@ impl Revisit {
             return;
         }
         let first = self.next;
-        let most = if frame.budget.is_unlimited() {
-            usize::MAX
-        } else {
-            enough
-        };
-        let mut left = [most.min(pairs.len()), most / PER_REST];
-        let (mut goes_on, mut is_cut, mut meanwhile) = (true, false, Some(meanwhile));
-        while goes_on && !is_cut {
-            goes_on = self.gather(frame, broad, pairs, &mut left, deadline);
-            let round = self.begin(frame, pairs, hands);
-            if let Some(meanwhile) = meanwhile.take() {
-                meanwhile(broad, pairs);
+        let is_free = frame.budget.is_unlimited();
+        let most = if is_free { usize::MAX } else { enough };
+        let (known, mut place) = (pairs.len(), pairs.place(self.next));
+        let (mut left, mut resting) = (most.min(known), most / PER_REST);
+        let mut retest = Retest::new(frame.bodies);
+        while left > 0 {
+            if place == known {
+                place = 0;
             }
-            hands.finish(frame, &round);
-            for test in hands.tests() {
-                self.tests += usize::from(test.outcome != Outcome::Untested);
-                let place = pairs.place_now(test.place as usize, test.key);
-                match (test.outcome, place) {
-                    (Outcome::Met, place) => {
-                        place
-                            .into_iter()
-                            .for_each(|place| pairs.hold(place, frame.number));
-                        let Test { key, witness, .. } = test;
-                        self.found.push(Meeting { key, witness });
+            let end = known.min(place + left);
+            let met = pairs.next_met(place..end);
+            left -= met.unwrap_or(end) - place;
+            place = met.unwrap_or(end);
+            if met.is_none() {
+                continue;
+            }
+            let taken = self.found.len() + retest.waiting.len() + self.lost.len();
+            self.is_full = taken >= self.found.capacity();
+            if self.is_full || !deadline.has_room(WORK_PER_WITNESS) {
+                break;
+            }
+            let key = pairs.key(place);
+            // A pair that moved in this frame does not rest, whatever its state says.
+            let changed = frame.changed(key);
+            let rests = changed < frame.number && pairs.state(place, frame).completed >= changed;
+            if (frame.cut || !rests) && is_plain(key, frame, broad) {
+                if rests {
+                    if resting == 0 {
+                        break;
                     }
-                    (Outcome::Lost, Some(place)) => {
-                        if let Some(witness) = self.test_beside(place, frame, pairs, deadline) {
-                            let key = test.key;
-                            self.found.push(Meeting { key, witness });
-                        } else {
-                            self.lost.push(place as u32);
-                        }
+                    resting -= 1;
+                    let state = pairs.state(place, frame);
+                    state.decided = frame.number;
+                    self.found.extend(Meeting::new(key, state.verdict));
+                } else if !pairs.is_lost(place) {
+                    deadline.spend(WORK_PER_WITNESS);
+                    self.tests += 1;
+                    if !retest.add(key, place, pairs.witness(place)) {
+                        self.lose(place, frame, pairs, deadline);
                     }
-                    (Outcome::Untested, _) if !is_cut => (is_cut, self.next) = (true, test.key),
-                    _ => {}
+                    if retest.waiting.is_full() {
+                        self.end_tests(&mut retest, frame, pairs, deadline);
+                    }
+                } else if !is_free {
+                    // Without a budget the pair is searched when it is listed.
+                    self.lost.push(place as u32);
                 }
             }
+            (place, left) = (place + 1, left - 1);
         }
-        // Order: first those that rest, then those from the start place on, then the others.
+        self.end_tests(&mut retest, frame, pairs, deadline);
+        self.next = if place < known { pairs.key(place) } else { 0 };
+        // They are nearly ascending, but for the turn.
         let turn = self.found.iter().position(|meeting| meeting.key < first);
         self.found.rotate_left(turn.unwrap_or(0));
-        if !self.found.is_sorted_by_key(|meeting| meeting.key) {
-            self.found.sort_unstable_by_key(|meeting| meeting.key);
+        self.found.sort_unstable_by_key(|meeting| meeting.key);
+    }
+
+    /// Tests the pairs that wait.
+    fn end_tests(
+        &mut self,
+        retest: &mut Retest,
+        frame: &Frame,
+        pairs: &mut Pairs,
+        deadline: &mut Deadline,
+    ) {
+        for (Waiting { place, witness }, meets) in retest.test() {
+            if meets {
+                pairs.hold(place, frame.number);
+                let key = pairs.key(place);
+                self.found.push(Meeting { key, witness });
+            } else {
+                self.lose(place, frame, pairs, deadline);
+            }
+        }
+    }
+
+    /// A witness no longer meets: its neighbors may.
+    fn lose(&mut self, place: usize, frame: &Frame, pairs: &mut Pairs, deadline: &mut Deadline) {
+        match self.test_beside(place, frame, pairs, deadline) {
+            Some(witness) => {
+                let key = pairs.key(place);
+                self.found.push(Meeting { key, witness });
+            }
+            None => self.lost.push(place as u32),
         }
     }
 
@@ -222,105 +229,6 @@ impl Revisit {
         state.note_test(met, frame.number);
         pairs.note(place, frame.number);
         met
-    }
-
-    /// Gathers pairs that met, starting with the one whose turn it is. Pairs that rest are found;
-    /// others wait for their tests or are lost. `left`: number of places to examine; `resting`:
-    /// number of resting pairs to find. Returns true if pairs are left: only a few wait at a time
-    /// if time is limited.
-    fn gather(
-        &mut self,
-        frame: &Frame,
-        broad: &Broad,
-        pairs: &mut Pairs,
-        [left, resting]: &mut [usize; 2],
-        deadline: &mut Deadline,
-    ) -> bool {
-        let (known, mut place) = (pairs.len(), pairs.place(self.next));
-        let enough = if frame.is_timed() {
-            TESTS * frame.threads()
-        } else {
-            usize::MAX
-        };
-        let mut goes_on = true;
-        while *left > 0 && self.waiting.len() < enough {
-            if place == known {
-                place = 0;
-            }
-            let end = known.min(place + *left);
-            let met = pairs.next_met(place..end);
-            *left -= met.unwrap_or(end) - place;
-            place = met.unwrap_or(end);
-            if met.is_none() {
-                continue;
-            }
-            self.is_full =
-                self.found.len() + self.waiting.len() + self.lost.len() >= self.found.capacity();
-            goes_on = !self.is_full && deadline.has_room(WORK_PER_WITNESS);
-            if !goes_on {
-                break;
-            }
-            let key = pairs.key(place);
-            // A pair that moved in this frame does not rest, whatever its state says.
-            let changed = frame.changed(key);
-            let rests = changed < frame.number && pairs.state(place, frame).completed >= changed;
-            if (frame.cut || !rests) && is_plain(key, frame, broad) {
-                if rests {
-                    goes_on = *resting > 0;
-                    if !goes_on {
-                        break;
-                    }
-                    *resting -= 1;
-                    let state = pairs.state(place, frame);
-                    state.decided = frame.number;
-                    self.found.extend(Meeting::new(key, state.verdict));
-                } else if !pairs.is_lost(place) {
-                    self.waiting.push(place as u32);
-                    deadline.spend(WORK_PER_WITNESS);
-                } else if !frame.budget.is_unlimited() {
-                    // Without a budget the pair is searched when it is listed. Its place may have
-                    // changed by then.
-                    self.lost.push(place as u32);
-                }
-            }
-            (place, *left) = (place + 1, *left - 1);
-        }
-        self.next = if place < known { pairs.key(place) } else { 0 };
-        goes_on && *left > 0
-    }
-
-    /// Starts the tests of the pairs that wait, in batches.
-    fn begin(
-        &mut self,
-        frame: &Frame,
-        pairs: &Pairs,
-        Hands { batches, end, .. }: &mut Hands,
-    ) -> Round {
-        let parts = if frame.threads() == 1 { 1 } else { PARTS };
-        let each = self
-            .waiting
-            .len()
-            .div_ceil(parts)
-            .next_multiple_of(LANES)
-            .max(LANES);
-        let round = Round {
-            kind: RoundKind::Test,
-            ..Round::to_the_end(frame.number, frame.mode, *end)
-        };
-        for (part, places) in self.waiting.chunks(each).enumerate() {
-            let test = |&place: &u32| Test {
-                key: pairs.key(place as usize),
-                place,
-                witness: pairs.witness(place as usize),
-                outcome: Outcome::Untested,
-            };
-            batches[part].tests.extend(places.iter().map(test));
-            frame
-                .crew
-                .begin(part, &mut batches[part..=part], &round, frame.bodies);
-        }
-        self.waiting.clear();
-        round
     }
 
     /// Inserts a pair that meets.
