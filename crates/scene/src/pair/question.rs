@@ -286,14 +286,16 @@ impl<'t> Question<'t> {
                     None if stop.is_final() && found.nearest.is_none() => Verdict::Separated,
                     None => Verdict::Undecided,
                 };
-                Answer {
+                let mut answer = Answer {
                     stop,
                     verdict,
                     found: u64::from(within.is_some()),
                     bounds: None,
                     missing: found.low,
                     nearest: found.nearest,
-                }
+                };
+                answer.contain(found.within);
+                answer
             }
         }
     }
