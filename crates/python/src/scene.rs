@@ -607,8 +607,9 @@ impl Scene {
     ///
     /// shape: a tree or a mesh, or (3,), a point. T: (4, 4) matrix that brings coordinates of the mesh into those of the
     /// scene at time 0. to, velocity, turn, point: its way until time 1, as of `set_motion`; of a point only a velocity.
-    /// margin: a length by which it is thickened: a point is then a ball. groups, mask, body: as of `cast_rays`. budget:
-    /// seconds; work: units of work. Bodies are where they were put last; their own motions do not count.
+    /// margin: a length by which it is thickened: a point is then a ball; without one it passes through surfaces in no
+    /// time, which only free_until tells: cast a ray instead. groups, mask, body: as of `cast_rays`. budget: seconds;
+    /// work: units of work. Bodies are where they were put last; their own motions do not count.
     ///
     /// Raises ValueError for a T that is not rigid, numbers that are not finite and contradictions, and KeyError for a
     /// body that is not in the scene.
