@@ -66,10 +66,10 @@ impl Answer {
         }
     }
 
-    /// Sets the verdict if one body is inside the other.
+    /// Sets the verdict if one body is inside the other. No triangles tell of that.
     fn contain(&mut self, within: Option<Operand>) {
         if let Some(inner) = within {
-            self.verdict = Verdict::Contained { inner };
+            (self.verdict, self.found) = (Verdict::Contained { inner }, 0);
         }
     }
 }
