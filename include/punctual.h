@@ -1036,7 +1036,9 @@ enum punctual_verdict
   PUNCTUAL_VERDICT_WITHIN = 3,
   /**
    * Proven: the surfaces do not meet, but one body is inside the other: A if the first number of the witness is 0, B
-   * if it is 1. Said only of two solids of which the outer one is closed, and not in scenes.
+   * if it is 1. Said only of two solids of which the outer one is closed. Of bodies of a scene with a margin, a
+   * measured distance or a motion, it says only that a vertex of this body is inside the other: their surfaces may
+   * meet, too.
    */
   PUNCTUAL_VERDICT_CONTAINED = 4,
 };

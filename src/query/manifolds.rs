@@ -6,6 +6,7 @@
 //! ([`overlaps`](super::overlap)), which follow in the same run.
 
 use super::budget::Budget;
+use super::contained::Operand;
 use super::deadline::Deadline;
 use super::memory::PairMemory;
 use super::options::{ContactOptions, OptionError};
@@ -28,7 +29,8 @@ use punctual_geom::Pose;
 ///
 /// Meshes are taken as solids: triangles are counterclockwise seen from outside. If both are known
 /// to be closed ([`BuildOptions::solid`](crate::BuildOptions::solid)), what is inside is decided
-/// exactly; else by the side of the nearest hit of a ray.
+/// exactly; else by the side of the nearest hit of a ray. A solid wholly inside a closed one has no
+/// overlap manifold; [`ManifoldBounds::within`] names it.
 ///
 /// The work is that of the contacts within the skin, and where surfaces meet about as much again.
 /// The first query of a pair that meets makes room in the workspace: 4 bytes for each triangle and
@@ -87,6 +89,10 @@ pub struct ManifoldBounds {
     /// The triangles (ids of the meshes) of the nearest contact found, up to a thousandth, and
     /// their distance: 0 only if they intersect. `None` if no contact was found.
     pub nearest: Option<([u32; 2], f64)>,
+    /// Proven: this body, a solid, is inside the other, a closed solid, without meeting its surface.
+    /// So the solids overlap, but no manifold tells how to part them. `None` if the surfaces meet,
+    /// and in a stopped query if it is unknown.
+    pub within: Option<Operand>,
 }
 
 impl<'t> Query<'t, Manifolds> {
@@ -200,6 +206,9 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             let before = Before::new(memory.as_deref(), &to_b, self.size());
             stop = overlaps::advance(self.shape(), before, workspace, deadline);
         }
+        if stop == StopReason::Finished && !workspace.overlaps.meets() && self.may_contain() {
+            stop = self.ask_containment(&self.asked.b_in_a, workspace, deadline);
+        }
         workspace.run.stopped = !stop.is_final();
         self.tell(workspace, memory, &to_b, stop);
         stop
@@ -220,6 +229,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
             low,
             meets,
             nearest: nearest.map(|(pair, distance)| (ids(pair), distance)),
+            within: workspace.run.containment.inner(),
         }
     }
 }

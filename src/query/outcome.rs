@@ -28,7 +28,9 @@ pub enum Verdict {
         distance: f64,
     },
     /// Proven: the surfaces do not meet, but this body, or a component of it, is inside the other.
-    /// Occurs only if both trees are solids, and the outer one is closed.
+    /// Occurs only if both trees are solids, and the outer one is closed. Of bodies of a
+    /// `punctual_scene::Scene` with a margin, a measured distance or a motion, it says only that a
+    /// vertex of this body is inside the other: their surfaces may meet, too.
     Contained {
         /// The body that is inside the other.
         inner: Operand,

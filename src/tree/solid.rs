@@ -32,7 +32,7 @@ pub enum Solid {
     /// inside out.
     Keep,
     /// A solid. The triangles of components that are inside out are reversed: their second and
-    /// third corners change places.
+    /// third corners change places. A refit reverses nothing.
     Flip,
 }
 

@@ -92,6 +92,37 @@ fn a_body_inside_another_is_contained_and_no_other() {
     assert!([0, 2, 3].iter().all(|&i| counts[i] >= 15), "{counts:?}");
 }
 
+/// No manifold can tell of a body that meets no surface, so the answer does, at every stop.
+#[test]
+fn a_query_for_manifolds_names_the_body_inside() {
+    let [room, ball] = [
+        solid(&shapes::cuboid(Vec3::splat(4.0), 2)),
+        solid(&shapes::icosphere(2)),
+    ];
+    let (mut whole, mut parts) = (Workspace::new(), Workspace::new());
+    for (x, within) in [(0.0, true), (2.99, true), (3.5, false), (5.005, false)] {
+        let pose = Pose::new(DMat3::IDENTITY, DVec3::X * x).unwrap();
+        for (a, b, pose, inner) in [
+            (&room, &ball, pose, Operand::B),
+            (&ball, &room, pose.inverse().unwrap(), Operand::A),
+        ] {
+            let query = Query::manifolds(a, b, pose).skin(0.02);
+            let answer = query.run(&mut whole, Budget::unlimited());
+            let truth = within.then_some(inner);
+            assert_eq!((answer.value.within, answer.value.meets), (truth, x == 3.5));
+            assert_eq!(whole.manifolds().is_empty(), within);
+            let mut part = query.run(&mut parts, Budget::work(1));
+            while !part.stop.is_final() {
+                assert!(part.value.within.is_none() || part.value.within == truth);
+                part = query.resume(&mut parts, Budget::work(1)).unwrap();
+            }
+            assert_eq!(part.value, answer.value);
+            let surfaces = query.surfaces().run(&mut parts, Budget::unlimited());
+            assert_eq!(surfaces.value.within, None);
+        }
+    }
+}
+
 #[test]
 fn a_pose_that_is_not_quite_a_rotation_is_used_as_given() {
     let mut random = Random::new(12);

@@ -22,7 +22,9 @@ pub enum punctual_verdict {
     /// scene of which one has a margin. Whether some triangles share a point is not said.
     Within = 3,
     /// Proven: the surfaces do not meet, but one body is inside the other: A if the first number of the witness is 0, B
-    /// if it is 1. Said only of two solids of which the outer one is closed, and not in scenes.
+    /// if it is 1. Said only of two solids of which the outer one is closed. Of bodies of a scene with a margin, a
+    /// measured distance or a motion, it says only that a vertex of this body is inside the other: their surfaces may
+    /// meet, too.
     Contained = 4,
 }
 

@@ -34,7 +34,8 @@ use crate::view::{self, ViewArgs};
 /// tells why the query ended. All but ns is of the first sweep. Both queries have a budget of the same size.
 ///
 /// With --solid a line of the kind overlap follows for each point of each patch whose surfaces meet: the patch, the points on A
-/// and on B, the normal, and the distance, which is minus the depth there.
+/// and on B, the normal, and the distance, which is minus the depth there. Where the surfaces do not meet, but one of the meshes is inside the
+/// other, which is closed, a line of the kind contained has a or b in place of a patch: the inner one.
 ///
 /// With --push a last line of each pose says which way (n) and how far (distance) B has to be moved until it is free, as proven
 /// by an exact query; 0 if it is, empty if the budget ended before a push was found.
@@ -316,6 +317,12 @@ impl Answer {
                     "{pose},overlap,{id},,,{p},{q},{n},{distance},{low},{ns},{stop}"
                 )?;
             }
+        }
+        if let Some(inner) = self.of_patches.value.within {
+            writeln!(
+                out,
+                "{pose},contained,{inner},,,,,,,,,,,,,{low},{ns},{stop}"
+            )?;
         }
         self.push
             .as_ref()

@@ -134,7 +134,7 @@ impl Input {
 #[group(id = "budget", multiple = false)]
 pub struct Limits {
     /// Time budget of a query in microseconds; none without it.
-    #[arg(long, value_name = "T", value_parser = parse_microseconds)]
+    #[arg(long, value_name = "T", value_parser = parse_microseconds, allow_negative_numbers = true)]
     budget_us: Option<Duration>,
     /// Work budget of a query in work units (BV tests and weighted triangle tests); the same answer on every run.
     #[arg(long, value_name = "N")]
@@ -184,7 +184,8 @@ impl Limits {
 
 pub fn parse_microseconds(text: &str) -> Result<Duration, String> {
     let microseconds: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    Duration::try_from_secs_f64(microseconds * 1e-6).map_err(|error| error.to_string())
+    Duration::try_from_secs_f64(microseconds * 1e-6)
+        .map_err(|_| "must be finite and not negative".to_owned())
 }
 
 fn parse_scale(text: &str) -> Result<f64, String> {

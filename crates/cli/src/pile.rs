@@ -44,11 +44,11 @@ pub struct Args {
     #[arg(long, value_name = "F", default_value_t = 600)]
     frames: usize,
     /// Time budget of a frame in microseconds; none without it.
-    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds)]
+    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds, allow_negative_numbers = true)]
     budget_us: Option<Duration>,
     /// Work budget of a frame in work units; the same lines, but for times, on every run and any number of threads.
-    #[arg(long, value_name = "N", group = "budget")]
-    work: Option<u64>,
+    #[arg(long, value_name = "N", group = "budget", alias = "work")]
+    budget_work: Option<u64>,
     /// By what a time budget is measured; `cpu` is for measuring on a machine with other things to do.
     #[arg(long, value_enum, default_value = "wall")]
     clock: ClockName,
@@ -107,7 +107,7 @@ impl Args {
     }
 
     fn budget(&self) -> Budget {
-        match (self.budget_us, self.work) {
+        match (self.budget_us, self.budget_work) {
             (Some(limit), _) => Budget::time(limit),
             (None, Some(limit)) => Budget::work(limit),
             (None, None) => Budget::unlimited(),

@@ -12,8 +12,8 @@ use punctual_io::{FileError, Format};
 use punctual_lab::files::Listed;
 use punctual_lab::report::{self, Failure};
 use punctual_robot::{
-    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, Model, Outcome, RobotError,
-    Shape, ShapeId, UrdfOptions,
+    Checker, Clearance, ClearanceOptions, Collision, Edge, EdgeOptions, LARGEST, Model, Outcome,
+    RobotError, Shape, ShapeId, UrdfOptions,
 };
 use punctual_view::Obstacle;
 
@@ -138,6 +138,9 @@ impl Args {
         let mut files = files.collect::<Result<Vec<_>, _>>().map_err(fail)?;
         files.retain(|file| Format::of(&file.path()).is_ok());
         files.sort_by_key(fs::DirEntry::path);
+        if files.is_empty() {
+            complain(&format!("{}: no mesh files in it", folder.display()));
+        }
         for file in files.iter().map(fs::DirEntry::path) {
             let name = file.file_stem().unwrap_or_default().to_string_lossy();
             let mesh = punctual_io::load(&file)?.mesh;
@@ -161,15 +164,21 @@ impl Args {
 /// Rows of numbers, in the order of the columns named.
 fn configurations(file: &Path, columns: &[String]) -> Result<Vec<Listed<Vec<f64>>>, FileError> {
     let text = fs::read_to_string(file).map_err(|error| FileError::from_io(file, &error))?;
-    let lines = text.lines().enumerate();
+    let lines = text.trim_start_matches('\u{feff}').lines();
+    let lines = lines.enumerate().map(|(i, line)| (i + 1, line));
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-    let (_, header) = lines
+    let (at_line, header) = lines
         .next()
         .ok_or_else(|| FileError::new(file, "no header with the names of joints"))?;
     let names: Vec<&str> = header.split(',').map(str::trim).collect();
     let find = |column: &String| {
-        let found = names.iter().position(|name| name == column);
-        found.ok_or_else(|| FileError::at_line(file, 1, format!("no column {column}")))
+        let mut found = (0..names.len()).filter(|&i| names[i] == column);
+        let what = match [found.next(), found.next()] {
+            [Some(at), None] => return Ok(at),
+            [None, _] => format!("no column {column}"),
+            _ => format!("two columns {column}"),
+        };
+        Err(FileError::at_line(file, at_line, what))
     };
     let places = columns.iter().map(find).collect::<Result<Vec<_>, _>>()?;
     let read = |line: &str| {
@@ -181,15 +190,15 @@ fn configurations(file: &Path, columns: &[String]) -> Result<Vec<Listed<Vec<f64>
             let number: f64 = field
                 .parse()
                 .map_err(|_| format!("{column} is \"{field}\", must be a number"))?;
-            let is_fine = number.is_finite();
+            let is_fine = number.abs() <= LARGEST;
             is_fine
                 .then_some(number)
-                .ok_or_else(|| format!("{column} is not finite"))
+                .ok_or_else(|| format!("{column} is {field}, must be at most {LARGEST:e}"))
         };
         places.iter().zip(columns).map(number).collect()
     };
     let listed = |(line, text)| Listed {
-        line: line + 1,
+        line,
         entry: read(text),
     };
     Ok(lines.map(listed).collect())

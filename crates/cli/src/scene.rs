@@ -38,7 +38,7 @@ pub struct Args {
     #[command(flatten)]
     meshes: MeshArgs,
     /// Time budget of a frame in microseconds; none without it.
-    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds)]
+    #[arg(long, value_name = "T", group = "budget", value_parser = parse_microseconds, allow_negative_numbers = true)]
     budget_us: Option<Duration>,
     /// Work budget of a frame in work units; the same answer on every run and any number of threads.
     #[arg(long, value_name = "N", group = "budget")]

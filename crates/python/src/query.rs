@@ -175,7 +175,8 @@ pub fn certainty(verdict: Verdict) -> f64 {
 
 #[pymethods]
 impl Collision {
-    /// "intersecting" and "separated" are proven; "undecided": the budget ended first.
+    /// "intersecting", "contained" (one solid is inside the other) and "separated" are proven; "undecided": the budget
+    /// ended first.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.outcome.value.name()

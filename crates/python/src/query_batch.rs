@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 #[pyclass(module = "punctual3d", frozen, get_all)]
 #[derive(Serialize, Deserialize)]
 pub struct CollisionBatch {
-    /// (N,) int8: 1 the surfaces meet, 0 they do not, both proven; -1 the budget ended first.
+    /// (N,) int8: 1 the surfaces meet, 3 one solid is inside the other, 0 neither, all proven; -1 the budget ended first.
+    /// They meet where it is above 0.
     #[serde(with = "crate::arrays::bytes")]
     verdict: Py<PyArray1<i8>>,
     /// (N, 2) uint32: triangles of a and of b that meet; zeros where verdict is not 1.

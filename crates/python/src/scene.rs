@@ -65,19 +65,16 @@ pub struct Report {
     /// (N, 2) uint64: the two bodies.
     #[serde(with = "crate::arrays::bytes")]
     bodies: Py<PyArray2<u64>>,
-    /// (N,) int8: 1 they intersect, 2 they come within their margins (whether they intersect is not said), 0 neither,
-    /// all
-    /// proven; -1 undecided. They meet where it is above 0.
+    /// (N,) int8: 1 they intersect, 2 they come within their margins (whether they intersect is not said), 3 one solid
+    /// is inside the other, or has a vertex in it, 0 none of these, all proven; -1 undecided. They meet where it is above 0.
     #[serde(with = "crate::arrays::bytes")]
     verdict: Py<PyArray1<i8>>,
     /// (N, 2) uint32: triangles of the two bodies that intersect, or come within the margins; zeros where verdict is
-    /// not
-    /// above 0.
+    /// neither 1 nor 2.
     #[serde(with = "crate::arrays::bytes")]
     witness: Py<PyArray2<u32>>,
     /// (N,) float64: how far apart the witness is at most, margins not subtracted: 0 where verdict is 1, above 0 where
-    /// it is
-    /// 2, infinite elsewhere.
+    /// it is 2, infinite elsewhere.
     #[serde(with = "crate::arrays::bytes")]
     witness_distance: Py<PyArray1<f64>>,
     /// (N,) uint64: intersecting pairs of triangles found.
@@ -610,8 +607,9 @@ impl Scene {
     ///
     /// shape: a tree or a mesh, or (3,), a point. T: (4, 4) matrix that brings coordinates of the mesh into those of the
     /// scene at time 0. to, velocity, turn, point: its way until time 1, as of `set_motion`; of a point only a velocity.
-    /// margin: a length by which it is thickened: a point is then a ball. groups, mask, body: as of `cast_rays`. budget:
-    /// seconds; work: units of work. Bodies are where they were put last; their own motions do not count.
+    /// margin: a length by which it is thickened: a point is then a ball; without one it passes through surfaces in no
+    /// time, which only free_until tells: cast a ray instead. groups, mask, body: as of `cast_rays`. budget: seconds;
+    /// work: units of work. Bodies are where they were put last; their own motions do not count.
     ///
     /// Raises ValueError for a T that is not rigid, numbers that are not finite and contradictions, and KeyError for a
     /// body that is not in the scene.

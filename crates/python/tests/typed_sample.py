@@ -44,7 +44,7 @@ assert tree == tree and len({tree: 1}) == 1 and tree.nbytes + tree.depth + len(t
 # Do they meet?
 memory = p.Memory()
 hit = p.collide(ball, ring, pose, mode="all", budget=np.float64(1.0), memory=memory, prior=third)
-assert_type(hit.verdict, Literal["intersecting", "separated", "undecided"])
+assert_type(hit.verdict, Literal["intersecting", "contained", "separated", "undecided"])
 assert_type(hit.witness, Union[tuple[int, int], None])
 p.collide(mesh, ring, rows, work=np.uint32(10_000)), p.collide(ball, mesh, work=two)
 query = p.Query(ball, mesh, rows, mode="all", prior=third)

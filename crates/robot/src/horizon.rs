@@ -11,22 +11,30 @@ use crate::{Checker, Edge, EdgeOptions, RobotError};
 /// `braking` is the time in seconds in which it stops from the full speed at a constant
 /// deceleration, all joints in proportion ([`braking_time`]). At the share `s` it stops in `s
 /// braking`, on half of the way: `s cycle + s s braking / 2 <= free_for`.
+///
+/// It is 0 if a number is NaN.
 pub fn safe_speed(free_for: f64, cycle: f64, braking: f64) -> f64 {
+    let is_free = free_for > 0.0 && !cycle.is_nan() && !braking.is_nan();
+    let (cycle, braking) = (cycle.max(0.0), braking.max(0.0));
     let root = (cycle * cycle + 2.0 * braking * free_for).sqrt();
     let share = 2.0 * free_for / (cycle + root) * (1.0 - 1e-12);
-    match share < 1.0 {
-        true => share,
-        // NaN if nothing is proven and no time is needed.
-        false => f64::from(free_for > 0.0),
-    }
+    // The quotient of infinite numbers, NaN, stands for a robot that is free forever.
+    if is_free { share.min(1.0) } else { 0.0 }
 }
 
 /// The time in seconds in which joints with these velocities stop, if each brakes at no more than
 /// its deceleration (rad/s^2 or m/s^2). All brake in proportion, so that they stay on their
-/// straight line.
+/// straight line. Infinite if a velocity is NaN, or a joint that moves has no deceleration above 0.
 pub fn braking_time(velocity: &[f64], decelerations: &[f64]) -> f64 {
-    let each = velocity.iter().zip(decelerations);
-    each.map(|(v, a)| v.abs() / a).fold(0.0, f64::max)
+    let time = |(i, v): (usize, &f64)| {
+        let most = decelerations.get(i).map_or(0.0, |a| a.max(0.0));
+        match (*v == 0.0, v.abs() / most) {
+            (true, _) => 0.0,
+            (_, time) if time.is_nan() => f64::INFINITY,
+            (_, time) => time,
+        }
+    };
+    velocity.iter().enumerate().map(time).fold(0.0, f64::max)
 }
 
 impl Checker {

@@ -71,7 +71,7 @@ pub use clearance::{Clearance, ClearanceOptions, Scope};
 pub use edge::{Edge, EdgeAnswer, EdgeOptions};
 pub use error::RobotError;
 pub use horizon::{braking_time, safe_speed};
-pub use model::{Description, Joint, JointKind, Link, Mimic, Model};
+pub use model::{Description, Joint, JointKind, LARGEST, Link, Mimic, Model};
 pub use shape::{CYLINDER_SIDES, Shape};
 #[cfg(feature = "urdf")]
 pub use urdf::UrdfOptions;

@@ -10,8 +10,8 @@ use crate::error::refuse;
 use crate::transform::{Transform, from_pose, rotation_about, to_pose};
 use crate::{RobotError, Shape, ShapeId};
 
-/// Largest joint value, factor or length (m), so that squares of all that follows are finite.
-pub(crate) const LARGEST: f64 = 1e30;
+/// Largest absolute joint value, factor or length (m): squares of all that follows are finite.
+pub const LARGEST: f64 = 1e30;
 
 /// How a joint moves its child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -686,6 +686,39 @@ fn a_horizon_is_true_and_leaves_room_to_stop() {
     assert!(error.unwrap_err().to_string().contains("joint pan"));
 }
 
+/// What is not known to stop has no speed.
+#[test]
+fn a_robot_that_cannot_brake_stands_still() {
+    for (velocity, decelerations) in [
+        (&[1.0, 0.5][..], &[10.0, 0.0][..]),
+        (&[1.0, 0.5], &[10.0, -3.0]),
+        (&[1.0, 0.5], &[10.0, f64::NAN]),
+        (&[1.0, 0.5], &[10.0]),
+        (&[1.0, f64::NAN], &[10.0, 3.0]),
+        (&[f64::INFINITY], &[f64::INFINITY]),
+    ] {
+        let braking = braking_time(velocity, decelerations);
+        assert_eq!(braking, f64::INFINITY, "{velocity:?} {decelerations:?}");
+        assert_eq!(safe_speed(0.5, 0.001, braking), 0.0);
+    }
+    assert_eq!(braking_time(&[2.0, 0.0], &[10.0, 0.0]), 0.2);
+    assert_eq!(braking_time(&[], &[]), 0.0);
+    for numbers in [
+        [0.5, 0.001, f64::NAN],
+        [0.5, f64::NAN, 0.1],
+        [f64::NAN, 0.001, 0.1],
+        [-1.0, 0.0, 0.0],
+    ] {
+        assert_eq!(
+            safe_speed(numbers[0], numbers[1], numbers[2]),
+            0.0,
+            "{numbers:?}"
+        );
+    }
+    assert_eq!(safe_speed(f64::INFINITY, 0.001, f64::INFINITY), 1.0);
+    assert!(safe_speed(0.1, 0.001, 0.5) < 1.0);
+}
+
 #[test]
 fn a_cut_edge_ends_with_the_same_answer() {
     let mut checker = cell();

@@ -181,7 +181,8 @@ pub struct Report {
     /// not count as intersecting.
     #[cfg_attr(feature = "serde", serde(default))]
     pub within: usize,
-    /// Number of pairs in `pairs` proven to be one inside the other: [`Verdict::Contained`].
+    /// Number of pairs in `pairs` proven to be one inside the other, or partly so:
+    /// [`Verdict::Contained`].
     #[cfg_attr(feature = "serde", serde(default))]
     pub contained: usize,
     /// Number of complete pairs in `pairs`.

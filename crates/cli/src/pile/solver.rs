@@ -36,6 +36,8 @@ pub struct Mass {
     pub inertia: DMat3,
     /// Largest distance of a point of the surface from the centre.
     pub radius: f64,
+    /// The smallest extent of the box around the mesh.
+    pub thickness: f64,
 }
 
 impl Mass {
@@ -63,6 +65,7 @@ impl Mass {
             centre,
             inertia,
             radius,
+            thickness: mesh.aabb().extents().min_element(),
         })
     }
 }
@@ -77,6 +80,7 @@ pub struct RigidBody {
     pub velocity: DVec3,
     pub spin: DVec3,
     pub radius: f64,
+    pub thickness: f64,
     /// 0 for a fixed body.
     inverse_mass: f64,
     inverse_inertia: DMat3,
@@ -84,6 +88,9 @@ pub struct RigidBody {
     pub limit: f64,
     /// True if it was slowed down to its limit in the last frame, or held.
     pub is_slowed: bool,
+    /// Where it was before it moved last; and true if it goes back there.
+    before: (DVec3, DQuat),
+    pub goes_back: bool,
     /// Inverse mass, and inverse inertia in the scene, in this frame: 0 if it is held.
     mobility: f64,
     turning: DMat3,
@@ -99,10 +106,13 @@ impl RigidBody {
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
             radius: mass.radius,
+            thickness: mass.thickness,
             inverse_mass: 1.0 / mass.mass,
             inverse_inertia: mass.inertia.inverse(),
             limit: f64::INFINITY,
             is_slowed: false,
+            before: (position, turn),
+            goes_back: false,
             mobility: 0.0,
             turning: DMat3::ZERO,
         }
@@ -117,10 +127,13 @@ impl RigidBody {
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
             radius: 0.0,
+            thickness: f64::INFINITY,
             inverse_mass: 0.0,
             inverse_inertia: DMat3::ZERO,
             limit: 0.0,
             is_slowed: false,
+            before: (position, DQuat::IDENTITY),
+            goes_back: false,
             mobility: 0.0,
             turning: DMat3::ZERO,
         }
@@ -161,6 +174,8 @@ impl RigidBody {
         };
         if is_held {
             (self.velocity, self.spin) = (DVec3::ZERO, DVec3::ZERO);
+        } else {
+            self.before = (self.position, self.turn);
         }
     }
 
@@ -339,6 +354,9 @@ impl Solver {
             contacts
                 .iter_mut()
                 .for_each(|contact| contact.solve(bodies, false));
+        }
+        for body in bodies.iter_mut().filter(|body| body.goes_back) {
+            (body.position, body.turn) = body.before;
         }
         self.impulses.clear();
         let known = contacts

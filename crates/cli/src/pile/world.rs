@@ -11,6 +11,9 @@
 //! both bodies are held. So they sink into each other only by what moves them alike, and by `TRUST`
 //! for each look of the scene, and none falls through another, however little time there is: then
 //! the pile is in slow motion.
+//!
+//! **Thin bodies.** A body wholly inside another has no contacts. So a body sinks in by no more than
+//! its thickness, and one that the scene finds inside another goes back to where it was before.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -18,7 +21,7 @@ use std::sync::Arc;
 
 use punctual::glam::{DQuat, DVec3};
 use punctual::tree::Solid;
-use punctual::{Aabb, Budget, BuildOptions, Mesh, Tree, shapes};
+use punctual::{Aabb, Budget, BuildOptions, Mesh, Tree, Verdict, shapes};
 use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
 use punctual_scene::{Body, BodyId, BodyKind, Scene};
 
@@ -223,6 +226,7 @@ impl Pile {
         for (id, body) in self.ids.iter().zip(&mut self.bodies) {
             let is_known = self.scene.partners_known(*id)? && self.scene.report().unlisted == 0;
             body.limit = if is_known { STRIDE } else { 0.0 };
+            body.goes_back = false;
         }
         for pair in &self.scene.report().pairs {
             let indices = [pair.a.index(), pair.b.index()];
@@ -254,8 +258,17 @@ impl Pile {
             }
             // A part of an answer that may lack overlaps tells nothing.
             let is_bounded = found.low > 0.0 || pair.complete;
-            let trust = if is_bounded { TRUST } else { 0.0 };
-            let room = found.low + trust - found.drift;
+            let [x, y] = indices.map(|i| self.bodies[i].thickness);
+            let trust = if is_bounded { TRUST.min(x).min(y) } else { 0.0 };
+            let is_inside = matches!(pair.verdict, Verdict::Contained { .. });
+            let room = if is_inside {
+                for i in indices {
+                    self.bodies[i].goes_back = true;
+                }
+                0.0
+            } else {
+                found.low + trust - found.drift
+            };
             limit(&mut self.bodies, indices, room.max(0.0));
         }
         Ok(frame)

@@ -292,4 +292,22 @@ fn solids_have_lines_of_their_overlaps() {
     }
     let without = folder.run("contacts floor.obj crate.obj poses.txt");
     assert!(rows(&without).iter().all(|row| row.kind != "overlap"));
+
+    folder.write("pebble.obj", write::obj(&cuboid(Vec3::splat(0.1), 1)));
+    folder.write("poses.txt", format!("{}{}", at(0.5), at(1.2)));
+    for (meshes, inner) in [("floor.obj pebble.obj", "b"), ("pebble.obj floor.obj", "a")] {
+        let answer = folder.run(&format!("contacts {meshes} poses.txt --solid"));
+        let lines: Vec<&str> = answer
+            .out
+            .lines()
+            .filter(|l| l.contains("contained"))
+            .collect();
+        let [line] = lines[..] else {
+            panic!("{lines:?}")
+        };
+        assert!(line.starts_with(&format!("0,contained,{inner},")), "{line}");
+        assert_eq!(line.split(',').count(), 18, "{line}");
+    }
+    let without = folder.run("contacts floor.obj pebble.obj poses.txt");
+    assert!(!without.out.contains("contained"));
 }

@@ -168,11 +168,35 @@ fn what_is_wrong_is_named() {
         notice.err
     );
     folder.write("bad.csv", "y\n1\n");
+    folder.write("late.csv", "# joints\n\ny\n1\n");
+    folder.write("twice.csv", "x,x\n1,2\n");
+    folder.write("large.csv", "\u{feff}x\n0\n1e31\nnan\n1\n");
+    std::fs::create_dir(folder.path().join("bare")).unwrap();
+    let bare = folder.run("robot robot.urdf --env bare --configs large.csv");
+    for words in [
+        "bare: no mesh files",
+        "large.csv:3: configuration 1: x is 1e31",
+        "large.csv:4: configuration 2: x is nan",
+    ] {
+        assert!(bare.err.contains(words), "{words}: {}", bare.err);
+    }
+    let stops = fields(&bare, "config,verdict,first_pair,ns,stop,work");
+    let stops: Vec<&str> = stops.iter().map(|row| row[4].as_str()).collect();
+    assert_eq!(stops, ["finished", "error", "error", "finished"]);
+    assert_eq!(bare.status, 1);
     for (options, words) in [
         ("robot none.urdf --configs configs.csv", "none.urdf"),
         (
             "robot robot.urdf --configs bad.csv",
             "bad.csv:1: no column x",
+        ),
+        (
+            "robot robot.urdf --configs late.csv",
+            "late.csv:3: no column x",
+        ),
+        (
+            "robot robot.urdf --configs twice.csv",
+            "twice.csv:1: two columns x",
         ),
         ("robot robot.urdf --configs none.csv", "none.csv"),
         ("robot robot.urdf --env none --configs configs.csv", "none"),

@@ -25,9 +25,10 @@ use punctual_geom::{Aabb, Motion, MotionError, Pose, PoseError, triangle_segment
 /// A shape that asks about the bodies of a scene: a tree at a pose or in motion, or a point. It is
 /// not itself in the scene.
 ///
-/// The margins of bodies and of the shape count: a point with a margin is a ball. Bodies are at the
-/// poses that were set last, as for [`Scene::cast`]; their motions do not count. Sensors are bodies
-/// like others. A solid inside another solid meets it.
+/// The margins of bodies and of the shape count: a point with a margin is a ball. Without one, a
+/// point that is cast passes through surfaces in no time, so only `free_until` tells of them: cast a
+/// ray instead. Bodies are at the poses that were set last, as for [`Scene::cast`]; their motions do
+/// not count. Sensors are bodies like others. A solid inside another solid meets it.
 ///
 /// ```
 /// use punctual::{Budget, Mode, Pose, Tree, shapes};

@@ -66,10 +66,10 @@ impl Answer {
         }
     }
 
-    /// Sets the verdict if one body is inside the other.
+    /// Sets the verdict if one body is inside the other. No triangles tell of that.
     fn contain(&mut self, within: Option<Operand>) {
         if let Some(inner) = within {
-            self.verdict = Verdict::Contained { inner };
+            (self.verdict, self.found) = (Verdict::Contained { inner }, 0);
         }
     }
 }
@@ -286,14 +286,16 @@ impl<'t> Question<'t> {
                     None if stop.is_final() && found.nearest.is_none() => Verdict::Separated,
                     None => Verdict::Undecided,
                 };
-                Answer {
+                let mut answer = Answer {
                     stop,
                     verdict,
                     found: u64::from(within.is_some()),
                     bounds: None,
                     missing: found.low,
                     nearest: found.nearest,
-                }
+                };
+                answer.contain(found.within);
+                answer
             }
         }
     }

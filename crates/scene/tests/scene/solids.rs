@@ -95,10 +95,13 @@ fn a_body_inside_another_meets_it() {
     };
     let contained = |report: &Report, [a, b]: [BodyId; 2]| {
         let pair = report.pair(a, b).unwrap();
-        matches!(pair.verdict, Verdict::Contained { .. }) && pair.complete
+        matches!(pair.verdict, Verdict::Contained { .. }) && pair.complete && pair.found == 0
     };
-    for margin in [0.0, 0.1] {
+    for (margin, finds_contacts) in [(0.0, false), (0.1, false), (0.1, true)] {
         let (mut scene, ids) = new(margin);
+        if finds_contacts {
+            scene.find_contacts();
+        }
         assert!(
             contained(detect(&mut scene, Budget::unlimited()), ids),
             "{margin}"
