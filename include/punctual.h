@@ -3179,8 +3179,8 @@ typedef struct punctual_pair_report {
    */
   punctual_verdict verdict;
   /**
-   * Whether nothing is left to find. Undecided all the same if rounding hides whether bodies with margins meet, or bodies in
-   * motion at its start.
+   * Whether nothing is left to find, of its distance and its time of impact too, if they are asked for. Undecided all the same
+   * if rounding hides whether bodies with margins meet, or bodies in motion at its start.
    */
   bool complete;
   /**
@@ -3290,7 +3290,8 @@ typedef struct punctual_pair_distance {
 } punctual_pair_distance;
 
 /**
- * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions.
+ * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions. If their
+ * distance is asked for too, that is the one at time 0.
  */
 typedef struct punctual_pair_passage {
   /**
@@ -3968,7 +3969,8 @@ punctual_status punctual_scene_distances(const struct punctual_scene *scene,
 
 /**
  * Moves a body to where a motion begins, and says where it goes until the next frame, time 1. It stays so until
- * `punctual_scene_set_pose` or another motion. A pair whose distance is asked for is not asked about motions.
+ * `punctual_scene_set_pose` or another motion. A pair whose distance is asked for has both: its distance at time 0, and its time
+ * of impact.
  *
  * Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it was.
  */

@@ -336,7 +336,8 @@ impl Scene {
     }
 
     /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1: `Report.passages`
-    /// tells until when each of its pairs is free. The motion stays until `set_pose`, or another one.
+    /// tells until when each of its pairs is free, also those with a distance (`measure`), which is that at time 0. The
+    /// motion stays until `set_pose`, or another one.
     ///
     /// T: (4, 4) matrix that brings coordinates of the mesh into those of the scene, at time 0. to: the same at time 1,
     /// with a screw from the one to the other. Or, in coordinates of the scene, velocity: (3,), the way until time 1;

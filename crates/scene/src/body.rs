@@ -442,6 +442,7 @@ impl Bodies {
     }
 
     /// True if the contacts of a pair are requested, and neither body is a sensor.
+    #[inline]
     pub fn wants_contacts(&self, key: PairKey) -> bool {
         let is_sensor = |placed: &Placed| placed.body.is_sensor;
         self.contact_requests.has(key)
@@ -461,10 +462,9 @@ impl Bodies {
         Facts::are_special(self.facts_of(key))
     }
 
-    /// True if one body of a pair has a motion, and the pair's distance is not measured.
+    /// True if one body of a pair has a motion.
     pub fn is_moving(&self, key: PairKey) -> bool {
         self.is_special(key)
-            && !self.distance_requests.has(key)
             && bodies_of(key)
                 .into_iter()
                 .any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
@@ -474,6 +474,18 @@ impl Bodies {
     /// nor its time of impact.
     pub fn asks_only_contact(&self, key: PairKey) -> bool {
         !self.is_special(key) || !self.distance_requests.has(key) && !self.is_moving(key)
+    }
+
+    /// True if a pair has two questions: its distance, and then its time of impact, because its
+    /// boxes meet on their way.
+    #[inline]
+    pub fn asks_both(&self, key: PairKey) -> bool {
+        self.has_special && self.is_moving(key) && self.may_impact(key)
+    }
+
+    #[cold]
+    fn may_impact(&self, key: PairKey) -> bool {
+        self.distance_requests.has(key) && self.boxes_apart(key)[0] == 0.0
     }
 
     /// Least work of a turn, for any question that may be asked.

@@ -488,7 +488,8 @@ impl Scene {
     /// **Several questions, one budget.** The question of a pair whose boxes overlap is whether it
     /// meets. If its distance is [measured](Scene::measure), the distance is computed instead,
     /// which answers both. If a body [moves](Scene::set_motion), the question is the time of
-    /// impact. A pair that meets may also be asked for its [contacts](Scene::find_contacts). The
+    /// impact, after the distance if that is measured. A pair that meets may also be asked for its
+    /// [contacts](Scene::find_contacts). The
     /// importance of a question is the sum of the importance of the more important body and [that
     /// of the question](Scene::set_question_importance). The most important go first; of equal
     /// ones, those with the most expected information per cost: a probable intersection, contacts

@@ -150,7 +150,8 @@ impl Turn {
             return false;
         }
         // Tested sometimes even if not expected to meet, because the expectation may be outdated.
-        let is_due = state.nearby >= LEAST_NEARBY || (frame ^ self.known.key) % PER_NEARBY == 0;
+        let is_due =
+            state.nearby >= LEAST_NEARBY || (frame ^ self.known.key).is_multiple_of(PER_NEARBY);
         let met = if is_due {
             desk.deadline.spend(WORK_PER_NEIGHBORS);
             self.spent.work += WORK_PER_NEIGHBORS;
