@@ -4136,7 +4136,24 @@ punctual_status punctual_scene_find_contacts_of(struct punctual_scene *scene,
                                                 struct punctual_body_id y);
 
 /**
- * Does not ask for the contacts of two bodies any more, but as one of all pairs. Fails with BAD_ARGUMENT if both are the same.
+ * Finds where bodies touch of all pairs of which one is in the groups `groups` and the other in `mask`, by their own filters
+ * (`punctual_scene_set_filter`), from the next frame on. Several calls add up; all bits for both are `punctual_scene_find_contacts`.
+ */
+punctual_status punctual_scene_find_contacts_between(struct punctual_scene *scene,
+                                                     uint32_t groups,
+                                                     uint32_t mask);
+
+/**
+ * Ends `punctual_scene_find_contacts_between` of these groups, or, with all bits for both, `punctual_scene_find_contacts`.
+ * Nothing changes if there was no such call. Contacts of pairs that are asked for otherwise are found as before.
+ */
+punctual_status punctual_scene_stop_finding_contacts_between(struct punctual_scene *scene,
+                                                             uint32_t groups,
+                                                             uint32_t mask);
+
+/**
+ * Does not ask for the contacts of two bodies any more, but as one of all pairs or of those between groups. Fails with
+ * BAD_ARGUMENT if both are the same.
  */
 punctual_status punctual_scene_stop_finding_contacts_of(struct punctual_scene *scene,
                                                         struct punctual_body_id x,

@@ -444,8 +444,14 @@ impl Bodies {
     /// True if the contacts of a pair are requested, and neither body is a sensor.
     #[inline]
     pub fn wants_contacts(&self, key: PairKey) -> bool {
+        self.contact_requests.any() && self.finds_contacts(key)
+    }
+
+    #[inline(never)]
+    fn finds_contacts(&self, key: PairKey) -> bool {
+        let filters = self.facts_of(key).map(|facts| facts.filter);
         let is_sensor = |placed: &Placed| placed.body.is_sensor;
-        self.contact_requests.has(key)
+        self.contact_requests.has(key, filters)
             && self
                 .pair(key)
                 .is_some_and(|pair| !pair.into_iter().any(is_sensor))
@@ -470,12 +476,6 @@ impl Bodies {
                 .any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
     }
 
-    /// True if all that may be asked of a pair is whether it meets, and where: neither its distance
-    /// nor its time of impact.
-    pub fn asks_only_contact(&self, key: PairKey) -> bool {
-        !self.is_special(key) || !self.distance_requests.has(key) && !self.is_moving(key)
-    }
-
     /// True if a pair has two questions: its distance, and then its time of impact, because its
     /// boxes meet on their way.
     #[inline]
@@ -486,6 +486,12 @@ impl Bodies {
     #[cold]
     fn may_impact(&self, key: PairKey) -> bool {
         self.distance_requests.has(key) && self.boxes_apart(key)[0] == 0.0
+    }
+
+    /// True if all that may be asked of a pair is whether it meets, and where: neither its distance
+    /// nor its time of impact.
+    pub fn asks_only_contact(&self, key: PairKey) -> bool {
+        !self.is_special(key) || !self.distance_requests.has(key) && !self.is_moving(key)
     }
 
     /// Least work of a turn, for any question that may be asked.

@@ -27,9 +27,9 @@ extern crate alloc;
 //
 // A pair has four records: an entry in the list of known pairs, a state that is kept from its
 // first query on, a job of the frame, and a report. A pair proven to be farther apart than its
-// bodies have moved since needs no job; only its entry is read. A pair that meets may have a
-// second question: its contacts. The questions and their importance are in `ask`; rays and shapes
-// are asked about between frames (`cast`).
+// bodies have moved since needs no job; only its entry is read. A pair may have further questions
+// after its first: a time of impact after a distance, and contacts. The questions and their
+// importance are in `ask`; rays and shapes are asked about between frames (`cast`).
 //
 // Each step has a share of the budget (`schedule::share`), stops when it is spent, and continues
 // in the next frame where it stopped. The report counts what was not reached: bodies not placed,
@@ -476,8 +476,7 @@ impl Scene {
     /// except that one in four is another body. None waits for ever if budgets allow a step at all.
     /// Bodies that rest are known after some frames, as without a budget. If the last frame decided
     /// all pairs and nothing has changed since, its report is repeated, within any budget.
-    /// Distances of groups and [contacts of chosen pairs](Scene::find_contacts_of) are exceptions:
-    /// they are processed in every frame.
+    /// Distances of groups are an exception: they are processed in every frame.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of
     /// overlapping boxes, than any before, and, in preparation, in the 64 frames after the scene
