@@ -5,6 +5,7 @@ use crate::ask::TurnKind;
 use crate::id::PairKey;
 use crate::pair::batch::Batch;
 use crate::pair::state::Turn;
+use core::mem;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RoundRobin {
@@ -12,7 +13,8 @@ pub(crate) struct RoundRobin {
     pub cursor: PairKey,
     /// The question of that pair whose turn it is.
     at: TurnKind,
-    /// True if that turn has used up a guaranteed share.
+    /// True if that turn has used up a guaranteed share in a round of the frame, and in the last.
+    was_cut: bool,
     overspent: bool,
     /// True if the list of the last frame was cut short; and where the next list continues.
     pub cut: bool,
@@ -32,16 +34,15 @@ impl RoundRobin {
         changed: impl FnOnce() -> bool,
         both: impl FnOnce() -> bool,
     ) {
-        if self.overspent && key == self.cursor {
-            self.overspent = false;
-            if changed() {
-                let stays = self.at == TurnKind::Meet && both();
-                self.cursor += u64::from(!stays);
-                self.at = if stays {
-                    TurnKind::Motion
-                } else {
-                    TurnKind::Meet
-                };
+        if self.was_cut && key == self.cursor {
+            let (_, overspent) = (mem::take(&mut self.was_cut), mem::take(&mut self.overspent));
+            if !changed() {
+                return;
+            }
+            if self.at == TurnKind::Meet && both() {
+                self.at = TurnKind::Motion;
+            } else if overspent {
+                (self.cursor, self.at) = (key + 1, TurnKind::Meet);
             }
         }
     }
@@ -68,9 +69,9 @@ impl RoundRobin {
         let turn = waiting.map(|at| &batch.turns[at]);
         self.cursor = turn.map_or(last.key() + 1, |turn| turn.key());
         self.at = turn.and_then(|turn| turn.next).unwrap_or_default();
-        let is_cut =
-            turn.is_some_and(|turn| turn.next == Some(turn.kind) && turn.spent.work >= enough);
-        self.overspent = waiting == Some(0) && is_cut;
+        let first = turn.filter(|turn| waiting == Some(0) && turn.next == Some(turn.kind));
+        self.overspent = first.is_some_and(|turn| turn.spent.work >= enough);
+        self.was_cut = first.is_some() && (self.was_cut || self.overspent);
     }
 
     /// After a list cut short, skips the finished jobs, so that the next list has others.

@@ -235,6 +235,44 @@ fn neither_question_of_a_pair_waits_longer_than_promised() {
     }
 }
 
+/// A distance that takes more than R, of bodies that move in every frame, does not keep the time of
+/// impact of its pair from its turn.
+#[test]
+fn a_motion_has_its_turn_although_the_distance_before_it_is_never_done() {
+    let sphere = Arc::new(Tree::new(shapes::icosphere(5)));
+    let mut scene = Scene::new();
+    let [a, b] = [0.0, 1e-3].map(|x| {
+        let body = Body::moving(Arc::clone(&sphere), at(x, 0.0, 0.0));
+        scene.insert(body).unwrap()
+    });
+    let grown: Vec<[f64; 3]> = (0..sphere.mesh().vertex_count())
+        .map(|i| (1.1 * sphere.mesh().vertex(i)).to_array())
+        .collect();
+    scene.tree_mut(b).unwrap().refit_f64(&grown).unwrap();
+    let go = |scene: &mut Scene, frame: usize| {
+        let start = at(1e-3 + 1e-6 * frame as f64, 0.0, 0.0);
+        let motion = Motion::straight(start, [1e-6, 0.0, 0.0]).unwrap();
+        scene.set_motion(b, motion).unwrap();
+    };
+    go(&mut scene, 0);
+    let impact = detect(&mut scene, Budget::unlimited()).work;
+    scene.measure(a, b, 0.0).unwrap();
+    go(&mut scene, 1);
+    let all = detect(&mut scene, Budget::unlimited()).work;
+    let (budget, distance) = (12 * impact, all - impact);
+    assert!(8 * distance > 2 * budget, "{distance} and {impact}");
+    let k = 2 * (2 * all).div_ceil(budget / 8) + 1;
+    let (mut known, mut measured) = (0, 0);
+    for frame in 2..2 + 4 * k as usize {
+        go(&mut scene, frame);
+        assert!(!detect(&mut scene, Budget::work(budget)).pairs[0].complete);
+        known += u64::from(passage(&scene, [a, b]).is_some_and(|found| is_known(&found)));
+        let found = scene.distance(a, b).unwrap();
+        measured += usize::from(found.age == 0);
+    }
+    assert!(known >= 4 && measured > 0, "{known} of {} frames", 4 * k);
+}
+
 /// Far from each other on their way, a pair needs no query for its motion.
 #[test]
 fn bodies_whose_ways_are_far_apart_are_free_without_a_query() {
