@@ -3181,8 +3181,8 @@ typedef struct punctual_pair_report {
    */
   punctual_verdict verdict;
   /**
-   * Whether nothing is left to find. Undecided all the same if rounding hides whether bodies with margins meet, or bodies in
-   * motion at its start.
+   * Whether nothing is left to find, of its distance and its time of impact too, if they are asked for. Undecided all the same
+   * if rounding hides whether bodies with margins meet, or bodies in motion at its start.
    */
   bool complete;
   /**
@@ -3292,7 +3292,8 @@ typedef struct punctual_pair_distance {
 } punctual_pair_distance;
 
 /**
- * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions.
+ * Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions. If their
+ * distance is asked for too, that is the one at time 0.
  */
 typedef struct punctual_pair_passage {
   /**
@@ -3970,7 +3971,8 @@ punctual_status punctual_scene_distances(const struct punctual_scene *scene,
 
 /**
  * Moves a body to where a motion begins, and says where it goes until the next frame, time 1. It stays so until
- * `punctual_scene_set_pose` or another motion. A pair whose distance is asked for is not asked about motions.
+ * `punctual_scene_set_pose` or another motion. A pair whose distance is asked for has both: its distance at time 0, and its time
+ * of impact.
  *
  * Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it was.
  */
@@ -4136,7 +4138,24 @@ punctual_status punctual_scene_find_contacts_of(struct punctual_scene *scene,
                                                 struct punctual_body_id y);
 
 /**
- * Does not ask for the contacts of two bodies any more, but as one of all pairs. Fails with BAD_ARGUMENT if both are the same.
+ * Finds where bodies touch of all pairs of which one is in the groups `groups` and the other in `mask`, by their own filters
+ * (`punctual_scene_set_filter`), from the next frame on. Several calls add up; all bits for both are `punctual_scene_find_contacts`.
+ */
+punctual_status punctual_scene_find_contacts_between(struct punctual_scene *scene,
+                                                     uint32_t groups,
+                                                     uint32_t mask);
+
+/**
+ * Ends `punctual_scene_find_contacts_between` of these groups, or, with all bits for both, `punctual_scene_find_contacts`.
+ * Nothing changes if there was no such call. Contacts of pairs that are asked for otherwise are found as before.
+ */
+punctual_status punctual_scene_stop_finding_contacts_between(struct punctual_scene *scene,
+                                                             uint32_t groups,
+                                                             uint32_t mask);
+
+/**
+ * Does not ask for the contacts of two bodies any more, but as one of all pairs or of those between groups. Fails with
+ * BAD_ARGUMENT if both are the same.
  */
 punctual_status punctual_scene_stop_finding_contacts_of(struct punctual_scene *scene,
                                                         struct punctual_body_id x,

@@ -747,6 +747,12 @@ public:
   [[nodiscard]] punctual_status find_contacts_of(punctual_body_id x, punctual_body_id y) noexcept {
     return punctual_scene_find_contacts_of(get(), x, y);
   }
+  [[nodiscard]] punctual_status find_contacts_between(std::uint32_t groups, std::uint32_t mask) noexcept {
+    return punctual_scene_find_contacts_between(get(), groups, mask);
+  }
+  [[nodiscard]] punctual_status stop_finding_contacts_between(std::uint32_t groups, std::uint32_t mask) noexcept {
+    return punctual_scene_stop_finding_contacts_between(get(), groups, mask);
+  }
   [[nodiscard]] punctual_status stop_finding_contacts_of(punctual_body_id x, punctual_body_id y) noexcept {
     return punctual_scene_stop_finding_contacts_of(get(), x, y);
   }

@@ -43,8 +43,8 @@ pub struct punctual_pair_report {
     pub b: punctual_body_id,
     /// Whether their surfaces meet, in this frame.
     pub verdict: punctual_verdict,
-    /// Whether nothing is left to find. Undecided all the same if rounding hides whether bodies with margins meet, or bodies in
-    /// motion at its start.
+    /// Whether nothing is left to find, of its distance and its time of impact too, if they are asked for. Undecided all the same
+    /// if rounding hides whether bodies with margins meet, or bodies in motion at its start.
     pub complete: bool,
     /// If they meet, two triangles that do; if they come within their margins, two that do; else zeros.
     pub witness: punctual_triangle_pair,

@@ -70,7 +70,8 @@ pub struct punctual_pair_distance {
 
 grows!(punctual_pair_distance: high..age);
 
-/// Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions.
+/// Until when two bodies are apart, of which one or both move; times from 0, this frame, to 1, the end of their motions. If their
+/// distance is asked for too, that is the one at time 0.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct punctual_pair_passage {
@@ -255,7 +256,8 @@ pub unsafe extern "C" fn punctual_scene_distances(
 }
 
 /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1. It stays so until
-/// `punctual_scene_set_pose` or another motion. A pair whose distance is asked for is not asked about motions.
+/// `punctual_scene_set_pose` or another motion. A pair whose distance is asked for has both: its distance at time 0, and its time
+/// of impact.
 ///
 /// Fails with BAD_POSE or BAD_ARGUMENT if the motion is refused; the body then stays where it was.
 #[unsafe(no_mangle)]

@@ -8,7 +8,9 @@ use crate::scene::punctual_scene;
 use crate::sized::{fill_rows, grows, place, read_all, rows};
 use crate::status::{door, given, punctual_status, value_of};
 use crate::workspace::punctual_triangle_pair;
-use ::punctual_scene::{BodyId, CompoundId, ContactPoint, GroupDistance, MeasureId, PairQuestion};
+use ::punctual_scene::{
+    BodyId, CompoundId, ContactPoint, Filter, GroupDistance, MeasureId, PairQuestion,
+};
 use core::mem::MaybeUninit;
 
 /// What a scene asks of a pair of bodies.
@@ -306,7 +308,38 @@ pub extern "C" fn punctual_scene_find_contacts_of(
     })
 }
 
-/// Does not ask for the contacts of two bodies any more, but as one of all pairs. Fails with BAD_ARGUMENT if both are the same.
+/// Finds where bodies touch of all pairs of which one is in the groups `groups` and the other in `mask`, by their own filters
+/// (`punctual_scene_set_filter`), from the next frame on. Several calls add up; all bits for both are `punctual_scene_find_contacts`.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_find_contacts_between(
+    scene: Option<&mut punctual_scene>,
+    groups: u32,
+    mask: u32,
+) -> punctual_status {
+    door("punctual_scene_find_contacts_between", || {
+        punctual_scene::set(scene, |scene| {
+            scene.find_contacts_between(Filter::new(groups, mask))
+        })
+    })
+}
+
+/// Ends `punctual_scene_find_contacts_between` of these groups, or, with all bits for both, `punctual_scene_find_contacts`.
+/// Nothing changes if there was no such call. Contacts of pairs that are asked for otherwise are found as before.
+#[unsafe(no_mangle)]
+pub extern "C" fn punctual_scene_stop_finding_contacts_between(
+    scene: Option<&mut punctual_scene>,
+    groups: u32,
+    mask: u32,
+) -> punctual_status {
+    door("punctual_scene_stop_finding_contacts_between", || {
+        punctual_scene::set(scene, |scene| {
+            scene.stop_finding_contacts_between(Filter::new(groups, mask))
+        })
+    })
+}
+
+/// Does not ask for the contacts of two bodies any more, but as one of all pairs or of those between groups. Fails with
+/// BAD_ARGUMENT if both are the same.
 #[unsafe(no_mangle)]
 pub extern "C" fn punctual_scene_stop_finding_contacts_of(
     scene: Option<&mut punctual_scene>,

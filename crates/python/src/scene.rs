@@ -161,6 +161,15 @@ impl Report {
     }
 }
 
+/// Two bodies, or none.
+fn both(x: Option<u64>, y: Option<u64>) -> PyResult<Option<[BodyId; 2]>> {
+    match (x, y) {
+        (None, None) => Ok(None),
+        (Some(x), Some(y)) => Ok(Some([x, y].map(BodyId::from_bits))),
+        _ => Err(value_error("x and y: both bodies are needed, or none")),
+    }
+}
+
 fn ids(bodies: &[u64]) -> Vec<BodyId> {
     bodies.iter().map(|&body| BodyId::from_bits(body)).collect()
 }
@@ -333,7 +342,8 @@ impl Scene {
     }
 
     /// Moves a body to where a motion begins, and says where it goes until the next frame, time 1: `Report.passages`
-    /// tells until when each of its pairs is free. The motion stays until `set_pose`, or another one.
+    /// tells until when each of its pairs is free, also those with a distance (`measure`), which is that at time 0. The
+    /// motion stays until `set_pose`, or another one.
     ///
     /// T: (4, 4) matrix that brings coordinates of the mesh into those of the scene, at time 0. to: the same at time 1,
     /// with a screw from the one to the other. Or, in coordinates of the scene, velocity: (3,), the way until time 1;
@@ -447,26 +457,47 @@ impl Scene {
             .map_err(|error| scene_error(&self.scene, error))
     }
 
-    /// Finds where bodies touch from the next frame on (`contact_points`): of all pairs that meet, or of two bodies.
-    #[pyo3(signature = (x=None, y=None))]
-    fn find_contacts(&mut self, x: Option<u64>, y: Option<u64>) -> PyResult<()> {
-        match (x, y) {
-            (None, None) => self.scene.find_contacts(),
-            (Some(x), Some(y)) => {
-                self.scene
-                    .find_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y))
-                    .map_err(|error| scene_error(&self.scene, error))?;
-            }
-            _ => return Err(value_error("x and y: both bodies are needed, or none")),
+    /// Finds where bodies touch from the next frame on (`contact_points`): of two bodies, or of all pairs that meet and
+    /// of which one body is in the groups `groups` and the other in `mask`, by the `groups` that they were inserted
+    /// with. Several calls add up.
+    #[pyo3(signature = (x=None, y=None, *, groups=u32::MAX, mask=u32::MAX))]
+    fn find_contacts(
+        &mut self,
+        x: Option<u64>,
+        y: Option<u64>,
+        groups: u32,
+        mask: u32,
+    ) -> PyResult<()> {
+        match both(x, y)? {
+            None => self.scene.find_contacts_between(Filter::new(groups, mask)),
+            Some([x, y]) => self
+                .scene
+                .find_contacts_of(x, y)
+                .map_err(|error| scene_error(&self.scene, error))?,
         }
         Ok(())
     }
 
-    /// Does not ask for the contacts of two bodies any more, but as one of all pairs.
-    fn stop_finding_contacts(&mut self, x: u64, y: u64) -> PyResult<()> {
-        self.scene
-            .stop_finding_contacts_of(BodyId::from_bits(x), BodyId::from_bits(y))
-            .map_err(|error| scene_error(&self.scene, error))
+    /// Ends the call of `find_contacts` with the same arguments; nothing changes if there was none. Contacts of pairs
+    /// that are asked for otherwise are found as before.
+    #[pyo3(signature = (x=None, y=None, *, groups=u32::MAX, mask=u32::MAX))]
+    fn stop_finding_contacts(
+        &mut self,
+        x: Option<u64>,
+        y: Option<u64>,
+        groups: u32,
+        mask: u32,
+    ) -> PyResult<()> {
+        match both(x, y)? {
+            None => self
+                .scene
+                .stop_finding_contacts_between(Filter::new(groups, mask)),
+            Some([x, y]) => self
+                .scene
+                .stop_finding_contacts_of(x, y)
+                .map_err(|error| scene_error(&self.scene, error))?,
+        }
+        Ok(())
     }
 
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for (`find_contacts`); no

@@ -393,6 +393,29 @@ def test_a_sensor_and_an_ignored_pair(ball):
     assert scene.step().verdict[0] == 1
 
 
+def test_contacts_between_groups(ball):
+    scene = punctual3d.Scene()
+    at = {1: 0.0, 2: 1.0, 4: -1.0}
+    a, b, c = (scene.insert(ball, placed(x), groups=group) for group, x in at.items())
+    scene.find_contacts(groups=2, mask=1)
+    scene.step()
+    assert len(scene.contact_points(a, b)) > 0 and len(scene.contact_points(a, c)) == 0
+    scene.stop_finding_contacts(groups=2, mask=1)
+    scene.set_pose(a, placed(0.01))
+    scene.step()
+    assert scene.contact_points(a, b).age == 1
+
+
+def test_a_distance_and_a_motion_of_one_pair(ball):
+    scene = punctual3d.Scene()
+    a, b = scene.insert(ball, fixed=True), scene.insert(ball)
+    scene.measure(a, b, 1e-3)
+    scene.set_motion(b, placed(5.0), velocity=[-4.0, 0.0, 0.0])
+    report = scene.step()
+    assert report.verdict[0] == 0 and report.distances.low[0] > 2.9
+    assert 0.7 < report.passages.free_until[0] <= report.passages.touching_at[0] < 0.8
+
+
 def test_contact_points(ball):
     scene = punctual3d.Scene()
     a, b = scene.insert(ball, fixed=True, margin=0.01), scene.insert(ball, placed(1.0))
@@ -409,6 +432,7 @@ def test_contact_points(ball):
     assert len(scene.contact_points(a, b)) == 0 and scene.contact_points(a, b).low > 40
     scene.stop_finding_contacts(a, b)
     scene.find_contacts()
+    scene.stop_finding_contacts()
     with pytest.raises(ValueError, match="both bodies are needed"):
         scene.find_contacts(a)
     with pytest.raises(ValueError, match="colour"):

@@ -93,6 +93,7 @@ whole = scene.insert_compound([(mesh, rows), (ball, pose)], pose, margin=third)
 scene.set_compound_pose(whole, rows), scene.set_compound_motion(whole, pose, velocity=point, turn=flat, point=point)
 assert scene.compound_of(scene.parts(whole)[0]) == whole
 scene.measure(body, other, third), scene.track_contacts(), scene.find_contacts(), scene.find_contacts(body, other)
+scene.find_contacts(groups=1, mask=np.uint32(2)), scene.stop_finding_contacts(groups=1, mask=2)
 group = scene.measure_groups([body], np.array([other]), third)
 scene.set_question_importance("distance", third)
 report = scene.step(1, work=None)

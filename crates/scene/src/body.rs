@@ -442,9 +442,16 @@ impl Bodies {
     }
 
     /// True if the contacts of a pair are requested, and neither body is a sensor.
+    #[inline]
     pub fn wants_contacts(&self, key: PairKey) -> bool {
+        self.contact_requests.any() && self.finds_contacts(key)
+    }
+
+    #[inline(never)]
+    fn finds_contacts(&self, key: PairKey) -> bool {
+        let filters = self.facts_of(key).map(|facts| facts.filter);
         let is_sensor = |placed: &Placed| placed.body.is_sensor;
-        self.contact_requests.has(key)
+        self.contact_requests.has(key, filters)
             && self
                 .pair(key)
                 .is_some_and(|pair| !pair.into_iter().any(is_sensor))
@@ -461,13 +468,24 @@ impl Bodies {
         Facts::are_special(self.facts_of(key))
     }
 
-    /// True if one body of a pair has a motion, and the pair's distance is not measured.
+    /// True if one body of a pair has a motion.
     pub fn is_moving(&self, key: PairKey) -> bool {
         self.is_special(key)
-            && !self.distance_requests.has(key)
             && bodies_of(key)
                 .into_iter()
                 .any(|body| self.at(body).is_some_and(|placed| placed.motion.is_some()))
+    }
+
+    /// True if a pair has two questions: its distance, and then its time of impact, because its
+    /// boxes meet on their way.
+    #[inline]
+    pub fn asks_both(&self, key: PairKey) -> bool {
+        self.has_special && self.is_moving(key) && self.may_impact(key)
+    }
+
+    #[cold]
+    fn may_impact(&self, key: PairKey) -> bool {
+        self.distance_requests.has(key) && self.boxes_apart(key)[0] == 0.0
     }
 
     /// True if all that may be asked of a pair is whether it meets, and where: neither its distance

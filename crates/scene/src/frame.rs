@@ -103,8 +103,7 @@ impl Scene {
         report.elapsed = ended
             .zip(started)
             .map(|(ended, started)| ended.saturating_sub(started));
-        let touches_known =
-            !pairs.tell_touches() || bodies.contact_requests.all && schedule.is_idle;
+        let touches_known = !pairs.tell_touches() || schedule.is_idle;
         self.is_known = report.is_final() && bodies.are_settled() && touches_known;
         self.rest = if self.is_known { [number; 2] } else { rest };
     }

@@ -27,9 +27,9 @@ extern crate alloc;
 //
 // A pair has four records: an entry in the list of known pairs, a state that is kept from its
 // first query on, a job of the frame, and a report. A pair proven to be farther apart than its
-// bodies have moved since needs no job; only its entry is read. A pair that meets may have a
-// second question: its contacts. The questions and their importance are in `ask`; rays and shapes
-// are asked about between frames (`cast`).
+// bodies have moved since needs no job; only its entry is read. A pair may have further questions
+// after its first: a time of impact after a distance, and contacts. The questions and their
+// importance are in `ask`; rays and shapes are asked about between frames (`cast`).
 //
 // Each step has a share of the budget (`schedule::share`), stops when it is spent, and continues
 // in the next frame where it stopped. The report counts what was not reached: bodies not placed,
@@ -476,8 +476,7 @@ impl Scene {
     /// except that one in four is another body. None waits for ever if budgets allow a step at all.
     /// Bodies that rest are known after some frames, as without a budget. If the last frame decided
     /// all pairs and nothing has changed since, its report is repeated, within any budget.
-    /// Distances of groups and [contacts of chosen pairs](Scene::find_contacts_of) are exceptions:
-    /// they are processed in every frame.
+    /// Distances of groups are an exception: they are processed in every frame.
     ///
     /// It allocates only as the scene grows: in a frame with more bodies, or with more pairs of
     /// overlapping boxes, than any before, and, in preparation, in the 64 frames after the scene
@@ -488,7 +487,8 @@ impl Scene {
     /// **Several questions, one budget.** The question of a pair whose boxes overlap is whether it
     /// meets. If its distance is [measured](Scene::measure), the distance is computed instead,
     /// which answers both. If a body [moves](Scene::set_motion), the question is the time of
-    /// impact. A pair that meets may also be asked for its [contacts](Scene::find_contacts). The
+    /// impact, after the distance if that is measured. A pair that meets may also be asked for its
+    /// [contacts](Scene::find_contacts). The
     /// importance of a question is the sum of the importance of the more important body and [that
     /// of the question](Scene::set_question_importance). The most important go first; of equal
     /// ones, those with the most expected information per cost: a probable intersection, contacts

@@ -25,7 +25,8 @@ pub struct PairReport {
     /// margins, at most 1: the witness.
     pub found: u64,
     /// True if nothing is left to find. In [`punctual::Mode::Any`] the pair is decided, and its
-    /// distance or motion is known if requested. In [`punctual::Mode::All`] all intersections have
+    /// distance and its time of impact are known if requested: both, if both are. In
+    /// [`punctual::Mode::All`] all intersections have
     /// been found. A complete pair can be undecided if rounding hides whether bodies with margins
     /// meet, or moving bodies at the start.
     pub complete: bool,
@@ -94,7 +95,8 @@ pub struct GroupDistance {
 }
 
 /// Time of impact of two bodies, of which one or both move: [`crate::Scene::set_motion`]. Times
-/// range from 0, this frame, to 1, the end of their motions.
+/// range from 0, this frame, to 1, the end of their motions. If their distance is
+/// [measured](crate::Scene::measure) too, [`PairDistance`] is that at time 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -292,14 +294,16 @@ impl Report {
         let pair = &mut self.pairs[place];
         let is_news = verdict != Verdict::Undecided && pair.verdict == Verdict::Undecided;
         if verdict != Verdict::Undecided {
-            (pair.verdict, pair.found, pair.age) = (verdict, found, 0);
+            (pair.verdict, pair.found, pair.age, pair.recall) = (verdict, found, 0, recall);
             pair.probability = f64::from(u8::from(verdict.meets()));
         } else if complete {
             pair.probability = 0.5;
         }
         self.complete += usize::from(complete && !pair.complete);
         pair.complete |= complete;
-        pair.recall = if pair.complete { 1.0 } else { recall };
+        if pair.complete {
+            pair.recall = 1.0;
+        }
         if is_news {
             self.count(verdict);
         }

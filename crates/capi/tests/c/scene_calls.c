@@ -166,6 +166,8 @@ static void contact_points(punctual_scene *scene, const punctual_body_id ids[2])
   OK(punctual_scene_set_question_importance(scene, PUNCTUAL_PAIR_QUESTION_CONTACTS, 1));
   OK(punctual_scene_find_contacts_of(scene, ids[0], ids[1]));
   OK(punctual_scene_stop_finding_contacts_of(scene, ids[0], ids[1]));
+  OK(punctual_scene_find_contacts_between(scene, 1, 2));
+  OK(punctual_scene_stop_finding_contacts_between(scene, 1, 2));
   OK(punctual_scene_ignore(scene, ids[0], ids[1], true));
   OK(punctual_scene_ignore(scene, ids[0], ids[1], false));
   OK(punctual_scene_find_contacts(scene));

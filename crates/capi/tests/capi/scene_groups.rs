@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::call::*;
 use super::scene_answers::{Both, all, at};
-use ::punctual_scene::{Body, PairQuestion};
+use ::punctual_scene::{Body, Filter, PairQuestion};
 use punctual::{Motion, Tree, shapes};
 use punctual_capi::{punctual_status as Status, *};
 
@@ -173,6 +173,31 @@ fn contact_points_are_those_of_rust() {
         punctual_scene_stop_finding_contacts_of(Some(&mut both.scene), a, b),
         Status::Ok
     );
+    both.native.stop_finding_contacts_of(first, second).unwrap();
+    let filter = Filter::new(1, 4);
+    both.go(1, 1.9);
+    for finds in [true, false] {
+        let scene = Some(&mut *both.scene);
+        let status = match finds {
+            true => punctual_scene_find_contacts_between(scene, filter.groups, filter.mask),
+            false => {
+                punctual_scene_stop_finding_contacts_between(scene, filter.groups, filter.mask)
+            }
+        };
+        assert_eq!(status, Status::Ok);
+        match finds {
+            true => both.native.find_contacts_between(filter),
+            false => both.native.stop_finding_contacts_between(filter),
+        }
+        both.go(1, if finds { 1.9 } else { 1.8 });
+        both.detect(u64::MAX);
+        let found = made(|found| unsafe {
+            punctual_scene_contact_points(Some(&both.scene), a, b, null_mut(), 0, 0, slot(found))
+        });
+        let known = both.native.contacts(first, second).unwrap();
+        assert_eq!((found.count, found.age), (known.points.len(), known.age));
+        assert_eq!((found.count > 0, found.age == 0), (true, finds));
+    }
     for ignores in [true, false] {
         let status = punctual_scene_ignore(Some(&mut both.scene), a, b, ignores);
         assert_eq!(status, Status::Ok);
@@ -200,6 +225,11 @@ fn groups_refuse_what_is_not_there() {
     null_is_seen(punctual_scene_stop_measuring_groups(None, 0), "scene");
     null_is_seen(punctual_scene_find_contacts(None), "scene");
     null_is_seen(punctual_scene_find_contacts_of(None, id, id), "scene");
+    null_is_seen(punctual_scene_find_contacts_between(None, 1, 1), "scene");
+    null_is_seen(
+        punctual_scene_stop_finding_contacts_between(None, 1, 1),
+        "scene",
+    );
     null_is_seen(punctual_scene_ignore(None, id, id, true), "scene");
     null_is_seen(
         punctual_scene_stop_finding_contacts_of(None, id, id),

@@ -1,24 +1,30 @@
 //! The pairs of bodies whose contacts are requested.
 
+use crate::filter::Filter;
 use crate::id::{PairKey, bodies_of};
 use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactRequests {
-    /// True if the contacts of all pairs that meet are requested.
-    pub all: bool,
+    /// Those of which one body is in the groups of one of these filters, and the other in its mask.
+    pub between: Vec<Filter>,
     pub chosen: BTreeSet<PairKey>,
 }
 
 impl ContactRequests {
     #[inline]
     pub fn any(&self) -> bool {
-        self.all || !self.chosen.is_empty()
+        !self.between.is_empty() || !self.chosen.is_empty()
     }
 
-    #[inline]
-    pub fn has(&self, key: PairKey) -> bool {
-        self.all || self.chosen.contains(&key)
+    /// True if the contacts of a pair with these filters are requested.
+    pub fn has(&self, key: PairKey, pair: [Filter; 2]) -> bool {
+        let [x, y] = pair.map(|filter| filter.groups);
+        let has = |&Filter { groups, mask }: &Filter| {
+            x & groups != 0 && y & mask != 0 || y & groups != 0 && x & mask != 0
+        };
+        self.between.iter().any(has) || self.chosen.contains(&key)
     }
 
     pub fn forget(&mut self, body: u32) {

@@ -3,6 +3,7 @@
 use crate::Scene;
 use crate::body::margins;
 use crate::error::SceneError;
+use crate::filter::Filter;
 use crate::id::{BodyId, PairKey, bodies_of};
 use crate::pair::batch;
 use glam::DVec3;
@@ -129,8 +130,49 @@ impl Scene {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn find_contacts(&mut self) {
-        self.bodies_mut().contact_requests.all = true;
+        self.find_contacts_between(Filter::default());
+    }
+
+    /// Finds contacts, from the next frame on, of all pairs of which one body is in
+    /// `filter.groups` and the other in `filter.mask`, by the [`groups`](Filter::groups) of their
+    /// own filters. Several calls add up. With [`Filter::default`] it is [`Scene::find_contacts`].
+    ///
+    /// ```
+    /// use punctual::glam::DMat3;
+    /// use punctual::{Budget, Pose, Tree, shapes};
+    /// use punctual_scene::{Body, Filter, Scene};
+    /// use std::sync::Arc;
+    ///
+    /// const SOLID: u32 = 1;
+    /// const SCENERY: u32 = 2;
+    /// let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    /// let mut scene = Scene::new();
+    /// // Solids have contacts with each other. What touches the scenery is only told.
+    /// scene.find_contacts_between(Filter::new(SOLID, SOLID));
+    /// let mut insert = |x, group| {
+    ///     let place = Pose::new(DMat3::IDENTITY, [x, 0.0, 0.0]).unwrap();
+    ///     scene.insert(Body::moving(Arc::clone(&ball), place).filter(Filter::new(group, u32::MAX)))
+    /// };
+    /// let [a, b, tree] = [insert(0.0, SOLID)?, insert(1.9, SOLID)?, insert(-1.9, SCENERY)?];
+    /// assert_eq!(scene.detect(Budget::unlimited()).intersecting, 2);
+    /// assert!(scene.contacts(a, b)?.points.len() > 0);
+    /// assert!(scene.contacts(a, tree)?.points.is_empty());
+    /// # Ok::<(), punctual_scene::SceneError>(())
+    /// ```
+    pub fn find_contacts_between(&mut self, filter: Filter) {
+        let between = &mut self.bodies_mut().contact_requests.between;
+        if !between.contains(&filter) {
+            between.push(filter);
+        }
         self.make_room_for_contacts();
+    }
+
+    /// Ends [`Scene::find_contacts_between`] of this filter, or, with [`Filter::default`],
+    /// [`Scene::find_contacts`]. A no-op if there was no such call. Contacts of pairs that are also
+    /// requested otherwise are found as before.
+    pub fn stop_finding_contacts_between(&mut self, filter: Filter) {
+        let between = &mut self.bodies_mut().contact_requests.between;
+        between.retain(|&other| other != filter);
     }
 
     /// Finds contacts of two bodies, whenever they are within their margins:
@@ -145,7 +187,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Stops finding contacts of two bodies, unless [`Scene::find_contacts`] includes them.
+    /// Stops finding contacts of two bodies, unless [`Scene::find_contacts`] or
+    /// [`Scene::find_contacts_between`] includes them.
     ///
     /// # Errors
     /// If a body is not in the scene, or both are the same.

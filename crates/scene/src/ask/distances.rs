@@ -8,7 +8,7 @@ use crate::cost::WORK_PER_PAIR_APART;
 use crate::error::SceneError;
 use crate::facts::Change;
 use crate::id::{BodyId, MeasureId, PairKey, bodies_of, pair_key};
-use crate::pair::bounds::Bounds;
+use crate::pair::bounds::{Bounds, Times};
 use crate::report::PairDistance;
 use alloc::vec::Vec;
 use punctual::engine::Deadline;
@@ -53,10 +53,8 @@ impl Scene {
     /// `tolerance` is a length, as for [`punctual::Query::absolute_tolerance`]. The margins of the
     /// bodies count.
     ///
-    /// A pair has either a distance or a time of impact. While its distance is measured, by itself
-    /// or for groups, it has no [passage](Scene::passages), even if a body
-    /// [moves](Scene::set_motion), and `low` and `high` are those at the begin of the motion. If
-    /// you need both, also run a [`punctual::Query::impact`].
+    /// If a body [moves](Scene::set_motion), `low` and `high` are those at the begin of the motion,
+    /// and the pair also has a time of impact ([`Scene::passages`]).
     ///
     /// The pair is in [`crate::Report::pairs`] as well, and shares the budget like any other, by
     /// importance and in its turn. A run that is cut short continues in the next frame while both
@@ -114,13 +112,18 @@ impl Scene {
 
     fn distance_of(&self, key: PairKey) -> PairDistance {
         let [a, b] = bodies_of(key).map(|body| self.bodies.id(body));
-        let (bounds, age) = self.proven(key, false);
+        let (bounds, since, _) = self.proven(key);
         let Bounds {
             low,
             high,
             triangles,
             ..
         } = bounds;
+        let age = if since >= self.changed(key) {
+            0
+        } else {
+            self.report.frame - since
+        };
         PairDistance {
             a,
             b,
@@ -131,16 +134,12 @@ impl Scene {
         }
     }
 
-    /// The proven bounds of a pair, times or lengths, and their age in frames.
-    pub(super) fn proven(&self, key: PairKey, are_times: bool) -> (Bounds, u64) {
-        let frame = self.report.frame;
-        let proven = self.pairs.bounds(key, are_times);
+    /// The bounds that the frames so far have proven for a pair, of its distance, with the frame of
+    /// the proof, and of its time of impact.
+    pub(super) fn proven(&self, key: PairKey) -> (Bounds, u64, Times) {
         let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
-        match proven.filter(|_| !is_of_another) {
-            Some((bounds, since)) if since >= self.changed(key) => (bounds, 0),
-            Some((bounds, since)) => (bounds, frame - since),
-            None => (Bounds::NOTHING, frame),
-        }
+        let proven = self.pairs.proven(key).filter(|_| !is_of_another);
+        proven.unwrap_or((Bounds::NOTHING, 0, Times::NOTHING))
     }
 
     /// Ends the measurement of the distance of two bodies. A no-op if it is not measured.
@@ -178,9 +177,8 @@ impl Scene {
     /// displacement of both bodies, is an upper bound at once. Pairs need no query if their boxes,
     /// or their own lower bounds minus the displacement of their bodies, are farther apart than
     /// that. The others are in [`crate::Report::pairs`], are measured like those of
-    /// [`Scene::measure`] within the one budget, and have no time of impact. A frame takes time
-    /// linear in the number of pairs, 40 bytes each. The results of the pairs of these bodies are
-    /// computed anew once.
+    /// [`Scene::measure`] within the one budget. A frame takes time linear in the number of pairs,
+    /// 40 bytes each. The results of the pairs of these bodies are computed anew once.
     ///
     /// ```
     /// use punctual::glam::DMat3;

@@ -24,6 +24,10 @@ impl Bodies {
         }
         let weight = |question| self.weights.of[question as usize];
         match self.question(key, kind) {
+            // The distance comes before the time of impact.
+            PairQuestion::Distance if self.asks_both(key) => {
+                weight(PairQuestion::Distance).max(weight(PairQuestion::Motion))
+            }
             // They also decide whether the pair meets.
             PairQuestion::Contacts if self.asks_only_contact(key) => {
                 weight(PairQuestion::Contacts).max(weight(PairQuestion::Meet))
@@ -36,6 +40,7 @@ impl Bodies {
     fn question(&self, key: PairKey, kind: TurnKind) -> PairQuestion {
         match kind {
             TurnKind::Contacts => PairQuestion::Contacts,
+            TurnKind::Motion => PairQuestion::Motion,
             _ if self.distance_requests.has(key) => PairQuestion::Distance,
             _ if self.is_moving(key) => PairQuestion::Motion,
             _ => PairQuestion::Meet,
@@ -55,7 +60,8 @@ impl Scene {
     /// pairs are decided by that quarter alone, within the frames that [`Scene::detect`] states,
     /// and [`crate::Report::undecided`] counts those that wait. One contact question takes as long
     /// as about ten others. With the default of 0, whether bodies meet is decided first, and
-    /// contacts are found with the rest of the budget.
+    /// contacts are found with the rest of the budget. The distance of a pair comes before its time
+    /// of impact, so it is as important as the more important of both.
     ///
     /// ```
     /// use punctual_scene::{PairQuestion, Scene};

@@ -28,11 +28,15 @@ pub enum PairQuestion {
 
 named!(PairQuestion { Meet => "meet", Distance => "distance", Motion => "motion", Contacts => "contacts" });
 
-/// The kind of the next turn of a pair.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The kind of the next turn of a pair. A pair has its turns in this order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum TurnKind {
-    /// Decides whether the bodies meet, or computes their distance or time of impact.
+    /// Decides whether the bodies meet, or computes their distance, or, if that is not requested,
+    /// their time of impact.
+    #[default]
     Meet,
+    /// Computes the time of impact of bodies whose distance is also requested.
+    Motion,
     /// Finds contact points; the bodies are known to meet.
     Contacts,
 }

@@ -4,7 +4,7 @@ use crate::Scene;
 use crate::checks;
 use crate::error::SceneError;
 use crate::id::{BodyId, pair_key};
-use crate::pair::bounds::Bounds;
+use crate::pair::bounds::Times;
 use crate::report::{PairPassage, PairReport};
 use alloc::boxed::Box;
 use punctual_geom::Motion;
@@ -18,9 +18,13 @@ impl Scene {
     /// body of a pair has a motion, the question of the pair is its time of impact, margins
     /// included ([`punctual::Query::impact`]), and its verdict is that of time 0. Of equally
     /// important pairs, those that met in their last motion go first, the earliest
-    /// contact first. The motion stays until [`Scene::set_pose`], or another motion. A pair whose
-    /// distance is [measured](Scene::measure), by itself or for groups, has no time of impact and
-    /// no passage.
+    /// contact first. The motion stays until [`Scene::set_pose`], or another motion.
+    ///
+    /// A pair whose distance is [measured](Scene::measure), by itself or for groups, has two
+    /// questions: its distance at time 0, which also decides its verdict, then its time of impact.
+    /// Each has its turn, and a run of either that is cut short continues in the next frame while
+    /// neither body changes. If the boxes around the motions are separated, the pair needs no query
+    /// to be free to the end.
     ///
     /// ```
     /// use punctual::{Budget, Motion, Pose, Tree, shapes};
@@ -56,10 +60,9 @@ impl Scene {
     }
 
     /// The times of impact of the pairs of [`Report::pairs`](crate::Report::pairs), in the same
-    /// order: those of which one or both bodies have a [motion](Scene::set_motion), and whose
-    /// distance is not measured. If the report [is whole](crate::Report::is_whole), two bodies that
-    /// may meet and form none of its pairs do not meet during their motions. Each time costs one
-    /// search for its pair.
+    /// order: those of which one or both bodies have a [motion](Scene::set_motion). If the report
+    /// [is whole](crate::Report::is_whole), two bodies that may meet and form none of its pairs do
+    /// not meet during their motions. Each time costs one search for its pair.
     pub fn passages(&self) -> impl Iterator<Item = PairPassage> {
         let pairs: &[PairReport] = match self.bodies.has_special {
             true => &self.report.pairs,
@@ -70,19 +73,18 @@ impl Scene {
             self.bodies.is_moving(key).then_some((a, b, key))
         });
         moving.map(|(a, b, key)| {
-            let (bounds, age) = self.proven(key, true);
-            let Bounds {
-                low,
-                high,
-                triangles,
-                ..
-            } = if age == 0 { bounds } else { Bounds::NOTHING };
+            let (.., times) = self.proven(key);
+            let times = match times.hold(self.bodies.last_change(key), self.report.frame) {
+                true => times,
+                false if self.bodies.boxes_apart(key)[0] > 0.0 => Times::FREE,
+                false => Times::NOTHING,
+            };
             PairPassage {
                 a,
                 b,
-                free_until: low,
-                touching_at: (high < f64::INFINITY).then_some(high),
-                triangles,
+                free_until: times.low,
+                touching_at: (times.high < f64::INFINITY).then_some(times.high),
+                triangles: times.triangles(),
             }
         })
     }

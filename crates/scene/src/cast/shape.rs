@@ -9,7 +9,6 @@ use crate::cost::{LEAST_DISTANCE_WORK, WORK_PER_QUERY};
 use crate::error::SceneError;
 use crate::filter::Filter;
 use crate::id::BodyId;
-use crate::pair::bounds::Bounds;
 use crate::pair::question::Question;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -361,19 +360,19 @@ impl Probe for ShapeProbe<'_> {
             ));
         }
         let is_inside = matches!(answer.verdict, Verdict::Contained { .. });
-        let bounds = answer.bounds.unwrap_or(Bounds::NOTHING);
-        let (low, high) = if is_inside {
-            (0.0, 0.0)
-        } else {
-            (bounds.low, bounds.high)
-        };
+        let (mut low, mut high, triangles) = answer
+            .proof
+            .map_or((0.0, f64::INFINITY, None), |proof| proof.parts());
+        if is_inside {
+            (low, high) = (0.0, 0.0);
+        }
         let is_near = match self.asked {
             Asked::Distance(most) => high <= most,
             _ => high <= 1.0,
         };
         if is_near && high < self.high {
             let time = if self.asked == Asked::Time { low } else { 0.0 };
-            self.hit = Some(self.hit((body, placed), bounds.triangles, time));
+            self.hit = Some(self.hit((body, placed), triangles, time));
             self.high = high;
         }
         if is_over {

@@ -7,6 +7,7 @@
 //! The proof is in `docs/numerics.md`.
 
 use super::batch::{Desk, Ended, RoundKind};
+use super::bounds::Proof;
 use super::question::Question;
 use super::spent::Spent;
 use super::state::Turn;
@@ -206,7 +207,9 @@ impl Turn {
             let answer = question.go_on(workspace, &mut self.state.memory, deadline);
             self.spent.add(Spent::of(workspace));
             self.spent.work += WORK_PER_QUERY;
-            let bounds = answer.bounds?;
+            let Some(Proof::Distance(bounds)) = answer.proof else {
+                return None;
+            };
             match answer.verdict {
                 Verdict::Separated => {
                     self.state

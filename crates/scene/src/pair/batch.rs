@@ -3,7 +3,7 @@
 //! Threads share the batches among themselves. The result of a batch depends on nothing outside it.
 //! So under a budget of work it does not matter which thread runs it, or when.
 
-use super::question::Question;
+use super::question::{Answer, Question};
 use super::spent::Spent;
 use super::state::Turn;
 use super::touch::MOST_CONTACTS;
@@ -219,7 +219,7 @@ impl Turn {
             looks_ahead,
         });
         self.next = None;
-        self.end(round.frame);
+        self.end(round.frame, true);
     }
 
     /// Runs the pair as far as the deadline allows.
@@ -245,6 +245,7 @@ impl Turn {
         }
         let question = match self.kind {
             TurnKind::Contacts => Question::contacts([a, b], b_in_a),
+            TurnKind::Motion => Question::motion([a, b]),
             TurnKind::Meet => Question::new(bodies, self.key(), [a, b], b_in_a, round.mode),
         };
         if !desk.deadline.has_room(question.least_work()) {
@@ -252,8 +253,49 @@ impl Turn {
         }
         match self.kind {
             TurnKind::Contacts => self.find_contacts(&question, [a, b], &b_in_a, desk),
+            TurnKind::Motion => self.find_impact(&question, desk),
             TurnKind::Meet => self.answer(&question, desk),
         }
+    }
+
+    /// Resumes or begins a question, as far as the deadline allows. Returns its answer, and the work
+    /// of the run.
+    pub fn go_on(&mut self, question: &Question, desk: &mut Desk) -> (Answer, Spent) {
+        let Desk {
+            round,
+            deadline,
+            workspace,
+            held,
+            ..
+        } = desk;
+        let memory = &mut self.state.memory;
+        let resumed = question.resume_or_begin(*held, workspace, memory, round.to_the_end, 0);
+        deadline.spend(WORK_PER_QUERY);
+        let answer = question.go_on(workspace, memory, deadline);
+        let spent = Spent::of(workspace);
+        self.spent.work += WORK_PER_QUERY;
+        self.spent.add(spent.since(resumed.unwrap_or_default()));
+        (answer, spent)
+    }
+
+    /// Continues the time of impact of a pair whose distance is its first question. It also decides
+    /// whether the bodies meet, if that is still open.
+    #[inline(never)]
+    fn find_impact(&mut self, question: &Question, desk: &mut Desk) -> Ended {
+        let (answer, spent) = self.go_on(question, desk);
+        let (key, frame, state) = (self.key(), desk.round.frame, &mut self.state);
+        if let Some(proof) = answer.proof {
+            state.note_proof(key, desk.bodies, proof, frame);
+        }
+        if state.decided < frame && answer.verdict != Verdict::Undecided {
+            state.decide(answer.verdict, answer.found, frame);
+        }
+        if answer.stop.is_final() {
+            state.pending = Spent::default();
+            return Ended::Complete;
+        }
+        state.pending = spent;
+        Ended::Stopped
     }
 
     /// Runs any other question, as far as the deadline allows.
@@ -284,9 +326,9 @@ impl Turn {
             let spent = Spent::of(workspace);
             self.spent.add(spent.since(before));
             before = spent;
-            if let Some(bounds) = answer.bounds {
+            if let Some(proof) = answer.proof {
                 self.state
-                    .note_bounds(self.key(), bodies, bounds, round.frame);
+                    .note_proof(self.key(), bodies, proof, round.frame);
             }
             if self.state.note(&answer, spent, round.frame) {
                 return Ended::Complete;

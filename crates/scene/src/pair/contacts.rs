@@ -5,7 +5,6 @@ use super::question::Question;
 use super::spent::Spent;
 use super::state::Turn;
 use crate::body::Placed;
-use crate::cost::WORK_PER_QUERY;
 use punctual::{Mode, StopReason, Verdict};
 use punctual_geom::Pose;
 
@@ -20,25 +19,17 @@ impl Turn {
         b_in_a: &Pose,
         desk: &mut Desk,
     ) -> Ended {
+        let (answer, spent) = self.go_on(question, desk);
         let Desk {
             bodies,
             round,
-            deadline,
             workspace,
-            held,
             ..
         } = desk;
         let (key, frame) = (self.key(), round.frame);
         let Some(touch) = &mut self.state.touch else {
             return Ended::NotBegun;
         };
-        let resumed =
-            question.resume_or_begin(*held, workspace, &self.state.memory, round.to_the_end, 0);
-        deadline.spend(WORK_PER_QUERY);
-        self.spent.work += WORK_PER_QUERY;
-        let answer = question.go_on(workspace, &mut self.state.memory, deadline);
-        let spent = Spent::of(workspace);
-        self.spent.add(spent.since(resumed.unwrap_or_default()));
         touch.pending = spent;
         let is_over = answer.stop.is_final() || answer.stop == StopReason::PairsFull;
         // An unfinished search without contacts replaces nothing.

@@ -13,10 +13,12 @@ use punctual_geom::{Aabb, length};
 impl Bodies {
     /// The known distance bounds of a pair in `frame`. The bodies last changed in `changed`.
     pub fn near(&self, key: PairKey, state: &PairState, changed: u64, frame: u64) -> Near {
-        let (bounds, is_of_query) = match state.bounds(false) {
-            Some((bounds, since)) if since >= changed => (bounds, true),
-            Some((bounds, since)) => (self.carried(key, bounds, since, frame), false),
-            None => (Bounds::NOTHING, false),
+        let (bounds, since, _) = state.proven();
+        let is_of_query = since >= changed;
+        let bounds = if is_of_query {
+            bounds
+        } else {
+            self.carried(key, bounds, since, frame)
         };
         let low = bounds.low.max(self.boxes_apart(key)[0]);
         Near {

@@ -1,7 +1,7 @@
 //! The question of a pair. A pair has one question at a time; it is begun, resumed and answered
 //! here.
 
-use super::bounds::Bounds;
+use super::bounds::{Bounds, Proof, Times};
 use super::spent::Spent;
 use crate::ask::distance_requests::DistanceRequest;
 use crate::body::{Bodies, Placed, margins};
@@ -40,7 +40,7 @@ pub(crate) struct Answer {
     pub verdict: Verdict,
     /// Intersecting pairs of triangles.
     pub found: u64,
-    pub bounds: Option<Bounds>,
+    pub proof: Option<Proof>,
     /// Lower bound of the distance of contacts not found; and the nearest one found: its triangles
     /// and their distance.
     pub missing: f64,
@@ -50,17 +50,18 @@ pub(crate) struct Answer {
 impl Answer {
     /// The answer from bounds: the bodies meet now if the upper bound is 0, and do not if the lower
     /// bound is positive. `distance` is that of the witness, without margins.
-    fn bounded(stop: StopReason, bounds: Bounds, distance: f64) -> Self {
-        let verdict = match bounds.triangles {
-            Some(witness) if bounds.high == 0.0 => Verdict::of_witness(witness, distance),
-            _ if bounds.low > 0.0 => Verdict::Separated,
+    fn bounded(stop: StopReason, proof: Proof, distance: f64) -> Self {
+        let (low, high, triangles) = proof.parts();
+        let verdict = match triangles {
+            Some(witness) if high == 0.0 => Verdict::of_witness(witness, distance),
+            _ if low > 0.0 => Verdict::Separated,
             _ => Verdict::Undecided,
         };
         Self {
             stop,
             verdict,
-            found: u64::from(bounds.high == 0.0),
-            bounds: Some(bounds),
+            found: u64::from(high == 0.0),
+            proof: Some(proof),
             missing: 0.0,
             nearest: None,
         }
@@ -112,12 +113,18 @@ impl<'t> Question<'t> {
             }) => Some(Self::Distance(
                 distance.absolute_tolerance(tolerance).below(ceiling),
             )),
-            None if bodies.is_moving(key) => Some(Self::Motion(
-                Query::impact_of_both(trees, [a.motion(), b.motion()]).margins(margins),
-            )),
+            None if bodies.is_moving(key) => Some(Self::motion([a, b])),
             None if margins != [0.0; 2] => Some(Self::Distance(distance.closer_than(0.0))),
             None => None,
         }
+    }
+
+    /// The time of impact of the bodies of a pair.
+    #[cold]
+    pub fn motion(pair: [&'t Placed; 2]) -> Self {
+        let trees = pair.map(|placed| &*placed.body.tree);
+        let query = Query::impact_of_both(trees, pair.map(Placed::motion));
+        Self::Motion(query.margins(pair.map(|placed| placed.body.margin)))
     }
 
     /// Are the bodies of a pair closer than `limit`?
@@ -225,7 +232,7 @@ impl<'t> Question<'t> {
                     stop,
                     verdict,
                     found: workspace.found(),
-                    bounds: None,
+                    proof: None,
                     missing: 0.0,
                     nearest: None,
                 }
@@ -249,7 +256,9 @@ impl<'t> Question<'t> {
                     below,
                     ..Bounds::NOTHING
                 };
-                let mut answer = Answer::bounded(stop, bounds, query.witness_distance(workspace));
+                let (proof, distance) =
+                    (Proof::Distance(bounds), query.witness_distance(workspace));
+                let mut answer = Answer::bounded(stop, proof, distance);
                 answer.contain(found.within);
                 if stop.is_final() && found.high > 0.0 && query.decides_contact() {
                     answer.verdict = Verdict::Separated;
@@ -262,15 +271,8 @@ impl<'t> Question<'t> {
                     value: found, stop, ..
                 } = query.spend(workspace, Some(memory), deadline);
                 deadline.leave(MAX_STEP_WORK);
-                let high = found.upper.unwrap_or(f64::INFINITY);
-                let bounds = Bounds {
-                    low: found.lower,
-                    high,
-                    triangles: found.triangles,
-                    are_times: true,
-                    ..Bounds::NOTHING
-                };
-                let mut answer = Answer::bounded(stop, bounds, query.witness_distance(workspace));
+                let proof = Proof::Impact(Times::new(&found, stop.is_final()));
+                let mut answer = Answer::bounded(stop, proof, query.witness_distance(workspace));
                 answer.contain(found.within);
                 answer
             }
@@ -290,7 +292,7 @@ impl<'t> Question<'t> {
                     stop,
                     verdict,
                     found: u64::from(within.is_some()),
-                    bounds: None,
+                    proof: None,
                     missing: found.low,
                     nearest: found.nearest,
                 };

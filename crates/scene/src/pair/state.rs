@@ -1,6 +1,6 @@
 //! The state of a pair of bodies, kept from its first turn on while their boxes overlap.
 
-use super::bounds::Bounds;
+use super::bounds::{Bounds, Proof, Times};
 use super::question::Answer;
 use super::spent::{Spent, capped};
 use super::touch::Touch;
@@ -33,8 +33,9 @@ const MOST_TESTS: u64 = 64;
 pub(crate) enum Said {
     /// Probabilities that estimates reported for the current poses, until the pair is decided.
     Estimates(ArrayVec<f64, TOLD>),
-    /// The last proven bounds of its distance or motion, and the frame of the proof.
-    Bounds(Bounds, u64),
+    /// The last proven bounds of its distance, with the frame of the proof, and of its time of
+    /// impact.
+    Bounds(Bounds, u64, Times),
 }
 
 /// The result of a pair in a frame.
@@ -98,35 +99,38 @@ impl Turn {
         self.known.key
     }
 
-    /// Stores the result in `frame`.
+    /// Stores the result in `frame`. `is_timed`: nothing is left to find of its time of impact.
     #[inline]
-    pub fn end(&mut self, frame: u64) {
-        self.standing = self.state.standing(frame);
+    pub fn end(&mut self, frame: u64, is_timed: bool) {
+        self.standing = self.state.standing(frame, is_timed);
         self.known.note(&self.state, frame);
     }
 
     /// Ends the turn of a question in `frame`, and determines the next question.
     #[inline]
     pub fn end_question(&mut self, bodies: &Bodies, frame: u64) {
-        self.end(frame);
-        let (key, state, standing) = (self.key(), &self.state, &self.standing);
+        let key = self.key();
+        let is_timed = self.state.is_timed(key, bodies, frame);
+        self.end(frame, is_timed);
+        let (state, standing) = (&self.state, &self.standing);
+        let complete = state.completed == frame;
         self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
         let asks_contacts = standing.verdict != Verdict::Separated
             && bodies.wants_contacts(key)
             && state.small_drift(key, bodies, frame).is_none();
         self.next = match self.kind {
-            TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
-            TurnKind::Contacts if !standing.complete => Some(TurnKind::Meet),
-            kind if !standing.complete => Some(kind),
+            TurnKind::Motion if !is_timed => Some(TurnKind::Motion),
+            TurnKind::Motion | TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
+            _ if !complete => Some(TurnKind::Meet),
+            _ if !is_timed => Some(TurnKind::Motion),
             _ if asks_contacts => Some(TurnKind::Contacts),
             _ => None,
         };
     }
 
-    /// True if the question of this turn, or its contacts after it, must still be answered.
+    /// True if the question of this turn, or one after it, must still be answered.
     pub fn is_due(&self) -> bool {
-        self.next == Some(TurnKind::Contacts)
-            || self.next.is_some() && self.kind != TurnKind::Contacts
+        self.next.is_some_and(|next| next >= self.kind)
     }
 }
 
@@ -231,14 +235,14 @@ impl PairState {
         }
     }
 
-    /// The result of the pair in `frame`.
-    pub fn standing(&self, frame: u64) -> Standing {
+    /// The result of the pair in `frame`: [`Turn::end`].
+    pub fn standing(&self, frame: u64, is_timed: bool) -> Standing {
         let verdict = if self.decided == frame {
             self.verdict
         } else {
             Verdict::Undecided
         };
-        let complete = self.completed == frame;
+        let complete = is_timed && self.completed == frame;
         let recall = match complete {
             true => 1.0,
             false if verdict.meets() => self.share_done(),
@@ -341,43 +345,53 @@ impl PairState {
         self.nearby += (f32::from(u8::from(met)) - self.nearby) / TESTS_OF_STEADINESS;
     }
 
-    /// Records bounds proven in `frame`.
+    /// Records what was proven in `frame`.
     #[cold]
-    pub fn note_bounds(&mut self, key: PairKey, bodies: &Bodies, bounds: Bounds, frame: u64) {
-        let bounds = Bounds {
-            gone: bodies.gone_at_least(key),
-            ..bounds
-        };
-        let bounds = match self.said {
-            Said::Bounds(before, _) if before.are_times != bounds.are_times => bounds,
-            Said::Bounds(before, since) if since >= bodies.last_change(key) => before.and(bounds),
-            Said::Bounds(before, since) if !bounds.are_times => {
-                // A truncated run may prove less than the old bound minus the displacement since;
-                // keep the larger.
-                let carried = bodies.carried(key, before, since, frame);
-                Bounds {
-                    low: bounds.low.max(carried.low).min(bounds.high),
-                    ..bounds
-                }
+    pub fn note_proof(&mut self, key: PairKey, bodies: &Bodies, proof: Proof, frame: u64) {
+        let changed = bodies.last_change(key);
+        let (before, since, times) = self.proven();
+        self.said = match proof {
+            Proof::Impact(found) => Said::Bounds(before, since, times.and(found, changed, frame)),
+            Proof::Distance(found) => {
+                let gone = bodies.gone_at_least(key);
+                let found = Bounds { gone, ..found };
+                let bounds = if since >= changed {
+                    before.and(found)
+                } else {
+                    // A truncated run may prove less than the old bound minus the displacement
+                    // since; keep the larger.
+                    let carried = bodies.carried(key, before, since, frame);
+                    let low = found.low.max(carried.low).min(found.high);
+                    Bounds { low, ..found }
+                };
+                Said::Bounds(bounds, frame, times)
             }
-            _ => bounds,
         };
-        self.said = Said::Bounds(bounds, frame);
     }
 
-    /// The last proven bounds, times or lengths, and the frame of the proof.
-    pub fn bounds(&self, are_times: bool) -> Option<(Bounds, u64)> {
+    /// The last proven bounds of its distance, with the frame of the proof, and of its time of
+    /// impact. If nothing is proven, they hold in no frame.
+    pub fn proven(&self) -> (Bounds, u64, Times) {
         match self.said {
-            Said::Bounds(bounds, frame) if bounds.are_times == are_times => Some((bounds, frame)),
-            _ => None,
+            Said::Bounds(bounds, since, times) => (bounds, since, times),
+            Said::Estimates(_) => (Bounds::NOTHING, 0, Times::NOTHING),
+        }
+    }
+
+    /// True if nothing is left to find of its time of impact, if that is requested besides its
+    /// distance.
+    #[inline]
+    pub fn is_timed(&self, key: PairKey, bodies: &Bodies, frame: u64) -> bool {
+        !bodies.asks_both(key) || {
+            let (.., times) = self.proven();
+            times.is_final && times.hold(bodies.last_change(key), frame)
         }
     }
 
     /// How early a contact was proven in the last motion: 1 at once, 0 at its end.
     pub fn urgency(&self) -> Option<f32> {
-        self.bounds(true)
-            .filter(|(bounds, _)| bounds.high <= 1.0)
-            .map(|(bounds, _)| 1.0 - bounds.low as f32)
+        let (.., times) = self.proven();
+        (times.high <= 1.0).then_some(1.0 - times.low as f32)
     }
 
     /// Records the verdict of `frame`.

@@ -113,7 +113,7 @@ pub(crate) fn outlook(
             });
             Forecast::of_contacts(state, sizes, (drift / skin).min(MOST_NEED) as f32)
         }
-        TurnKind::Meet => {
+        TurnKind::Meet | TurnKind::Motion => {
             let part = frame.bodies.common_part(bodies_of(key)).unwrap_or(0.0);
             Forecast::new(state, sizes, part as f32, frame)
         }

@@ -74,8 +74,9 @@ struct Look {
     listed: bool,
     /// True if its state is kept for later frames.
     keep: bool,
-    /// True if it is proven separated.
+    /// True if it is proven separated; true if its distance is also requested by itself.
     is_apart: bool,
+    by_itself: bool,
     /// If it may be the closest pair of groups, its nearness: [`outlook`].
     nearness: Option<f32>,
 }
@@ -220,7 +221,7 @@ impl<'l> Listing<'l> {
     fn list_found(&mut self, met: Meeting, ids: [BodyId; 2]) {
         let Frame { bodies, number, .. } = *self.frame;
         self.turns
-            .list(met.key, || bodies.last_change(met.key) == number);
+            .list(met.key, || bodies.last_change(met.key) == number, || false);
         self.report.push_complete(
             ids,
             Verdict::Intersecting {
@@ -260,7 +261,8 @@ impl<'l> Listing<'l> {
             self.counts.kept += 1;
             return false;
         }
-        self.turns.list(key, || self.frame.changed(key) == number);
+        let changed = || self.frame.changed(key) == number;
+        self.turns.list(key, changed, || bodies.asks_both(key));
         if known.stays_apart(bodies, number) && look.nearness.is_none() {
             self.report
                 .push_complete(pair.ids, Verdict::Separated, 0, 0);
@@ -279,6 +281,11 @@ impl<'l> Listing<'l> {
         if holds {
             state.decided = number;
         }
+        if look.is_apart && !complete {
+            state.decide(Verdict::Separated, 0, number);
+            (complete, holds) = (look.nearness.is_none(), true);
+        }
+        let is_timed = !SPECIAL || state.is_timed(key, bodies, number);
         let asks_contacts = bodies.wants_contacts(key);
         let touches = asks_contacts && state.met();
         self.counts.near += usize::from(asks_contacts);
@@ -299,12 +306,15 @@ impl<'l> Listing<'l> {
             holds |= complete;
         }
         let mut probability = 0.0;
-        if look.nearness.is_some() || !((complete || look.is_apart) && located) {
+        if look.nearness.is_some() || !(complete && is_timed && located) {
             let is_known = complete && look.nearness.is_none();
             let asks_contacts = by_contacts && !is_known
-                || !located && (is_known || asks_contacts_first(bodies, self.turns, key));
+                || !located
+                    && (is_known && is_timed || asks_contacts_first(bodies, self.turns, key));
             let kind = if asks_contacts {
                 TurnKind::Contacts
+            } else if !is_timed && (is_known || self.turns.at(key) == Some(TurnKind::Motion)) {
+                TurnKind::Motion
             } else {
                 TurnKind::Meet
             };
@@ -324,17 +334,15 @@ impl<'l> Listing<'l> {
             state.found,
             number - self.frame.decided(state),
         );
-        let standing = (holds && !complete).then(|| state.standing(number));
-        if complete {
+        let is_whole = is_timed && (complete || look.is_apart && !look.by_itself);
+        let standing = (holds && !is_whole).then(|| state.standing(number, is_timed));
+        if is_whole {
             let (verdict, found) = if age == 0 {
                 (verdict, found)
             } else {
                 (Verdict::Undecided, 0)
             };
             self.report.push_complete(pair.ids, verdict, found, age);
-        } else if look.is_apart {
-            self.report
-                .push_complete(pair.ids, Verdict::Separated, 0, 0);
         } else {
             let listed = self.report.pairs.len();
             self.report.push_open(pair.ids, probability, age);
@@ -393,6 +401,7 @@ impl<'l> Listing<'l> {
             listed: wanted.by_itself || !is_settled,
             keep: !is_far,
             is_apart: near.bounds.low > 0.0,
+            by_itself: wanted.by_itself,
             nearness: (!is_settled).then(nearness),
         }
     }
@@ -423,7 +432,8 @@ impl<'l> Listing<'l> {
 /// are more important.
 fn asks_contacts_first(bodies: &Bodies, turns: &RoundRobin, key: PairKey) -> bool {
     let weight = |kind| bodies.weight(key, kind);
-    turns
-        .is_at_contacts(key)
-        .unwrap_or_else(|| weight(TurnKind::Contacts) > weight(TurnKind::Meet))
+    turns.at(key).map_or_else(
+        || weight(TurnKind::Contacts) > weight(TurnKind::Meet),
+        |at| at == TurnKind::Contacts,
+    )
 }

@@ -6,8 +6,9 @@
 //! - Before the broad phase the latest witnesses of pairs that met are tested, eight pairs at once.
 //!   Under a budget of time, if the last frame was cut short, known pairs are then searched
 //!   ([`revisit`]). The pairs found are reported however little of the frame is left.
-//! - A job has one question. If its pair is found to meet and its contacts are requested, the job
-//!   continues with the contacts, with a new rank, in the next round.
+//! - A job has one question. If its distance is known and a body moves, the job continues with the
+//!   time of impact, with a new rank, in the next round; if its pair is found to meet and its
+//!   contacts are requested, with the contacts.
 //! - If the expected cost fits the budget, all pairs are run to their ends.
 //!   Without a budget and on several threads, this begins in the first round, part by part while
 //!   the list is made.
@@ -27,9 +28,9 @@
 //!   they leave it that much. Its first pair finishes if it takes at most `R`. Otherwise it
 //!   continues in the next frame if neither body has moved; if one has, it has had its turn.
 //! - A turn cut short is the first of the next frame. So is the turn of the contacts of a pair that
-//!   was found to meet: it comes before the question whether the pair still meets. So in any two
-//!   frames the round robin spends more than `R` on turns that end, and it completes a round in `K`
-//!   frames.
+//!   was found to meet: it comes before the question whether the pair still meets. So is the turn
+//!   of a time of impact after the distance. So in any two frames the round robin spends more than
+//!   `R` on turns that end, and it completes a round in `K` frames.
 
 pub(crate) mod crew;
 mod deal;

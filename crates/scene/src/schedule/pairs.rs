@@ -5,7 +5,7 @@ use crate::body::Bodies;
 use crate::broad::Broad;
 use crate::cost::WORK_PER_STATE;
 use crate::id::PairKey;
-use crate::pair::bounds::Bounds;
+use crate::pair::bounds::{Bounds, Times};
 use crate::pair::frame::Frame;
 use crate::pair::state::{PairState, Turn};
 use crate::pair::touch::{Touch, Touches};
@@ -325,9 +325,9 @@ impl Pairs {
         insert(&mut self.known, self.merge.known, to_known);
     }
 
-    /// The bounds proven for a pair last, times or lengths, and the frame of the proof.
-    pub fn bounds(&self, key: PairKey, are_times: bool) -> Option<(Bounds, u64)> {
-        self.state_at(key)?.bounds(are_times)
+    /// The bounds proven for a pair last: [`PairState::proven`].
+    pub fn proven(&self, key: PairKey) -> Option<(Bounds, u64, Times)> {
+        self.state_at(key).map(PairState::proven)
     }
 
     fn find(&self, key: PairKey) -> Option<&Known> {

@@ -5,14 +5,16 @@ use crate::ask::TurnKind;
 use crate::id::PairKey;
 use crate::pair::batch::Batch;
 use crate::pair::state::Turn;
+use core::mem;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RoundRobin {
     /// The pair that it begins with.
     pub cursor: PairKey,
-    /// True if it is the turn of the contacts of that pair.
-    at_contacts: bool,
-    /// True if that turn has used up a guaranteed share.
+    /// The question of that pair whose turn it is.
+    at: TurnKind,
+    /// True if that turn has used up a guaranteed share in a round of the frame, and in the last.
+    was_cut: bool,
     overspent: bool,
     /// True if the list of the last frame was cut short; and where the next list continues.
     pub cut: bool,
@@ -23,21 +25,32 @@ pub(crate) struct RoundRobin {
 
 impl RoundRobin {
     /// Records a pair that is listed. If its turn ended without an answer and a body moved, its run
-    /// would begin anew, so the turn goes to the next pair.
+    /// would begin anew, so the turn goes to the next pair, or, if the pair has `both` a distance
+    /// and a motion, from the former to the latter.
     #[inline]
-    pub fn list(&mut self, key: PairKey, changed: impl FnOnce() -> bool) {
-        if self.overspent && key == self.cursor {
-            let changed = changed();
-            self.cursor += u64::from(changed);
-            self.at_contacts &= !changed;
-            self.overspent = false;
+    pub fn list(
+        &mut self,
+        key: PairKey,
+        changed: impl FnOnce() -> bool,
+        both: impl FnOnce() -> bool,
+    ) {
+        if self.was_cut && key == self.cursor {
+            let (_, overspent) = (mem::take(&mut self.was_cut), mem::take(&mut self.overspent));
+            if !changed() {
+                return;
+            }
+            if self.at == TurnKind::Meet && both() {
+                self.at = TurnKind::Motion;
+            } else if overspent {
+                (self.cursor, self.at) = (key + 1, TurnKind::Meet);
+            }
         }
     }
 
-    /// If it is the turn of this pair, true if it is the turn of its contacts. They then come
-    /// before its other questions, because its bodies may move in each frame.
-    pub fn is_at_contacts(&self, key: PairKey) -> Option<bool> {
-        (key == self.cursor).then_some(self.at_contacts)
+    /// If it is the turn of this pair, that of which question. It then comes before the others,
+    /// because the bodies may move in each frame.
+    pub fn at(&self, key: PairKey) -> Option<TurnKind> {
+        (key == self.cursor).then_some(self.at)
     }
 
     /// Records that the list ends before the pair `end`. `cut`: the list is incomplete.
@@ -55,10 +68,10 @@ impl RoundRobin {
         let waiting = batch.turns.iter().position(Turn::is_due);
         let turn = waiting.map(|at| &batch.turns[at]);
         self.cursor = turn.map_or(last.key() + 1, |turn| turn.key());
-        self.at_contacts = turn.is_some_and(|turn| turn.next == Some(TurnKind::Contacts));
-        let is_cut =
-            turn.is_some_and(|turn| turn.next == Some(turn.kind) && turn.spent.work >= enough);
-        self.overspent = waiting == Some(0) && is_cut;
+        self.at = turn.and_then(|turn| turn.next).unwrap_or_default();
+        let first = turn.filter(|turn| waiting == Some(0) && turn.next == Some(turn.kind));
+        self.overspent = first.is_some_and(|turn| turn.spent.work >= enough);
+        self.was_cut = first.is_some() && (self.was_cut || self.overspent);
     }
 
     /// After a list cut short, skips the finished jobs, so that the next list has others.
@@ -70,8 +83,9 @@ impl RoundRobin {
                 .chain(before)
                 .find(|job| job.open)
                 .map_or(self.end, |job| job.key);
-            self.at_contacts &= next == self.cursor;
-            self.cursor = next;
+            if next != self.cursor {
+                (self.cursor, self.at) = (next, TurnKind::Meet);
+            }
         }
     }
 }

@@ -249,8 +249,7 @@ impl World {
 
     fn check_passages(&mut self, report: &Report, complete: bool) {
         for pair @ [a, b] in self.pairs() {
-            let moves =
-                pair.iter().any(|id| self.motions.contains_key(id)) && !self.is_measured(pair);
+            let moves = pair.iter().any(|id| self.motions.contains_key(id));
             let told = self
                 .scene
                 .passages()

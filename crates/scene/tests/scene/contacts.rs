@@ -131,7 +131,7 @@ fn contacts_are_true_at_every_budget() {
     scene.find_contacts();
     let mut workspace = Workspace::new();
     let (mut complete, mut cut, mut stale, mut touching) = (0, 0, 0, 0);
-    for frame in 0..90 {
+    for frame in 0..180 {
         if frame % 7 < 4 {
             for &id in &ids {
                 let next = nudged(&scene.body(id).unwrap().pose, &mut random);
@@ -350,6 +350,76 @@ fn contacts_of_chosen_pairs_come_and_go_with_their_bodies() {
         4,
         "they rest, but it was not asked before"
     );
+}
+
+#[test]
+fn contacts_between_groups_are_those_of_their_pairs() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(2)));
+    let groups = [1, 2, 4, 1, 3];
+    for filters in [
+        vec![Filter::new(1, 2)],
+        vec![Filter::new(4, 4), Filter::new(2, 1)],
+        vec![
+            Filter::new(1, 1),
+            Filter::new(8, u32::MAX),
+            Filter::new(6, 4),
+        ],
+        vec![Filter::default()],
+    ] {
+        let mut scene = Scene::new();
+        let ids = [0, 1, 2, 3, 4].map(|i| {
+            let filter = Filter::new(groups[i], u32::MAX);
+            let place = at(0.1 * i as f64, 0.0, 0.0);
+            let body = Body::moving(Arc::clone(&ball), place).filter(filter);
+            scene.insert(body).unwrap()
+        });
+        let group = |scene: &Scene, id| scene.body(id).unwrap().filter.groups;
+        let mut asked = Vec::new();
+        let check = |scene: &mut Scene, asked: &[Filter]| {
+            for budget in [Budget::work(3_000), Budget::unlimited(), Budget::work(0)] {
+                detect(scene, budget);
+                assert!(scene.report().intersecting == 10 || budget != Budget::unlimited());
+            }
+            let mut found = 0;
+            for [x, y] in pairs(&ids) {
+                let [of_x, of_y] = [x, y].map(|id| group(scene, id));
+                let is_asked = asked.iter().any(|&Filter { groups, mask, .. }| {
+                    of_x & groups != 0 && of_y & mask != 0 || of_y & groups != 0 && of_x & mask != 0
+                });
+                let told = scene.contacts(x, y).unwrap();
+                let is_found = told.drift == 0.0 && !told.points.is_empty();
+                assert_eq!(is_found, is_asked, "{told:?}");
+                found += usize::from(is_asked);
+            }
+            // Then all rest, and a frame more takes nothing.
+            assert_eq!(detect(scene, Budget::work(0)).broad_phase_work, 0);
+            scene.set_pose(ids[0], at(-0.1, 0.0, 0.0)).unwrap();
+            ids.iter().for_each(|&id| _ = scene.tree_mut(id).unwrap());
+            found
+        };
+        for &filter in &filters {
+            scene.find_contacts_between(filter);
+            asked.push(filter);
+            check(&mut scene, &asked);
+            scene.find_contacts_between(filter);
+        }
+        // Bodies change their groups.
+        scene.set_filter(ids[0], Filter::new(4, u32::MAX)).unwrap();
+        assert!(check(&mut scene, &asked) > 0);
+        for &filter in &filters {
+            scene.stop_finding_contacts_between(filter);
+            asked.retain(|&other| other != filter);
+            check(&mut scene, &asked);
+            scene.stop_finding_contacts_between(filter);
+        }
+        scene.find_contacts_of(ids[1], ids[2]).unwrap();
+        scene.find_contacts();
+        check(&mut scene, &[Filter::default()]);
+        scene.stop_finding_contacts_between(Filter::default());
+        detect(&mut scene, Budget::unlimited());
+        let drifts = [[1, 2], [0, 1]].map(|[x, y]| scene.contacts(ids[x], ids[y]).unwrap().drift);
+        assert_eq!(drifts, [0.0, f64::INFINITY], "one of a pair stays");
+    }
 }
 
 /// Of a budget that does not do for all, the question that matters more has more; and no other one starves.

@@ -10,7 +10,13 @@ use crate::world::World;
 /// All that a frame says.
 fn said(world: &World) -> String {
     let ids: Vec<BodyId> = world.scene.bodies().map(|(id, _)| id).collect();
-    let mut said = format!("{:?} {:?}", world.scene.report(), world.scene.calibration());
+    let distances: Vec<_> = world.scene.distances().collect();
+    let passages: Vec<_> = world.scene.passages().collect();
+    let mut said = format!(
+        "{:?} {:?} {distances:?} {passages:?}",
+        world.scene.report(),
+        world.scene.calibration()
+    );
     for (i, &a) in ids.iter().enumerate() {
         for &b in &ids[..i] {
             said += &format!(

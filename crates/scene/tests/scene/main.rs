@@ -1,6 +1,7 @@
 //! A scene against a naive model: all pairs of bodies, each asked with all the time it wants.
 
 mod apart;
+mod both;
 mod broad_phase;
 mod changes;
 #[path = "../../../../tests/common/mod.rs"]

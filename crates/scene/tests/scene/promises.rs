@@ -591,6 +591,16 @@ fn frames_in_which_nothing_changed_say_what_a_look_at_all_pairs_says() {
                     let reach = [Reach::Here, Reach::Swept][random.below(2)];
                     scenes.iter_mut().for_each(|scene| scene.set_reach(reach));
                 }
+                7 if ids.len() > 1 && random.below(3) == 0 => {
+                    let stops = random.below(2) == 0;
+                    scenes.iter_mut().for_each(|scene| {
+                        let call = match stops {
+                            true => Scene::stop_finding_contacts_of,
+                            false => Scene::find_contacts_of,
+                        };
+                        call(scene, ids[0], ids[1]).unwrap();
+                    });
+                }
                 _ => {}
             }
             if let Some(&id) = ids.first() {

@@ -158,7 +158,7 @@ impl World {
         let [id, other] = [0; 2].map(|_| ids[self.random.below(ids.len())]);
         let pair = [id.min(other), id.max(other)];
         let there = self.scene.body(id).unwrap().pose;
-        let kind = self.random.below(32);
+        let kind = self.random.below(34);
         let (scene, random) = (&mut self.scene, &mut self.random);
         match kind {
             0 if ids.len() > 11 => {
@@ -232,6 +232,13 @@ impl World {
                 });
             }
             21 if self.compounds.len() < 3 && ids.len() < 14 => self.insert_compound(),
+            32 | 33 => {
+                let filter = Filter::new(1 << random.below(3), 1 << random.below(3));
+                match kind {
+                    32 => scene.find_contacts_between(filter),
+                    _ => scene.stop_finding_contacts_between(filter),
+                }
+            }
             22 | 23 if !self.compounds.is_empty() => self.change_compound(kind == 22),
             24 | 25 => {
                 let motion = self.motion(there);

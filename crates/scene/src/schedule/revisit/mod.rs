@@ -218,7 +218,8 @@ impl Revisit {
         let pair = frame.bodies.pair(key)?;
         let state = pairs.state(place, frame);
         // Tested sometimes even if not expected to meet, because the expectation may be outdated.
-        let is_due = state.nearby >= LEAST_NEARBY || (frame.number ^ key) % PER_NEARBY == 0;
+        let is_due =
+            state.nearby >= LEAST_NEARBY || (frame.number ^ key).is_multiple_of(PER_NEARBY);
         let mut met = None;
         if is_due && deadline.has_room(WORK_PER_NEIGHBORS) {
             deadline.spend(WORK_PER_NEIGHBORS);
