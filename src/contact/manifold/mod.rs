@@ -201,10 +201,10 @@ impl<T: Copy> Octagon<T> {
         })
     }
 
-    /// True if a point in both triangles, seen along the normal, with this bonus, may be beyond the
-    /// others.
+    /// True if a point in the first triangle and, up to `shift`, in the second, seen along the
+    /// normal, with this bonus, may be beyond the others.
     #[inline(always)]
-    pub fn may_gain_in(&self, [a, b]: [&[DVec3; 3]; 2], bonus: f64) -> bool {
+    pub fn may_gain_in(&self, [a, b]: [&[DVec3; 3]; 2], bonus: f64, shift: f64) -> bool {
         (0..4).any(|k| {
             let axis = self.axes[k];
             let range = |[p, q, r]: &[DVec3; 3]| {
@@ -212,8 +212,8 @@ impl<T: Copy> Octagon<T> {
                 [smaller(smaller(x, y), z), larger(larger(x, y), z)]
             };
             let ([a_low, a_high], [b_low, b_high]) = (range(a), range(b));
-            smaller(a_high, b_high) + bonus > self.reach[k]
-                || bonus - larger(a_low, b_low) > self.reach[k + 4]
+            smaller(a_high, b_high + shift) + bonus > self.reach[k]
+                || bonus - larger(a_low, b_low - shift) > self.reach[k + 4]
         })
     }
 

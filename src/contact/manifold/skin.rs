@@ -22,6 +22,11 @@ use punctual_geom::{Pose, larger, smaller};
 /// Cosine of the widest angle between the axis of a cone and its normals.
 const CONE: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
+/// Squared cosines of 50 and of 40 degrees: a normal within 5 degrees of one closer to an axis than
+/// this may be, and is, in the cone.
+const MAY_JOIN: f64 = 0.413;
+const JOINS: f64 = 0.587;
+
 /// Maximum number of cones. Points with other normals go to the nearest one. More cones than this
 /// around a sphere are no farther apart than 45 degrees.
 const CONES: usize = 24;
@@ -187,23 +192,42 @@ impl Skin {
         true
     }
 
-    /// True if two triangles that are at least `low` apart need no closer look: they face each
-    /// other across a known manifold, within its points, and are no nearer than its nearest, up to
-    /// a thousandth.
+    /// True if two triangles that are at least `low` apart need no closer look: they are within the
+    /// points of a known cone, and no nearer than its nearest, up to a thousandth. The normal of
+    /// their contact, within 5 degrees of `normal` (of any length), is in that cone, or the faces
+    /// face each other across it.
     #[inline]
-    pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64) -> bool {
-        let [a, b] = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
-        let (square, facing) = (b.length_squared(), -a.dot(b));
-        if facing <= 0.0 || facing * facing < FACING * square * a.length_squared() {
-            return false;
+    pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3) -> bool {
+        let square = normal.length_squared();
+        let is_within = |cone: &Cone| {
+            // Where the normal leans by 45 degrees, the points on A and on B are apart across the
+            // axis.
+            low >= NEAR * cone.nearest.distance
+                && !cone
+                    .farthest
+                    .may_gain_in(corners, -self.lean * low, CONE * low)
+        };
+        let mut is_covered = false;
+        for cone in &self.cones {
+            let along = cone.axis.dot(normal);
+            if along > 0.0 && along * along > square * MAY_JOIN {
+                if !is_within(cone) {
+                    return false;
+                }
+                is_covered |= along * along > square * JOINS;
+            }
         }
-        self.cones.iter().any(|cone| {
-            let along = cone.nearest.normal.dot(b);
-            along > 0.0
-                && along * along > FACING * square
-                && low >= NEAR * cone.nearest.distance
-                && !cone.farthest.may_gain_in(corners, -self.lean * low)
-        })
+        if !is_covered {
+            let [a, b] = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
+            let (square, facing) = (b.length_squared(), -a.dot(b));
+            if facing > 0.0 && facing * facing > FACING * square * a.length_squared() {
+                is_covered = self.cones.iter().any(|cone| {
+                    let along = cone.nearest.normal.dot(b);
+                    along > 0.0 && along * along > FACING * square && is_within(cone)
+                });
+            }
+        }
+        is_covered && self.lean > CONE
     }
 
     /// Takes two triangles that meet. If they face each other, inserts the parts that are apart.
@@ -222,7 +246,7 @@ impl Skin {
         if self.cone(normal).is_some_and(|cone| {
             !self.cones[cone]
                 .farthest
-                .may_gain_in(corners, -self.lean * least)
+                .may_gain_in(corners, -self.lean * least, 0.0)
         }) {
             return;
         }
@@ -343,7 +367,7 @@ impl Cone {
         let bonus = -lean * point.distance;
         point.distance < self.nearest.distance
             || self.farthest.may_gain(point.points[0], radius, bonus)
-                && self.farthest.may_gain_in(corners, bonus)
+                && self.farthest.may_gain_in(corners, bonus, 0.0)
     }
 }
 
