@@ -234,7 +234,6 @@ impl Traversal<'_, '_, Nearness> {
         let shape = Shape {
             trees,
             b_in_a: self.b_in_a,
-            has_inside: [true; 2],
         };
         if !reduction.skin.take(shape, pair, of_pair, &found) {
             overlaps.take_touching(pair, found.points[0]);
