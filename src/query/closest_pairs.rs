@@ -236,7 +236,7 @@ impl Traversal<'_, '_, Nearness> {
             b_in_a: self.b_in_a,
         };
         if !reduction.skin.take(shape, pair, of_pair, &found) {
-            overlaps.take_touching(pair, found.points[0]);
+            overlaps.take_touching(pair, [found.points[0]; 2], true);
             contacts.hold();
         }
     }
