@@ -26,7 +26,7 @@ use punctual_geom::triangle_segment;
 
 /// Least part of a distance that a direction proves which is within 5 degrees of the normal,
 /// rounding included.
-const CLOSE: f32 = 0.999;
+pub(super) const CLOSE: f32 = 0.999;
 
 impl Traversal<'_, '_, Nearness> {
     /// True if there may be no room for the results of the next step.
