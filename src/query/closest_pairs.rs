@@ -97,7 +97,8 @@ impl Traversal<'_, '_, Nearness> {
                 let of_pair = Corners::of_pair(corners, [self.a, self.b], self.b_in_a, pair);
                 let normal = found.direction.map(|of_axis| f64::from(of_axis[i]));
                 let low = f64::from(low) * self.relative.unit;
-                if reduction.skin.covers(of_pair, low, normal.into()) {
+                let nearest = reduction.nearest.map_or(f64::INFINITY, |(_, least)| least);
+                if reduction.skin.covers(of_pair, low, normal.into(), nearest) {
                     continue;
                 }
             }

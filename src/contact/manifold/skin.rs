@@ -202,10 +202,10 @@ impl Skin {
 
     /// True if two triangles that are at least `low` apart need no closer look. The normal of their
     /// contact is within 5 degrees of `normal`, which has any length. Either it is on the inner side
-    /// of a face; or the triangles are within the points of a known cone and no nearer than its
+    /// of a face and the contact no nearer than `nearest`, up to a thousandth; or the triangles are within the points of a known cone and no nearer than its
     /// nearest, up to a thousandth, and have a normal in that cone or face each other across it.
     #[inline]
-    pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3) -> bool {
+    pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3, nearest: f64) -> bool {
         let is_within = |cone: &Cone| {
             // Where a normal leans by 45 degrees, its points are apart across the axis.
             let (bonus, shift) = (-self.lean * low, CONE * low);
@@ -221,8 +221,8 @@ impl Skin {
         }
         let [a, b] = corners.map(face);
         let faces = |cone: &Cone| is_along(cone.nearest.normal, b, FACING) && is_within(cone);
-        is_along(a, normal, BEHIND)
-            || is_along(-b, normal, BEHIND)
+        let is_behind = is_along(a, normal, BEHIND) || is_along(-b, normal, BEHIND);
+        is_behind && low >= NEAR * nearest
             || adds_nothing && is_along(-a, b, FACING) && self.cones.iter().any(faces)
     }
 
