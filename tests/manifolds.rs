@@ -306,13 +306,16 @@ fn pairs_without_a_closer_look_add_nothing() {
 #[test]
 fn the_nearest_contact_is_told_on_an_inner_side_too() {
     let mut workspace = Workspace::new();
-    let (room, ball) = (cuboid([1.0; 3], 8), solid(shapes::icosphere(3)));
+    let (room, ball) = (cuboid([1.02; 3], 8), solid(shapes::icosphere(3)));
     let query = Query::manifolds(&ball, &room, at(DMat3::IDENTITY, DVec3::X * 0.01)).skin(0.02);
     let answer = query.run(&mut workspace, Budget::unlimited()).value;
     let (_, nearest) = answer.nearest.expect("within the skin");
     assert!(!answer.meets && workspace.manifolds().is_empty());
     let query = Query::distance(&ball, &room, at(DMat3::IDENTITY, DVec3::X * 0.01));
-    let truth = query.run(&mut workspace, Budget::unlimited()).value;
+    let truth = query
+        .surfaces()
+        .run(&mut workspace, Budget::unlimited())
+        .value;
     assert!(truth.low <= nearest * (1.0 + 1e-9) && nearest <= 1.002 * truth.high);
 }
 
