@@ -3,7 +3,7 @@
 
 use oorandom::Rand64;
 use punctual::contacts::Manifold;
-use punctual::glam::{DMat3, DQuat, DVec3, Vec3};
+use punctual::glam::{DMat3, DQuat, DVec2, DVec3, Vec3};
 use punctual::tree::Solid;
 use punctual::{
     Budget, BuildOptions, Mesh, PairMemory, Pose, Query, StopReason, Tree, Workspace, shapes,
@@ -236,6 +236,87 @@ fn solids_apart_have_the_corners_of_their_common_area() {
     let pose = at(DMat3::IDENTITY, DVec3::new(2.0, 0.0, 1.01));
     let found = manifolds(&floor, &cuboid([0.5; 3], 1), pose, 0.02);
     assert!(worst_normal(&found, -DVec3::Z) < 1e-6 && (found[0].area - 0.5).abs() < 1e-6);
+}
+
+/// Area of the convex hull of points of a plane.
+fn hull_area(mut points: Vec<DVec2>) -> f64 {
+    points.sort_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)));
+    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
+        let mut chain: Vec<DVec2> = Vec::new();
+        for p in points {
+            while let [.., o, q] = chain[..]
+                && (q - o).perp_dot(p - o) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = chain(&mut points.iter().copied());
+    hull.extend(chain(&mut points.iter().rev().copied()));
+    let next = hull.iter().cycle().skip(1);
+    0.5 * hull
+        .iter()
+        .zip(next)
+        .map(|(p, q)| p.perp_dot(*q))
+        .sum::<f64>()
+}
+
+#[test]
+fn pairs_without_a_closer_look_add_nothing() {
+    let mut random = Rand64::new(9);
+    let bodies = [
+        shapes::gear(11, 2),
+        shapes::torus_knot(2, 3, 0.45, 40),
+        shapes::icosphere(3),
+    ];
+    let bodies = bodies.map(solid);
+    let mut workspace = Workspace::new();
+    for trial in 0..90 {
+        let body = &bodies[trial % 3];
+        let size = body.mesh().aabb().extents().length();
+        let floor = cuboid([size as f32; 3], [1, 12, 40][trial / 3 % 3]);
+        let tilt = [0.0, 0.003, 0.5][trial / 9 % 3];
+        let rotation =
+            DMat3::from_rotation_x(tilt) * DMat3::from_rotation_z(TAU * random.rand_float());
+        let (skin, gap) = (0.02 * size, between(&mut random, 0.001, 0.01) * size);
+        let pose = at(rotation, DVec3::Z * (size + gap - lowest(body, rotation)));
+        let query = Query::contacts(&floor, body, pose).margin(skin);
+        workspace.reserve_contacts(1 << 20);
+        let contacts = query.run(&mut workspace, Budget::unlimited());
+        assert_eq!(contacts.stop, StopReason::Finished);
+        let contacts: Vec<_> = workspace.contacts().copied().collect();
+        let found = manifolds(&floor, body, pose, skin);
+        let [nearest, least] = [contacts[0].distance, found[0].distance];
+        assert!(nearest * (1.0 - 1e-9) <= least && least <= 1.002 * nearest);
+        if trial % 3 == 0 && tilt == 0.0 {
+            let points = contacts.iter().map(|contact| contact.points[1].truncate());
+            let hull = hull_area(points.collect());
+            assert!(
+                (found[0].area / hull - 1.0).abs() < 0.1,
+                "{} of {hull}",
+                found[0].area
+            );
+        }
+    }
+}
+
+#[test]
+fn the_nearest_contact_is_told_on_an_inner_side_too() {
+    let mut workspace = Workspace::new();
+    let (room, ball) = (cuboid([1.02; 3], 8), solid(shapes::icosphere(3)));
+    let query = Query::manifolds(&ball, &room, at(DMat3::IDENTITY, DVec3::X * 0.01)).skin(0.02);
+    let answer = query.run(&mut workspace, Budget::unlimited()).value;
+    let (_, nearest) = answer.nearest.expect("within the skin");
+    assert!(!answer.meets && workspace.manifolds().is_empty());
+    let query = Query::distance(&ball, &room, at(DMat3::IDENTITY, DVec3::X * 0.01));
+    let truth = query
+        .surfaces()
+        .run(&mut workspace, Budget::unlimited())
+        .value;
+    assert!(truth.low <= nearest * (1.0 + 1e-9) && nearest <= 1.002 * truth.high);
 }
 
 #[test]

@@ -24,6 +24,10 @@ use punctual_geom::lanes::{Column, F8, Lanes};
 use punctual_geom::triangle::distance::{Closest, Distances, closest, distances};
 use punctual_geom::triangle_segment;
 
+/// Least part of a distance that a direction proves which is within 5 degrees of the normal,
+/// rounding included.
+pub(super) const CLOSE: f32 = 0.999;
+
 impl Traversal<'_, '_, Nearness> {
     /// True if there may be no room for the results of the next step.
     #[cold]
@@ -62,16 +66,23 @@ impl Traversal<'_, '_, Nearness> {
             let cut = F8::splat(lanes, self.question.cut).sqrt()
                 * F8::splat(lanes, 1.0 + 4.0 * f32::EPSILON);
             let near = (low.less(cut).mask() | meet) & ((1 << count) - 1);
-            self.keep_near(&pairs, &low.store(), near, meet);
+            self.keep_near(&pairs, &low.store(), near & !meet, near & meet, &found);
         } else {
             self.propose(&pairs[..count], &low.store(), &found);
         }
     }
 
-    /// Proposes the pairs that may be within the margin, except what the manifolds' skin covers.
-    /// Those in the mask `meet` may intersect.
+    /// Proposes the pairs that may be within the margin, except those that add nothing to the skin of
+    /// the manifolds. Of `found`, the pairs in the mask `apart` do not intersect, those in `meet` may.
     #[inline(never)]
-    fn keep_near(&mut self, pairs: &[[u32; 2]; WIDTH], low: &[f32; WIDTH], near: u32, meet: u32) {
+    fn keep_near(
+        &mut self,
+        pairs: &[[u32; 2]; WIDTH],
+        low: &[f32; WIDTH],
+        apart: u32,
+        meet: u32,
+        found: &Distances,
+    ) {
         let Workspace {
             search,
             corners,
@@ -79,12 +90,15 @@ impl Traversal<'_, '_, Nearness> {
             ..
         } = &mut *self.workspace;
         search.interval.pass_rest();
-        for i in bits(near).map(|i| i % WIDTH) {
+        for i in bits(apart | meet).map(|i| i % WIDTH) {
             let (pair, low) = (pairs[i], low[i]);
-            if reduction.is_on && meet >> i & 1 == 0 {
+            // A bound as good as the distance is proven by a direction close to the normal.
+            if reduction.is_on && apart >> i & 1 != 0 && found.low[i] >= CLOSE * found.about[i] {
                 let of_pair = Corners::of_pair(corners, [self.a, self.b], self.b_in_a, pair);
+                let normal = found.direction.map(|of_axis| f64::from(of_axis[i]));
                 let low = f64::from(low) * self.relative.unit;
-                if reduction.skin.covers(of_pair, low) {
+                let nearest = reduction.nearest.map_or(f64::INFINITY, |(_, least)| least);
+                if reduction.skin.covers(of_pair, low, normal.into(), nearest) {
                     continue;
                 }
             }
@@ -221,10 +235,9 @@ impl Traversal<'_, '_, Nearness> {
         let shape = Shape {
             trees,
             b_in_a: self.b_in_a,
-            has_inside: [true; 2],
         };
         if !reduction.skin.take(shape, pair, of_pair, &found) {
-            overlaps.take_touching(pair, found.points[0]);
+            overlaps.take_touching(pair, [found.points[0]; 2], true);
             contacts.hold();
         }
     }

@@ -36,9 +36,8 @@ use punctual_geom::Pose;
 /// The first query of a pair that meets makes room in the workspace: 4 bytes for each triangle and
 /// 8 for each vertex.
 ///
-/// **Guarantee.** A finished query has reduced each pair of triangles within the skin, with one
-/// exception: faces that face each other across a manifold and add nothing to its polygon, nor to
-/// its least distance, up to a thousandth. After a stopped query, each point in the list is a point
+/// **Guarantee.** A finished query has reduced each pair of triangles within the skin, except those
+/// that add nothing to the polygon of a manifold, nor to its least distance, up to a thousandth. After a stopped query, each point in the list is a point
 /// of contact, and missing contacts are at least [`ManifoldBounds::low`] apart. An overlap is
 /// listed when its depth is known. With a memory ([`Query::with_memory`]) ids last from frame to
 /// frame.
@@ -134,7 +133,6 @@ impl<'t> Query<'t, Manifolds> {
         Shape {
             trees: [self.a, self.b],
             b_in_a: &self.asked.b_in_a,
-            has_inside: [true; 2],
         }
     }
 

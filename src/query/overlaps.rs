@@ -149,21 +149,6 @@ enum Phase {
     Done,
 }
 
-impl Phase {
-    fn next(self) -> Self {
-        match self {
-            Self::Link => Self::Classify,
-            Self::Classify => Self::Test,
-            Self::Test => Self::Seed,
-            Self::Seed => Self::Flood,
-            Self::Flood => Self::Gather,
-            Self::Gather => Self::Reduce,
-            Self::Reduce => Self::Probe,
-            Self::Probe | Self::Done => Self::Done,
-        }
-    }
-}
-
 /// The overlaps of a query.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Overlaps {
@@ -242,17 +227,13 @@ impl Overlaps {
     /// Takes two triangles (tree order) that intersect in this segment.
     pub fn take(&mut self, pair: [u32; 2], [a, b]: [&[DVec3; 3]; 2], segment: [DVec3; 2]) {
         let normal = |[p, q, r]: &[DVec3; 3]| (*q - *p).cross(*r - *p).normalize_or_zero();
-        self.meets = true;
         let is_flat = normal(a).cross(normal(b)).length_squared() < FLAT * FLAT;
-        self.push(pair, segment, is_flat);
+        self.take_touching(pair, segment, is_flat);
+        self.meets = true;
     }
 
-    /// Takes two triangles (tree order) that all but intersect, at this point.
-    pub fn take_touching(&mut self, pair: [u32; 2], place: DVec3) {
-        self.push(pair, [place; 2], true);
-    }
-
-    fn push(&mut self, pair: [u32; 2], segment: [DVec3; 2], is_flat: bool) {
+    /// Takes two triangles (tree order) that at least all but intersect.
+    pub fn take_touching(&mut self, pair: [u32; 2], segment: [DVec3; 2], is_flat: bool) {
         self.cuts.push(Cut {
             pair,
             segment,
@@ -494,21 +475,20 @@ impl Overlaps {
         }
     }
 
-    /// Number of items of the phase, the work of each, and how many are one step. The work is 0
-    /// where an item counts its own.
-    fn items(&self) -> (usize, u64, usize) {
+    /// Of the phase: the number of items, the work of each (0 where an item counts its own), how
+    /// many are one step, and the next phase.
+    fn items(&self) -> (usize, u64, usize, Phase) {
+        let (cuts, region) = (self.cuts.len(), self.region.len());
         match self.phase {
-            Phase::Link | Phase::Classify | Phase::Seed | Phase::Gather => {
-                (self.cuts.len(), WORK_PER_CURVE_PAIR, STEP)
-            }
-            Phase::Test => (self.members.len(), 0, 1),
-            Phase::Flood => (self.region.len(), WORK_PER_REGION_TRIANGLE, STEP),
-            Phase::Reduce => {
-                let count = self.cuts.len() + self.region.len();
-                (count, WORK_PER_REGION_TRIANGLE, STEP)
-            }
-            Phase::Probe => (self.groups.len(), 0, 1),
-            Phase::Done => (0, 0, 1),
+            Phase::Link => (cuts, WORK_PER_CURVE_PAIR, STEP, Phase::Classify),
+            Phase::Classify => (cuts, WORK_PER_CURVE_PAIR, STEP, Phase::Test),
+            Phase::Test => (self.members.len(), 0, 1, Phase::Seed),
+            Phase::Seed => (cuts, WORK_PER_CURVE_PAIR, STEP, Phase::Flood),
+            Phase::Flood => (region, WORK_PER_REGION_TRIANGLE, STEP, Phase::Gather),
+            Phase::Gather => (cuts, WORK_PER_CURVE_PAIR, STEP, Phase::Reduce),
+            Phase::Reduce => (cuts + region, WORK_PER_REGION_TRIANGLE, STEP, Phase::Probe),
+            Phase::Probe => (self.groups.len(), 0, 1, Phase::Done),
+            Phase::Done => (0, 0, 1, Phase::Done),
         }
     }
 
@@ -529,7 +509,7 @@ impl Overlaps {
             self.begin(trees);
             workspace.run.stats.work += self.cuts.len() as u64;
         }
-        let (count, work, step) = self.items();
+        let (count, work, step, next) = self.items();
         let end = (self.at + step).min(count);
         workspace.run.stats.work += (end - self.at) as u64 * work;
         for at in self.at..end {
@@ -552,7 +532,7 @@ impl Overlaps {
         self.at = end;
         // Counted again, because the flood adds items.
         if end == self.items().0 {
-            (self.phase, self.at) = (self.phase.next(), 0);
+            (self.phase, self.at) = (next, 0);
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use core::array::from_fn;
 use core::cmp::Ordering;
 use std::vec::Vec;
 
+use super::closest_pairs::CLOSE;
 use super::relative_pose::RelativePose;
 use crate::mesh::Mesh;
 use crate::tree::{BuildOptions, Tree, WIDTH};
@@ -111,6 +112,14 @@ fn check(a: &Tree, b: &Tree, pose: Pose, gap: f64, random: &mut Random) -> [[f64
             "{low:e}, not {:e}: {pose:?}",
             exact.rounded()
         );
+        // A direction that proves nearly all of the distance is within 5 degrees of the normal.
+        let found = closest(&corners(a, i), &place(&pose, j));
+        let is_close = low > 0.0 && fast.low[lane] >= CLOSE * fast.about[lane];
+        if is_close && found.low > 0.9999 * found.high {
+            let direction = DVec3::from(fast.direction.map(|of_axis| f64::from(of_axis[lane])));
+            let cosine = direction.normalize().dot(found.direction);
+            assert!(cosine > 0.996, "{cosine}: {pose:?}");
+        }
         [low, exact.rounded()]
     })
 }

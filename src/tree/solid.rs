@@ -152,10 +152,10 @@ impl Solidity {
 
     /// The closedness of a tree. `O(n log n)`; `O(n)` if few edges differ in vertex indices.
     pub(super) fn of(tree: &Tree) -> Self {
-        let mut sets = Sets::new(tree.corners.len());
+        let mut sets: Vec<u32> = (0..tree.corners.len() as u32).collect();
         let loose = loose_edges(tree, &mut sets);
         let boundary = balance(tree, loose, &mut sets);
-        let (component_of, mut components) = sets.components(&tree.ids);
+        let (component_of, mut components) = components(&mut sets, &tree.ids);
         for &(_, edge) in &boundary {
             components[of(&component_of, edge as usize / 3)].open_edges += 1;
         }
@@ -265,46 +265,33 @@ fn of(component_of: &[u32], triangle: usize) -> usize {
     component_of.get(triangle).map_or(0, |&of| of as usize)
 }
 
-/// Disjoint sets of triangles (tree order).
-struct Sets(Vec<u32>);
-
-impl Sets {
-    fn new(count: usize) -> Self {
-        Self((0..count as u32).collect())
-    }
-
-    fn join(&mut self, one: u32, other: u32) {
-        unite(&mut self.0, one, other);
-    }
-
-    /// The components, in the order of their least ids, and the component of each triangle; of
-    /// none if there is only one.
-    fn components(mut self, ids: &[u32]) -> (Vec<u32>, Vec<Component>) {
-        const NONE: u32 = u32::MAX;
-        let mut at_id = alloc::vec![0u32; ids.len()];
-        (0..).zip(ids).for_each(|(at, &id)| at_id[id as usize] = at);
-        let mut component_of = alloc::vec![NONE; ids.len()];
-        let mut components: Vec<Component> = Vec::new();
-        for (first_triangle, at) in (0..).zip(at_id) {
-            let root = find(&mut self.0, at) as usize;
-            if component_of[root] == NONE {
-                component_of[root] = components.len() as u32;
-                components.push(Component {
-                    triangles: 0,
-                    first_triangle,
-                    open_edges: 0,
-                    volume: 0.0,
-                    inside_out: false,
-                });
-            }
-            component_of[at as usize] = component_of[root];
-            components[component_of[root] as usize].triangles += 1;
+/// The components of disjoint sets of triangles (tree order), in the order of their least ids, and
+/// the component of each triangle; of none if there is only one.
+fn components(sets: &mut [u32], ids: &[u32]) -> (Vec<u32>, Vec<Component>) {
+    const NONE: u32 = u32::MAX;
+    let mut at_id = alloc::vec![0u32; ids.len()];
+    (0..).zip(ids).for_each(|(at, &id)| at_id[id as usize] = at);
+    let mut component_of = alloc::vec![NONE; ids.len()];
+    let mut components: Vec<Component> = Vec::new();
+    for (first_triangle, at) in (0..).zip(at_id) {
+        let root = find(sets, at) as usize;
+        if component_of[root] == NONE {
+            component_of[root] = components.len() as u32;
+            components.push(Component {
+                triangles: 0,
+                first_triangle,
+                open_edges: 0,
+                volume: 0.0,
+                inside_out: false,
+            });
         }
-        if components.len() == 1 {
-            component_of = Vec::new();
-        }
-        (component_of, components)
+        component_of[at as usize] = component_of[root];
+        components[component_of[root] as usize].triangles += 1;
     }
+    if components.len() == 1 {
+        component_of = Vec::new();
+    }
+    (component_of, components)
 }
 
 /// An edge that no neighbor balances.
@@ -317,7 +304,7 @@ struct Loose {
 }
 
 /// Joins neighbors, and returns the edges that are not balanced by a neighbor.
-fn loose_edges(tree: &Tree, sets: &mut Sets) -> Vec<Loose> {
+fn loose_edges(tree: &Tree, sets: &mut [u32]) -> Vec<Loose> {
     let corners = &tree.corners;
     let mut loose = Vec::new();
     for (triangle, ends) in (0u32..).zip(corners) {
@@ -331,7 +318,7 @@ fn loose_edges(tree: &Tree, sets: &mut Sets) -> Vec<Loose> {
                     let [p, q, r] = corners[next as usize];
                     let edges = [[p, q], [q, r], [r, p]];
                     if edges.contains(&[to, from]) {
-                        sets.join(triangle, next);
+                        unite(sets, triangle, next);
                     } else {
                         let there = edges.iter().position(|edge| *edge == [from, to]);
                         loose.push(3 * triangle + k as u32);
@@ -399,7 +386,7 @@ fn sorted(loose: Vec<Loose>) -> Vec<Loose> {
 
 /// Joins triangles that share a loose edge. Returns the edges that are used more often in one
 /// direction than in the other, as often as that, with the number of a loose edge of each.
-fn balance(tree: &Tree, loose: Vec<Loose>, sets: &mut Sets) -> Vec<([u32; 2], u32)> {
+fn balance(tree: &Tree, loose: Vec<Loose>, sets: &mut [u32]) -> Vec<([u32; 2], u32)> {
     let positions = |edge: u32| ends(tree, edge).map(|vertex| position(&tree.mesh, vertex));
     let unordered = |edge: u32| {
         let [from, to] = positions(edge);
@@ -409,7 +396,7 @@ fn balance(tree: &Tree, loose: Vec<Loose>, sets: &mut Sets) -> Vec<([u32; 2], u3
     let mut settle = |group: &[Loose]| {
         let (mut surplus, mut chosen) = (0i64, [u32::MAX; 2]);
         for &Loose { edge, .. } in group {
-            sets.join(group[0].edge / 3, edge / 3);
+            unite(sets, group[0].edge / 3, edge / 3);
             let is_forward = is_forward(positions(edge));
             surplus += i64::from(is_forward) * 2 - 1;
             let chosen = &mut chosen[usize::from(is_forward)];

@@ -11,8 +11,9 @@ use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
 pub(crate) use identity::{Before, ManifoldMemory};
 pub use identity::{Fixed, inherit};
-use punctual_geom::{larger, smaller};
+use punctual_geom::{bits, larger};
 pub(crate) use skin::{Shape, Skin};
+use wide::f64x4;
 
 /// Maximum number of points of a manifold.
 const POINTS: usize = 4;
@@ -138,88 +139,64 @@ pub(crate) fn frame(normal: DVec3) -> [DVec3; 2] {
     [x * TURN[0] + y * TURN[1], y * TURN[0] - x * TURN[1]]
 }
 
-/// Four axes in the plane of a frame; with their opposites they are eight directions.
-pub(crate) fn axes([x, y]: [DVec3; 2]) -> [DVec3; 4] {
-    let half = core::f64::consts::FRAC_1_SQRT_2;
-    [x, (x + y) * half, y, (y - x) * half]
-}
-
 /// The farthest of points along eight directions, and one value for each.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Octagon<T> {
-    axes: [DVec3; 4],
-    /// Along the four axes, then along their opposites; minus infinity without points.
-    reach: [f64; 8],
-    values: [T; 8],
-}
-
-impl Octagon<DVec3> {
-    pub const NONE: Self = Self {
-        axes: [DVec3::ZERO; 4],
-        reach: [f64::NEG_INFINITY; 8],
-        values: [DVec3::ZERO; 8],
-    };
+    /// Components of four axes across a normal; with their opposites they are eight directions.
+    axes: [f64x4; 3],
+    /// Along the axes, and along their opposites; minus infinity without points.
+    reach: [f64x4; 2],
+    values: [[T; 4]; 2],
 }
 
 impl<T: Copy> Octagon<T> {
     /// No points. `value` stands for those that are missing.
     pub fn new(normal: DVec3, value: T) -> Self {
+        let ([x, y], half) = (frame(normal), core::f64::consts::FRAC_1_SQRT_2);
+        let axes = [x, (x + y) * half, y, (y - x) * half];
         Self {
-            axes: axes(frame(normal)),
-            reach: [f64::NEG_INFINITY; 8],
-            values: [value; 8],
+            axes: [0, 1, 2].map(|k| f64x4::new(axes.map(|axis| axis[k]))),
+            reach: [f64x4::splat(f64::NEG_INFINITY); 2],
+            values: [[value; 4]; 2],
         }
     }
 
-    /// Takes a point with its value.
-    #[inline]
-    pub fn insert(&mut self, place: DVec3, value: T) {
-        self.insert_with(place, 0.0, value);
+    #[inline(always)]
+    fn along(&self, place: DVec3) -> f64x4 {
+        self.axes[0] * place.x + self.axes[1] * place.y + self.axes[2] * place.z
     }
 
-    /// Takes a point that counts as farther by `bonus`.
+    /// Takes a point with its value, which counts as farther by `bonus`.
     #[inline]
-    pub fn insert_with(&mut self, place: DVec3, bonus: f64, value: T) {
-        for k in 0..4 {
-            let along = place.dot(self.axes[k]);
-            for (k, along) in [(k, along + bonus), (k + 4, bonus - along)] {
-                if along > self.reach[k] {
-                    (self.reach[k], self.values[k]) = (along, value);
-                }
+    pub fn insert(&mut self, place: DVec3, bonus: f64, value: T) {
+        let along = self.along(place);
+        for (side, along) in [along + bonus, -along + bonus].into_iter().enumerate() {
+            let is_farther = along.simd_gt(self.reach[side]);
+            self.reach[side] = is_farther.select(along, self.reach[side]);
+            for k in bits(is_farther.to_bitmask()) {
+                self.values[side][k % 4] = value;
             }
         }
     }
 
-    /// True if a point no farther than `radius` from this one, with this bonus, may be beyond the
-    /// others.
+    /// True if a point with this bonus may be beyond the others. It is in both triangles: in the
+    /// first, and up to `shift`, seen along the normal, in the second.
     #[inline(always)]
-    pub fn may_gain(&self, place: DVec3, radius: f64, bonus: f64) -> bool {
-        let more = radius + bonus;
-        (0..4).any(|k| {
-            let along = place.dot(self.axes[k]);
-            along + more > self.reach[k] || more - along > self.reach[k + 4]
-        })
-    }
-
-    /// True if a point in both triangles, seen along the normal, with this bonus, may be beyond the
-    /// others.
-    #[inline(always)]
-    pub fn may_gain_in(&self, [a, b]: [&[DVec3; 3]; 2], bonus: f64) -> bool {
-        (0..4).any(|k| {
-            let axis = self.axes[k];
-            let range = |[p, q, r]: &[DVec3; 3]| {
-                let (x, y, z) = (p.dot(axis), q.dot(axis), r.dot(axis));
-                [smaller(smaller(x, y), z), larger(larger(x, y), z)]
-            };
-            let ([a_low, a_high], [b_low, b_high]) = (range(a), range(b));
-            smaller(a_high, b_high) + bonus > self.reach[k]
-                || bonus - larger(a_low, b_low) > self.reach[k + 4]
-        })
+    pub fn may_gain(&self, [a, b]: [&[DVec3; 3]; 2], bonus: f64, shift: f64) -> bool {
+        let range = |corners: &[DVec3; 3]| {
+            let [x, y, z] = corners.map(|corner| self.along(corner));
+            [x.fast_min(y).fast_min(z), x.fast_max(y).fast_max(z)]
+        };
+        let ([a_low, a_high], [b_low, b_high]) = (range(a), range(b));
+        let ahead = a_high.fast_min(b_high + shift) + bonus;
+        let behind = -a_low.fast_max(b_low - shift) + bonus;
+        (ahead.simd_gt(self.reach[0]) | behind.simd_gt(self.reach[1])).any()
     }
 
     /// The values found, each once for each direction.
     pub fn values(&self) -> impl Iterator<Item = &T> {
-        let known = self.reach.iter().zip(&self.values);
+        let reach = self.reach.iter().flat_map(|reach| reach.as_array());
+        let known = reach.zip(self.values.as_flattened());
         known
             .filter(|(reach, _)| **reach > f64::NEG_INFINITY)
             .map(|(_, value)| value)

@@ -17,13 +17,22 @@ use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 use punctual_geom::triangle::distance::Closest;
-use punctual_geom::{Pose, larger, smaller};
+use punctual_geom::{Pose, larger};
 
 /// Cosine of the widest angle between the axis of a cone and its normals.
 const CONE: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
-/// Maximum number of cones. Points with other normals go to the nearest one. More cones than this
-/// around a sphere are no farther apart than 45 degrees.
+/// Squared cosines of 50 and of 40 degrees: a normal within 5 degrees of one closer to an axis than
+/// this may be, and is, in the cone.
+const MAY_JOIN: f64 = 0.413;
+const JOINS: f64 = 0.587;
+
+/// Squared cosine of an angle of 84 degrees: a normal within 5 degrees of one closer to the inner
+/// side of a face is on that side.
+const BEHIND: f64 = 0.01;
+
+/// Room for cones. Each axis is more than 45 degrees from those before, and of 24 points on a sphere
+/// two are no farther apart than 43.7 degrees.
 const CONES: usize = 24;
 
 /// Squared cosine of the largest angle, about .8 degrees, between a normal and that of a face for
@@ -54,12 +63,11 @@ const ON_EDGE: f64 = 1e-8;
 /// Maximum number of triangles around a corner that are examined.
 const FAN: usize = 32;
 
-/// Two trees at a pose, and which of their surfaces have an inner side.
+/// Two trees at a pose.
 #[derive(Clone, Copy)]
 pub(crate) struct Shape<'t> {
     pub trees: [&'t Tree; 2],
     pub b_in_a: &'t Pose,
-    pub has_inside: [bool; 2],
 }
 
 impl Shape<'_> {
@@ -101,6 +109,18 @@ struct Cone {
     axis: DVec3,
     nearest: ManifoldPoint,
     farthest: Octagon<ManifoldPoint>,
+}
+
+/// The cross product of two edges: the direction of the outer side.
+fn face([p, q, r]: &[DVec3; 3]) -> DVec3 {
+    (*q - *p).cross(*r - *p)
+}
+
+/// True if the angle between two vectors of any length is acute, and its squared cosine is more than
+/// `least`.
+fn is_along(u: DVec3, v: DVec3, least: f64) -> bool {
+    let along = u.dot(v);
+    along > 0.0 && along * along > least * u.length_squared() * v.length_squared()
 }
 
 impl Skin {
@@ -146,23 +166,16 @@ impl Skin {
             found.direction
         };
         let point = ManifoldPoint::new(found.points, normal, found.high);
-        let cone = self.cone(normal);
-        if cone.is_some_and(|cone| !self.cones[cone].may_gain(&point, corners, self.lean))
-            || normal == DVec3::ZERO
-        {
+        if normal == DVec3::ZERO {
             return true;
         }
-        let faces = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
-        // Cosines of the angle between the normal and the outer side of each face.
+        let faces = corners.map(face);
+        if is_along(faces[0], normal, FLAT * FLAT) || is_along(-faces[1], normal, FLAT * FLAT) {
+            return true;
+        }
+        // Cosines of the angle between the normal and each face, and their squares.
         let along = [-faces[0].dot(normal), faces[1].dot(normal)];
-        let squares = faces.map(DVec3::length_squared);
-        let is_inner = |side: usize| {
-            along[side] < 0.0 && along[side] * along[side] > FLAT * FLAT * squares[side]
-        };
-        if (0..2).any(|side| shape.has_inside[side] && is_inner(side)) {
-            return true;
-        }
-        let share = |side: usize| along[side] * along[side] / squares[side];
+        let share = |side: usize| along[side] * along[side] / faces[side].length_squared();
         let face = usize::from(share(1) >= share(0));
         let is_least = |side: usize| {
             let way = if side == 0 { -normal } else { normal };
@@ -187,32 +200,39 @@ impl Skin {
         true
     }
 
-    /// True if two triangles that are at least `low` apart need no closer look: they face each
-    /// other across a known manifold, within its points, and are no nearer than its nearest, up to
-    /// a thousandth.
+    /// True if two triangles that are at least `low` apart need no closer look. The normal of their
+    /// contact is within 5 degrees of `normal`, which has any length. Either it is on the inner side
+    /// of a face and the contact no nearer than `nearest`, up to a thousandth; or the triangles are within the points of a known cone and no nearer than its
+    /// nearest, up to a thousandth, and have a normal in that cone or face each other across it.
     #[inline]
-    pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64) -> bool {
-        let [a, b] = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
-        let (square, facing) = (b.length_squared(), -a.dot(b));
-        if facing <= 0.0 || facing * facing < FACING * square * a.length_squared() {
-            return false;
-        }
-        self.cones.iter().any(|cone| {
-            let along = cone.nearest.normal.dot(b);
-            along > 0.0
-                && along * along > FACING * square
+    pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3, nearest: f64) -> bool {
+        let is_within = |cone: &Cone| {
+            // Where a normal leans by 45 degrees, its points are apart across the axis.
+            let (bonus, shift) = (-self.lean * low, CONE * low);
+            self.lean > CONE
                 && low >= NEAR * cone.nearest.distance
-                && !cone.farthest.may_gain_in(corners, -self.lean * low)
-        })
+                && !cone.farthest.may_gain(corners, bonus, shift)
+        };
+        let adds_nothing = |cone: &Cone| !is_along(cone.axis, normal, MAY_JOIN) || is_within(cone);
+        let adds_nothing = self.cones.iter().all(adds_nothing);
+        let mut cones = self.cones.iter();
+        if adds_nothing && cones.any(|cone| is_along(cone.axis, normal, JOINS)) {
+            return true;
+        }
+        let [a, b] = corners.map(face);
+        let faces = |cone: &Cone| is_along(cone.nearest.normal, b, FACING) && is_within(cone);
+        let is_behind = is_along(a, normal, BEHIND) || is_along(-b, normal, BEHIND);
+        is_behind && low >= NEAR * nearest
+            || adds_nothing && is_along(-a, b, FACING) && self.cones.iter().any(faces)
     }
 
     /// Takes two triangles that meet. If they face each other, inserts the parts that are apart.
     pub fn take_meeting(&mut self, corners: [&[DVec3; 3]; 2]) {
-        let faces = corners.map(|[p, q, r]| (*q - *p).cross(*r - *p));
-        let [a, b] = faces.map(DVec3::normalize_or_zero);
-        if self.width > 0.0 && a.dot(b) < 0.0 && a.dot(b) * a.dot(b) > FACING {
-            let face = usize::from(faces[1].length_squared() >= faces[0].length_squared());
-            self.insert_area(corners, face, if face == 0 { -a } else { b }, 0.0);
+        let [a, b] = corners.map(face);
+        if self.width > 0.0 && is_along(-a, b, FACING) {
+            let face = usize::from(b.length_squared() >= a.length_squared());
+            let normal = if face == 0 { -a } else { b };
+            self.insert_area(corners, face, normal.normalize_or_zero(), 0.0);
         }
     }
 
@@ -222,7 +242,7 @@ impl Skin {
         if self.cone(normal).is_some_and(|cone| {
             !self.cones[cone]
                 .farthest
-                .may_gain_in(corners, -self.lean * least)
+                .may_gain(corners, -self.lean * least, 0.0)
         }) {
             return;
         }
@@ -239,28 +259,11 @@ impl Skin {
     }
 
     /// The index of the cone for a normal, if there is one.
-    #[inline(always)]
+    #[inline]
     fn cone(&self, normal: DVec3) -> Option<usize> {
-        match self.cones.first() {
-            Some(first) if first.axis.dot(normal) >= CONE => Some(0),
-            _ => self.other_cone(normal),
-        }
-    }
-
-    #[inline(never)]
-    fn other_cone(&self, normal: DVec3) -> Option<usize> {
-        let found = self
-            .cones
+        self.cones
             .iter()
-            .position(|cone| cone.axis.dot(normal) >= CONE);
-        if found.is_some() || self.cones.len() < CONES {
-            return found;
-        }
-        let nearest = |i: &usize, j: &usize| {
-            let [x, y] = [i, j].map(|&at| self.cones[at].axis.dot(normal));
-            x.total_cmp(&y)
-        };
-        (0..CONES).max_by(nearest)
+            .position(|cone| cone.axis.dot(normal) >= CONE)
     }
 
     /// True if the point would be kept.
@@ -268,9 +271,11 @@ impl Skin {
         self.cone(point.normal).is_none_or(|cone| {
             let cone = &self.cones[cone];
             point.distance < cone.nearest.distance
-                || cone
-                    .farthest
-                    .may_gain(point.points[0], 0.0, -self.lean * point.distance)
+                || cone.farthest.may_gain(
+                    [&[point.points[0]; 3]; 2],
+                    -self.lean * point.distance,
+                    0.0,
+                )
         })
     }
 
@@ -288,7 +293,7 @@ impl Skin {
             cone.nearest = point;
         }
         let bonus = -self.lean * point.distance;
-        cone.farthest.insert_with(point.points[0], bonus, point);
+        cone.farthest.insert(point.points[0], bonus, point);
     }
 
     /// Adds the manifolds of all points so far to those of overlaps. Normals nearly equal to that
@@ -319,31 +324,6 @@ impl Skin {
             }
             all.push(manifold);
         }
-    }
-}
-
-impl Cone {
-    /// True if the common area of two triangles with this point may hold a point to keep.
-    #[inline(always)]
-    fn may_gain(&self, point: &ManifoldPoint, corners: [&[DVec3; 3]; 2], lean: f64) -> bool {
-        // The area is in both triangles, seen along the normal, so no wider than the smaller one.
-        let radius = |side: usize| {
-            let [p, q, r] = corners[side];
-            let (u, v, w) = (
-                *p - point.points[side],
-                *q - point.points[side],
-                *r - point.points[side],
-            );
-            larger(
-                larger(u.length_squared(), v.length_squared()),
-                w.length_squared(),
-            )
-        };
-        let radius = libm::sqrt(smaller(radius(0), radius(1)));
-        let bonus = -lean * point.distance;
-        point.distance < self.nearest.distance
-            || self.farthest.may_gain(point.points[0], radius, bonus)
-                && self.farthest.may_gain_in(corners, bonus)
     }
 }
 

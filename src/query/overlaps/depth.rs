@@ -134,7 +134,7 @@ impl Group {
             area: DVec3::ZERO,
             whole_area: 0.0,
             normal: DVec3::ZERO,
-            farthest: [Octagon::NONE; 3],
+            farthest: [Octagon::new(DVec3::Z, DVec3::ZERO); 3],
             deepest: [None; 2],
             is_touching: false,
         }
@@ -185,7 +185,7 @@ impl Group {
 
     pub fn insert_segment(&mut self, segment: [DVec3; 2]) {
         for point in segment {
-            self.farthest[2].insert(point, point);
+            self.farthest[2].insert(point, 0.0, point);
         }
     }
 
@@ -193,7 +193,7 @@ impl Group {
         let height = place.dot(self.normal);
         // A's deepest vertex is the lowest, B's the highest.
         let height = if side == 0 { -height } else { height };
-        self.farthest[side].insert_with(place, LEAN * height, place);
+        self.farthest[side].insert(place, LEAN * height, place);
         if self.deepest[side].is_none_or(|(before, _)| height > before) {
             self.deepest[side] = Some((height, place));
         }

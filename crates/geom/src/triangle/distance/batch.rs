@@ -15,6 +15,8 @@ pub struct Distances {
     /// Approximate distance of the closest features. Not proven, and meaningless if the triangles
     /// meet.
     pub about: [f32; 8],
+    /// Direction from B to A along which `low` is proven, of any length; per axis.
+    pub direction: [[f32; 8]; 3],
 }
 
 /// The distances of `a[i]` and `b[i]` for the eight lanes.
@@ -38,10 +40,14 @@ pub fn distances<L: Lanes>(
         of_b[0].inverse,
         [sub(zero, q), sub(p[0], q), sub(p[1], q)],
     );
-    let low = pair.gap(lanes, closest.direction).store();
+    let (low, is_above) = pair.gap(lanes, closest.direction);
+    let direction = per_axis!(k => {
+        is_above.select(closest.direction[k], zero[k] - closest.direction[k]).store()
+    });
     Distances {
-        low,
+        low: low.store(),
         about: closest.square.sqrt().store(),
+        direction,
     }
 }
 
@@ -113,15 +119,16 @@ impl<L: Lanes> Pair<L> {
     }
 
     /// Proven gap between the projections on a line along `n`, which may have any length; 0 if none
-    /// is proven.
+    /// is proven. The mask is set if `n` points from B to A.
     #[inline(always)]
-    fn gap(&self, lanes: L, n: V8<L>) -> F8<L> {
+    fn gap(&self, lanes: L, n: V8<L>) -> (F8<L>, F8<L>) {
         let (zero, underflow) = (F8::splat(lanes, 0.0), F8::splat(lanes, UNDERFLOW));
         let (a1, a2) = (dot(self.p[0], n), dot(self.p[1], n));
         let (b0, b1, b2) = (dot(self.q, n), dot(self.f[0], n), dot(self.f[1], n));
         let (a_low, a_high) = (zero.min(a1).min(a2), zero.max(a1).max(a2));
         let (b_low, b_high) = (zero.min(b1).min(b2), zero.max(b1).max(b2));
-        let gap = (a_low - (b0 + b_high)).max((b0 + b_low) - a_high);
+        let (above, below) = (a_low - (b0 + b_high), (b0 + b_low) - a_high);
+        let gap = above.max(below);
         let sums = (a_high - a_low) + (b_high - b_low) + b0.abs();
         let error =
             dot(per_axis!(k => n[k].abs()), self.error) + sums * F8::splat(lanes, 2.51 * ROUNDING);
@@ -131,10 +138,8 @@ impl<L: Lanes> Pair<L> {
         let is_proven = zero
             .less(certain)
             .and(error.less(F8::splat(lanes, LARGEST_ERROR)));
-        is_proven.select(
-            certain / length * F8::splat(lanes, 1.0 - 9.0 * ROUNDING),
-            zero,
-        )
+        let low = certain / length * F8::splat(lanes, 1.0 - 9.0 * ROUNDING);
+        (is_proven.select(low, zero), below.less(above))
     }
 }
 
