@@ -5,7 +5,6 @@ use crate::ask::TurnKind;
 use crate::id::PairKey;
 use crate::pair::batch::Batch;
 use crate::pair::state::Turn;
-use core::mem;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RoundRobin {
@@ -13,8 +12,7 @@ pub(crate) struct RoundRobin {
     pub cursor: PairKey,
     /// The question of that pair whose turn it is.
     at: TurnKind,
-    /// True if that turn has used up a guaranteed share in a round of the frame, and in the last.
-    was_cut: bool,
+    /// True if that turn has used up a guaranteed share in the frame.
     overspent: bool,
     /// True if the list of the last frame was cut short; and where the next list continues.
     pub cut: bool,
@@ -34,14 +32,14 @@ impl RoundRobin {
         changed: impl FnOnce() -> bool,
         both: impl FnOnce() -> bool,
     ) {
-        if self.was_cut && key == self.cursor {
-            let (_, overspent) = (mem::take(&mut self.was_cut), mem::take(&mut self.overspent));
+        if self.overspent && key == self.cursor {
+            self.overspent = false;
             if !changed() {
                 return;
             }
             if self.at == TurnKind::Meet && both() {
                 self.at = TurnKind::Motion;
-            } else if overspent {
+            } else {
                 (self.cursor, self.at) = (key + 1, TurnKind::Meet);
             }
         }
@@ -70,8 +68,9 @@ impl RoundRobin {
         self.cursor = turn.map_or(last.key() + 1, |turn| turn.key());
         self.at = turn.and_then(|turn| turn.next).unwrap_or_default();
         let first = turn.filter(|turn| waiting == Some(0) && turn.next == Some(turn.kind));
-        self.overspent = first.is_some_and(|turn| turn.spent.work >= enough);
-        self.was_cut = first.is_some() && (self.was_cut || self.overspent);
+        // A later round of the frame may be short.
+        let goes_on = self.overspent;
+        self.overspent = first.is_some_and(|turn| goes_on || turn.spent.work >= enough);
     }
 
     /// After a list cut short, skips the finished jobs, so that the next list has others.
