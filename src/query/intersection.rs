@@ -171,10 +171,9 @@ impl<'t> Query<'t, Intersection> {
             WarmStart::Witnesses => {
                 // Queued like other triangle pairs, so they are tested first.
                 let latest = &witnesses[..witnesses.len().min(WITNESSES)];
-                workspace
-                    .waiting
-                    .extend(&latest[refuted.min(latest.len())..]);
-                workspace.testing = workspace.waiting.len() > 0;
+                let untested = latest.iter().skip(refuted).copied();
+                workspace.waiting.extend(untested);
+                workspace.testing = !workspace.waiting.is_empty();
             }
         }
         let are_apart =

@@ -11,6 +11,7 @@ use super::overlap::Overlap;
 use super::queue::{Origin, Pair};
 use super::strategy::Tracing;
 use super::traversal::{Traversal, Visitor};
+use super::triangle_pairs::push_all;
 use super::workspace::Workspace;
 use crate::model::cost::WORK_PER_LOOKUP;
 use crate::tree::WIDTH;
@@ -234,10 +235,10 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
         }
         if self.strategy.ranks() && hits.count_ones() as usize > WIDTH {
             let deeper = deeper(hits, depth);
-            self.workspace.waiting.push_all(hits & !deeper, first);
+            push_all(&mut self.workspace.waiting, hits & !deeper, first);
             hits = deeper;
         }
-        self.workspace.waiting.push_all(hits, first);
+        push_all(&mut self.workspace.waiting, hits, first);
     }
 }
 

@@ -18,7 +18,9 @@ use super::triangle_pairs::TrianglePairs;
 use crate::contact::{Contact, ContactList, Manifold};
 use crate::model::confidence::Lead;
 use crate::model::cost::{CostModel, Counts};
+use crate::room::Room;
 use crate::tree::Tree;
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
@@ -34,13 +36,13 @@ use punctual_geom::lanes::Instructions;
 /// contents and the same capacity.
 ///
 /// It also learns the costs of queries on this machine ([`Workspace::cost_model`]).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Workspace {
     pub(super) instructions: Instructions,
     pub(super) cost_model: CostModel,
     pub(super) frontier: Frontier,
     /// Triangle pairs (tree order) that wait for the filter, and those that it left in doubt.
-    pub(super) waiting: TrianglePairs,
+    pub(super) waiting: Box<TrianglePairs>,
     pub(super) uncertain: ArrayVec<[u32; 2], 8>,
     /// Cached corners of triangles of A and of B for the tests in `f64`.
     pub(super) corners: [Corners; 2],
@@ -65,7 +67,7 @@ pub struct Workspace {
     pub(super) reduction: Reduction,
     pub(super) overlaps: Overlaps,
     pub(super) manifolds: Vec<Manifold>,
-    pub(super) found: Vec<[u32; 2]>,
+    pub(super) found: Room<[u32; 2]>,
     pub(super) run: Run,
 }
 
@@ -223,7 +225,7 @@ impl Workspace {
             instructions: Instructions::detect(),
             cost_model: CostModel::default(),
             frontier: Frontier::new(queue),
-            waiting: TrianglePairs::new(),
+            waiting: Box::default(),
             uncertain: ArrayVec::new(),
             corners: [Corners::EMPTY; 2],
             testing: false,
@@ -239,7 +241,7 @@ impl Workspace {
             reduction: Reduction::default(),
             overlaps: Overlaps::default(),
             manifolds: Vec::new(),
-            found: Vec::with_capacity(found.max(1)),
+            found: Room::new(found.max(1)),
             run: NO_RUN,
         }
     }
@@ -333,8 +335,8 @@ impl Workspace {
     /// rays, 32 bytes each. The first query for all hits reserves room for 4,096 if there is none.
     /// The first query for a larger batch of rays reserves room for it.
     pub fn reserve_ray_hits(&mut self, hits: usize) {
-        self.rays.reserve(hits);
-        self.rays.reserve_batch(hits);
+        self.rays.hits.reserve_all(hits);
+        self.rays.first_hits.reserve_all(hits);
     }
 
     /// The costs of a BV test, a triangle pair, an opened node pair and a query on this machine, in
@@ -410,7 +412,7 @@ impl Workspace {
     /// True if nothing is left open.
     pub(super) fn is_done(&self) -> bool {
         self.frontier.is_empty()
-            && self.waiting.len() == 0
+            && self.waiting.is_empty()
             && self.uncertain.is_empty()
             && self.search.is_done()
             && self.motion.followed.is_none()
@@ -451,38 +453,6 @@ impl Workspace {
         self.reduction.clear();
         self.manifolds.clear();
         self.found.clear();
-    }
-}
-
-impl Clone for Workspace {
-    fn clone(&self) -> Self {
-        // A cloned vector has no room beyond what it holds.
-        let mut found = Vec::with_capacity(self.found.capacity());
-        found.extend_from_slice(&self.found);
-        let mut rays = self.rays.clone();
-        rays.reserve(self.rays.hits.capacity());
-        rays.reserve_batch(self.rays.first_hits.capacity());
-        let mut points = self.points.clone();
-        points.reserve(self.points.found.capacity());
-        Self {
-            frontier: self.frontier.clone(),
-            waiting: self.waiting.clone(),
-            uncertain: self.uncertain.clone(),
-            corners: self.corners.clone(),
-            witnesses: self.witnesses.clone(),
-            sample: self.sample.clone(),
-            trace: self.trace.clone(),
-            search: self.search.clone(),
-            motion: self.motion.clone(),
-            rays,
-            points,
-            contacts: self.contacts.clone(),
-            reduction: self.reduction.clone(),
-            overlaps: self.overlaps.clone(),
-            manifolds: self.manifolds.clone(),
-            found,
-            ..*self
-        }
     }
 }
 

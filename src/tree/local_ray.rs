@@ -43,6 +43,12 @@ const LARGEST_POSITION_ERROR: f64 = 0.01;
 /// Least component of a direction.
 const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
+impl Default for LocalRay {
+    fn default() -> Self {
+        Self::BLIND
+    }
+}
+
 impl LocalRay {
     #[inline(always)]
     pub fn new(unit: &Unit, ray: &Ray) -> Self {

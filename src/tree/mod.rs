@@ -174,13 +174,7 @@ impl Tree {
         );
         let parts = plan.parts(pieces);
         if options.orientations && options.effort != Effort::Fast {
-            assign::choose_orientations(
-                &mut plan,
-                &placed.triangles,
-                options.effort,
-                &parts,
-                pieces,
-            );
+            assign::choose_orientations(&mut plan, &placed.triangles, &parts, pieces);
         }
         let mut nodes = plan.nodes;
         let mut profiles = Profiles::room(&mut nodes);
