@@ -73,7 +73,10 @@ fn any_number_of_threads_builds_the_same_tree() {
                     (many.rotation(), many.half_extents()),
                     (one.rotation(), one.half_extents())
                 );
-                assert_eq!((many.alpha(), many.profile()), (one.alpha(), one.profile()));
+                assert_eq!(
+                    (many.alpha(), many.self_cost()),
+                    (one.alpha(), one.self_cost())
+                );
                 assert!(many.triangles().eq(one.triangles()));
                 pairs.extend(one.children().zip(many.children()));
             }

@@ -135,7 +135,6 @@ fn outcomes_certificates_and_the_model() {
     }
     let stats: TreeStats = from_str(&to_string(&a.stats()).unwrap()).unwrap();
     assert_eq!(stats, a.stats());
-    a.root().unwrap().profile().iter().for_each(again);
     again(&Counts {
         bv_tests: 0.1,
         triangle_tests: 1e300,

@@ -165,7 +165,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
             return;
         }
         if margin > 0.0 {
-            let interval = Interval::new(Tolerance::NONE, 0.0, margin);
+            let interval = Interval::new(Tolerance::default(), 0.0, margin);
             workspace.search.begin(interval, None);
         }
         workspace.frontier.push(Pair::new(0, 0));

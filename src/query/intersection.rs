@@ -249,7 +249,7 @@ impl Ask<Intersection> for Query<'_, Intersection> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let before = if workspace.run.stopped {
-            workspace.counts()
+            workspace.run.stats.counts()
         } else {
             Counts::default()
         };
@@ -265,7 +265,7 @@ impl Ask<Intersection> for Query<'_, Intersection> {
             stop
         };
         if let Some(elapsed) = deadline.elapsed() {
-            let done = workspace.counts().since(&before);
+            let done = workspace.run.stats.counts().since(&before);
             workspace.cost_model = workspace.cost_model.learned(&done, nanoseconds(elapsed));
         }
         stop

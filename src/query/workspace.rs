@@ -9,15 +9,14 @@ use super::outcome::{Stats, StopReason, Verdict};
 use super::overlaps::{Overlaps, Reduction};
 use super::point::PointBounds;
 use super::point::state::{Phase, PointState};
-use super::queue::{Frontier, PATHS, Pair};
+use super::queue::{Frontier, PATHS};
 use super::ray::state::{RayHit, RayState};
 use super::search::Search;
-use super::strategy::{Strategy, Tracing};
+use super::strategy::Strategy;
 use super::trace::Trace;
 use super::triangle_pairs::TrianglePairs;
 use crate::contact::{Contact, ContactList, Manifold};
-use crate::model::confidence::Lead;
-use crate::model::cost::{CostModel, Counts};
+use crate::model::cost::CostModel;
 use crate::room::Room;
 use crate::tree::Tree;
 use alloc::boxed::Box;
@@ -96,15 +95,6 @@ impl Run {
         self.stats = Stats::NONE;
         self.witness = None;
         self.containment = Containment::Open;
-    }
-
-    /// An error unless the run is of this query.
-    pub fn holds(&self, key: &Key) -> Result<(), ResumeError> {
-        if self.key.as_ref() == Some(key) {
-            Ok(())
-        } else {
-            Err(ResumeError)
-        }
     }
 
     /// Adds the time of a call, if it was measured.
@@ -380,20 +370,6 @@ impl Workspace {
         self.run.verdict(stop)
     }
 
-    /// Tells whether the last query followed contact curves, and so found more than its work
-    /// suggests.
-    pub(super) fn lead(&self) -> Lead {
-        match self.run.strategy.trace {
-            Tracing::Never => Lead::Nothing,
-            _ => Lead::Curves,
-        }
-    }
-
-    /// Counts of the last query, for the cost model.
-    pub(super) fn counts(&self) -> Counts {
-        self.run.stats.counts()
-    }
-
     /// Work of the last query.
     #[doc(hidden)]
     #[inline]
@@ -428,11 +404,6 @@ impl Workspace {
             .iter()
             .chain(&self.uncertain)
             .copied()
-    }
-
-    /// The node pairs that the last query left open.
-    pub(super) fn open_nodes(&self) -> impl Iterator<Item = Pair> {
-        self.frontier.iter()
     }
 
     #[inline(always)]

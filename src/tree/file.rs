@@ -150,12 +150,6 @@ impl core::error::Error for TreeFileError {
     }
 }
 
-impl From<MeshError> for TreeFileError {
-    fn from(error: MeshError) -> Self {
-        Self::Mesh(error)
-    }
-}
-
 impl From<TreeFault> for TreeFileError {
     fn from(fault: TreeFault) -> Self {
         Self::Tree(fault)
@@ -324,7 +318,8 @@ impl Tree {
             rest = after;
             part
         });
-        let mesh = Mesh::read(vertices, header.has(IS_F64), triangles)?;
+        let mesh =
+            Mesh::read(vertices, header.has(IS_F64), triangles).map_err(TreeFileError::Mesh)?;
         let ids = order.as_chunks().0.iter();
         let ids: Box<[u32]> = ids.map(|&id| u32::from_le_bytes(id)).collect();
         each_once(&ids, mesh.len())?;

@@ -103,9 +103,6 @@ pub trait Lanes: Copy {
     /// registers and spill it again.
     fn settled<T>(x: &T) -> &T;
 
-    /// Number of set bits among the low eight.
-    fn count(self, bits: u32) -> u32;
-
     fn splat(self, x: f32) -> Self::F;
     fn load(self, x: &[f32; 8]) -> Self::F;
     fn read(self, x: &[f32x4; 2]) -> Self::F;

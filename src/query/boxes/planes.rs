@@ -8,6 +8,7 @@ use punctual_geom::triangle::batch::{LEAST_EDGE_ERROR, Rows, UNDERFLOW, largest}
 use wide::f32x4;
 
 /// Eight triangles, stored for access one at a time.
+#[derive(Default)]
 pub struct Planes {
     boxes: Stored,
     corner: [[f32; 8]; 3],
@@ -18,18 +19,9 @@ pub struct Planes {
 }
 
 impl Planes {
-    pub const NONE: Self = Self {
-        boxes: Stored::NONE,
-        corner: [[0.0; 8]; 3],
-        normal: [[0.0; 8]; 3],
-        reach: [[0.0; 8]; 3],
-        normal_error: [0.0; 8],
-        plane_error: [0.0; 8],
-    };
-
     #[inline(always)]
     pub fn new<L: Lanes>(lanes: L, triangles: &Triangles) -> Self {
-        let mut planes = Self::NONE;
+        let mut planes = Self::default();
         planes.put(lanes, triangles);
         planes
     }
