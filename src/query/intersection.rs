@@ -171,8 +171,9 @@ impl<'t> Query<'t, Intersection> {
             WarmStart::Witnesses => {
                 // Queued like other triangle pairs, so they are tested first.
                 let latest = &witnesses[..witnesses.len().min(WITNESSES)];
-                let untested = latest.iter().skip(refuted).copied();
-                workspace.waiting.extend(untested);
+                for &pair in latest.iter().skip(refuted) {
+                    workspace.waiting.push(pair);
+                }
                 workspace.testing = !workspace.waiting.is_empty();
             }
         }

@@ -5,6 +5,7 @@
 //! occur. So the cost depends on the number of products, not on the spread of their exponents.
 
 use core::array::from_fn;
+use core::ptr;
 
 /// `mantissa * 2^exponent`, the mantissa odd or zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +81,10 @@ pub(super) fn determinant<const D: usize>(
     let mut sum = Sum::new(width);
     for choice in 0..1_usize << D {
         let points: [&[Term]; D] = from_fn(|i| rows[i][choice >> i & 1]);
+        // With one point twice it is 0.
+        if (1..D).any(|i| points[..i].iter().any(|other| ptr::eq(*other, points[i]))) {
+            continue;
+        }
         for &(permutation, is_odd) in &PERMUTATIONS[..[1, 2, 6][D - 1]] {
             let factor = |i: usize| points[i][axes[permutation[i]]];
             let factors = from_fn(|i| if i < D { factor(i) } else { Term::ONE });
