@@ -67,7 +67,7 @@ impl LocalRay {
         let reach = largest_size(origin);
         let position_error = 8.0 * f64::EPSILON * reach;
         if !(aim.is_plain() && exponent.abs() <= 1000 && position_error <= LARGEST_POSITION_ERROR) {
-            self.blind();
+            *self = Self::BLIND;
             return;
         }
         let (unit, per_unit) = (power_of_two(exponent), power_of_two(-exponent));
@@ -109,12 +109,6 @@ impl LocalRay {
         };
         (self.entry, self.unit, self.t_error) = (entry, unit, t_error);
         self.margin = MARGIN + position_error as f32;
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn blind(&mut self) {
-        *self = Self::BLIND;
     }
 
     /// A local ray that also covers rays whose origin and direction are off by `position_error`

@@ -29,7 +29,7 @@ const TIME_ERROR: f32 = 8.0 * ROUNDING;
 /// Half a unit of time, plus 1 percent for matrices that are not exactly rotations.
 const HALF_A_PIECE: f32 = 0.505;
 
-/// Least speed of a projection. The allowance for underflow covers the difference.
+/// Slower projections count as this fast. The allowance for underflow covers the error.
 const LEAST_SPEED: f32 = 1e-37;
 
 /// A substep of motion in `f32`, in A's unit coordinates.

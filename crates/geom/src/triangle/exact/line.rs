@@ -29,8 +29,8 @@ const fn corner(i: usize) -> usize {
     3 + i % 3
 }
 
-/// Rows of a determinant: the dot product of the difference `first` and the triangle's normal. The
-/// line meets the plane at the parameter `above / along`; both are such determinants.
+/// Rows of the determinant that is the dot product of the difference `first` and the triangle's
+/// normal. The line meets the plane at the parameter `above / along`; both are such determinants.
 const fn rows(first: Row) -> [Row; 3] {
     [first, [corner(1), corner(0)], [corner(2), corner(0)]]
 }

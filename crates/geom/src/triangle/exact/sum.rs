@@ -72,7 +72,8 @@ const PERMUTATIONS: [([usize; 3], bool); 6] = [
     ([2, 1, 0], true),
 ];
 
-/// The determinant of up to three differences along as many axes, of points on a grid of this width.
+/// The determinant of up to three differences of points on a grid of this width, along as many
+/// axes.
 pub(super) fn determinant<const D: usize>(
     rows: [Difference; D],
     axes: [usize; D],

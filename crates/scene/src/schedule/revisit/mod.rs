@@ -392,7 +392,7 @@ impl Revisit {
         round
     }
 
-    /// Updates the frequency of meeting neighbors from the test of a pair.
+    /// Updates how often neighbors of met pairs meet too, after the test of a neighbor.
     fn learn_beside(&mut self, state: &mut PairState, met: bool) {
         self.beside += WORK_PER_NEIGHBORS;
         let (met, of_all) = (if met { 1.0 } else { 0.0 }, USUAL_NEARBY + self.nearby);
