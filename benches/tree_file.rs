@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use punctual::glam::DVec3;
-use punctual::{BuildOptions, Mesh, Tree, shapes};
+use punctual::{Mesh, Tree, shapes};
 
 fn milliseconds(work: impl FnOnce()) -> f64 {
     let start = Instant::now();

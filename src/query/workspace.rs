@@ -92,7 +92,7 @@ impl Run {
         self.key = Some(key);
         self.strategy = strategy;
         self.stopped = false;
-        self.stats = Stats::NONE;
+        self.stats = Stats::default();
         self.witness = None;
         self.containment = Containment::Open;
     }
@@ -114,16 +114,6 @@ impl Run {
         }
     }
 }
-
-/// The state before the first query.
-const NO_RUN: Run = Run {
-    key: None,
-    strategy: Strategy::NONE,
-    stopped: false,
-    stats: Stats::NONE,
-    witness: None,
-    containment: Containment::Open,
-};
 
 /// A sample of the pairs found, in tree order: every `2^skips`-th. Once it has been full, it is at
 /// least half full.
@@ -232,7 +222,14 @@ impl Workspace {
             overlaps: Overlaps::default(),
             manifolds: Vec::new(),
             found: Room::new(found.max(1)),
-            run: NO_RUN,
+            run: Run {
+                key: None,
+                strategy: Strategy::NONE,
+                stopped: false,
+                stats: Stats::default(),
+                witness: None,
+                containment: Containment::Open,
+            },
         }
     }
 

@@ -225,13 +225,8 @@ impl<L: Lanes> F8<L> {
     #[inline(always)]
     pub fn transposed([x, y, z, w]: [Self; 4]) -> [Self; 4] {
         let lanes = x.1;
-        let [x, y, z, w] = lanes.transpose([x.0, y.0, z.0, w.0]);
-        [
-            Self(x, lanes),
-            Self(y, lanes),
-            Self(z, lanes),
-            Self(w, lanes),
-        ]
+        let columns = lanes.transpose([x.0, y.0, z.0, w.0]);
+        unrolled!(k in [0, 1, 2, 3] => Self(columns[k], lanes))
     }
     /// Concatenates the first three entries of four rows, in each half separately.
     #[inline(always)]
