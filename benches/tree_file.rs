@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use punctual::glam::DVec3;
-use punctual::{BuildOptions, Mesh, Tree, shapes};
+use punctual::{Mesh, Tree, shapes};
 
 fn milliseconds(work: impl FnOnce()) -> f64 {
     let start = Instant::now();
@@ -15,12 +15,11 @@ fn milliseconds(work: impl FnOnce()) -> f64 {
 fn measure(name: &str, mesh: &Mesh) {
     let tree = Tree::new(mesh.clone());
     let bytes = tree.to_bytes();
-    let mut least = [f64::INFINITY; 4];
+    let mut least = [f64::INFINITY; 3];
     for _ in 0..15 {
-        let (for_normal, for_best) = (mesh.clone(), mesh.clone());
+        let again = mesh.clone();
         let times = [
-            milliseconds(|| _ = black_box(Tree::new(for_normal))),
-            milliseconds(|| _ = black_box(Tree::with_options(for_best, &BuildOptions::best()))),
+            milliseconds(|| _ = black_box(Tree::new(again))),
             milliseconds(|| _ = black_box(tree.to_bytes())),
             milliseconds(|| _ = black_box(Tree::from_bytes(&bytes)).expect("it was just written")),
         ];
@@ -28,10 +27,10 @@ fn measure(name: &str, mesh: &Mesh) {
             *least = least.min(time);
         }
     }
-    let [build, best, save, load] = least;
+    let [build, save, load] = least;
     let per_triangle = |bytes: usize| bytes as f64 / mesh.len() as f64;
     println!(
-        "{name:<20} {:>9} {build:>8.2} {best:>8.2} {save:>8.2} {load:>8.2} {:>11.2} {:>12.1} {:>14.1}",
+        "{name:<20} {:>9} {build:>8.2} {save:>8.2} {load:>8.2} {:>11.2} {:>12.1} {:>14.1}",
         mesh.len(),
         build / load,
         per_triangle(bytes.len()),
@@ -41,7 +40,7 @@ fn measure(name: &str, mesh: &Mesh) {
 
 fn main() {
     println!(
-        "mesh                 triangles build ms  best ms  save ms  load ms  build/load  B/triangle  B/tr. in memory"
+        "mesh                 triangles build ms  save ms  load ms  build/load  B/triangle  B/tr. in memory"
     );
     measure("icosphere(6)", &shapes::icosphere(6));
     measure("torus_knot(256)", &shapes::torus_knot(2, 3, 0.2, 256));

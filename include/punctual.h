@@ -468,10 +468,6 @@ enum punctual_effort
    * The default.
    */
   PUNCTUAL_EFFORT_NORMAL = 1,
-  /**
-   * For meshes that are built once and asked about often.
-   */
-  PUNCTUAL_EFFORT_BEST = 2,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

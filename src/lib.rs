@@ -79,6 +79,7 @@ pub mod internals;
 mod mesh;
 mod model;
 mod query;
+mod room;
 mod sets;
 pub mod tree;
 
@@ -104,7 +105,7 @@ pub mod clock {
         feature = "std",
         not(all(target_family = "wasm", target_os = "unknown"))
     ))]
-    pub use crate::query::SystemClock;
+    pub use crate::query::system::SystemClock;
     pub use crate::query::{Clock, ClockedBudget, ManualClock};
 }
 

@@ -57,13 +57,12 @@ fn file(mesh: &Mesh, shapes: &[u8]) -> Vec<u8> {
     bytes
 }
 
-fn all_options() -> [BuildOptions; 4] {
+fn all_options() -> [BuildOptions; 3] {
     let mut axes = BuildOptions::default();
     axes.orientations = false;
     [
         BuildOptions::fast_build(),
         BuildOptions::default().extremes(true),
-        BuildOptions::best(),
         axes,
     ]
 }

@@ -30,7 +30,6 @@ static FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     ];
     let presets = [
         BuildOptions::default(),
-        BuildOptions::best(),
         BuildOptions::fast_build(),
     ];
     let pairs = meshes

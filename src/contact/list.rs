@@ -2,7 +2,7 @@
 //! move; only their order does.
 
 use super::Contact;
-use alloc::vec::Vec;
+use crate::room::Room;
 use arrayvec::ArrayVec;
 
 /// Number of contacts that are inserted together. A larger block moves the other contacts less
@@ -13,15 +13,15 @@ const BLOCK: usize = 16;
 ///
 /// Under a budget of time the list is sorted block by block as contacts arrive, so that no call
 /// ends with a long sort. Otherwise it is sorted once at the end, which costs less.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct ContactList {
     /// In order of discovery. Drained contacts stay here until the next one is added.
-    contacts: Vec<Contact>,
+    contacts: Room<Contact>,
     /// The sort keys: `order[..sorted]` is nearest first, the rest in order of discovery.
-    order: Vec<Place>,
+    order: Room<Place>,
     sorted: usize,
     /// Scratch of `sort_all`: the start of each bucket.
-    starts: Vec<u32>,
+    starts: Room<u32>,
     /// True if the call has a budget of time.
     is_timed: bool,
     /// Maximum number of contacts, if the capacity allows it.
@@ -56,12 +56,9 @@ impl Place {
 impl ContactList {
     pub fn reserve(&mut self, contacts: usize) {
         let contacts = contacts.min(u32::MAX as usize);
-        self.contacts
-            .reserve(contacts.saturating_sub(self.contacts.len()));
-        self.order
-            .reserve(contacts.saturating_sub(self.order.len()));
-        self.starts
-            .reserve(contacts.saturating_sub(self.starts.len()));
+        self.contacts.reserve_all(contacts);
+        self.order.reserve_all(contacts);
+        self.starts.reserve_all(contacts);
     }
 
     pub fn capacity(&self) -> usize {
@@ -204,29 +201,5 @@ impl ContactList {
         self.order
             .drain(..)
             .map(|place| self.contacts[place.contact as usize])
-    }
-}
-
-impl Clone for ContactList {
-    fn clone(&self) -> Self {
-        let Self {
-            sorted,
-            limit,
-            held,
-            margin,
-            ..
-        } = *self;
-        let mut clone = Self {
-            sorted,
-            limit,
-            held,
-            margin,
-            ..Self::default()
-        };
-        // A cloned vector has no room beyond what it holds.
-        clone.reserve(self.capacity());
-        clone.contacts.extend_from_slice(&self.contacts);
-        clone.order.extend_from_slice(&self.order);
-        clone
     }
 }

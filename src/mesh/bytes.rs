@@ -11,19 +11,11 @@ impl Mesh {
     /// Appends the exact vertices, 4 or 8 bytes per coordinate, then the indices of the triangles.
     pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
         match &self.vertices {
-            Vertices::F32(v) => v
-                .as_flattened()
-                .iter()
-                .for_each(|x| bytes.extend_from_slice(&x.to_le_bytes())),
-            Vertices::F64(v) => v
-                .as_flattened()
-                .iter()
-                .for_each(|x| bytes.extend_from_slice(&x.to_le_bytes())),
+            Vertices::F32(v) => bytes.extend(v.as_flattened().iter().flat_map(|x| x.to_le_bytes())),
+            Vertices::F64(v) => bytes.extend(v.as_flattened().iter().flat_map(|x| x.to_le_bytes())),
         }
-        self.triangles
-            .as_flattened()
-            .iter()
-            .for_each(|i| bytes.extend_from_slice(&i.to_le_bytes()));
+        let indices = self.triangles.as_flattened().iter();
+        bytes.extend(indices.flat_map(|i| i.to_le_bytes()));
     }
 
     /// Reads a mesh from bytes of [`write`](Self::write): vertices with 8 (`is_f64`) or 4 bytes per

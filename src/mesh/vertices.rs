@@ -131,15 +131,11 @@ impl Mesh {
 }
 
 pub(super) fn check_vertex(vertex: usize, position: DVec3) -> Result<(), MeshError> {
-    for axis in 0..3 {
-        if !position[axis].is_finite() {
-            return Err(MeshError::NotFinite { vertex, axis });
-        }
-        if position[axis].abs() > COORDINATE_LIMIT {
-            return Err(MeshError::TooLarge { vertex, axis });
-        }
+    match (0..3).find(|&axis| position[axis].is_nan() || position[axis].abs() > COORDINATE_LIMIT) {
+        None => Ok(()),
+        Some(axis) if position[axis].is_finite() => Err(MeshError::TooLarge { vertex, axis }),
+        Some(axis) => Err(MeshError::NotFinite { vertex, axis }),
     }
-    Ok(())
 }
 
 /// Compared by bits, because the sign of a zero is kept too.

@@ -108,18 +108,13 @@ impl<L: Lanes> Slabs<L> {
 }
 
 /// [`Slabs`], stored for access one at a time.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Stored {
     pub along: [[f32; 8]; 3],
     pub against: [[f32; 8]; 3],
 }
 
 impl Stored {
-    pub const NONE: Self = Self {
-        along: [[0.0; 8]; 3],
-        against: [[0.0; 8]; 3],
-    };
-
     #[inline(always)]
     pub fn put<L: Lanes>(&mut self, boxes: &Slabs<L>) {
         per_axis!(k => boxes.along[k].put(&mut self.along[k]));
@@ -155,6 +150,7 @@ pub(super) struct Extents<L: Lanes> {
 }
 
 /// [`Extents`] of eight boxes, stored for access one at a time.
+#[derive(Default)]
 pub(super) struct StoredExtents {
     own: Stored,
     seen: Stored,
@@ -164,11 +160,7 @@ pub(super) struct StoredExtents {
 impl StoredExtents {
     #[inline(always)]
     pub(super) fn of<L: Lanes>(boxes: &Extents<L>) -> Self {
-        let mut stored = Self {
-            own: Stored::NONE,
-            seen: Stored::NONE,
-            ahead: [0.0; 8],
-        };
+        let mut stored = Self::default();
         stored.own.put(&boxes.own);
         stored.seen.put(&boxes.seen);
         boxes.ahead.put(&mut stored.ahead);

@@ -32,15 +32,6 @@ pub enum Place<'w> {
 }
 
 impl<'w> Certificate<'w> {
-    pub(super) fn new([a, b]: [&'w Tree; 2], place: Place<'w>, workspace: &'w Workspace) -> Self {
-        Self {
-            a,
-            b,
-            place,
-            workspace,
-        }
-    }
-
     /// Number of open pairs, of nodes or triangles. 0 means that nothing was missed. A query
     /// divides a turning motion into pieces; each piece not reached counts as one pair, unless the
     /// meshes are too far apart in it.
@@ -174,7 +165,7 @@ impl<'w> Certificate<'w> {
             Place::Moving(options) => Some(self.ahead(options).later([self.a, self.b])),
         };
         let later = later.into_iter().flatten().map(Open::Piece);
-        let nodes = workspace.open_nodes().map(Open::Nodes);
+        let nodes = workspace.frontier.iter().map(Open::Nodes);
         nodes.chain(triangles).chain(later).take(self.most())
     }
 

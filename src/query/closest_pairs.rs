@@ -62,7 +62,7 @@ impl Traversal<'_, '_, Nearness> {
         let low = F8::load(lanes, &found.low).max(proven);
         if self.workspace.contacts.margin().is_some() {
             let meet = !F8::splat(lanes, 0.0).less(low).mask();
-            // Larger than the rounded root.
+            // The factor makes the rounded root larger than the exact one.
             let cut = F8::splat(lanes, self.question.cut).sqrt()
                 * F8::splat(lanes, 1.0 + 4.0 * f32::EPSILON);
             let near = (low.less(cut).mask() | meet) & ((1 << count) - 1);

@@ -1,9 +1,9 @@
 //! Contacts of two meshes: all pairs of triangles within a margin, the nearest first.
 //!
-//! This is the distance question with a fixed cut ([`nearest`](super::nearest)): pairs beyond the margin are
-//! dropped, and every pair within is written to the list of the workspace. With margin 0 it is the
-//! question of the intersection ([`meeting`](super::meeting)), whose boxes and triangle tests cost
-//! less.
+//! This is the distance question with a fixed cut ([`nearest`](super::nearest)): pairs beyond the
+//! margin are dropped, and every pair within is written to the list of the workspace. With margin 0
+//! it is the question of the intersection ([`meeting`](super::meeting)), whose boxes and triangle
+//! tests cost less.
 
 use super::budget::Budget;
 use super::certificate::Place;
@@ -165,7 +165,7 @@ impl Ask<Contacts> for Query<'_, Contacts> {
             return;
         }
         if margin > 0.0 {
-            let interval = Interval::new(Tolerance::NONE, 0.0, margin);
+            let interval = Interval::new(Tolerance::default(), 0.0, margin);
             workspace.search.begin(interval, None);
         }
         workspace.frontier.push(Pair::new(0, 0));

@@ -340,8 +340,7 @@ pub struct Nearest {
     /// Their closest points in A's frame, rounded, each moved towards the other surface by its
     /// margin. If the triangles intersect, both are one point, whatever the margins: the middle of
     /// the segment in which they intersect ([`triangle_segment`](crate::geom::triangle_segment)),
-    /// within
-    /// 1e-12 times the largest coordinate of both.
+    /// within 1e-12 times the largest coordinate of both.
     pub points: [DVec3; 2],
 }
 

@@ -10,12 +10,13 @@ use super::intersection::Intersection;
 use super::memory::{PairMemory, Sought};
 use super::options::Mode;
 use super::probe::Probe;
-use super::question::{Ask, Query};
+use super::question::Query;
 use super::queue::Pair;
 use super::relative_pose::RelativePose;
+use super::strategy::Tracing;
 use super::workspace::{ResumeError, Workspace};
 use crate::model::closing::{self, Closing};
-use crate::model::confidence;
+use crate::model::confidence::{self, Lead};
 use crate::model::cost::{CostModel, Counts};
 use crate::model::frontier::{FrontierSummary, pair_cost};
 use crate::model::prediction::{self, Quantiles};
@@ -151,10 +152,15 @@ impl Query<'_, Intersection> {
         } else {
             self.probability(&frontier, memory)
         };
+        // A run that traces curves has found more than its work suggests.
+        let lead = match run.strategy.trace {
+            Tracing::Never => Lead::Nothing,
+            _ => Lead::Curves,
+        };
         let recall = if decided {
             1.0
         } else {
-            confidence::recall(&frontier, workspace.lead())
+            confidence::recall(&frontier, lead)
         };
         Ok(Estimate {
             remaining,
@@ -178,8 +184,8 @@ impl Query<'_, Intersection> {
         workspace: &Workspace,
         goes_on: &dyn Fn() -> bool,
     ) -> Result<FrontierSummary, ResumeError> {
+        self.holds(workspace)?;
         let run = &workspace.run;
-        run.holds(&self.key())?;
         let summary = FrontierSummary {
             bv_tests: run.stats.bv_tests as f64,
             triangle_tests: run.stats.primitive_tests as f64,
@@ -190,11 +196,11 @@ impl Query<'_, Intersection> {
             triangle_pairs: (workspace.waiting.len() + workspace.uncertain.len()) as f64,
             ..FrontierSummary::default()
         };
-        let open = workspace.open_nodes().count();
+        let open = workspace.frontier.iter().count();
         let relative = RelativePose::new(self.a, self.b, &self.asked.b_in_a);
         let mut probe = Probe::new([self.a, self.b], &relative, summary, goes_on);
         let mut sample = 0;
-        for pair in workspace.open_nodes().take(SAMPLE) {
+        for pair in workspace.frontier.iter().take(SAMPLE) {
             if sample > 0 && sample % SAMPLE_STEP == 0 && !goes_on() {
                 break;
             }
@@ -313,7 +319,7 @@ impl Query<'_, Distance> {
         workspace: &Workspace,
         memory: Option<&PairMemory>,
     ) -> Result<DistanceEstimate, ResumeError> {
-        workspace.run.holds(&self.key())?;
+        self.holds(workspace)?;
         let closing = self.closing(workspace.work(), self.bounds(&workspace.search.interval));
         let remaining = if workspace.run.stopped {
             self.work_left(&closing, memory)

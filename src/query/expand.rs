@@ -212,7 +212,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
     let key_of = |keys: &Keys, bit: usize| keys.as_flattened()[bit % (WIDTH * WIDTH)];
     match which(a, b, scale) {
         Open::Both => {
-            let tests = lanes.count(valid[0]) * lanes.count(valid[1]) + 1;
+            let tests = valid[0].count_ones() * valid[1].count_ones() + 1;
             count::<M>(sink.stats(), tests);
             let hits = measure.both(lanes, &of_a, valid, keys);
             let key = |bit| key_of(keys, bit);
@@ -250,7 +250,7 @@ pub(super) fn expand<L: Lanes, M: Measure>(
                 (&of_b, tree_b, valid[1])
             };
             let [one, other] = facing.nodes;
-            let tests = lanes.count(of_one) * u32::from(other.children) + 1;
+            let tests = of_one.count_ones() * u32::from(other.children) + 1;
             count::<M>(sink.stats(), tests);
             let triangles = || Triangles {
                 rows: rows(tree, one),

@@ -173,13 +173,13 @@ impl Workspace {
     /// Removes, from the triangle pairs that wait or are in doubt, those that are known.
     pub(super) fn drop_known(&mut self, trees: [&Tree; 2]) {
         let trace = &mut self.trace;
-        let mut is_new = |&pair: &[u32; 2]| {
+        let mut is_new = |&mut pair: &mut [u32; 2]| {
             let is_known = trace.knows(trees, pair);
             trace.passed += u64::from(is_known);
             !is_known
         };
         self.waiting.retain(&mut is_new);
-        self.uncertain.retain(|pair| is_new(pair));
+        self.uncertain.retain(is_new);
     }
 }
 

@@ -13,9 +13,9 @@ use super::relative_pose::{RelativePose, View, Views};
 use crate::model::cost::WORK_PER_EXPANSION;
 use crate::tree::{Node, WIDTH, xyz};
 use glam::DVec3;
-use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis};
+use punctual_geom::lanes::{Column, F8, Lanes, V8, dot};
 use punctual_geom::larger;
-use punctual_geom::triangle::batch::Rows;
+use punctual_geom::triangle::batch::{Rows, Transposed};
 use wide::f32x4;
 
 /// Selects boxes closer than `cut`. Keys are squared lower bounds of distances, or minus the
@@ -60,11 +60,10 @@ fn measure_one(seen: (f32x4, f32x4), other: (f32x4, f32x4), view: &View) -> [f32
 
 /// Lower ends of triangles along a direction, which need not be a unit vector.
 #[inline(always)]
-fn start<L: Lanes>(lanes: L, [a, b, c, d, e, f, g, h]: [&Rows; WIDTH], direction: f32x4) -> F8<L> {
-    let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = per_axis!(i => F8::columns(lanes, [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i], &g[i], &h[i]]));
-    let direction = splat(lanes, direction);
-    let edges = dot(direction, [ex, ey, ez]).min(dot(direction, [fx, fy, fz]));
-    dot(direction, [x, y, z]) + edges.min(F8::splat(lanes, 0.0))
+fn start<L: Lanes>(lanes: L, rows: [&Rows; WIDTH], direction: f32x4) -> F8<L> {
+    let (of, direction) = (Transposed::new(lanes, rows), splat(lanes, direction));
+    let edges = dot(direction, of.edge1).min(dot(direction, of.edge2));
+    dot(direction, of.first) + edges.min(F8::splat(lanes, 0.0))
 }
 
 #[inline(always)]

@@ -171,10 +171,10 @@ impl<'t> Query<'t, Intersection> {
             WarmStart::Witnesses => {
                 // Queued like other triangle pairs, so they are tested first.
                 let latest = &witnesses[..witnesses.len().min(WITNESSES)];
-                workspace
-                    .waiting
-                    .extend(&latest[refuted.min(latest.len())..]);
-                workspace.testing = workspace.waiting.len() > 0;
+                for &pair in latest.iter().skip(refuted) {
+                    workspace.waiting.push(pair);
+                }
+                workspace.testing = !workspace.waiting.is_empty();
             }
         }
         let are_apart =
@@ -250,7 +250,7 @@ impl Ask<Intersection> for Query<'_, Intersection> {
         deadline: &mut Deadline,
     ) -> StopReason {
         let before = if workspace.run.stopped {
-            workspace.counts()
+            workspace.run.stats.counts()
         } else {
             Counts::default()
         };
@@ -266,7 +266,7 @@ impl Ask<Intersection> for Query<'_, Intersection> {
             stop
         };
         if let Some(elapsed) = deadline.elapsed() {
-            let done = workspace.counts().since(&before);
+            let done = workspace.run.stats.counts().since(&before);
             workspace.cost_model = workspace.cost_model.learned(&done, nanoseconds(elapsed));
         }
         stop

@@ -3,17 +3,10 @@
 use punctual_geom::triangle::distance::Closest;
 
 /// Bounds are close enough if `high - low <= absolute`, or `high <= (1 + relative) low`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Tolerance {
     pub absolute: f64,
     pub relative: f64,
-}
-
-impl Tolerance {
-    pub const NONE: Self = Self {
-        absolute: 0.0,
-        relative: 0.0,
-    };
 }
 
 /// Bounds of the distance of two surfaces, in the length unit of the meshes.
@@ -88,7 +81,7 @@ impl Interval {
 
     /// The state before the first query, and for an empty mesh.
     pub fn nothing() -> Self {
-        Self::new(Tolerance::NONE, 0.0, f64::INFINITY)
+        Self::new(Tolerance::default(), 0.0, f64::INFINITY)
     }
 
     /// Takes a lower bound that holds for all pairs. Returns true if it decides the question.

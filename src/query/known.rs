@@ -5,8 +5,8 @@
 //! added. The slots are small, because they are accessed at random and most are free; the entries
 //! are dense.
 
+use crate::room::Room;
 use alloc::boxed::Box;
-use alloc::vec::Vec;
 
 /// Maximum number of pairs of leaves, and twice as many slots.
 pub(super) const ROOM: usize = 1 << 12;
@@ -22,13 +22,12 @@ struct Entry {
     known: u64,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Known {
     /// Index of the entry, or [`FREE`].
     slots: Box<[u16; SLOTS]>,
-    entries: Vec<Entry>,
-    /// Maximum number of entries.
-    room: usize,
+    /// Never more than it was made for.
+    entries: Room<Entry>,
 }
 
 /// The result of adding a pair.
@@ -42,11 +41,9 @@ pub(super) enum Added {
 
 impl Known {
     pub fn new(capacity: usize) -> Self {
-        let room = capacity.min(ROOM);
         Self {
             slots: Box::new([FREE; SLOTS]),
-            entries: Vec::with_capacity(room),
-            room,
+            entries: Room::new(capacity.min(ROOM)),
         }
     }
 
@@ -80,7 +77,7 @@ impl Known {
                 Added::New
             };
         }
-        if self.entries.len() == self.room {
+        if self.entries.len() == self.entries.capacity() {
             return Added::NoRoom;
         }
         self.slots[slot] = self.entries.len() as u16;
@@ -121,19 +118,6 @@ impl Known {
 #[inline(always)]
 fn bit(first: [u32; 2], pair: [u32; 2]) -> u64 {
     1 << ((8 * (pair[0] - first[0]) + (pair[1] - first[1])) & 63)
-}
-
-impl Clone for Known {
-    /// Keeps the capacity of the original.
-    fn clone(&self) -> Self {
-        let mut entries = Vec::with_capacity(self.room);
-        entries.extend_from_slice(&self.entries);
-        Self {
-            slots: self.slots.clone(),
-            entries,
-            room: self.room,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::corners::Corners;
 use super::meeting::Meeting;
 use super::options::Mode;
 use super::traversal::Traversal;
-use super::triangle_pairs::{ids, rows};
+use super::triangle_pairs::{ids, is_full, pop_batch, rows};
 use super::workspace::Workspace;
 use crate::contact::Contact;
 use crate::model::cost::{
@@ -45,8 +45,8 @@ impl Traversal<'_, '_, Meeting<'_>> {
         let waiting = &workspace.waiting;
         // A last, partial batch is worthwhile only when nothing else is left.
         let pays = waiting.len() >= WIDTH && !workspace.inconclusive
-            || waiting.len() > 0 && workspace.frontier.is_empty()
-            || waiting.is_full();
+            || !waiting.is_empty() && workspace.frontier.is_empty()
+            || is_full(waiting);
         // Once nothing is left, every pair that a curve could lead to is known.
         pays || !workspace.uncertain.is_empty() || workspace.trace.is_due() && !workspace.is_done()
     }
@@ -72,7 +72,7 @@ impl Traversal<'_, '_, Meeting<'_>> {
     #[inline(always)]
     fn test_batch<L: Lanes>(&mut self, lanes: L) {
         let room = self.room();
-        let (pairs, count) = self.workspace.waiting.pop_batch(room);
+        let (pairs, count) = pop_batch(&mut self.workspace.waiting, room);
         if count == 0 {
             return;
         }
@@ -157,7 +157,6 @@ impl Traversal<'_, '_, Meeting<'_>> {
         if self.strategy.trace.goes_on() && workspace.run.stats.found == 0 {
             self.strategy = self.strategy.after_first_hit();
             workspace.run.strategy = self.strategy;
-            workspace.frontier.queue_to_stack();
         }
         if self.strategy.trace.goes_on()
             && !workspace.trace.note([self.a, self.b], pair, crossings())

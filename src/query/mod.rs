@@ -67,7 +67,7 @@ pub mod root_test;
 mod search;
 mod separating_plane;
 mod strategy;
-mod system;
+pub(crate) mod system;
 mod trace;
 mod traversal;
 #[cfg(all(test, feature = "std"))]
@@ -96,11 +96,5 @@ pub use point::{AtPoint, AtPoints, PointBounds, PointError, SignedDistance};
 pub use question::{Ask, Query, QueryWithMemory, Question, Remembers};
 pub use ray::{RayBounds, RayCast, RayHit, RayMode, Rays};
 pub use separating_plane::SeparatingPlane;
-pub use system::ClockedBudget;
-pub use system::SYSTEM;
-#[cfg(all(
-    feature = "std",
-    not(all(target_family = "wasm", target_os = "unknown"))
-))]
-pub use system::SystemClock;
+pub use system::{ClockedBudget, SYSTEM};
 pub use workspace::{ResumeError, Workspace};

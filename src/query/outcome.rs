@@ -178,16 +178,6 @@ pub struct Stats {
 }
 
 impl Stats {
-    pub(super) const NONE: Self = Self {
-        found: 0,
-        bv_tests: 0,
-        primitive_tests: 0,
-        exact_tests: 0,
-        work: 0,
-        queue_peak: 0,
-        elapsed: None,
-    };
-
     /// The counts that the time depends on. Opened node pairs count as box updates; so does all
     /// other work, such as tests on edge axes and steps along curves.
     pub fn counts(&self) -> Counts {

@@ -72,7 +72,7 @@ impl Measure for Overlap {
         [mut alive_a, alive_b]: [u32; 2],
         keys: &mut Keys,
     ) -> u64 {
-        let (mut a, mut b) = ([Stored::NONE; 2], [Stored::NONE; 2]);
+        let (mut a, mut b) = ([Stored::default(); 2], [Stored::default(); 2]);
         alive_a &= !stored::<_, true>(lanes, facing, 0, &mut a);
         // Without whole registers, an unpredictable branch costs more than it saves.
         if !L::IS_WHOLE && alive_a == 0 {
@@ -117,7 +117,7 @@ impl Measure for Overlap {
             keys[i] = depth.store();
             return u64::from(!depth.mask() & node.valid()) << (WIDTH * i);
         }
-        let mut planes = Planes::NONE;
+        let mut planes = Planes::default();
         per_part!(lanes: L, part => {
             if L::IS_WHOLE || active & all(part) != 0 {
                 planes.put(part, &triangles);

@@ -142,22 +142,13 @@ impl Kernel for &mut Probe<'_> {
 }
 
 /// The children that replace pairs in a run that finds all intersections.
+#[derive(Default)]
 pub(super) struct Children {
     /// The work of opening all pairs.
     pub stats: Stats,
     pub pairs: ArrayVec<Pair, { WIDTH * WIDTH }>,
     /// The triangle pairs of the last: bit `8 i + j` stands for `first + [i, j]`, in tree order.
     pub triangles: (u64, [u32; 2]),
-}
-
-impl Default for Children {
-    fn default() -> Self {
-        Self {
-            stats: Stats::NONE,
-            pairs: ArrayVec::new(),
-            triangles: (0, [0; 2]),
-        }
-    }
 }
 
 impl Children {

@@ -180,8 +180,12 @@ where
         Self: Certify<Q>,
     {
         self.holds(workspace)?;
-        let place = self.place(workspace);
-        Ok(Certificate::new([self.a, self.b], place, workspace))
+        Ok(Certificate {
+            a: self.a,
+            b: self.b,
+            place: self.place(workspace),
+            workspace,
+        })
     }
 
     fn run_from(
@@ -231,12 +235,8 @@ where
     #[doc(hidden)]
     #[inline]
     pub fn holds(&self, workspace: &Workspace) -> Result<(), ResumeError> {
-        workspace.run.holds(&self.key())?;
-        if self.is_in(workspace) {
-            Ok(())
-        } else {
-            Err(ResumeError)
-        }
+        let is_same = workspace.run.key == Some(self.key()) && self.is_in(workspace);
+        is_same.then_some(()).ok_or(ResumeError)
     }
 
     /// True if the workspace holds a stopped run of this query.

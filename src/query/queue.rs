@@ -9,6 +9,7 @@
 use crate::tree::{MAX_HEIGHT, Node, WIDTH};
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
+use core::iter::successors;
 use punctual_geom::bits;
 
 /// Two nodes, each with the mask of its active children, those still of interest. All children of
@@ -314,25 +315,6 @@ impl Frontier {
         Some(pair)
     }
 
-    /// Moves all queued pairs below the stack, if there is room, in the order in which they would
-    /// be popped. For a run that queues no more pairs: popping from the stack takes less time.
-    pub fn queue_to_stack(&mut self) {
-        let (queued, height) = (self.queued as usize, self.height);
-        if !self.paths.is_empty() || self.base > 0 || height + queued > BESIDE_PATHS {
-            return;
-        }
-        self.stack.copy_within(..height, queued);
-        self.height += queued;
-        for (place, pair) in self.stack[..queued].iter_mut().rev().zip(in_queue(
-            &self.arena,
-            &self.lists,
-            &self.occupied,
-        )) {
-            *place = pair;
-        }
-        self.clear_queue();
-    }
-
     /// The first bucket that is not empty.
     #[inline(always)]
     fn first_bucket(&self) -> Option<usize> {
@@ -384,32 +366,16 @@ impl Frontier {
         (self.free, self.touched, self.queued) = (NONE, 0, 0);
     }
 
-    /// All pairs: those on paths, those of the stack from its top, then the queued ones.
+    /// All pairs: those on paths, those of the stack from its top, then the queued ones in the order
+    /// in which they would be popped.
     pub fn iter(&self) -> impl Iterator<Item = Pair> + '_ {
         let paths = self.paths.iter().map(|(pair, _)| *pair);
         let stack = self.stack[..self.height].iter().rev().copied();
-        paths
-            .chain(stack)
-            .chain(in_queue(&self.arena, &self.lists, &self.occupied))
+        let entry = |slot: u32| (slot != NONE).then(|| &self.arena[slot as usize]);
+        let list = move |first: u32| successors(entry(first), move |last| entry(last.next));
+        let queued = self.lists.iter().flat_map(move |&first| list(first));
+        paths.chain(stack).chain(queued.map(|entry| entry.pair))
     }
-}
-
-/// The queued pairs, in the order in which they would be popped.
-fn in_queue<'f>(
-    arena: &'f [Entry],
-    lists: &'f [u32; BUCKETS],
-    occupied: &'f [u64; BUCKETS / 64],
-) -> impl Iterator<Item = Pair> + 'f {
-    let entry = |slot: u32| (slot != NONE).then(|| &arena[slot as usize]);
-    let buckets = occupied
-        .iter()
-        .enumerate()
-        .flat_map(|(i, &mask)| bits(mask).map(move |bit| 64 * i + bit));
-    buckets
-        .flat_map(move |bucket| {
-            core::iter::successors(entry(lists[bucket]), move |last| entry(last.next))
-        })
-        .map(|entry| entry.pair)
 }
 
 /// Room for 63 siblings on each level of both trees, for the children of the pair that found the
@@ -489,27 +455,6 @@ mod tests {
         }
         assert!(!frontier.follow(Pair::new(0, 0), 1));
         assert_eq!(drain(&mut frontier).len(), BESIDE_PATHS + 1);
-    }
-
-    #[test]
-    fn the_queue_goes_below_the_stack_in_its_order() {
-        let fill = |frontier: &mut Frontier| {
-            for (i, bucket) in [(0, 70), (1, 3), (2, 127), (3, 3), (4, 70)] {
-                frontier.queue(Pair::new(i, 0), 0.0, bucket);
-            }
-            frontier.push(Pair::new(8, 0));
-            frontier.push(Pair::new(9, 0));
-        };
-        let mut frontier = Frontier::new(8);
-        fill(&mut frontier);
-        frontier.queue_to_stack();
-        assert!(frontier.queued == 0 && frontier.peak() == 5 && frontier.iter().count() == 7);
-        assert_eq!(drain(&mut frontier), [9, 8, 3, 1, 4, 0, 2]);
-        // Does nothing while paths are followed.
-        fill(&mut frontier);
-        assert!(frontier.follow(Pair::new(7, 0), 1));
-        frontier.queue_to_stack();
-        assert_eq!(drain(&mut frontier), [9, 8, 7, 3, 1, 4, 0, 2]);
     }
 
     #[test]

@@ -8,77 +8,38 @@ use super::budget::{Budget, Clock};
 use core::fmt;
 use core::time::Duration;
 
-#[cfg(all(
-    feature = "std",
-    not(all(target_family = "wasm", target_os = "unknown"))
-))]
-mod clock {
-    use super::{Budget, Clock, Duration};
-    use std::sync::OnceLock;
-    use std::time::Instant;
+/// The monotonic clock of the operating system; a reading takes about 25 ns. All system clocks of a
+/// program count from the first reading of any. Not available without `std`, nor on
+/// `wasm32-unknown-unknown`: there it stands still.
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub struct SystemClock;
 
-    /// The monotonic clock of the operating system; a reading takes about 25 ns. All system clocks
-    /// of a program count from the first reading of any. Not available without `std`, nor on
-    /// `wasm32-unknown-unknown`.
-    #[derive(Clone, Copy, Debug, Default)]
-    #[non_exhaustive]
-    pub struct SystemClock;
-
-    impl Clock for SystemClock {
-        fn now(&self) -> Duration {
-            static FIRST_LOOK: OnceLock<Instant> = OnceLock::new();
-            FIRST_LOOK.get_or_init(Instant::now).elapsed()
-        }
+impl Clock for SystemClock {
+    #[cfg(all(
+        feature = "std",
+        not(all(target_family = "wasm", target_os = "unknown"))
+    ))]
+    fn now(&self) -> Duration {
+        static FIRST_LOOK: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+        FIRST_LOOK.get_or_init(std::time::Instant::now).elapsed()
     }
 
-    /// The clock of calls without one of their own.
-    pub const SYSTEM: SystemClock = SystemClock;
-
-    impl Budget {
-        /// The budget as measured by [`SYSTEM`], unchanged.
-        pub const fn by_system(self) -> Self {
-            self
-        }
+    #[cfg(not(all(
+        feature = "std",
+        not(all(target_family = "wasm", target_os = "unknown"))
+    )))]
+    fn now(&self) -> Duration {
+        Duration::ZERO
     }
 }
 
-#[cfg(not(all(
+/// The clock of calls without one of their own, and whether it goes.
+pub const SYSTEM: SystemClock = SystemClock;
+const GOES: bool = cfg!(all(
     feature = "std",
     not(all(target_family = "wasm", target_os = "unknown"))
-)))]
-mod clock {
-    use super::{Budget, Clock, Duration};
-
-    /// Stands still.
-    #[derive(Clone, Copy, Debug)]
-    pub struct NoClock;
-
-    impl Clock for NoClock {
-        fn now(&self) -> Duration {
-            Duration::ZERO
-        }
-    }
-
-    /// The clock of calls without one of their own.
-    pub const SYSTEM: NoClock = NoClock;
-
-    impl Budget {
-        /// The budget as measured by [`SYSTEM`]: its time becomes 0.
-        pub fn by_system(self) -> Self {
-            Self {
-                time: self.time.map(|_| Duration::ZERO),
-                ..self
-            }
-        }
-    }
-}
-
-pub use clock::SYSTEM;
-#[cfg(all(
-    feature = "std",
-    not(all(target_family = "wasm", target_os = "unknown"))
-))]
-pub use clock::SystemClock;
+));
 
 impl Budget {
     /// The same limits, measured by `clock` instead of the system clock.
@@ -110,10 +71,11 @@ impl<'c> ClockedBudget<'c> {
     /// The limits, and the clock that measures them.
     #[inline]
     pub fn parts(self) -> (Budget, &'c dyn Clock) {
-        match self.clock {
-            Some(clock) => (self.budget, clock),
-            None => (self.budget.by_system(), &SYSTEM),
+        let Self { mut budget, clock } = self;
+        if clock.is_none() && !GOES {
+            budget.time = budget.time.map(|_| Duration::ZERO);
         }
+        (budget, clock.unwrap_or(&SYSTEM))
     }
 }
 

@@ -2,7 +2,7 @@
 //! add.
 
 use crate::tree::{Tree, WIDTH};
-use alloc::boxed::Box;
+use arrayvec::ArrayVec;
 use punctual_geom::bits;
 use punctual_geom::triangle::batch::Rows;
 
@@ -16,86 +16,36 @@ const CAPACITY: usize = 1 << 12;
 const BLOCK: usize = 64;
 
 /// A stack of triangle pairs, in tree order.
-#[derive(Clone, Debug)]
-pub(super) struct TrianglePairs {
-    pairs: Box<[[u32; 2]; CAPACITY]>,
-    len: usize,
+pub(super) type TrianglePairs = ArrayVec<[u32; 2], CAPACITY>;
+
+/// True if the triangle pairs of one more opened node pair may not fit.
+pub(super) fn is_full(waiting: &TrianglePairs) -> bool {
+    waiting.remaining_capacity() < BLOCK
 }
 
-impl TrianglePairs {
-    pub fn new() -> Self {
-        Self {
-            pairs: Box::new([[0; 2]; CAPACITY]),
-            len: 0,
-        }
+/// Adds the pairs `first + [i, j]` for the bits `8 i + j` of `hits`. There must be room.
+#[inline(always)]
+pub(super) fn push_all(waiting: &mut TrianglePairs, hits: u64, first: [u32; 2]) {
+    for bit in bits(hits) {
+        waiting.push([first[0] + bit as u32 / 8, first[1] + bit as u32 % 8]);
     }
+}
 
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// True if the triangle pairs of one more opened node pair may not fit.
-    pub fn is_full(&self) -> bool {
-        self.len + BLOCK > CAPACITY
-    }
-
-    pub fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    pub fn as_slice(&self) -> &[[u32; 2]] {
-        &self.pairs[..self.len]
-    }
-
-    /// Adds the pairs `first + [i, j]` for the bits `8 i + j` of `hits`. There must be room.
-    #[inline(always)]
-    pub fn push_all(&mut self, hits: u64, first: [u32; 2]) {
-        debug_assert!(self.len + hits.count_ones() as usize <= CAPACITY);
-        let mut len = self.len;
-        for bit in bits(hits) {
-            // The remainder removes the compiler's bounds check.
-            self.pairs[len % CAPACITY] = [first[0] + bit as u32 / 8, first[1] + bit as u32 % 8];
-            len += 1;
-        }
-        self.len = len;
-    }
-
-    /// Adds a few pairs to an empty stack.
-    pub fn extend(&mut self, pairs: &[[u32; 2]]) {
-        for &pair in pairs.iter().take(PATIENCE) {
-            self.pairs[self.len] = pair;
-            self.len += 1;
-        }
-    }
-
-    /// Keeps the pairs for which `keep` returns true.
-    pub fn retain(&mut self, mut keep: impl FnMut(&[u32; 2]) -> bool) {
-        let len = core::mem::take(&mut self.len);
-        for i in 0..len {
-            let pair = self.pairs[i];
-            if keep(&pair) {
-                self.pairs[self.len] = pair;
-                self.len += 1;
-            }
-        }
-    }
-
-    /// Takes up to eight pairs, at most `limit`, from the top, and fills the other lanes with one
-    /// of them.
-    #[inline(always)]
-    pub fn pop_batch(&mut self, limit: usize) -> ([[u32; 2]; 8], usize) {
-        let count = self.len.min(limit).min(8);
-        self.len -= count;
-        let mut batch = [self.pairs[self.len % CAPACITY]; 8];
-        if let Some(eight) = self.pairs[self.len..].first_chunk()
-            && count == 8
-        {
-            batch = *eight;
-        } else {
-            batch[..count].copy_from_slice(&self.pairs[self.len..][..count]);
-        }
-        (batch, count)
-    }
+/// Takes up to eight pairs, at most `limit`, from the top, and fills the other lanes with one of
+/// them.
+#[inline(always)]
+pub(super) fn pop_batch(waiting: &mut TrianglePairs, limit: usize) -> ([[u32; 2]; 8], usize) {
+    let count = waiting.len().min(limit).min(8);
+    let taken = &waiting[waiting.len() - count..];
+    let batch = if let Some(eight) = taken.first_chunk() {
+        *eight
+    } else {
+        let mut batch = [taken.first().copied().unwrap_or_default(); 8];
+        batch[..count].copy_from_slice(taken);
+        batch
+    };
+    waiting.truncate(waiting.len() - count);
+    (batch, count)
 }
 
 /// The ids in the input meshes of a triangle pair (tree order).

@@ -9,16 +9,17 @@ use super::outcome::{Stats, StopReason, Verdict};
 use super::overlaps::{Overlaps, Reduction};
 use super::point::PointBounds;
 use super::point::state::{Phase, PointState};
-use super::queue::{Frontier, PATHS, Pair};
+use super::queue::{Frontier, PATHS};
 use super::ray::state::{RayHit, RayState};
 use super::search::Search;
-use super::strategy::{Strategy, Tracing};
+use super::strategy::Strategy;
 use super::trace::Trace;
 use super::triangle_pairs::TrianglePairs;
 use crate::contact::{Contact, ContactList, Manifold};
-use crate::model::confidence::Lead;
-use crate::model::cost::{CostModel, Counts};
+use crate::model::cost::CostModel;
+use crate::room::Room;
 use crate::tree::Tree;
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use core::fmt;
@@ -34,13 +35,13 @@ use punctual_geom::lanes::Instructions;
 /// contents and the same capacity.
 ///
 /// It also learns the costs of queries on this machine ([`Workspace::cost_model`]).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Workspace {
     pub(super) instructions: Instructions,
     pub(super) cost_model: CostModel,
     pub(super) frontier: Frontier,
     /// Triangle pairs (tree order) that wait for the filter, and those that it left in doubt.
-    pub(super) waiting: TrianglePairs,
+    pub(super) waiting: Box<TrianglePairs>,
     pub(super) uncertain: ArrayVec<[u32; 2], 8>,
     /// Cached corners of triangles of A and of B for the tests in `f64`.
     pub(super) corners: [Corners; 2],
@@ -65,7 +66,7 @@ pub struct Workspace {
     pub(super) reduction: Reduction,
     pub(super) overlaps: Overlaps,
     pub(super) manifolds: Vec<Manifold>,
-    pub(super) found: Vec<[u32; 2]>,
+    pub(super) found: Room<[u32; 2]>,
     pub(super) run: Run,
 }
 
@@ -91,18 +92,9 @@ impl Run {
         self.key = Some(key);
         self.strategy = strategy;
         self.stopped = false;
-        self.stats = Stats::NONE;
+        self.stats = Stats::default();
         self.witness = None;
         self.containment = Containment::Open;
-    }
-
-    /// An error unless the run is of this query.
-    pub fn holds(&self, key: &Key) -> Result<(), ResumeError> {
-        if self.key.as_ref() == Some(key) {
-            Ok(())
-        } else {
-            Err(ResumeError)
-        }
     }
 
     /// Adds the time of a call, if it was measured.
@@ -122,16 +114,6 @@ impl Run {
         }
     }
 }
-
-/// The state before the first query.
-const NO_RUN: Run = Run {
-    key: None,
-    strategy: Strategy::NONE,
-    stopped: false,
-    stats: Stats::NONE,
-    witness: None,
-    containment: Containment::Open,
-};
 
 /// A sample of the pairs found, in tree order: every `2^skips`-th. Once it has been full, it is at
 /// least half full.
@@ -223,7 +205,7 @@ impl Workspace {
             instructions: Instructions::detect(),
             cost_model: CostModel::default(),
             frontier: Frontier::new(queue),
-            waiting: TrianglePairs::new(),
+            waiting: Box::default(),
             uncertain: ArrayVec::new(),
             corners: [Corners::EMPTY; 2],
             testing: false,
@@ -239,8 +221,15 @@ impl Workspace {
             reduction: Reduction::default(),
             overlaps: Overlaps::default(),
             manifolds: Vec::new(),
-            found: Vec::with_capacity(found.max(1)),
-            run: NO_RUN,
+            found: Room::new(found.max(1)),
+            run: Run {
+                key: None,
+                strategy: Strategy::NONE,
+                stopped: false,
+                stats: Stats::default(),
+                witness: None,
+                containment: Containment::Open,
+            },
         }
     }
 
@@ -333,8 +322,8 @@ impl Workspace {
     /// rays, 32 bytes each. The first query for all hits reserves room for 4,096 if there is none.
     /// The first query for a larger batch of rays reserves room for it.
     pub fn reserve_ray_hits(&mut self, hits: usize) {
-        self.rays.reserve(hits);
-        self.rays.reserve_batch(hits);
+        self.rays.hits.reserve_all(hits);
+        self.rays.first_hits.reserve_all(hits);
     }
 
     /// The costs of a BV test, a triangle pair, an opened node pair and a query on this machine, in
@@ -378,20 +367,6 @@ impl Workspace {
         self.run.verdict(stop)
     }
 
-    /// Tells whether the last query followed contact curves, and so found more than its work
-    /// suggests.
-    pub(super) fn lead(&self) -> Lead {
-        match self.run.strategy.trace {
-            Tracing::Never => Lead::Nothing,
-            _ => Lead::Curves,
-        }
-    }
-
-    /// Counts of the last query, for the cost model.
-    pub(super) fn counts(&self) -> Counts {
-        self.run.stats.counts()
-    }
-
     /// Work of the last query.
     #[doc(hidden)]
     #[inline]
@@ -410,7 +385,7 @@ impl Workspace {
     /// True if nothing is left open.
     pub(super) fn is_done(&self) -> bool {
         self.frontier.is_empty()
-            && self.waiting.len() == 0
+            && self.waiting.is_empty()
             && self.uncertain.is_empty()
             && self.search.is_done()
             && self.motion.followed.is_none()
@@ -426,11 +401,6 @@ impl Workspace {
             .iter()
             .chain(&self.uncertain)
             .copied()
-    }
-
-    /// The node pairs that the last query left open.
-    pub(super) fn open_nodes(&self) -> impl Iterator<Item = Pair> {
-        self.frontier.iter()
     }
 
     #[inline(always)]
@@ -451,38 +421,6 @@ impl Workspace {
         self.reduction.clear();
         self.manifolds.clear();
         self.found.clear();
-    }
-}
-
-impl Clone for Workspace {
-    fn clone(&self) -> Self {
-        // A cloned vector has no room beyond what it holds.
-        let mut found = Vec::with_capacity(self.found.capacity());
-        found.extend_from_slice(&self.found);
-        let mut rays = self.rays.clone();
-        rays.reserve(self.rays.hits.capacity());
-        rays.reserve_batch(self.rays.first_hits.capacity());
-        let mut points = self.points.clone();
-        points.reserve(self.points.found.capacity());
-        Self {
-            frontier: self.frontier.clone(),
-            waiting: self.waiting.clone(),
-            uncertain: self.uncertain.clone(),
-            corners: self.corners.clone(),
-            witnesses: self.witnesses.clone(),
-            sample: self.sample.clone(),
-            trace: self.trace.clone(),
-            search: self.search.clone(),
-            motion: self.motion.clone(),
-            rays,
-            points,
-            contacts: self.contacts.clone(),
-            reduction: self.reduction.clone(),
-            overlaps: self.overlaps.clone(),
-            manifolds: self.manifolds.clone(),
-            found,
-            ..*self
-        }
     }
 }
 

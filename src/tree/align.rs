@@ -5,7 +5,6 @@
 use super::axes::{Candidates, Leaf, identity};
 use super::fork::Pieces;
 use super::moments::{Moments, Surfaces};
-use super::options::Effort;
 use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::place::Placed;
 use super::unit::{Triangle, Unit};
@@ -59,8 +58,8 @@ impl Kernel for Align<'_> {
             merged = above;
         }
         let whole = Surfaces::load(lanes, &merged[0]);
-        let candidates = Candidates::of(lanes, &whole, self.samples, Effort::Normal);
-        let mut sum = [0.0; _];
+        let candidates = Candidates::of(lanes, &whole, self.samples);
+        let mut sum = [0.0; 4];
         for chunk in self.samples.chunks(WIDTH) {
             let costs = candidates.costs(lanes, 0, &identity(lanes), &Leaf::of(lanes, chunk));
             for (sum, cost) in sum.iter_mut().zip(costs) {

@@ -4,7 +4,6 @@ use super::axes::{Candidates, Leaf};
 use super::collapse::{Inner, Part, Plan};
 use super::fork::{Pieces, split};
 use super::moments::{Moments, Surfaces};
-use super::options::Effort;
 use super::orientation::{MESH_ORIENTATION, Orientation};
 use super::unit::Triangle;
 use super::wide::Node;
@@ -13,11 +12,10 @@ use core::ops::Range;
 use core::slice;
 use punctual_geom::lanes::{F8, Instructions, Kernel, Lanes, per_axis};
 
-/// Gives each node of `plan` its best orientation. More effort means more candidates.
+/// Gives each node of `plan` its best orientation.
 pub(super) fn choose_orientations(
     plan: &mut Plan,
     triangles: &[Triangle],
-    effort: Effort,
     parts: &[Part],
     pieces: Pieces,
 ) {
@@ -46,7 +44,6 @@ pub(super) fn choose_orientations(
             inner,
             families: &families,
             triangles,
-            effort,
             numbers,
             nodes,
             first,
@@ -126,7 +123,6 @@ struct Choose<'p> {
     inner: &'p [Inner],
     families: &'p [Moments],
     triangles: &'p [Triangle],
-    effort: Effort,
     /// Numbers of the inner nodes to process.
     numbers: &'p [Range<usize>],
     /// The nodes from number `first` on.
@@ -184,7 +180,7 @@ impl Choose<'_> {
         range: Range<usize>,
         mut next: usize,
     ) {
-        let candidates = Candidates::of(lanes, family, self.triangles, self.effort);
+        let candidates = Candidates::of(lanes, family, self.triangles);
         let columns = parent.rotation.to_cols_array_2d();
         let own = per_axis!(i => per_axis!(j => F8::splat(lanes, columns[i][j])));
         for (lane, index) in range.enumerate() {

@@ -7,56 +7,35 @@
 
 use super::eight::{Eight, present};
 use super::moments::{Surfaces, Symmetric, TINY, per_entry};
-use super::options::Effort;
 use super::unit::Triangle;
 use super::wide::WIDTH;
-use arrayvec::ArrayVec;
 use glam::{Mat3A, Vec3A};
 use punctual_geom::lanes::{Column, F8, Lanes, V8, cross, dot, per_axis, scaled, sums};
 
 /// Three axes per lane, in unit coordinates.
 pub(super) type Axes<L> = [V8<L>; 3];
 
-/// Maximum number of candidates.
-const MOST: usize = 5;
-
 /// Candidate axes for each lane: `0[candidate][axis][component][lane]`.
-pub(super) struct Candidates(ArrayVec<[[[f32; WIDTH]; 3]; 3], MOST>);
+pub(super) struct Candidates([[[[f32; WIDTH]; 3]; 3]; 3]);
 
 impl Candidates {
     /// The candidates: the principal axes of the normals; the dominant normal with the longest axis
     /// of the surface; and the normal of the largest triangle with its edge of middle length.
-    /// [`Effort::Best`] adds the normal of the largest triangle with its longest edge, and the axes
-    /// of the mesh.
     #[inline(always)]
-    pub fn of<L: Lanes>(
-        lanes: L,
-        surfaces: &Surfaces<L>,
-        triangles: &[Triangle],
-        effort: Effort,
-    ) -> Self {
+    pub fn of<L: Lanes>(lanes: L, surfaces: &Surfaces<L>, triangles: &[Triangle]) -> Self {
         let (facing, normal) = eigenvectors(lanes, surfaces.normals);
         let longest = dominant(lanes, surfaces.covariance);
-        let largest = Sides::of(&Eight::of_numbers(lanes, triangles, surfaces.largest));
-        let mut candidates = Self(ArrayVec::new());
-        candidates.push(&facing);
-        candidates.push(&facing_and_longest(lanes, &facing, normal, longest));
-        candidates.push(&largest.axes(lanes, largest.middle));
-        if effort == Effort::Best {
-            candidates.push(&largest.axes(lanes, largest.longest));
-            candidates.push(&identity(lanes));
-        }
-        candidates
-    }
-
-    #[inline(always)]
-    fn push<L: Lanes>(&mut self, axes: &Axes<L>) {
-        self.0
-            .push(per_axis!(i => per_axis!(j => axes[i][j].store())));
+        let largest = Eight::of_numbers(lanes, triangles, surfaces.largest);
+        let all = [
+            facing,
+            facing_and_longest(lanes, &facing, normal, longest),
+            sides(lanes, &largest),
+        ];
+        Self(per_axis!(c => per_axis!(i => per_axis!(j => all[c][i][j].store()))))
     }
 
     /// Costs of axes for `subtree`. The first is that of the axes `own`; the others are those of
-    /// the candidates of `lane`. Costs of missing candidates are infinite.
+    /// the candidates of `lane`.
     #[inline(always)]
     pub fn costs<L: Lanes>(
         &self,
@@ -64,25 +43,18 @@ impl Candidates {
         lane: usize,
         own: &Axes<L>,
         subtree: &impl Cost<L>,
-    ) -> [f32; MOST + 1] {
-        let mut areas = [subtree.areas(lanes, own); MOST + 1];
-        for (areas, axes) in areas[1..].iter_mut().zip(&self.0) {
-            let axes = per_axis!(i => per_axis!(j => F8::splat(lanes, axes[i][j][lane])));
-            *areas = subtree.areas(lanes, &axes);
-        }
-        let mut costs = [f32::INFINITY; MOST + 1];
-        let [a, b, c, d, e, f] = areas;
-        [costs[0], costs[1], costs[2], costs[3]] = sums([a, b, c, d]);
-        if self.0.is_full() {
-            [costs[4], costs[5], ..] = sums([e, f, e, f]);
-        }
-        costs
+    ) -> [f32; 4] {
+        let [x, y, z] = per_axis!(c => {
+            let axes = per_axis!(i => per_axis!(j => F8::splat(lanes, self.0[c][i][j][lane])));
+            subtree.areas(lanes, &axes)
+        });
+        sums([subtree.areas(lanes, own), x, y, z])
     }
 
     /// The axes with the least of `costs`, the first of equal ones. `None` stands for the axes
     /// `own` in [`costs`](Self::costs).
     #[inline(always)]
-    pub fn best(&self, lane: usize, costs: &[f32; MOST + 1]) -> Option<Mat3A> {
+    pub fn best(&self, lane: usize, costs: &[f32; 4]) -> Option<Mat3A> {
         let mut best = 0;
         for i in 1..costs.len() {
             if costs[i] < costs[best] {
@@ -149,49 +121,31 @@ impl<L: Lanes> Cost<L> for Leaf<L> {
     }
 }
 
-/// A triangle's normal, and its edges of middle and of greatest length. If two triangles form a
-/// rectangle, the middle edge is a side of it.
-struct Sides<L: Lanes> {
-    normal: V8<L>,
-    middle: V8<L>,
-    longest: V8<L>,
-}
-
-impl<L: Lanes> Sides<L> {
-    #[inline(always)]
-    fn of(triangles: &Eight<L>) -> Self {
-        let [a, b, c] = triangles.corners();
-        let (e, f, g) = (
-            per_axis!(k => b[k] - a[k]),
-            per_axis!(k => c[k] - a[k]),
-            per_axis!(k => c[k] - b[k]),
-        );
-        let (ee, ff, gg) = (dot(e, e), dot(f, f), dot(g, g));
-        let (not_e, g_over_f) = (ee.less(ff.max(gg)), ff.less(gg));
-        let longest = per_axis!(k => not_e.select(g_over_f.select(g[k], f[k]), e[k]));
-        // The other two edges.
-        let (p, pp) = (
-            per_axis!(k => not_e.select(e[k], f[k])),
-            not_e.select(ee, ff),
-        );
-        let to_f = not_e.and(g_over_f);
-        let (q, qq) = (per_axis!(k => to_f.select(f[k], g[k])), to_f.select(ff, gg));
-        let q_over_p = pp.less(qq);
-        Self {
-            normal: cross(e, f),
-            middle: per_axis!(k => q_over_p.select(q[k], p[k])),
-            longest,
-        }
-    }
-
-    /// The normal, `side`, and the axis perpendicular to both. The axes of the mesh if the normal
-    /// or `side` has no direction.
-    #[inline(always)]
-    fn axes(&self, lanes: L, side: V8<L>) -> Axes<L> {
-        let ((x, x_there), (y, y_there)) = (unit(lanes, self.normal), unit(lanes, side));
-        let (axes, there, none) = ([x, y, cross(x, y)], x_there.and(y_there), identity(lanes));
-        per_axis!(i => per_axis!(j => there.select(axes[i][j], none[i][j])))
-    }
+/// The normals of triangles, their edges of middle length, and the axes perpendicular to both. If two
+/// triangles form a rectangle, the middle edge is a side of it. The axes of the mesh where the normal
+/// or the edge has no direction.
+#[inline(always)]
+fn sides<L: Lanes>(lanes: L, triangles: &Eight<L>) -> Axes<L> {
+    let [a, b, c] = triangles.corners();
+    let (e, f, g) = (
+        per_axis!(k => b[k] - a[k]),
+        per_axis!(k => c[k] - a[k]),
+        per_axis!(k => c[k] - b[k]),
+    );
+    let (ee, ff, gg) = (dot(e, e), dot(f, f), dot(g, g));
+    let (not_e, g_over_f) = (ee.less(ff.max(gg)), ff.less(gg));
+    // The two edges besides the longest.
+    let (p, pp) = (
+        per_axis!(k => not_e.select(e[k], f[k])),
+        not_e.select(ee, ff),
+    );
+    let to_f = not_e.and(g_over_f);
+    let (q, qq) = (per_axis!(k => to_f.select(f[k], g[k])), to_f.select(ff, gg));
+    let q_over_p = pp.less(qq);
+    let middle = per_axis!(k => q_over_p.select(q[k], p[k]));
+    let ((x, x_there), (y, y_there)) = (unit(lanes, cross(e, f)), unit(lanes, middle));
+    let (axes, there, none) = ([x, y, cross(x, y)], x_there.and(y_there), identity(lanes));
+    per_axis!(i => per_axis!(j => there.select(axes[i][j], none[i][j])))
 }
 
 /// `v` scaled to length 1, and the mask of the lanes in which it has a direction.
@@ -385,19 +339,14 @@ mod tests {
                 [f.z, 0.0, 0.0, 0.0],
             ])
         });
-        let sides = Sides::of(&Eight::of_few(Portable {}, &triangles));
-        let (middle, longest) = (
-            sides.axes(Portable {}, sides.middle),
-            sides.axes(Portable {}, sides.longest),
-        );
+        let sides = sides(Portable {}, &Eight::of_few(Portable {}, &triangles));
         for i in 0..6 {
-            let [x, y, z] = middle.map(|axis| lane(axis, i));
+            let [x, y, z] = sides.map(|axis| lane(axis, i));
             assert_eq!((x.abs(), y.abs(), z.abs()), (DVec3::Z, DVec3::Y, DVec3::X));
-            assert!((lane(longest[1], i).abs() - DVec3::new(0.6, 0.8, 0.0)).length() < 1e-6);
         }
         for i in 6..WIDTH {
             assert_eq!(
-                middle.map(|axis| lane(axis, i)),
+                sides.map(|axis| lane(axis, i)),
                 [DVec3::X, DVec3::Y, DVec3::Z]
             );
         }

@@ -84,13 +84,8 @@ impl Kernel for Part<'_> {
         }
         let [x, y, z, _] = extent(bounds).to_array();
         let middle = match (effort, items.len() > FEW) {
-            (Some(Effort::Best), true) => part::<L, 64>(lanes, items, centers),
-            (Some(Effort::Best), false) | (Some(Effort::Normal), true) => {
-                part::<L, 16>(lanes, items, centers)
-            }
-            (Some(Effort::Normal), false) | (Some(Effort::Fast), _) => {
-                part::<L, 8>(lanes, items, centers)
-            }
+            (Some(Effort::Normal), true) => part::<L, 16>(lanes, items, centers),
+            (Some(_), _) => part::<L, 8>(lanes, items, centers),
             (None, _) => None,
         };
         (x * y + y * z + z * x, middle)
@@ -288,7 +283,7 @@ mod tests {
 
     #[test]
     fn all_instruction_sets_part_alike_and_lose_nothing() {
-        for effort in [Effort::Fast, Effort::Normal, Effort::Best] {
+        for effort in [Effort::Fast, Effort::Normal] {
             for count in [9, 64, 65, 1000] {
                 let (mut one, mut other) = (items(count), items(count));
                 let parted = Instructions::detect().run(Part {

@@ -3,6 +3,7 @@
 use super::unit::Triangle;
 use super::wide::WIDTH;
 use punctual_geom::lanes::{Column, F8, Lanes, V8, per_axis, per_lane};
+use punctual_geom::triangle::batch::Transposed;
 
 /// Eight triangles, one per lane.
 #[derive(Clone, Copy)]
@@ -16,12 +17,10 @@ pub(super) struct Eight<L: Lanes> {
 impl<L: Lanes> Eight<L> {
     #[inline(always)]
     pub fn of(lanes: L, triangles: [&Triangle; WIDTH]) -> Self {
-        let [px, py, pz, ex] = F8::columns(lanes, per_lane!(i => &triangles[i].0[0]));
-        let [ey, ez, fx, fy] = F8::columns(lanes, per_lane!(i => &triangles[i].0[1]));
-        let [fz, ..] = F8::columns(lanes, per_lane!(i => &triangles[i].0[2]));
+        let of = Transposed::new(lanes, per_lane!(i => &triangles[i].0));
         Self {
-            first: [px, py, pz],
-            edges: [[ex, ey, ez], [fx, fy, fz]],
+            first: of.first,
+            edges: [of.edge1, of.edge2],
         }
     }
 

@@ -40,14 +40,16 @@ use super::{BuildOptions, Solid, Tree, Unit};
 use crate::mesh::{Mesh, MeshError, TRIANGLE_BYTES};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use core::fmt;
+use core::{fmt, slice};
 use glam::{Mat3, Mat3A};
 
 const MAGIC: [u8; 8] = *b"PUNCTREE";
 const VERSION: u32 = 2;
 
-/// Flags added to the size of a coordinate. `IGNORED` has no meaning. `HAS_EXTREMES` is set if the
-/// tree keeps extremes, `IS_SOLID` if it is one of a solid; loading recomputes what they stand for.
+/// Flags added to the size of a coordinate, 4 or 8, whose own bit is `IS_F64`. `IGNORED` has no
+/// meaning. `HAS_EXTREMES` is set if the tree keeps extremes, `IS_SOLID` if it is one of a solid;
+/// loading recomputes what they stand for.
+const IS_F64: u32 = 8;
 const IGNORED: u32 = 1 << 8;
 const HAS_EXTREMES: u32 = 1 << 9;
 const IS_SOLID: u32 = 1 << 10;
@@ -148,12 +150,6 @@ impl core::error::Error for TreeFileError {
     }
 }
 
-impl From<MeshError> for TreeFileError {
-    fn from(error: MeshError) -> Self {
-        Self::Mesh(error)
-    }
-}
-
 impl From<TreeFault> for TreeFileError {
     fn from(fault: TreeFault) -> Self {
         Self::Tree(fault)
@@ -162,29 +158,25 @@ impl From<TreeFault> for TreeFileError {
 
 /// The contents of the header.
 struct Header {
-    is_f64: bool,
-    has_extremes: bool,
-    is_solid: bool,
-    vertices: u64,
-    triangles: u64,
-    nodes: u64,
-    orientations: u64,
+    /// Bytes of a coordinate, and flags.
+    kind: u32,
+    /// Numbers of vertices, triangles, nodes and orientations.
+    counts: [u64; 4],
     cost: f32,
 }
 
 impl Header {
+    fn has(&self, flag: u32) -> bool {
+        self.kind & flag != 0
+    }
+
     fn write(&self, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(&MAGIC);
         // Older readers know all but solids.
-        let version = if self.is_solid { VERSION } else { 1 };
-        bytes.extend_from_slice(&version.to_le_bytes());
-        let extremes = if self.has_extremes { HAS_EXTREMES } else { 0 };
-        let flags = extremes | if self.is_solid { IS_SOLID } else { 0 };
-        bytes.extend_from_slice(&(flags | if self.is_f64 { 8u32 } else { 4 }).to_le_bytes());
-        for count in [self.vertices, self.triangles, self.nodes, self.orientations] {
-            bytes.extend_from_slice(&count.to_le_bytes());
-        }
-        bytes.extend_from_slice(&self.cost.to_le_bytes());
+        let version = if self.has(IS_SOLID) { VERSION } else { 1 };
+        bytes.extend(MAGIC);
+        bytes.extend([version, self.kind].into_iter().flat_map(u32::to_le_bytes));
+        bytes.extend(self.counts.into_iter().flat_map(u64::to_le_bytes));
+        bytes.extend(self.cost.to_le_bytes());
     }
 
     fn read(bytes: &[u8]) -> Result<Self, TreeFileError> {
@@ -197,45 +189,31 @@ impl Header {
                 found: bytes.len(),
             });
         };
-        let mut words = header[MAGIC.len()..]
-            .as_chunks::<4>()
-            .0
-            .iter()
-            .map(|&word| u32::from_le_bytes(word));
+        let words = header[MAGIC.len()..].as_chunks().0;
+        let mut words = words.iter().map(|&word| u32::from_le_bytes(word));
         let mut word = || words.next().unwrap_or_default();
-        let version = word();
+        let (version, kind) = (word(), word());
         if !(1..=VERSION).contains(&version) {
             return Err(TreeFileError::Version {
                 found: version,
                 supported: VERSION,
             });
         }
-        let kind = word();
         let known = IGNORED | HAS_EXTREMES | if version > 1 { IS_SOLID } else { 0 };
-        let (size, kind) = (kind & !known, kind & known);
-        let mut count = || u64::from(word()) | u64::from(word()) << 32;
-        let [vertices, triangles, nodes, orientations] = [count(), count(), count(), count()];
-        let cost = f32::from_bits(word());
-        match size {
-            4 | 8 => Ok(Self {
-                is_f64: size == 8,
-                has_extremes: kind & HAS_EXTREMES != 0,
-                is_solid: kind & IS_SOLID != 0,
-                vertices,
-                triangles,
-                nodes,
-                orientations,
-                cost,
-            }),
-            _ => Err(TreeFileError::CoordinateSize(size)),
+        if ![4, 8].contains(&(kind & !known)) {
+            return Err(TreeFileError::CoordinateSize(kind & !known));
         }
+        Ok(Self {
+            kind,
+            counts: [(); 4].map(|()| u64::from(word()) | u64::from(word()) << 32),
+            cost: f32::from_bits(word()),
+        })
     }
 
     /// Bytes of each part after the header.
     fn parts(&self) -> [u128; 5] {
-        let vertex = if self.is_f64 { 24 } else { 12 };
-        let [vertices, triangles, nodes, orientations] =
-            [self.vertices, self.triangles, self.nodes, self.orientations].map(u128::from);
+        let vertex = if self.has(IS_F64) { 24 } else { 12 };
+        let [vertices, triangles, nodes, orientations] = self.counts.map(u128::from);
         [
             vertex * vertices,
             TRIANGLE_BYTES as u128 * triangles,
@@ -265,25 +243,19 @@ impl Tree {
     /// ```
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let shapes = shapes(&self.nodes);
-        let header = self.header();
+        let (header, shapes) = (self.header(), shapes(&self.nodes));
         let mut bytes = Vec::with_capacity(header.length() as usize);
         header.write(&mut bytes);
         self.mesh.write(&mut bytes);
-        self.ids
-            .iter()
-            .for_each(|id| bytes.extend_from_slice(&id.to_le_bytes()));
+        bytes.extend(self.ids.iter().flat_map(|id| id.to_le_bytes()));
         bytes.extend_from_slice(&shapes);
-        let own = self
-            .nodes
-            .iter()
-            .zip(&shapes)
-            .filter(|(_, shape)| *shape & OWN_ORIENTATION != 0);
-        for entry in own.flat_map(|(node, _)| node.rotation().to_cols_array()) {
-            bytes.extend_from_slice(&entry.to_le_bytes());
+        for (node, shape) in self.nodes.iter().zip(&shapes) {
+            if shape & OWN_ORIENTATION != 0 {
+                let entries = node.rotation().to_cols_array();
+                bytes.extend(entries.into_iter().flat_map(f32::to_le_bytes));
+            }
         }
-        let checksum = crc32fast::hash(&bytes);
-        bytes.extend_from_slice(&checksum.to_le_bytes());
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         bytes
     }
 
@@ -294,14 +266,18 @@ impl Tree {
     }
 
     fn header(&self) -> Header {
+        let flag = |is_set: bool, flag: u32| if is_set { flag } else { 0 };
+        let counts = [
+            self.mesh.vertex_count(),
+            self.mesh.len(),
+            self.nodes.len(),
+            with_own_orientation(&self.nodes).count(),
+        ];
         Header {
-            is_f64: !self.mesh.is_f32(),
-            has_extremes: self.has_extremes(),
-            is_solid: self.solid.is_some(),
-            vertices: self.mesh.vertex_count() as u64,
-            triangles: self.mesh.len() as u64,
-            nodes: self.nodes.len() as u64,
-            orientations: with_own_orientation(&self.nodes).count() as u64,
+            kind: if self.mesh.is_f32() { 4 } else { IS_F64 }
+                | flag(self.has_extremes(), HAS_EXTREMES)
+                | flag(self.solid.is_some(), IS_SOLID),
+            counts: counts.map(|count| count as u64),
             cost: self.built_cost,
         }
     }
@@ -342,13 +318,10 @@ impl Tree {
             rest = after;
             part
         });
-        let mesh = Mesh::read(vertices, header.is_f64, triangles)?;
-        let ids: Box<[u32]> = order
-            .as_chunks()
-            .0
-            .iter()
-            .map(|&id| u32::from_le_bytes(id))
-            .collect();
+        let mesh =
+            Mesh::read(vertices, header.has(IS_F64), triangles).map_err(TreeFileError::Mesh)?;
+        let ids = order.as_chunks().0.iter();
+        let ids: Box<[u32]> = ids.map(|&id| u32::from_le_bytes(id)).collect();
         each_once(&ids, mesh.len())?;
         let mut nodes = nodes(shapes, mesh.len(), orientations)?;
         if !(header.cost >= 0.0 && header.cost.is_finite()) {
@@ -364,23 +337,11 @@ impl Tree {
             &[],
             Pieces::ONE,
         );
-        let tree = Self::of_nodes(
-            mesh,
-            unit,
-            nodes,
-            profiles,
-            placed,
-            ids,
-            &BuildOptions {
-                extremes: header.has_extremes,
-                solid: if header.is_solid {
-                    Solid::Keep
-                } else {
-                    Solid::No
-                },
-                ..BuildOptions::default()
-            },
-        );
+        let mut options = BuildOptions::default().extremes(header.has(HAS_EXTREMES));
+        if header.has(IS_SOLID) {
+            options.solid = Solid::Keep;
+        }
+        let tree = Self::of_nodes(mesh, unit, nodes, profiles, placed, ids, &options);
         Ok(Self {
             built_cost: header.cost,
             ..tree
@@ -420,10 +381,8 @@ fn nodes(
     orientations: &[u8],
 ) -> Result<Box<[Node]>, TreeFileError> {
     check_counts(shapes, triangles)?;
-    let needed = shapes
-        .iter()
-        .filter(|&shape| shape & OWN_ORIENTATION != 0)
-        .count();
+    let own = shapes.iter().filter(|&shape| shape & OWN_ORIENTATION != 0);
+    let needed = own.count();
     let orientations = orientations.as_chunks::<ORIENTATION>().0;
     if orientations.len() != needed {
         return Err(TreeFileError::Orientations {
@@ -431,56 +390,74 @@ fn nodes(
             needed,
         });
     }
-    let mut nodes: Box<[Node]> = shapes.iter().map(|&shape| node(shape)).collect();
-    let mut orientations = orientations.iter();
-    let mut orientation = |index: usize, parent: Orientation| {
-        if shapes[index] & OWN_ORIENTATION == 0 {
-            Ok(parent)
-        } else {
-            own_orientation(index, orientations.next())
-        }
+    let mut reader = Reader {
+        shapes,
+        orientations: orientations.iter(),
+        nodes: shapes.iter().map(|&shape| node(shape)).collect(),
+        next_node: shapes.len().min(1),
+        next_triangle: 0,
+        most_depth: most_depth(triangles),
     };
-    // Nodes to be opened, the next on top.
-    let mut waiting = Vec::new();
-    if let Some(root) = nodes.first_mut() {
-        root.set_orientation(&orientation(0, Orientation::IDENTITY)?);
-        waiting.push(0);
+    if !shapes.is_empty() {
+        reader.orient(0, Orientation::IDENTITY)?;
+        reader.open(0)?;
     }
-    let (mut next_node, mut next_triangle) = (nodes.len().min(1), 0);
-    while let Some(index) = waiting.pop() {
-        let node = &mut nodes[index];
-        node.first_triangle = next_triangle;
-        if node.is_leaf {
-            (node.first_child, node.triangles) = (next_triangle, node.children.into());
-            next_triangle += node.triangles;
-            continue;
-        }
-        node.first_child = next_node as u32;
-        let (parent, depth, children) = (node.orientation(), node.depth + 1, node.child_range());
-        if u32::from(depth) > most_depth(triangles) {
-            return Err(TreeFault::Depth(children.start).into());
-        }
-        for child in children.clone() {
-            nodes[child].depth = depth;
-            nodes[child].set_orientation(&orientation(child, parent)?);
-        }
-        next_node = children.end;
-        waiting.extend(children.rev());
-    }
-    if next_node != nodes.len() {
+    if reader.next_node != shapes.len() {
         // The first node that is not a child of any node.
-        return Err(TreeFault::Children(next_node).into());
+        return Err(TreeFault::Children(reader.next_node).into());
     }
-    for index in (0..nodes.len()).rev() {
-        if !nodes[index].is_leaf {
-            nodes[index].triangles = nodes[nodes[index].child_range()]
-                .iter()
-                .map(|child| child.triangles)
-                .sum();
+    dense(&reader.nodes)?;
+    Ok(reader.nodes)
+}
+
+/// Nodes while they are read.
+struct Reader<'b> {
+    shapes: &'b [u8],
+    /// Those not read yet.
+    orientations: slice::Iter<'b, [u8; ORIENTATION]>,
+    nodes: Box<[Node]>,
+    next_node: usize,
+    next_triangle: u32,
+    most_depth: u32,
+}
+
+impl Reader<'_> {
+    fn orient(&mut self, index: usize, parent: Orientation) -> Result<(), TreeFault> {
+        let orientation = if self.shapes[index] & OWN_ORIENTATION == 0 {
+            parent
+        } else {
+            own_orientation(index, self.orientations.next())?
+        };
+        self.nodes[index].set_orientation(&orientation);
+        Ok(())
+    }
+
+    /// Numbers the nodes and triangles below a node.
+    fn open(&mut self, index: usize) -> Result<(), TreeFault> {
+        let node = &mut self.nodes[index];
+        node.first_triangle = self.next_triangle;
+        if node.is_leaf {
+            (node.first_child, node.triangles) = (self.next_triangle, node.children.into());
+            self.next_triangle += node.triangles;
+            return Ok(());
         }
+        node.first_child = self.next_node as u32;
+        let (parent, depth, children) = (node.orientation(), node.depth + 1, node.child_range());
+        if u32::from(depth) > self.most_depth {
+            return Err(TreeFault::Depth(children.start));
+        }
+        self.next_node = children.end;
+        for child in children.clone() {
+            self.nodes[child].depth = depth;
+            self.orient(child, parent)?;
+        }
+        for child in children {
+            self.open(child)?;
+        }
+        let node = &mut self.nodes[index];
+        node.triangles = self.next_triangle - node.first_triangle;
+        Ok(())
     }
-    dense(&nodes)?;
-    Ok(nodes)
 }
 
 /// Checks the number of children of every node. Checks that their sums match the numbers of nodes
@@ -535,13 +512,13 @@ fn own_orientation(
     index: usize,
     bytes: Option<&[u8; ORIENTATION]>,
 ) -> Result<Orientation, TreeFault> {
-    let mut columns = [0.0; 9];
-    for (entry, bytes) in columns
-        .iter_mut()
-        .zip(bytes.map_or(&[][..], |bytes| bytes.as_chunks().0))
-    {
-        *entry = f32::from_le_bytes(*bytes);
-    }
+    let entries = bytes.map_or(&[][..], |bytes| bytes.as_chunks().0);
+    let entry = |i: usize| {
+        entries
+            .get(i)
+            .map_or(0.0, |bytes| f32::from_le_bytes(*bytes))
+    };
+    let columns = core::array::from_fn(entry);
     let rotation = Mat3A::from(Mat3::from_cols_array(&columns));
     let orientation = Orientation {
         rotation,

@@ -43,6 +43,12 @@ const LARGEST_POSITION_ERROR: f64 = 0.01;
 /// Least component of a direction.
 const LEAST_COMPONENT: f32 = ROUNDING / 64.0;
 
+impl Default for LocalRay {
+    fn default() -> Self {
+        Self::BLIND
+    }
+}
+
 impl LocalRay {
     #[inline(always)]
     pub fn new(unit: &Unit, ray: &Ray) -> Self {
@@ -61,7 +67,7 @@ impl LocalRay {
         let reach = largest_size(origin);
         let position_error = 8.0 * f64::EPSILON * reach;
         if !(aim.is_plain() && exponent.abs() <= 1000 && position_error <= LARGEST_POSITION_ERROR) {
-            self.blind();
+            *self = Self::BLIND;
             return;
         }
         let (unit, per_unit) = (power_of_two(exponent), power_of_two(-exponent));
@@ -103,12 +109,6 @@ impl LocalRay {
         };
         (self.entry, self.unit, self.t_error) = (entry, unit, t_error);
         self.margin = MARGIN + position_error as f32;
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn blind(&mut self) {
-        *self = Self::BLIND;
     }
 
     /// A local ray that also covers rays whose origin and direction are off by `position_error`

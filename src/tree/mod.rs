@@ -45,7 +45,6 @@ mod wide;
 pub(crate) use extremes::Extremes;
 pub use file::TreeFileError;
 pub use options::{BuildOptions, Effort};
-pub use profile::LevelProfile;
 pub use solid::{Component, Solid, SolidError, Solidity};
 pub(crate) use unit::{Triangle, Unit, power_of_two};
 pub use validate::TreeFault;
@@ -124,23 +123,17 @@ pub struct TreeStats {
 impl TreeStats {
     /// Sum of all bytes.
     pub fn bytes(&self) -> usize {
-        let Self {
-            bytes_nodes,
-            bytes_triangles,
-            bytes_mesh,
-            bytes_profiles,
-            bytes_neighbors,
-            bytes_extremes,
-            bytes_solid,
-            ..
-        } = self;
-        bytes_nodes
-            + bytes_triangles
-            + bytes_mesh
-            + bytes_profiles
-            + bytes_neighbors
-            + bytes_extremes
-            + bytes_solid
+        [
+            self.bytes_nodes,
+            self.bytes_triangles,
+            self.bytes_mesh,
+            self.bytes_profiles,
+            self.bytes_neighbors,
+            self.bytes_extremes,
+            self.bytes_solid,
+        ]
+        .into_iter()
+        .sum()
     }
 }
 
@@ -174,13 +167,7 @@ impl Tree {
         );
         let parts = plan.parts(pieces);
         if options.orientations && options.effort != Effort::Fast {
-            assign::choose_orientations(
-                &mut plan,
-                &placed.triangles,
-                options.effort,
-                &parts,
-                pieces,
-            );
+            assign::choose_orientations(&mut plan, &placed.triangles, &parts, pieces);
         }
         let mut nodes = plan.nodes;
         let mut profiles = Profiles::room(&mut nodes);
@@ -439,25 +426,11 @@ impl<'t> Subtree<'t> {
         usize::from(self.node().height)
     }
 
-    /// The profile of each level below this node, that of its children first. The length is
-    /// `height()`.
-    pub fn profile(&self) -> &'t [LevelProfile] {
-        let first = self.node().profile as usize;
-        &self.tree.profiles.levels[first..first + self.height()]
-    }
-
     /// The nodes directly below; none for a leaf.
     pub fn children(&self) -> impl Iterator<Item = Subtree<'t>> + use<'t> {
-        let (tree, node) = (self.tree, self.node());
-        let count = if node.is_leaf {
-            0
-        } else {
-            usize::from(node.children)
-        };
-        (0..count).map(move |i| Subtree {
-            tree,
-            index: node.first_child as usize + i,
-        })
+        let tree = self.tree;
+        let nodes = self.node().nodes_below();
+        nodes.map(move |index| Subtree { tree, index })
     }
 
     /// Ids of the triangles in the input mesh.

@@ -41,9 +41,6 @@ pub enum Effort {
     Fast,
     /// An orientation for each node; 16 bins per axis, 8 for few triangles.
     Normal,
-    /// An orientation for each node, chosen from more candidates; 64 bins per axis, 16 for few
-    /// triangles.
-    Best,
 }
 
 impl Default for BuildOptions {
@@ -64,15 +61,6 @@ impl BuildOptions {
     pub fn fast_build() -> Self {
         Self {
             effort: Effort::Fast,
-            ..Self::default()
-        }
-    }
-
-    /// Options for the fastest queries: for trees that are built once and used often.
-    #[must_use]
-    pub fn best() -> Self {
-        Self {
-            effort: Effort::Best,
             ..Self::default()
         }
     }

@@ -7,7 +7,7 @@ use crate::mesh::{Mesh, Vertices};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use glam::Mat3A;
-use punctual_geom::lanes::{Column, D8, F8, Instructions, Kernel, Lanes, V8, per_axis, unrolled};
+use punctual_geom::lanes::{Column, D8, F8, Instructions, Kernel, Lanes, per_axis, unrolled};
 use wide::f32x4;
 
 /// Triangles of a mesh in some order.
@@ -43,124 +43,79 @@ impl Placed {
 impl Unit {
     /// Computes `triangles` from the vertices of `mesh` with the indices `corners`.
     pub(super) fn place(self, mesh: &Mesh, corners: &[[u32; 3]], triangles: &mut [Triangle]) {
-        let (unit, instructions) = (self, Instructions::detect());
-        match mesh.vertices() {
-            Vertices::F32(vertices) => instructions.run(Place {
-                unit,
-                vertices,
-                corners,
-                triangles,
-            }),
-            Vertices::F64(vertices) => instructions.run(Place {
-                unit,
-                vertices,
-                corners,
-                triangles,
-            }),
-        }
+        Instructions::detect().run(Convert {
+            unit: self,
+            mesh,
+            corners,
+            make: Place,
+            made: triangles,
+        });
     }
 
     /// The boxes of all triangles of `mesh` along the columns of `axes`.
     pub(super) fn bounds(self, mesh: &Mesh, axes: Mat3A, pieces: Pieces) -> Vec<Bounds> {
         let mut bounds = alloc::vec![Bounds::EMPTY; mesh.len()];
-        let (unit, to_axes, instructions) = (self, axes.transpose(), Instructions::detect());
+        let to_axes = axes.transpose();
+        let to_axes = [to_axes.x_axis, to_axes.y_axis, to_axes.z_axis]
+            .map(|axis| f32x4::new(axis.extend(0.0).to_array()));
         let size = pieces.size(mesh.len());
-        let jobs = mesh
-            .triangles()
-            .chunks(size)
-            .zip(bounds.chunks_mut(size))
-            .zip((0..).step_by(size))
-            .collect();
-        pieces.each(jobs, |((corners, bounds), first)| match mesh.vertices() {
-            Vertices::F32(vertices) => instructions.run(Enclose {
-                unit,
-                vertices,
+        let corners = mesh.triangles().chunks(size);
+        let jobs = corners.zip(bounds.chunks_mut(size)).enumerate().collect();
+        pieces.each(jobs, |(number, (corners, made))| {
+            Instructions::detect().run(Convert {
+                unit: self,
+                mesh,
                 corners,
-                to_axes,
-                first,
-                bounds,
-            }),
-            Vertices::F64(vertices) => instructions.run(Enclose {
-                unit,
-                vertices,
-                corners,
-                to_axes,
-                first,
-                bounds,
-            }),
+                make: Enclose {
+                    to_axes,
+                    first: (number * size) as u32,
+                },
+                made,
+            });
         });
         bounds
     }
 }
 
-struct Place<'m, V> {
+/// Makes something of each triangle of a mesh with the vertex indices `corners`, two at a time.
+struct Convert<'m, M: Make> {
     unit: Unit,
-    vertices: &'m [V],
+    mesh: &'m Mesh,
     corners: &'m [[u32; 3]],
-    triangles: &'m mut [Triangle],
+    make: M,
+    made: &'m mut [M::Made],
 }
 
-impl<V: Vertex> Kernel for Place<'_, V> {
+trait Make {
+    type Made;
+    /// Makes something of two triangles in unit coordinates. The first has the number `at`.
+    fn two<L: Lanes>(&self, lanes: L, corners: [D8<L>; 3], at: usize) -> [Self::Made; 2];
+}
+
+impl<M: Make> Kernel for Convert<'_, M> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self {
-            unit,
-            vertices,
-            corners,
-            triangles,
-        } = self;
-        let (twos, rest) = triangles.as_chunks_mut();
-        let (corners, corners_rest) = corners.as_chunks();
-        for (two, [one, other]) in twos.iter_mut().zip(corners) {
-            *two = place_two(lanes, points(lanes, &unit, vertices, [one, other]));
-        }
-        if let ([triangle], [corners]) = (rest, corners_rest) {
-            [*triangle, _] = place_two(lanes, points(lanes, &unit, vertices, [corners; 2]));
+        match self.mesh.vertices() {
+            Vertices::F32(vertices) => self.all(lanes, vertices),
+            Vertices::F64(vertices) => self.all(lanes, vertices),
         }
     }
 }
 
-struct Enclose<'m, V> {
-    unit: Unit,
-    vertices: &'m [V],
-    corners: &'m [[u32; 3]],
-    to_axes: Mat3A,
-    /// Index of the first triangle.
-    first: u32,
-    bounds: &'m mut [Bounds],
-}
-
-impl<V: Vertex> Kernel for Enclose<'_, V> {
-    type Output = ();
-
+impl<M: Make> Convert<'_, M> {
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
-        let Self {
-            unit,
-            vertices,
-            corners,
-            to_axes:
-                Mat3A {
-                    x_axis,
-                    y_axis,
-                    z_axis,
-                },
-            first,
-            bounds,
-        } = self;
-        let axes = [x_axis, y_axis, z_axis];
-        let to_axes = per_axis!(k => F8::twice(lanes, f32x4::new(axes[k].extend(0.0).to_array())));
-        let (twos, rest) = bounds.as_chunks_mut();
-        let (corners, corners_rest) = corners.as_chunks();
-        let mut id = first;
-        for (two, [one, other]) in twos.iter_mut().zip(corners) {
-            *two = enclose_two(points(lanes, &unit, vertices, [one, other]), to_axes, id);
-            id += 2;
+    fn all<L: Lanes, V: Vertex>(self, lanes: L, vertices: &[V]) {
+        let (twos, rest) = self.made.as_chunks_mut();
+        let (corners, corners_rest) = self.corners.as_chunks();
+        for (at, (two, [one, other])) in twos.iter_mut().zip(corners).enumerate() {
+            let points = points(lanes, &self.unit, vertices, [one, other]);
+            *two = self.make.two(lanes, points, 2 * at);
         }
-        if let ([bounds], [corners]) = (rest, corners_rest) {
-            [*bounds, _] = enclose_two(points(lanes, &unit, vertices, [corners; 2]), to_axes, id);
+        if let ([last], [corners]) = (rest, corners_rest) {
+            let points = points(lanes, &self.unit, vertices, [corners; 2]);
+            [*last, _] = self.make.two(lanes, points, self.corners.len() - 1);
         }
     }
 }
@@ -179,29 +134,47 @@ fn points<L: Lanes, V: Vertex>(
     per_axis!(j => (V::two(lanes, vertices, [one[j] as usize, other[j] as usize]) - origin) * scale)
 }
 
-#[inline(always)]
-fn place_two<L: Lanes>(lanes: L, [a, b, c]: [D8<L>; 3]) -> [Triangle; 2] {
-    let first = a.narrow();
-    let rows = F8::packed([
-        first,
-        (b - a).narrow(),
-        (c - a).narrow(),
-        (a - D8::widen(lanes, first)).narrow(),
-    ]);
-    let rows = per_axis!(k => rows[k].halves());
-    unrolled!(i in [0, 1] => Triangle(per_axis!(k => rows[k][i].to_array())))
+/// Makes triangles as the fast filter reads them.
+struct Place;
+
+impl Make for Place {
+    type Made = Triangle;
+
+    #[inline(always)]
+    fn two<L: Lanes>(&self, lanes: L, [a, b, c]: [D8<L>; 3], _: usize) -> [Triangle; 2] {
+        let first = a.narrow();
+        let rows = F8::packed([
+            first,
+            (b - a).narrow(),
+            (c - a).narrow(),
+            (a - D8::widen(lanes, first)).narrow(),
+        ]);
+        let rows = per_axis!(k => rows[k].halves());
+        unrolled!(i in [0, 1] => Triangle(per_axis!(k => rows[k][i].to_array())))
+    }
 }
 
-/// The boxes of the two triangles with these corners. Their ids are `id` and `id + 1`.
-#[inline(always)]
-fn enclose_two<L: Lanes>(points: [D8<L>; 3], to_axes: V8<L>, id: u32) -> [Bounds; 2] {
-    let [a, b, c] = per_axis!(j => {
-        let point = points[j].narrow();
-        to_axes[0] * point.spread(0) + to_axes[1] * point.spread(1) + to_axes[2] * point.spread(2)
-    });
-    let (min, max) = (a.min(b).min(c).store(), a.max(b).max(c).store());
-    unrolled!(i in [0, 4] =>
-        Bounds::new(id + i as u32 / 4, [min[i], min[i + 1], min[i + 2]], [max[i], max[i + 1], max[i + 2]]))
+/// Makes boxes along other axes. The id of the first is `first`.
+struct Enclose {
+    to_axes: [f32x4; 3],
+    first: u32,
+}
+
+impl Make for Enclose {
+    type Made = Bounds;
+
+    #[inline(always)]
+    fn two<L: Lanes>(&self, lanes: L, points: [D8<L>; 3], at: usize) -> [Bounds; 2] {
+        let axes = per_axis!(k => F8::twice(lanes, self.to_axes[k]));
+        let [a, b, c] = per_axis!(j => {
+            let point = points[j].narrow();
+            axes[0] * point.spread(0) + axes[1] * point.spread(1) + axes[2] * point.spread(2)
+        });
+        let (min, max) = (a.min(b).min(c).store(), a.max(b).max(c).store());
+        let id = self.first + at as u32;
+        unrolled!(i in [0, 4] =>
+            Bounds::new(id + i as u32 / 4, [min[i], min[i + 1], min[i + 2]], [max[i], max[i + 1], max[i + 2]]))
+    }
 }
 
 /// A vertex as the mesh stores it.
@@ -248,25 +221,13 @@ mod tests {
             {
                 let corners = &mesh.triangles()[..count];
                 let mut triangles = alloc::vec![Triangle([[0.0; 4]; 3]); count];
-                let placed = &mut triangles[..];
-                match mesh.vertices() {
-                    Vertices::F32(vertices) => {
-                        instructions.run(Place {
-                            unit,
-                            vertices,
-                            corners,
-                            triangles: placed,
-                        });
-                    }
-                    Vertices::F64(vertices) => {
-                        instructions.run(Place {
-                            unit,
-                            vertices,
-                            corners,
-                            triangles: placed,
-                        });
-                    }
-                }
+                instructions.run(Convert {
+                    unit,
+                    mesh: &mesh,
+                    corners,
+                    make: Place,
+                    made: &mut triangles,
+                });
                 for (i, triangle) in triangles.iter().enumerate() {
                     let [a, b, c] = mesh.triangle(i).map(|corner| unit.point(corner));
                     let first = a.as_vec3();

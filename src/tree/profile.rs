@@ -11,11 +11,10 @@ use glam::{Vec3, Vec3A};
 use punctual_geom::lanes::{Column, F8, Lanes, V8, dot, per_axis, per_lane, sums};
 
 /// The boxes of one level of a subtree, counted down from its root. Values are along the axes of
-/// the root, in unit coordinates (multiply by [`crate::Tree::unit_length`] for the mesh's).
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+/// the root, in unit coordinates.
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
-pub struct LevelProfile {
+pub(super) struct LevelProfile {
     /// Number of boxes.
     pub nodes: f32,
     /// Mean half extent of the boxes.
@@ -23,11 +22,6 @@ pub struct LevelProfile {
 }
 
 impl LevelProfile {
-    const NONE: Self = Self {
-        nodes: 0.0,
-        half_extent: Vec3::ZERO,
-    };
-
     /// Profile of the level of `node`'s children, whose boxes have the half extents `half`, and the
     /// sum of their surface areas. Missing boxes have half extents of zero.
     #[inline(always)]
@@ -66,18 +60,14 @@ impl Profiles {
             let (node, later) = nodes[index..]
                 .split_first_mut()
                 .expect("index is within the nodes");
-            let below = if node.is_leaf {
-                0..0
-            } else {
-                node.child_range()
-            };
+            let below = node.nodes_below();
             let below = &later[below.start.saturating_sub(index + 1)..][..below.len()];
             node.height = 1 + below.iter().map(|child| child.height).max().unwrap_or(0);
             node.profile = levels as u32;
             levels += usize::from(node.height);
         }
         Self {
-            levels: alloc::vec![LevelProfile::NONE; levels].into(),
+            levels: alloc::vec![LevelProfile::default(); levels].into(),
             cost: 0.0,
         }
     }

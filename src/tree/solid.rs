@@ -66,8 +66,8 @@ pub struct Component {
     /// of its open edges. Off by at most 1e-12 of the volume of the mesh's box; infinite or 0 where
     /// `f64` does not suffice.
     pub volume: f64,
-    /// True if the winding number would be negative on one side of it, counting it and the closed
-    /// components. A cavity is not inside out: its volume is negative, but the solid around it adds
+    /// True if the component and all closed ones together have a negative winding number on one
+    /// side of it. A cavity is not inside out: its volume is negative, but the solid around it adds
     /// one.
     pub inside_out: bool,
 }
@@ -350,7 +350,8 @@ fn position(mesh: &Mesh, vertex: u32) -> [u64; 3] {
         .map(f64::to_bits)
 }
 
-/// Mixed well, because sums of hashes are compared: on a grid, sums of others would often agree.
+/// Mixes well, because sums of hashes are compared: with a simpler hash, sums of different points
+/// of a grid would often agree.
 fn hash([x, y, z]: [u64; 3]) -> u64 {
     let turned = x ^ y.rotate_left(21) ^ z.rotate_left(42);
     let mixed = turned

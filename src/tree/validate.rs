@@ -1,6 +1,7 @@
 //! Checks the invariants of a tree, one by one.
 
 use super::binary::{CLUSTER, most_depth};
+use super::profile::LevelProfile;
 use super::wide::{WIDTH, lane};
 use super::{Node, Tree};
 use core::fmt;
@@ -169,10 +170,10 @@ fn boxes(tree: &Tree, index: usize) -> Result<(), TreeFault> {
 
 fn profile(tree: &Tree, index: usize) -> Result<(), TreeFault> {
     let subtree = super::Subtree { tree, index };
-    let levels = subtree.profile();
-    let sane = |level: &super::LevelProfile| {
-        level.nodes >= 1.0 && level.half_extent.cmpge(Vec3::ZERO).all()
-    };
+    let first = subtree.node().profile as usize;
+    let levels = &tree.profiles.levels[first..first + subtree.height()];
+    let sane =
+        |level: &LevelProfile| level.nodes >= 1.0 && level.half_extent.cmpge(Vec3::ZERO).all();
     let alpha = subtree.alpha();
     let in_range = alpha.cmpge(Vec3::ZERO).all() && alpha.cmple(Vec3::ONE).all();
     let counted = levels[0].nodes == f32::from(subtree.node().children);

@@ -102,6 +102,15 @@ impl Node {
         self.first_child as usize..self.first_child as usize + usize::from(self.children)
     }
 
+    /// Indices of the children of an inner node; none for a leaf.
+    pub(super) fn nodes_below(&self) -> Range<usize> {
+        if self.is_leaf {
+            0..0
+        } else {
+            self.child_range()
+        }
+    }
+
     /// The columns of the rotation.
     #[inline(always)]
     pub(super) fn axes(&self) -> Mat3A {
@@ -117,12 +126,9 @@ impl Node {
     }
 
     pub(super) fn set_orientation(&mut self, orientation: &Orientation) {
-        let Mat3A {
-            x_axis,
-            y_axis,
-            z_axis,
-        } = orientation.rotation.transpose();
-        self.rows = [x_axis, y_axis, z_axis].map(|axis| f32x4::new(axis.extend(0.0).to_array()));
+        let m = orientation.rotation.transpose();
+        self.rows =
+            [m.x_axis, m.y_axis, m.z_axis].map(|axis| f32x4::new(axis.extend(0.0).to_array()));
         self.orientation = orientation.id;
     }
 }

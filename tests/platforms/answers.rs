@@ -75,7 +75,6 @@ pub fn answers(workspace: &Workspace) -> String {
                 node.rotation(),
                 node.alpha(),
                 node.self_cost(),
-                node.profile(),
             ));
             nodes.extend(node.children());
         }

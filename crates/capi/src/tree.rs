@@ -28,8 +28,6 @@ pub enum punctual_effort {
     Fast = 0,
     /// The default.
     Normal = 1,
-    /// For meshes that are built once and asked about often.
-    Best = 2,
 }
 
 /// How a tree is built. Begin with `punctual_build_options_default()`.
@@ -162,7 +160,7 @@ fn build_options(options: &punctual_build_options) -> Result<BuildOptions, Fault
     let effort = value_of(
         options.effort,
         "options->effort",
-        &[Effort::Fast, Effort::Normal, Effort::Best],
+        &[Effort::Fast, Effort::Normal],
     )?;
     let mut chosen = BuildOptions::default();
     (chosen.effort, chosen.orientations, chosen.threads) =

@@ -44,8 +44,6 @@ enum EffortName {
     Fast,
     /// A frame for each node
     Normal,
-    /// More candidates for frames, more bins
-    Best,
 }
 
 impl Args {
@@ -53,7 +51,6 @@ impl Args {
         let preset = match self.effort {
             EffortName::Fast => BuildOptions::fast_build(),
             EffortName::Normal => BuildOptions::default(),
-            EffortName::Best => BuildOptions::best(),
         };
         preset.threads(self.threads)
     }

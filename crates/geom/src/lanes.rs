@@ -103,9 +103,6 @@ pub trait Lanes: Copy {
     /// registers and spill it again.
     fn settled<T>(x: &T) -> &T;
 
-    /// Number of set bits among the low eight.
-    fn count(self, bits: u32) -> u32;
-
     fn splat(self, x: f32) -> Self::F;
     fn load(self, x: &[f32; 8]) -> Self::F;
     fn read(self, x: &[f32x4; 2]) -> Self::F;
@@ -228,13 +225,8 @@ impl<L: Lanes> F8<L> {
     #[inline(always)]
     pub fn transposed([x, y, z, w]: [Self; 4]) -> [Self; 4] {
         let lanes = x.1;
-        let [x, y, z, w] = lanes.transpose([x.0, y.0, z.0, w.0]);
-        [
-            Self(x, lanes),
-            Self(y, lanes),
-            Self(z, lanes),
-            Self(w, lanes),
-        ]
+        let columns = lanes.transpose([x.0, y.0, z.0, w.0]);
+        unrolled!(k in [0, 1, 2, 3] => Self(columns[k], lanes))
     }
     /// Concatenates the first three entries of four rows, in each half separately.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Rigid motions: the pose of a body at every time from 0 to 1.
 
-use super::pose::{Pose, rotation_deviation};
+use super::pose::{Pose, axes, rotation_deviation};
 use super::tolerance::SCENE_REACH;
 use core::fmt;
 use glam::{DMat3, DQuat, DVec3};
@@ -61,12 +61,7 @@ impl Motion {
     /// # Errors
     /// [`MotionError`].
     pub fn straight(start: Pose, velocity: impl Into<[f64; 3]>) -> Result<Self, MotionError> {
-        Self::checked(
-            start,
-            DVec3::from_array(velocity.into()),
-            DVec3::ZERO,
-            DVec3::ZERO,
-        )
+        Self::with_arm(start, velocity, DVec3::ZERO, DVec3::ZERO)
     }
 
     /// A motion without velocity or turn. Does not check the translation of `start`: a scene has
@@ -93,14 +88,8 @@ impl Motion {
         turn: impl Into<[f64; 3]>,
         point: impl Into<[f64; 3]>,
     ) -> Result<Self, MotionError> {
-        let point = DVec3::from_array(point.into());
-        let arm = start.translation() - point;
-        Self::checked(
-            start,
-            DVec3::from_array(velocity.into()),
-            DVec3::from_array(turn.into()),
-            arm,
-        )
+        let arm = start.translation() - DVec3::from_array(point.into());
+        Self::with_arm(start, velocity, turn, arm)
     }
 
     /// A motion with a turn, given by the vector from a point of the axis to the body's origin at
@@ -201,16 +190,8 @@ impl Motion {
             DVec3::new(v.x * y - u.z, -(w.z + w.x), v.y * z + u.x),
             DVec3::new(v.x * z + u.y, v.y * z - u.x, -(w.x + w.y)),
         );
-        let DMat3 {
-            x_axis,
-            y_axis,
-            z_axis,
-        } = *self.start.rotation();
-        let rotation = DMat3::from_cols(
-            x_axis + turned * x_axis,
-            y_axis + turned * y_axis,
-            z_axis + turned * z_axis,
-        );
+        let [x, y, z] = axes(self.start.rotation());
+        let rotation = DMat3::from_cols(x + turned * x, y + turned * y, z + turned * z);
         Pose::unchecked(
             rotation,
             self.start.translation() + (way + turned * self.arm),

@@ -93,28 +93,22 @@ impl Pose {
         rotation: impl AsRef<[f64; 9]>,
         translation: impl Into<[f64; 3]>,
     ) -> Result<Self, PoseError> {
-        Self::checked(
-            DMat3::from_cols_array(rotation.as_ref()),
-            DVec3::from_array(translation.into()),
-        )
+        let rotation = DMat3::from_cols_array(rotation.as_ref());
+        Self::unchecked(rotation, DVec3::from_array(translation.into())).checked()
     }
 
-    fn checked(rotation: DMat3, translation: DVec3) -> Result<Self, PoseError> {
-        let pose = Self {
-            rotation,
-            translation,
-        };
-        if let Some(entry) = pose.to_row_major().iter().position(|e| !e.is_finite()) {
+    fn checked(self) -> Result<Self, PoseError> {
+        if let Some(entry) = self.to_row_major().iter().position(|e| !e.is_finite()) {
             return Err(PoseError::NotFinite { entry });
         }
-        if let Some(axis) = (0..3).find(|&i| translation[i].abs() > COORDINATE_LIMIT) {
+        if let Some(axis) = (0..3).find(|&i| self.translation[i].abs() > COORDINATE_LIMIT) {
             return Err(PoseError::TooFar { axis });
         }
-        let deviation = rotation_deviation(&rotation);
+        let deviation = rotation_deviation(&self.rotation);
         if deviation > ROTATION_TOLERANCE {
             return Err(PoseError::NotARotation { deviation });
         }
-        Ok(pose)
+        Ok(self)
     }
 
     /// A pose from entries that are known to be valid; does not check them.
@@ -173,12 +167,7 @@ impl Pose {
     /// The 3 x 4 matrix `[R|t]`, row by row: the inverse of
     /// [`from_row_major`](Self::from_row_major).
     pub fn to_row_major(&self) -> [f64; 12] {
-        let [x, y, z, t] = [
-            self.rotation.x_axis,
-            self.rotation.y_axis,
-            self.rotation.z_axis,
-            self.translation,
-        ];
+        let ([x, y, z], t) = (axes(&self.rotation), self.translation);
         [x.x, y.x, z.x, t.x, x.y, y.y, z.y, t.y, x.z, y.z, z.z, t.z]
     }
 
@@ -217,22 +206,14 @@ impl Pose {
     /// # Errors
     /// As [`new`](Self::new): deviations add up, and so do translations.
     pub fn compose(&self, inner: &Self) -> Result<Self, PoseError> {
-        let Self {
-            rotation,
-            translation,
-        } = self.compose_unchecked(inner);
-        Self::checked(rotation, translation)
+        self.compose_unchecked(inner).checked()
     }
 
     /// [`compose`](Self::compose) for poses whose product is known to be a pose.
     #[doc(hidden)]
     #[inline]
     pub fn compose_unchecked(&self, inner: &Self) -> Self {
-        let DMat3 {
-            x_axis: x,
-            y_axis: y,
-            z_axis: z,
-        } = inner.rotation;
+        let [x, y, z] = axes(&inner.rotation);
         let rotation = DMat3::from_cols(self.rotate(x), self.rotate(y), self.rotate(z));
         Self {
             rotation,
@@ -247,22 +228,14 @@ impl Pose {
     /// # Errors
     /// As [`new`](Self::new), if the pose is close to the limits of what is accepted.
     pub fn inverse(&self) -> Result<Self, PoseError> {
-        let Self {
-            rotation,
-            translation,
-        } = self.inverse_unchecked();
-        Self::checked(rotation, translation)
+        self.inverse_unchecked().checked()
     }
 
     /// [`inverse`](Self::inverse) for a pose whose inverse is known to be a pose.
     #[doc(hidden)]
     #[inline]
     pub fn inverse_unchecked(&self) -> Self {
-        let DMat3 {
-            x_axis: x,
-            y_axis: y,
-            z_axis: z,
-        } = self.rotation;
+        let [x, y, z] = axes(&self.rotation);
         let determinant = x.dot(y.cross(z));
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         let mut inverse = Self {
@@ -285,11 +258,7 @@ impl Pose {
 
     #[inline]
     pub(super) fn rotate(&self, v: DVec3) -> DVec3 {
-        let DMat3 {
-            x_axis: x,
-            y_axis: y,
-            z_axis: z,
-        } = self.rotation;
+        let [x, y, z] = axes(&self.rotation);
         DVec3::new(
             (x.x * v.x + y.x * v.y) + z.x * v.z,
             (x.y * v.x + y.y * v.y) + z.y * v.z,
@@ -314,17 +283,19 @@ impl From<Pose> for [f64; 12] {
     }
 }
 
+/// The columns of a matrix.
+#[inline(always)]
+pub(super) fn axes(m: &DMat3) -> [DVec3; 3] {
+    [m.x_axis, m.y_axis, m.z_axis]
+}
+
 /// Deviation of a finite matrix from a rotation (no unit): the largest entry of `|RᵀR − I|`. If the
 /// determinant is not positive, the result is at least `1 − det R`, because `RᵀR` does not detect a
 /// mirror.
 #[doc(hidden)]
 #[inline]
 pub fn rotation_deviation(rotation: &DMat3) -> f64 {
-    let DMat3 {
-        x_axis: x,
-        y_axis: y,
-        z_axis: z,
-    } = *rotation;
+    let [x, y, z] = axes(rotation);
     let lengths = [x.dot(x) - 1.0, y.dot(y) - 1.0, z.dot(z) - 1.0];
     let angles = [x.dot(y), y.dot(z), z.dot(x)];
     let deviation = lengths

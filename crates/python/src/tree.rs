@@ -23,7 +23,7 @@ use std::sync::Arc;
 /// A triangle mesh with its bounding volume tree. Built once, used in any number of queries, from any thread.
 ///
 /// vertices: (V, 3) numbers, in one unit of length, kept as f32 where that is exact and as f64 otherwise. faces: (F, 3)
-/// integers of any type. effort: "fast", "normal" or "best", how much time the build may take. extremes: whether to
+/// integers of any type. effort: "fast" or "normal", how much time the build may take. extremes: whether to
 /// keep the corners that may be the farthest along a direction, so that a `Scene` tells convex bodies that are close apart
 /// without a search. solid: whether closed components bound solids; those that are inside out are turned.
 ///
@@ -57,10 +57,9 @@ fn options(effort: &str, extremes: bool, solid: &str) -> PyResult<BuildOptions> 
     let options = match effort {
         "fast" => BuildOptions::fast_build(),
         "normal" => BuildOptions::default(),
-        "best" => BuildOptions::best(),
         _ => {
             return Err(value_error(format_args!(
-                "effort: {effort:?} is none of fast, normal, best"
+                "effort: {effort:?} is none of fast, normal"
             )));
         }
     };

@@ -34,7 +34,7 @@ rows: list[list[float]] = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0
 ball, ring = p.shapes.icosphere(two), p.shapes.torus(2, np.float64(0.5), 24)
 p.shapes.cuboid(point + 1, 2), p.shapes.cuboid([1, 2, 3], two), p.shapes.torus_knot(2, 3, third, np.uint8(64))
 mesh = Mesh(ball)
-tree = p.Tree(ball.vertices.astype(np.float32), ball.faces.tolist(), effort="best", extremes=True)
+tree = p.Tree(ball.vertices.astype(np.float32), ball.faces.tolist(), effort="fast", extremes=True)
 p.Tree.from_trimesh(mesh, effort="fast"), p.Tree.from_bytes(tree.to_bytes())
 tree.refit(tree.vertices.tolist())
 assert_type(tree.faces, NDArray[np.uint32])

@@ -2,8 +2,8 @@
 //!
 //! Each filter proves that two shapes are apart at the poses as computed. Its own rounding, and the
 //! difference between poses computed in two ways, are below [`SLACK`] times the size of what is
-//! placed: a transform is a product of at most some hundred, each off by a few 2^-53 relative to
-//! that size.
+//! placed: a pose is a product of at most some hundred transforms, and each of them is off by a few
+//! 2^-53 of that size.
 
 use punctual::glam::{DMat3, DVec3};
 

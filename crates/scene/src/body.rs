@@ -137,7 +137,7 @@ impl Placed {
         self.relative_to(&other.body.pose)
     }
 
-    /// A valid pose in the frame of this body.
+    /// Maps a pose to the frame of this body. Does not check the result.
     pub fn relative_to(&self, pose: &Pose) -> Pose {
         self.inverse.compose_unchecked(pose)
     }

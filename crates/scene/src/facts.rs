@@ -10,7 +10,7 @@ pub(super) enum Change {
     /// At most its box is new.
     #[default]
     None,
-    /// Its fat AABB is new, or the set of bodies that it may meet.
+    /// Its fat AABB has changed, or the set of bodies that it may meet.
     Place,
     /// The slot has another body than before.
     Body,

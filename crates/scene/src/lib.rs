@@ -441,7 +441,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Sets how much the pairs of a body matter.
+    /// Sets the importance of the pairs of a body.
     ///
     /// # Errors
     /// If the body is not in the scene, or the importance is NaN.

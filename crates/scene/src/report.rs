@@ -154,10 +154,10 @@ pub struct BodyContact {
 
 /// The results of [`crate::Scene::detect`] for a frame.
 ///
-/// If it [is whole](Report::is_whole), two bodies that may meet and are not in [`Report::pairs`]
-/// together do not meet: their boxes are separated. Otherwise the budget ended in the broad phase,
-/// or there is no room for all pairs. Then the statement holds for two bodies whose partners are
-/// [known](crate::Scene::partners_known) if [`Report::unlisted`] is 0.
+/// If it [is whole](Report::is_whole), [`Report::pairs`] has every pair of bodies that may meet and
+/// whose boxes overlap; all others are apart. Otherwise the budget ended in the broad phase, or
+/// there is no room for all pairs. If [`Report::unlisted`] is 0, the list still has all pairs of two
+/// bodies whose partners are [known](crate::Scene::partners_known).
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

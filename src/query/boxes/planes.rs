@@ -4,10 +4,11 @@ use super::{Boxes, Slabs, Stored, Triangles};
 use crate::query::relative_pose::{self, View};
 use crate::tree::xyz;
 use punctual_geom::lanes::{Column, F8, Lanes, cross, dot, per_axis};
-use punctual_geom::triangle::batch::{LEAST_EDGE_ERROR, Rows, UNDERFLOW, largest};
+use punctual_geom::triangle::batch::{LEAST_EDGE_ERROR, Rows, Transposed, UNDERFLOW, largest};
 use wide::f32x4;
 
 /// Eight triangles, stored for access one at a time.
+#[derive(Default)]
 pub struct Planes {
     boxes: Stored,
     corner: [[f32; 8]; 3],
@@ -18,18 +19,9 @@ pub struct Planes {
 }
 
 impl Planes {
-    pub const NONE: Self = Self {
-        boxes: Stored::NONE,
-        corner: [[0.0; 8]; 3],
-        normal: [[0.0; 8]; 3],
-        reach: [[0.0; 8]; 3],
-        normal_error: [0.0; 8],
-        plane_error: [0.0; 8],
-    };
-
     #[inline(always)]
     pub fn new<L: Lanes>(lanes: L, triangles: &Triangles) -> Self {
-        let mut planes = Self::NONE;
+        let mut planes = Self::default();
         planes.put(lanes, triangles);
         planes
     }
@@ -44,13 +36,12 @@ impl Planes {
             rotation_error,
         }: &Triangles,
     ) {
-        let [t0, t1, t2, t3, t4, t5, t6, t7] = rows;
-        let [[x, y, z, ex], [ey, ez, fx, fy], [fz, ..]] = per_axis!(i => F8::columns(lanes, [&t0[i], &t1[i], &t2[i], &t3[i], &t4[i], &t5[i], &t6[i], &t7[i]]));
+        let of = Transposed::new(lanes, *rows);
         let axes = per_axis!(k => per_axis!(j => F8::splat(lanes, view.columns[j].as_array()[k])));
         let p =
-            per_axis!(k => dot(axes[k], [x, y, z]) + F8::splat(lanes, view.origin.as_array()[k]));
-        let e = per_axis!(k => dot(axes[k], [ex, ey, ez]));
-        let f = per_axis!(k => dot(axes[k], [fx, fy, fz]));
+            per_axis!(k => dot(axes[k], of.first) + F8::splat(lanes, view.origin.as_array()[k]));
+        let e = per_axis!(k => dot(axes[k], of.edge1));
+        let f = per_axis!(k => dot(axes[k], of.edge2));
         let (zero, margin) = (
             F8::splat(lanes, 0.0),
             F8::splat(lanes, view.margin.as_array()[0]),

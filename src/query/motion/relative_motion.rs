@@ -96,7 +96,7 @@ impl<'m> RelativeMotion<'m> {
                 + largest(motion.velocity())
                 + largest(motion.arm()) * angle * (1.0 + angle)
         };
-        let mut relative_motion = Self {
+        let mut seen = Self {
             of_a,
             of_b,
             spin: spin_b,
@@ -120,42 +120,33 @@ impl<'m> RelativeMotion<'m> {
                 + arm
                 + of_b.arm().length();
             let apart = from_axis + arm + between + way;
-            relative_motion.rounding =
-                (relative_motion.rounding + 2.0 * far(of_a) + (1.0 + spin_a) * apart) * 2.0;
+            seen.rounding = (seen.rounding + 2.0 * far(of_a) + (1.0 + spin_a) * apart) * 2.0;
             // Speed at which A's turn would carry B's points along.
             let along = of_a.turn().cross(from_axis_of_a).length()
-                + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * relative_motion.rounding);
+                + spin_a * (box_b.1 + own + 8.0 * f64::EPSILON * seen.rounding);
             let together = spin_a + spin_b;
-            relative_motion.spin =
-                (of_b.turn() - of_a.turn()).length() + 4.0 * f64::EPSILON * together;
-            relative_motion.turn_error = spin_a * relative_motion.spin;
-            relative_motion.speed = own + along;
-            relative_motion.acceleration += spin_a * (2.0 * own + along);
-            relative_motion.jerk += 3.0 * spin_a * spin_b * around
-                + spin_a * spin_a * (2.0 * own + relative_motion.speed);
-            relative_motion.drift =
-                4.0 * of_a.deviation() * (together * apart + relative_motion.acceleration);
+            seen.spin = (of_b.turn() - of_a.turn()).length() + 4.0 * f64::EPSILON * together;
+            seen.turn_error = spin_a * seen.spin;
+            seen.speed = own + along;
+            seen.acceleration += spin_a * (2.0 * own + along);
+            seen.jerk +=
+                3.0 * spin_a * spin_b * around + spin_a * spin_a * (2.0 * own + seen.speed);
+            seen.drift = 4.0 * of_a.deviation() * (together * apart + seen.acceleration);
         }
-        let size = relative_motion.radii[0] + relative_motion.radii[1];
-        relative_motion.rounding =
-            16.0 * f64::EPSILON * (relative_motion.rounding + largest(box_a.0) + box_a.1)
-                + f64::MIN_POSITIVE;
-        relative_motion.spin *= STRETCH;
-        relative_motion.speed *= STRETCH;
-        relative_motion.acceleration *= STRETCH;
-        relative_motion.jerk *= STRETCH;
-        let bounds = [
-            relative_motion.spin,
-            relative_motion.turn_error,
-            relative_motion.speed,
-            relative_motion.acceleration,
-        ];
-        let others = [relative_motion.jerk, relative_motion.drift, size];
+        let size = seen.radii[0] + seen.radii[1];
+        seen.rounding =
+            16.0 * f64::EPSILON * (seen.rounding + largest(box_a.0) + box_a.1) + f64::MIN_POSITIVE;
+        seen.spin *= STRETCH;
+        seen.speed *= STRETCH;
+        seen.acceleration *= STRETCH;
+        seen.jerk *= STRETCH;
+        let bounds = [seen.spin, seen.turn_error, seen.speed, seen.acceleration];
+        let others = [seen.jerk, seen.drift, size];
         if !bounds.iter().chain(&others).all(|bound| bound.is_finite()) {
-            relative_motion.rounding = f64::INFINITY;
+            seen.rounding = f64::INFINITY;
         }
-        relative_motion.substeps = relative_motion.count_pieces(size);
-        relative_motion
+        seen.substeps = seen.count_pieces(size);
+        seen
     }
 
     /// Number of substeps of a motion of meshes with this total size.

@@ -29,7 +29,7 @@ const TIME_ERROR: f32 = 8.0 * ROUNDING;
 /// Half a unit of time, plus 1 percent for matrices that are not exactly rotations.
 const HALF_A_PIECE: f32 = 0.505;
 
-/// Least speed of a projection. The allowance for underflow covers the difference.
+/// Slower projections count as this fast. The allowance for underflow covers the error.
 const LEAST_SPEED: f32 = 1e-37;
 
 /// A substep of motion in `f32`, in A's unit coordinates.
@@ -61,7 +61,7 @@ pub(super) fn glide(setting: &Setting, relative: &RelativePose, origin: DVec3) -
         // Beyond the range of `f32`, or NaN: everything may meet at any time.
         Glide {
             arc_error: 1e15,
-            ..Glide::NONE
+            ..Glide::default()
         }
     }
 }
@@ -82,7 +82,7 @@ pub(super) struct Windows<'g> {
 /// The motion of B along the axes of a node. Positions divided by the velocity are times: with the
 /// ends of boxes scaled to times, two boxes meet from the difference of two ends to the difference
 /// of the two others.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Drift {
     /// Minus one over the velocity, and one over the speed.
     inverse: f32x4,
@@ -95,14 +95,6 @@ struct Drift {
 }
 
 impl Drift {
-    const NONE: Self = Self {
-        inverse: f32x4::ZERO,
-        size: f32x4::ZERO,
-        extra: f32x4::ZERO,
-        velocity: f32x4::ZERO,
-        margin: f32x4::ZERO,
-    };
-
     #[inline(always)]
     fn new(velocity: f32x4, margin: f32x4) -> Self {
         // Lower limit of the speed along an axis.
@@ -245,8 +237,8 @@ impl<'g> Windows<'g> {
             least,
             rotation_error: relative.rotation_error,
             glide,
-            in_a: Drift::NONE,
-            in_b: Drift::NONE,
+            in_a: Drift::default(),
+            in_b: Drift::default(),
         }
     }
 

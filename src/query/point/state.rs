@@ -3,6 +3,7 @@
 use super::PointBounds;
 use super::near::Near;
 use super::rim::{Seen, Turn};
+use crate::room::Room;
 use crate::tree::inside::{Count, Probe};
 use crate::tree::{MAX_HEIGHT, WIDTH};
 use alloc::vec::Vec;
@@ -53,7 +54,7 @@ pub(crate) struct PointState {
     /// Winding number and its error, once they are known.
     pub(super) winding: Option<(f64, f64)>,
     /// The points that are done.
-    pub found: Vec<PointBounds>,
+    pub found: Room<PointBounds>,
 }
 
 impl Default for PointState {
@@ -72,7 +73,7 @@ impl Default for PointState {
             turn: Turn::NONE,
             near: Near::NONE,
             winding: None,
-            found: Vec::new(),
+            found: Room::default(),
         }
     }
 }
@@ -89,7 +90,6 @@ impl PointState {
 
     /// Makes room for the bounds of this many points.
     pub fn reserve(&mut self, points: usize) {
-        self.found
-            .reserve_exact(points.saturating_sub(self.found.len()));
+        self.found.reserve_all(points);
     }
 }

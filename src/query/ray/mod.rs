@@ -240,9 +240,9 @@ impl<'r> Ask<Rays<'r>> for Query<'_, Rays<'r>> {
         _: Option<&mut PairMemory>,
         deadline: &mut Deadline,
     ) -> StopReason {
-        let mut hits = mem::take(&mut workspace.rays.first_hits);
+        let mut hits = mem::take(&mut *workspace.rays.first_hits);
         let stop = advance(self.a, workspace, self.asked.rays, &mut hits, deadline);
-        workspace.rays.first_hits = hits;
+        *workspace.rays.first_hits = hits;
         stop
     }
 
@@ -262,7 +262,7 @@ fn begin(tree: &Tree, workspace: &mut Workspace, count: usize, mode: RayMode) {
     let state = &mut workspace.rays;
     state.mode = mode;
     if mode == RayMode::All && state.hits.capacity() == 0 {
-        state.reserve(DEFAULT_ROOM);
+        state.hits.reserve_all(DEFAULT_ROOM);
     }
     state.after = count.saturating_sub(1);
     if count > 0 {

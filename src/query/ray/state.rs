@@ -1,7 +1,7 @@
 //! The state of a ray query: its options, the current ray of a batch, and the hits.
 
+use crate::room::Room;
 use crate::tree::local_ray::LocalRay;
-use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use punctual_geom::Ray;
 use punctual_geom::named;
@@ -70,7 +70,7 @@ pub(crate) struct Candidate {
 }
 
 /// The state of a ray query in its workspace.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct RayState {
     pub mode: RayMode,
     /// True until it is known whether the ray starts inside, if that is asked.
@@ -86,26 +86,9 @@ pub(crate) struct RayState {
     /// The current ray in the unit coordinates of the tree.
     pub local_ray: LocalRay,
     /// The hits of [`RayMode::All`], in order of discovery.
-    pub hits: Vec<RayHit>,
+    pub hits: Room<RayHit>,
     /// The hits of a batch, one for each ray.
-    pub first_hits: Vec<Option<RayHit>>,
-}
-
-impl Default for RayState {
-    fn default() -> Self {
-        Self {
-            mode: RayMode::default(),
-            locates: false,
-            ray: None,
-            done: 0,
-            after: 0,
-            hit: None,
-            candidates: ArrayVec::new(),
-            local_ray: LocalRay::BLIND,
-            hits: Vec::new(),
-            first_hits: Vec::new(),
-        }
-    }
+    pub first_hits: Room<Option<RayHit>>,
 }
 
 impl RayState {
@@ -119,15 +102,5 @@ impl RayState {
         self.candidates.clear();
         self.hits.clear();
         self.first_hits.clear();
-    }
-
-    pub fn reserve_batch(&mut self, rays: usize) {
-        self.first_hits
-            .reserve_exact(rays.saturating_sub(self.first_hits.len()));
-    }
-
-    pub fn reserve(&mut self, hits: usize) {
-        self.hits
-            .reserve_exact(hits.saturating_sub(self.hits.len()));
     }
 }

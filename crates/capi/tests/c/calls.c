@@ -129,7 +129,7 @@ static punctual_tree *knot(void) {
   punctual_mesh *mesh;
   punctual_tree *tree;
   punctual_build_options options = punctual_build_options_default();
-  options.effort = PUNCTUAL_EFFORT_BEST;
+  options.effort = PUNCTUAL_EFFORT_FAST;
   options.threads = 2;
   OK(punctual_shape_torus_knot(2, 3, 0.2f, 96, &mesh));
   OK(punctual_tree_new(mesh, &options, &tree));

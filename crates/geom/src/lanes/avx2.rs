@@ -60,10 +60,6 @@ impl Lanes for Avx2 {
         x
     }
     #[inline(always)]
-    fn count(self, bits: u32) -> u32 {
-        bits.count_ones()
-    }
-    #[inline(always)]
     fn splat(self, x: f32) -> __m256 {
         self.avx._mm256_set1_ps(x)
     }

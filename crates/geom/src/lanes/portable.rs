@@ -14,17 +14,6 @@ pub type Portable = Quads<2, 0>;
 type F<const N: usize> = [f32x4; N];
 type Q = [f64x2; 2];
 
-/// Number of set bits of each byte value. This is a table because SSE2 cannot count bits.
-const COUNTS: [u8; 256] = {
-    let mut counts = [0; 256];
-    let mut byte = 1;
-    while byte < 256 {
-        counts[byte] = counts[byte / 2] + byte as u8 % 2;
-        byte += 1;
-    }
-    counts
-};
-
 #[inline(always)]
 fn zip<T: Copy, const N: usize>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> [T; N] {
     core::array::from_fn(|i| f(a[i], b[i]))
@@ -91,10 +80,6 @@ impl<const N: usize, const AT: usize> Lanes for Quads<N, AT> {
     #[inline(always)]
     fn settled<T>(x: &T) -> &T {
         core::hint::black_box(x)
-    }
-    #[inline(always)]
-    fn count(self, bits: u32) -> u32 {
-        COUNTS[bits as usize % 256].into()
     }
     #[inline(always)]
     fn splat(self, x: f32) -> F<N> {

@@ -192,7 +192,7 @@ pub(super) fn certain<N: Column>(
 }
 
 /// Eight triangles, stored by component.
-pub(super) struct Transposed<L: Lanes> {
+pub struct Transposed<L: Lanes> {
     pub first: V8<L>,
     pub edge1: V8<L>,
     pub edge2: V8<L>,

@@ -7,8 +7,8 @@
 //! are coplanar or degenerate.
 //!
 //! If B turns, these directions turn with it in `f64`. Otherwise long edges that pass each other
-//! closely would seem to meet. The projections are enlarged by the deviation of B from its lines and by all
-//! rounding. So no direction makes the answer false: `docs/numerics.md`, "Motion".
+//! closely would seem to meet. The projections are enlarged by the deviation of B from its lines and
+//! by all rounding. So no direction makes the answer false: `docs/numerics.md`, "Motion".
 //!
 //! - [`windows`]: eight pairs at a time in `f32`, or one pair at eight times.
 //! - [`Swept`]: one pair in `f64`.
@@ -22,7 +22,7 @@ pub use pair::Swept;
 /// Motion of B during a substep, from time -1/2 to 1/2. B's given placement is that of time 0.
 /// Lengths are in A's units. A point at `y` has the velocity `shift + turn x y` at time 0. The
 /// fourth component of vectors is 0.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Glide {
     pub shift: [f32; 4],
     pub turn: [f32; 4],
@@ -35,17 +35,4 @@ pub struct Glide {
     pub spin: f32,
     /// Upper bound of any further deviation of B from this motion, in A's units.
     pub arc_error: f32,
-}
-
-impl Glide {
-    /// B at rest.
-    pub const NONE: Self = Self {
-        shift: [0.0; 4],
-        turn: [0.0; 4],
-        pull: [0.0; 4],
-        change: [0.0; 4],
-        turn_error: 0.0,
-        spin: 0.0,
-        arc_error: 0.0,
-    };
 }

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import TypeAlias
 
 _Mode: TypeAlias = Literal["any", "all"]
-_Effort: TypeAlias = Literal["fast", "normal", "best"]
+_Effort: TypeAlias = Literal["fast", "normal"]
 _Solid: TypeAlias = Literal["no", "keep", "flip"]
 
 _Real: TypeAlias = SupportsFloat | SupportsIndex

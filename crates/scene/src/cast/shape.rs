@@ -219,11 +219,11 @@ pub struct Overlap<'s> {
 /// The question about a shape and a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Asked {
-    /// When do they meet?
+    /// The time at which they meet.
     Time,
-    /// How far apart are they, if no farther than this?
+    /// Their distance, if it is at most this.
     Distance(f64),
-    /// Do they meet?
+    /// Whether they meet.
     Meeting(Mode),
 }
 

@@ -1,4 +1,4 @@
-//! The round robin: whose turn it is.
+//! The round robin: decides which pair is searched next.
 
 use super::job::Job;
 use crate::ask::TurnKind;

@@ -125,17 +125,10 @@ impl<'t> Shape<'t> {
     }
 
     fn longest_edge(&self) -> &Edge {
-        let [first, second, third] = &self.edges;
-        let longer = if first.square < second.square {
-            second
-        } else {
-            first
-        };
-        if longer.square < third.square {
-            third
-        } else {
-            longer
-        }
+        let [first, others @ ..] = &self.edges;
+        others
+            .iter()
+            .fold(first, |x, y| if x.square < y.square { y } else { x })
     }
 
     fn on_edge(&self, edge: &Edge, s: f64) -> DVec3 {

@@ -2,7 +2,7 @@
 //! point at which it meets the plane, and the points that both share if they lie in one plane. Used
 //! only where `f64` is in doubt ([`crate::triangle::ray`]).
 
-use super::sum::{Sum, Term, on_grid};
+use super::sum::{Sum, Term, determinant, on_grid};
 use crate::Ray;
 use arrayvec::ArrayVec;
 use core::array::from_fn;
@@ -29,8 +29,8 @@ const fn corner(i: usize) -> usize {
     3 + i % 3
 }
 
-/// Rows of a determinant: the dot product of the difference `first` and the triangle's normal. The
-/// line meets the plane at the parameter `above / along`; both are such determinants.
+/// Rows of the determinant that is the dot product of the difference `first` and the triangle's
+/// normal. The line meets the plane at the parameter `above / along`; both are such determinants.
 const fn rows(first: Row) -> [Row; 3] {
     [first, [corner(1), corner(0)], [corner(2), corner(0)]]
 }
@@ -100,7 +100,7 @@ impl Line {
     /// The projection along an axis is injective on that plane if not all orientations about the
     /// line vanish. If they vanish for all axes, the triangle is a part of the line.
     pub fn t_in_plane(&self) -> Option<f64> {
-        let along = (0..3).find(|&axis| self.length(axis, DIRECTION).sign() != 0)?;
+        let along = (0..3).find(|&axis| self.determinant([DIRECTION], [axis]).sign() != 0)?;
         let turns =
             |axis: usize| from_fn(|i| self.area(axis, [DIRECTION, [corner(i), ORIGIN]]).sign());
         let (axis, turns): (usize, [i8; 3]) = (0..3)
@@ -111,7 +111,7 @@ impl Line {
         for i in 0..3 {
             let (p, edge) = (corner(i), [corner(i + 1), corner(i)]);
             if turns[i] == 0 {
-                ends.push(Point::new(|first| self.length(along, first), p));
+                ends.push(Point::new(|first| self.determinant([first], [along]), p));
             }
             if turns[i] * turns[(i + 1) % 3] < 0 {
                 ends.push(Point::new(|first| self.area(axis, [first, edge]), p));
@@ -128,36 +128,16 @@ impl Line {
     }
 
     fn volume(&self, rows: [Row; 3]) -> Sum {
-        let mut sum = Sum::new(self.width);
-        for choice in 0..8_usize {
-            let [p, q, r] = from_fn(|i| &self.points[rows[i][choice >> i & 1]]);
-            let negate = choice.count_ones() % 2 == 1;
-            for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
-                sum.accumulate([p[x], q[y], r[z]], negate);
-                sum.accumulate([p[x], q[z], r[y]], !negate);
-            }
-        }
-        sum
+        self.determinant(rows, [0, 1, 2])
     }
 
     /// The area that two differences span, projected along an axis.
     fn area(&self, axis: usize, rows: [Row; 2]) -> Sum {
-        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
-        let mut sum = Sum::new(self.width);
-        for choice in 0..4_usize {
-            let [p, q] = from_fn(|i| &self.points[rows[i][choice >> i & 1]]);
-            let negate = choice.count_ones() % 2 == 1;
-            sum.accumulate([p[x], q[y], Term::ONE], negate);
-            sum.accumulate([p[y], q[x], Term::ONE], !negate);
-        }
-        sum
+        self.determinant(rows, [(axis + 1) % 3, (axis + 2) % 3])
     }
 
-    /// A difference of coordinates along an axis.
-    fn length(&self, axis: usize, [to, from]: Row) -> Sum {
-        let mut sum = Sum::new(self.width);
-        sum.add([self.points[to][axis], Term::ONE, Term::ONE]);
-        sum.subtract([self.points[from][axis], Term::ONE, Term::ONE]);
-        sum
+    fn determinant<const D: usize>(&self, rows: [Row; D], axes: [usize; D]) -> Sum {
+        let point = |i: usize| &self.points[i][..];
+        determinant(rows.map(|row| row.map(point)), axes, self.width)
     }
 }

@@ -9,7 +9,7 @@ use core::array::from_fn;
 use glam::DVec3;
 use robust::{Coord, Coord3D};
 
-use super::sum::{Sum, Term, on_grid};
+use super::sum::{Sum, Term, determinant, on_grid};
 
 /// Signs of determinants of points in a box.
 ///
@@ -193,17 +193,8 @@ fn exact_side(points: [[f64; 3]; 4]) -> i8 {
 }
 
 /// `det(p1 - p0, p2 - p0, p3 - p0)` of points on a grid of this width.
-fn exact_volume(points: [&[Term; 3]; 4], width: u32) -> Sum {
-    let mut sum = Sum::new(width);
-    // Expanded into the determinants of all triples of points.
-    for triple in [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]] {
-        let [p, q, r] = triple.map(|i: usize| points[i]);
-        for (x, y, z) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
-            sum.add([p[x], q[y], r[z]]);
-            sum.subtract([p[x], q[z], r[y]]);
-        }
-    }
-    sum
+fn exact_volume([p0, p1, p2, p3]: [&[Term; 3]; 4], width: u32) -> Sum {
+    determinant([[p1, p0], [p2, p0], [p3, p0]], [0, 1, 2], width)
 }
 
 /// Sign of `det(p1 - p0, p2 - p0)`.
@@ -217,14 +208,8 @@ fn exact_turn(points: [[f64; 2]; 3]) -> i8 {
 }
 
 /// `det(p1 - p0, p2 - p0)` of points on a grid of this width.
-fn exact_area(points: [&[Term; 2]; 3], width: u32) -> Sum {
-    let mut sum = Sum::new(width);
-    for pair in [[0, 1], [1, 2], [2, 0]] {
-        let [p, q] = pair.map(|i: usize| points[i]);
-        sum.add([p[0], q[1], Term::ONE]);
-        sum.subtract([p[1], q[0], Term::ONE]);
-    }
-    sum
+fn exact_area([p0, p1, p2]: [&[Term; 2]; 3], width: u32) -> Sum {
+    determinant([[p1, p0], [p2, p0]], [0, 1], width)
 }
 
 #[cfg(test)]

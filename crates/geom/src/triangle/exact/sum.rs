@@ -5,6 +5,7 @@
 //! occur. So the cost depends on the number of products, not on the spread of their exponents.
 
 use core::array::from_fn;
+use core::ptr;
 
 /// `mantissa * 2^exponent`, the mantissa odd or zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +59,42 @@ pub(super) fn on_grid<const D: usize, const N: usize>(
     (terms, high.saturating_sub(low).max(0) as u32)
 }
 
+/// A difference of two points: the first minus the second.
+pub(super) type Difference<'p> = [&'p [Term]; 2];
+
+/// The permutations of one, of two and of three numbers; true for odd ones.
+const PERMUTATIONS: [([usize; 3], bool); 6] = [
+    ([0, 1, 2], false),
+    ([1, 0, 2], true),
+    ([1, 2, 0], false),
+    ([0, 2, 1], true),
+    ([2, 0, 1], false),
+    ([2, 1, 0], true),
+];
+
+/// The determinant of up to three differences of points on a grid of this width, along as many
+/// axes.
+pub(super) fn determinant<const D: usize>(
+    rows: [Difference; D],
+    axes: [usize; D],
+    width: u32,
+) -> Sum {
+    let mut sum = Sum::new(width);
+    for choice in 0..1_usize << D {
+        let points: [&[Term]; D] = from_fn(|i| rows[i][choice >> i & 1]);
+        // With one point twice it is 0.
+        if (1..D).any(|i| points[..i].iter().any(|other| ptr::eq(*other, points[i]))) {
+            continue;
+        }
+        for &(permutation, is_odd) in &PERMUTATIONS[..[1, 2, 6][D - 1]] {
+            let factor = |i: usize| points[i][axes[permutation[i]]];
+            let factors = from_fn(|i| if i < D { factor(i) } else { Term::ONE });
+            sum.accumulate(factors, is_odd ^ (choice.count_ones() % 2 == 1));
+        }
+    }
+    sum
+}
+
 /// A sum of at most 48 products of three terms from a grid, added or subtracted.
 pub(super) struct Sum {
     /// The sum of the added products, then the sum of the subtracted ones. The least limb comes
@@ -77,6 +114,11 @@ const fn limbs(width: u32) -> usize {
     (3 * width as usize + 6).div_ceil(64)
 }
 
+/// The limbs `top` and `top - 1` of a size, which is all of it but for less than 2^-64.
+fn leading(size: &[u64; LIMBS], top: usize) -> f64 {
+    size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64
+}
+
 impl Sum {
     pub fn new(width: u32) -> Self {
         Self {
@@ -85,16 +127,8 @@ impl Sum {
         }
     }
 
-    pub fn add(&mut self, factors: [Term; 3]) {
-        self.accumulate(factors, false);
-    }
-
-    pub fn subtract(&mut self, factors: [Term; 3]) {
-        self.accumulate(factors, true);
-    }
-
     /// Adds a product, or subtracts it if `negate`.
-    pub fn accumulate(&mut self, factors: [Term; 3], negate: bool) {
+    fn accumulate(&mut self, factors: [Term; 3], negate: bool) {
         let negative = factors
             .iter()
             .fold(negate, |negative, term| negative ^ (term.mantissa < 0));
@@ -142,11 +176,7 @@ impl Sum {
             .rev()
             .find(|&i| sizes.iter().any(|size| size[i] != 0))
             .unwrap_or(0);
-        // Both sizes use the limbs `top` and `top - 1`. The limbs below are less than 2^-64 of the
-        // larger size.
-        let [size, rest] = sizes.map(|size| {
-            size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64
-        });
+        let [size, rest] = sizes.map(|size| leading(&size, top));
         size / (size + rest)
     }
 
@@ -156,11 +186,7 @@ impl Sum {
         let [(upper, top), (lower, bottom)] = [self, other].map(|sum| {
             let size = sum.size();
             let top = (1..sum.limbs).rev().find(|&i| size[i] != 0).unwrap_or(0);
-            // Two limbs hold more digits than `f64`, or all digits of the sum.
-            (
-                size[top] as f64 * TWO_TO_64 + top.checked_sub(1).map_or(0, |i| size[i]) as f64,
-                top,
-            )
+            (leading(&size, top), top)
         });
         let size = libm::ldexp(upper / lower, 64 * (top as i32 - bottom as i32));
         if self.sign() == other.sign() {
@@ -245,22 +271,25 @@ mod tests {
         let ([[largest, least]], width) = on_grid([[f64::MAX, TINY]]);
         let mut sum = Sum::new(width);
         for _ in 0..12 {
-            sum.add([largest; 3]);
-            sum.subtract([
-                Term {
-                    mantissa: -largest.mantissa,
-                    ..largest
-                },
-                largest,
-                largest,
-            ]);
+            sum.accumulate([largest; 3], false);
+            sum.accumulate(
+                [
+                    Term {
+                        mantissa: -largest.mantissa,
+                        ..largest
+                    },
+                    largest,
+                    largest,
+                ],
+                true,
+            );
         }
         assert_eq!(sum.sign(), 1);
         let mut sum = Sum::new(width);
-        sum.add([largest, largest, largest]);
-        sum.subtract([largest, largest, largest]);
+        sum.accumulate([largest, largest, largest], false);
+        sum.accumulate([largest, largest, largest], true);
         assert_eq!(sum.sign(), 0);
-        sum.subtract([least; 3]);
+        sum.accumulate([least; 3], true);
         assert_eq!(sum.sign(), -1);
     }
 
@@ -274,9 +303,9 @@ mod tests {
             ..largest
         };
         let mut sum = Sum::new(64); // a product just fits three limbs
-        sum.add([factor; 3]);
-        sum.add([factor; 3]);
-        sum.subtract([factor; 3]);
+        sum.accumulate([factor; 3], false);
+        sum.accumulate([factor; 3], false);
+        sum.accumulate([factor; 3], true);
         assert_eq!(sum.sign(), 1);
     }
 
@@ -289,10 +318,10 @@ mod tests {
         };
         let mut sum = Sum::new(100);
         for exponent in 63..192 {
-            sum.add([power(exponent), Term::ONE, Term::ONE]);
+            sum.accumulate([power(exponent), Term::ONE, Term::ONE], false);
         }
-        sum.add([power(63), Term::ONE, Term::ONE]);
-        sum.subtract([power(192), Term::ONE, Term::ONE]);
+        sum.accumulate([power(63), Term::ONE, Term::ONE], false);
+        sum.accumulate([power(192), Term::ONE, Term::ONE], true);
         assert_eq!(sum.sign(), 0);
     }
 }
