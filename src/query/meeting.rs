@@ -14,6 +14,7 @@ use super::traversal::{Traversal, Visitor};
 use super::triangle_pairs::push_all;
 use super::workspace::Workspace;
 use crate::model::cost::WORK_PER_LOOKUP;
+use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 
@@ -60,13 +61,19 @@ impl Visitor for Traversal<'_, '_, Meeting<'_>> {
             self.test_triangles(lanes);
         }
         self.workspace.testing = self.goes_on_testing();
-        let is_enough =
-            self.workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any;
-        is_enough.then_some(StopReason::FirstHit)
+        self.has_enough()
     }
 }
 
 impl Traversal<'_, '_, Meeting<'_>> {
+    /// Ends a run of [`Mode::Any`] at the first hit.
+    #[inline(always)]
+    fn has_enough(&self) -> Option<StopReason> {
+        let is_enough =
+            self.workspace.run.stats.found > 0 && self.question.options.mode == Mode::Any;
+        is_enough.then_some(StopReason::FirstHit)
+    }
+
     #[inline(never)]
     fn queue_all(&mut self, hits: u64, depth: impl Fn(usize) -> f32, child: impl Fn(u32) -> Pair) {
         let mut ahead = 0;
@@ -109,6 +116,32 @@ impl Traversal<'_, '_, Meeting<'_>> {
             self.workspace.run.strategy = self.strategy;
             self.workspace.drop_known([self.a, self.b]);
         }
+    }
+
+    /// Pushes pairs so that the deepest is on top and the second below it.
+    #[inline(never)]
+    fn push_ranked(
+        &mut self,
+        hits: u64,
+        depth: impl Fn(usize) -> f32,
+        child: impl Fn(u32) -> Pair,
+    ) {
+        // The depth, with the index of the pair in its last bits. A select, not a branch, because
+        // the comparison is unpredictable.
+        let (mut first, mut second) = (0, 0);
+        for bit in bits(hits) {
+            let key = depth(bit).to_bits() & !63 | bit as u32;
+            second = second.max(first.min(key));
+            first = first.max(key);
+        }
+        let (first, second) = (first % 64, second % 64);
+        let frontier = &mut self.workspace.frontier;
+        let rest = hits & !(1 << first);
+        if rest != 0 {
+            frontier.push_all(rest & !(1 << second), &child);
+            frontier.push(child(second));
+        }
+        frontier.push(child(first));
     }
 
     /// The witnesses of the previous frame, out of `among`, that lie below a pair.
@@ -160,6 +193,9 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
         if hits == 0 {
             return;
         }
+        if self.strategy.ranks() {
+            return self.push_ranked(hits, depth, child);
+        }
         let frontier = &mut self.workspace.frontier;
         let (mut bit, mut place) = (
             hits.trailing_zeros(),
@@ -189,7 +225,7 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, mut hits: u64, _depth: impl Fn(usize) -> f32, first: [u32; 2]) {
+    fn triangles(&mut self, mut hits: u64, depth: impl Fn(usize) -> f32, first: [u32; 2]) {
         if self.strategy.trace != Tracing::Never
             && hits != 0
             && !self.workspace.trace.known.is_empty()
@@ -197,6 +233,20 @@ impl Sink for Traversal<'_, '_, Meeting<'_>> {
             self.workspace.run.stats.work += WORK_PER_LOOKUP;
             hits = self.workspace.trace.pass(hits, first);
         }
+        if self.strategy.ranks() && hits.count_ones() as usize > WIDTH {
+            let deeper = deeper(hits, depth);
+            push_all(&mut self.workspace.waiting, hits & !deeper, first);
+            hits = deeper;
+        }
         push_all(&mut self.workspace.waiting, hits, first);
     }
+}
+
+/// Of these pairs, those deeper than the mean.
+#[inline(never)]
+fn deeper(hits: u64, depth: impl Fn(usize) -> f32) -> u64 {
+    let mean = bits(hits).map(&depth).sum::<f32>() / hits.count_ones() as f32;
+    bits(hits).fold(0, |deeper, bit| {
+        deeper | u64::from(depth(bit) > mean) << bit
+    })
 }
