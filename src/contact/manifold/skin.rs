@@ -202,8 +202,9 @@ impl Skin {
 
     /// True if two triangles that are at least `low` apart need no closer look. The normal of their
     /// contact is within 5 degrees of `normal`, which has any length. Either it is on the inner side
-    /// of a face and the contact no nearer than `nearest`, up to a thousandth; or the triangles are within the points of a known cone and no nearer than its
-    /// nearest, up to a thousandth, and have a normal in that cone or face each other across it.
+    /// of a face, and the contact no nearer than `nearest`, up to a thousandth. Or the triangles are
+    /// within the points of a known cone and no nearer than its nearest, up to a thousandth, and have
+    /// a normal in that cone or face each other across it.
     #[inline]
     pub fn covers(&self, corners: [&[DVec3; 3]; 2], low: f64, normal: DVec3, nearest: f64) -> bool {
         let is_within = |cone: &Cone| {

@@ -95,8 +95,9 @@ impl Touch {
             }
         }
         if let Some((_, distance)) = self.nearest.filter(|_| self.points.is_empty()) {
-            // Surfaces that are not oriented may be near each other without a contact.
-            self.low = self.low.min(distance);
+            // Surfaces that are not oriented may be near each other without a contact. The nearest
+            // triangles are known up to a thousandth of their distance.
+            self.low = self.low.min(0.999 * distance);
         }
         let size = pair.map(|placed| length(placed.body.tree.mesh().aabb().extents()));
         self.inherit(before, REACH * size[0].min(size[1]));
