@@ -28,13 +28,11 @@ pub fn safe_speed(free_for: f64, cycle: f64, braking: f64) -> f64 {
 pub fn braking_time(velocity: &[f64], decelerations: &[f64]) -> f64 {
     let time = |(i, v): (usize, &f64)| {
         let most = decelerations.get(i).map_or(0.0, |a| a.max(0.0));
-        match (*v == 0.0, v.abs() / most) {
-            (true, _) => 0.0,
-            (_, time) if time.is_nan() => f64::INFINITY,
-            (_, time) => time,
-        }
+        let time = v.abs() / most;
+        if time.is_nan() { f64::INFINITY } else { time }
     };
-    velocity.iter().enumerate().map(time).fold(0.0, f64::max)
+    let moving = velocity.iter().enumerate().filter(|(_, v)| **v != 0.0);
+    moving.map(time).fold(0.0, f64::max)
 }
 
 impl Checker {

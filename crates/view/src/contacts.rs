@@ -14,7 +14,7 @@ use crate::{Bodies, View};
 const MOST_CONTACTS: usize = 10_000;
 
 /// A page for a query of these bodies at this pose, which ends at `most` contacts, and which was answered so. Of two solids it
-/// shows how deep they are sunk into each other, too.
+/// shows where and how deep they are sunk into each other, too.
 pub fn contacts(
     bodies: &Bodies,
     query: Query<Contacts>,
@@ -31,11 +31,15 @@ pub fn contacts(
         let query = Query::manifolds(a, b, *pose);
         draw_overlaps(&mut stage, query, arrays[1])
     });
+    let mut surfaces = stage.both(&placed);
+    if is_solid {
+        surfaces.extend(draw_sunk(&mut stage, bodies, pose, placed));
+    }
     let mut steps = Steps {
         query,
         most,
         workspace: Workspace::new(),
-        placed,
+        surfaces,
         drawn: HashSet::new(),
         around: Aabb::EMPTY,
         arrays,
@@ -49,6 +53,7 @@ pub fn contacts(
     ];
     if depths.is_some() {
         layers.push(("near", "depths of overlaps"));
+        layers.push(("sunk", "triangles with a corner inside the other"));
     }
     Ok(View::of_query(
         "Where two meshes touch",
@@ -79,11 +84,45 @@ fn draw_overlaps(stage: &mut Stage, query: Query<Manifolds>, normals: usize) -> 
     depths
 }
 
+/// The triangles of each body that have a corner inside the other or on its surface.
+fn draw_sunk(
+    stage: &mut Stage,
+    bodies: &Bodies,
+    b_in_a: &Pose,
+    placed: [[usize; 2]; 2],
+) -> Vec<Value> {
+    let [a, b] = bodies.trees;
+    let into = [b_in_a.inverse().ok(), Some(*b_in_a)];
+    let mut workspace = Workspace::new();
+    let mut draw = |side: usize| {
+        let (mesh, other) = ([a, b][side].mesh(), [b, a][side]);
+        let into = into[side]?;
+        let points: Vec<[f64; 3]> = (0..mesh.vertex_count())
+            .map(|i| into.transform_point(mesh.vertex(i)).to_array())
+            .collect();
+        let query = Query::windings(other, &points).ok()?;
+        let _ = query.run(&mut workspace, Budget::unlimited());
+        let bounds = workspace.points();
+        let is_inside = |&i: &u32| bounds[i as usize].inside == Some(true);
+        let sunk = (0..).zip(mesh.triangles());
+        let sunk: Vec<u32> = sunk
+            .filter(|(_, corners)| corners.iter().any(is_inside))
+            .map(|(id, _)| id)
+            .collect();
+        let array = stage.arrays.add();
+        let range = stage.triangles(array, mesh, sunk);
+        let [mesh, pose] = placed[side];
+        Some(json!(["sunk", mesh, pose, range]))
+    };
+    [draw(0), draw(1)].into_iter().flatten().collect()
+}
+
 struct Steps<'t> {
     query: Query<'t, Contacts>,
     most: Option<usize>,
     workspace: Workspace,
-    placed: [[usize; 2]; 2],
+    /// Both bodies, and where they are sunk into each other.
+    surfaces: Vec<Value>,
     drawn: HashSet<[u32; 2]>,
     around: Aabb,
     /// Of contacts and of normals, in the order of discovery.
@@ -202,7 +241,7 @@ impl Stepwise for Steps<'_> {
         ];
         facts.extend(open);
         facts.extend(tests(&said.stats));
-        let (surfaces, focus) = (stage.both(&self.placed), stage.focus(&self.around));
+        let (surfaces, focus) = (&self.surfaces, stage.focus(&self.around));
         Ok(
             json!({ "facts": facts, "remarks": Vec::from_iter(remark), "surfaces": surfaces, "boxes": boxes, "lines": lines, "focus": focus }),
         )

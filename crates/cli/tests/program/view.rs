@@ -374,6 +374,10 @@ fn distances_contacts_and_motions_are_shown() {
     for (line, count) in [(0, contacts + overlaps), (1, contacts), (2, overlaps)] {
         assert_eq!(page.range(&lines[line][1]).len(), 6 * count, "{line}");
     }
+    let surfaces = &page.steps().last().unwrap()["surfaces"];
+    let size = |i: usize| page.range(&surfaces[i][3]).len();
+    assert!((2..4).all(|i| surfaces[i][0] == "sunk" && size(i) < size(i - 2)));
+    assert!(size(2) + size(3) > 0);
 
     folder.write("sweeps.txt", "1 0 0 -4 0 1 0 0 0 0 1 0 4 0 0\n");
     let answer = folder.run("motion a.obj b.obj sweeps.txt --view page.html");

@@ -67,6 +67,8 @@ fn distance_and_time_of_impact_of_a_pair_are_those_of_single_queries() {
         }
         #[cfg(feature = "parallel")]
         scene.use_threads(threads).unwrap();
+        #[cfg(not(feature = "parallel"))]
+        let _ = threads;
         let group = scene
             .measure_groups(&ids[..4], &ids[3..], TOLERANCE)
             .unwrap();

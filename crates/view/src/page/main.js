@@ -301,7 +301,7 @@ class Page {
     const opacity = byId("opacity").value / 100;
     const chosen = names ? this.picked.map(({ body }) => body) : [];
     const surface = ([layer, mesh, pose, triangles], body) => {
-      const glow = layer === "met";
+      const glow = layer === "met" || layer === "sunk";
       const alpha = glow ? 1 : opacity * (GHOSTS[layer] ?? 1);
       return {
         body,
