@@ -10,6 +10,7 @@ use crate::id::PairKey;
 use crate::schedule::known::Known;
 use alloc::boxed::Box;
 use arrayvec::ArrayVec;
+use core::hint::black_box;
 use punctual::engine::SeparatingPlane;
 use punctual::prediction::Calibration;
 use punctual::{PairMemory, Verdict};
@@ -390,7 +391,9 @@ impl PairState {
 
     /// How early a contact was proven in the last motion: 1 at once, 0 at its end.
     pub fn urgency(&self) -> Option<f32> {
-        let (.., times) = self.proven();
+        // Without this, the compiler compares times before it knows that there are any, which
+        // valgrind reports.
+        let (.., times) = black_box(self.proven());
         (times.high <= 1.0).then_some(1.0 - times.low as f32)
     }
 
