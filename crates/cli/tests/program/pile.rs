@@ -45,8 +45,9 @@ fn no_body_is_lost_within_any_budget() {
         assert_eq!((rows.len(), sums.len()), (240, 3), "{budget}");
         assert!(column(&rows, 1).iter().all(|&lost| lost == 0.0), "{budget}");
         let deepest = column(&rows, 2).into_iter().fold(0.0, f64::max);
-        assert!(deepest < 0.25, "{budget}: {deepest}");
+        // How deep bodies get within a budget of time depends on the machine.
         let is_timed = budget.contains("us");
+        assert!(is_timed || deepest < 0.2, "{budget}: {deepest}");
         let overruns = column(&rows, 7);
         assert!(is_timed || overruns.iter().all(|&ns| ns == 0.0), "{budget}");
     }
