@@ -207,7 +207,7 @@ mod tests {
             } else {
                 libm::pow(10.0, random.between(-5.0, -0.5))
             };
-            // Along the edge, the point is anywhere on it.
+            // The axis of the edge: the point may be anywhere on the edge.
             let inward = if outward[i].abs() < 1e-12 {
                 random.between(-1.0, 1.0)
             } else {

@@ -260,9 +260,9 @@ impl Query<'_, Intersection> {
         Some(memory?.last_bv_tests_of(self.asked.options.mode)? as f64)
     }
 
-    /// True if the time is expected to suffice, without reading the boxes: by the 90 % quantile for
-    /// the costliest placement of the two trees, or, with a memory, for the next frame after the
-    /// last one.
+    /// True if the time is expected to suffice for the 90 % quantile of the cost. Without a memory,
+    /// that of the costliest placement of the two trees; with one, that of the next frame. Reads no
+    /// boxes.
     pub(super) fn fits(
         &self,
         limit: Duration,

@@ -136,8 +136,8 @@ impl Interval {
         })
     }
 
-    /// The square of the cut, rounded up, in units of the length `unit`. Never so small that a pair
-    /// that may intersect would not matter.
+    /// The square of the cut, rounded up, in units of the length `unit`. Never 0, so that a pair
+    /// that may intersect still counts.
     pub fn square_cut(&self, unit: f64) -> f32 {
         let cut = self.cut / unit;
         ((cut * cut * (1.0 + f64::from(f32::EPSILON))) as f32).max(1e-36)

@@ -224,9 +224,9 @@ pub(super) struct Sets {
     next_point: usize,
     balls: Vec<Ball>,
     next_ball: usize,
-    /// The cones that the sets advance, and those of them that nobody has in hand: the bits of the
-    /// radius, which order them like the radius, and the index.
+    /// The cones that the sets advance.
     pub cones: Vec<Cone>,
+    /// The cones that wait, least radius first: the bits of the radius, and the index.
     pub open: BinaryHeap<Reverse<(u64, usize)>>,
 }
 

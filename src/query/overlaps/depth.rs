@@ -31,7 +31,7 @@ const PROBES: usize = 4;
 /// Maximum number of points found in a group: one a probe, and those of its curve.
 const FOUND: usize = 16;
 
-/// A group of no more pairs than this has no probe in its middle if it has vertices.
+/// A group of at most this many pairs gets a probe in its middle only if it has no vertices.
 const FEW: u32 = 16;
 
 /// A group of no more pairs than this is small.
