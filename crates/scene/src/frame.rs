@@ -38,7 +38,6 @@ impl Scene {
         let (number, mode, asked_since, rest) =
             (self.report.frame, self.mode, self.asked_since, self.rest);
         let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
-        let mut share = Share::new(clock);
         let Self {
             pairs,
             broad,
@@ -61,7 +60,7 @@ impl Scene {
             crew,
         };
         let left = schedule.revisit(&frame, broad, pairs, scratch);
-        share.begin(budget, left, schedule.found());
+        let mut share = Share::new(budget, left, schedule.found(), clock);
         share.run(Step::Place, |deadline| self.place_changed(deadline));
         let Self {
             pairs,

@@ -67,7 +67,7 @@ pub(super) use deal::BATCHES;
 use deal::{Deal, take_back};
 use job::Job;
 use listing::{Counts, Listing};
-use pace::{Overhead, Reserved, Speed};
+use pace::{OVERHEAD, Reserved, Speed};
 use pairs::Pairs;
 use punctual::Tree;
 use punctual::engine::Deadline;
@@ -92,10 +92,8 @@ const PART: usize = 64;
 /// frame divided by this.
 const LIST_OF_FOUND: u32 = 4;
 
-/// Reading what jobs have found about groups takes at most a frame divided by `MOST_OF_GROUPS`. A
-/// job counts for at most `MOST_PER_TOLD_PAIR` nanoseconds.
+/// Reading what jobs have found about groups takes at most a frame divided by this.
 const MOST_OF_GROUPS: u32 = 8;
-const MOST_PER_TOLD_PAIR: f64 = 400.0;
 
 /// Maximum number of rounds of a frame. The rest is small after two or three.
 const ROUNDS: u64 = 8;
@@ -123,11 +121,10 @@ pub(crate) struct Schedule {
     listed: Tallies,
     revisit: Revisit,
     speed: Speed,
-    overhead: Overhead,
+    /// Time of a list after its deadline.
+    closing: Reserved,
     /// Time from the collection of the last job to the end of the frame, without estimates.
     rest: Reserved,
-    /// Time to read what a job has found about groups.
-    groups: Reserved,
     /// The correction of the estimated probabilities.
     pub calibration: Calibration,
 }
@@ -220,10 +217,8 @@ impl Schedule {
             self.revisit
                 .search(frame, broad, pairs, &mut hands, &mut deadline());
         }
-        let (ended, of_list) = (
-            frame.clock.now(),
-            self.overhead.listing(self.revisit.found.len()),
-        );
+        let ended = frame.clock.now();
+        let of_list = pace::listing(self.revisit.found.len());
         let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));
         Some([ended, end.saturating_sub(ended)])
     }
@@ -243,11 +238,11 @@ impl Schedule {
         report: &mut Report,
         scratch: &mut Box<Workspace>,
     ) -> Option<Duration> {
-        let mut overhead = self.overhead;
-        share.list(&mut overhead, |deadline| {
+        let mut closing = self.closing;
+        share.list(&mut closing, |deadline| {
             self.list(frame, found, report, scratch, deadline)
         });
-        self.overhead = overhead;
+        self.closing = closing;
         report.spend(self.revisit.spent());
         let pairs = &mut *found.pairs;
         let estimates = frame.for_estimates();
@@ -255,9 +250,9 @@ impl Schedule {
             0 => 0,
             _ => self.jobs.iter().filter(|job| job.measures).count(),
         };
-        let groups = self.groups.times(measured as f64);
+        let groups = pace::reading(measured);
         let groups = groups.min(frame.times[1] / MOST_OF_GROUPS);
-        let rest = self.rest.times(1.0) + groups + estimates.unwrap_or_default();
+        let rest = self.rest.time() + groups + estimates.unwrap_or_default();
         let end = frame.end(rest);
         let mut round = Round::to_the_end(frame.number, frame.mode, end);
         let mut lap = None;
@@ -282,17 +277,15 @@ impl Schedule {
             self.find_homes();
             self.plan(frame, &mut round, left, reserve, pairs);
             let dealt = self.batches.iter().map(|batch| batch.turns.len()).sum();
-            round.end = frame.end(rest + self.overhead.collecting(dealt));
-            let dealing = frame.lap(&mut lap);
+            round.end = frame.end(rest + pace::collecting(dealt));
+            frame.lap(&mut lap);
             frame
                 .crew
                 .run(&mut self.batches, &round, frame.bodies, scratch);
             let running = frame.lap(&mut lap);
             let spent = self.collect(frame, [total, least], pairs, report);
-            if let (Some(dealing), Some(running), Some(collecting)) =
-                (dealing, running, frame.lap(&mut lap))
-            {
-                self.overhead.learn_round([dealing, collecting], dealt);
+            frame.lap(&mut lap);
+            if let Some(running) = running {
                 self.speed
                     .learn(spent as f64, nanoseconds(running) * frame.threads() as f64);
             }
@@ -325,7 +318,7 @@ impl Schedule {
             let took = took.saturating_sub(estimating + telling);
             let told = report.pairs.len() + found.events.len();
             let most = (2_000 + 10 * told) as f64 + nanoseconds(estimates.unwrap_or_default());
-            self.rest.learn(nanoseconds(took), most);
+            self.rest.learn(took, most);
         }
         lap
     }
@@ -349,16 +342,13 @@ impl Schedule {
         }
         let mut lap = None;
         frame.lap(&mut lap);
-        let mut deadline =
-            Deadline::of_a_part(frame.end(self.rest.times(1.0)), u64::MAX, frame.clock);
-        let mut read = 0;
+        let mut deadline = Deadline::of_a_part(frame.end(self.rest.time()), u64::MAX, frame.clock);
         for &Job { key, place, .. } in self.jobs.iter().filter(|job| job.measures) {
             if !deadline.has_room(WORK_PER_TOLD_PAIR) {
                 self.tallies.copy(&self.listed);
                 break;
             }
             deadline.spend(WORK_PER_TOLD_PAIR);
-            read += 1;
             let state = found.pairs.state(place as usize, frame);
             let near = bodies.near(key, state, frame.changed(key), number);
             let is_settled = bodies
@@ -369,10 +359,7 @@ impl Schedule {
                 .add(&bodies.distance_requests, key, Some(&near), is_settled);
         }
         self.tallies.tell(bodies, report);
-        let took = frame.lap(&mut lap).unwrap_or_default();
-        let each = nanoseconds(took) / f64::from(read + 16);
-        self.groups.learn(each, MOST_PER_TOLD_PAIR);
-        took
+        frame.lap(&mut lap).unwrap_or_default()
     }
 
     /// Passes the findings about groups on to the next frames.
@@ -390,9 +377,7 @@ impl Schedule {
         pairs: &mut Pairs,
     ) {
         let timed = round.end.map(|_| frame.threads());
-        let of_a_job =
-            |threads| self.overhead.of_a_job() * threads as f64 * self.speed.work_per_nano();
-        let overhead = timed.map_or(0, |threads| of_a_job(threads) as u64);
+        let overhead = timed.map_or(0, |threads| OVERHEAD * threads as u64);
         let Self {
             jobs,
             batches,
@@ -422,7 +407,7 @@ impl Schedule {
     /// Estimates the stopped queries, at most one per batch, as long as there is time. Returns the
     /// time that it took within its limit.
     fn estimate(&mut self, frame: &Frame, pairs: &mut Pairs, report: &mut Report) -> Duration {
-        let end = frame.end(self.rest.times(1.0));
+        let end = frame.end(self.rest.time());
         let began = end.map_or(Duration::ZERO, |_| frame.clock.now());
         let last_look = Cell::new(began);
         let goes_on = || {

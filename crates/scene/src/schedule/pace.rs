@@ -1,25 +1,23 @@
-//! Measured speeds of the frames of a scene on this machine, for sharing the rest of a frame.
+//! Speeds of the frames of a scene, for sharing the rest of a frame.
 
 use crate::cost::{WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR};
 use core::time::Duration;
 use punctual::engine::TYPICAL_UNIT;
 use punctual_geom::nanoseconds;
 
-/// Initial values: nanoseconds per unit of work of the list, per job dealt to a batch, and per job
-/// collected.
+// What is small beside the queries is not measured on each machine: nanoseconds per unit of work of
+// the list, per job dealt to a batch, per job collected, and per job whose findings about groups
+// are read.
 const LISTING: f64 = 1.0;
 const DEALING: f64 = 50.0;
 const COLLECTING: f64 = 25.0;
-
-/// Maximum time that counts for a list after its deadline, nanoseconds.
-const MOST_CLOSING: f64 = 10_000.0;
+const READING: f64 = 400.0;
 
 /// Time beyond this many times the usual is attributed to other programs.
 const MOST: f64 = 4.0;
 
-/// Added to a number of jobs or units before a time is divided by it, because a step takes time
-/// even without any.
-const NEVER_NONE: f64 = 16.0;
+/// Added to a number of jobs, because a step takes time even without any.
+const NEVER_NONE: usize = 16;
 
 /// Speed of the queries of a thread: exponentially fading sums.
 #[derive(Clone, Copy, Debug)]
@@ -49,85 +47,46 @@ impl Speed {
     }
 }
 
+/// Time to list this many pairs that were found to meet before the list.
+pub(crate) fn listing(pairs: usize) -> Duration {
+    nanos(LISTING * (pairs as u64 * WORK_PER_FOUND_PAIR) as f64)
+}
+
+/// Time to collect this many jobs.
+pub(crate) fn collecting(jobs: usize) -> Duration {
+    nanos(COLLECTING * (jobs + NEVER_NONE) as f64)
+}
+
+/// Time to read what this many jobs have found about groups.
+pub(crate) fn reading(jobs: usize) -> Duration {
+    nanos(READING * jobs as f64)
+}
+
+fn nanos(nanos: f64) -> Duration {
+    Duration::from_nanos(nanos as u64)
+}
+
+/// Work of a list of as many pairs as can be listed, dealt and collected in `time`.
+pub(crate) fn list_work(time: Duration) -> u64 {
+    let each = LISTING + (DEALING + COLLECTING) / WORK_PER_LISTED_PAIR as f64;
+    (nanoseconds(time) / each) as u64
+}
+
+/// Work that a query could do while a job is dealt and collected.
+pub(crate) const OVERHEAD: u64 = ((DEALING + COLLECTING) / TYPICAL_UNIT) as u64;
+
 /// Nanoseconds reserved for a time that varies: they rise at once and fall slowly.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reserved(f64);
 
 impl Reserved {
     /// `most`: time beyond it is attributed to other programs.
-    pub fn learn(&mut self, nanos: f64, most: f64) {
-        let took = nanos.min(most);
+    pub fn learn(&mut self, took: Duration, most: f64) {
+        let took = nanoseconds(took).min(most);
         self.0 = took.max((15.0 * self.0 + took) / 16.0);
     }
 
-    pub fn times(&self, count: f64) -> Duration {
-        Duration::from_nanos((self.0 * count) as u64)
-    }
-}
-
-/// Overhead of the pairs in a frame besides their queries, nanoseconds.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Overhead {
-    /// Exponentially weighted means.
-    listing: f64,
-    dealing: f64,
-    collecting: Reserved,
-    /// Time of a list after its deadline.
-    closing: Reserved,
-}
-
-impl Default for Overhead {
-    fn default() -> Self {
-        Self {
-            listing: LISTING,
-            dealing: DEALING,
-            collecting: Reserved(COLLECTING),
-            closing: Reserved(0.0),
-        }
-    }
-}
-
-impl Overhead {
-    pub fn learn_list(&mut self, took: Duration, work: u64) {
-        let each = nanoseconds(took) / (work as f64 + NEVER_NONE);
-        self.listing += (each.min(MOST * LISTING) - self.listing) / 16.0;
-    }
-
-    /// Records the time from the deadline of a list to its end; zero if it ended before.
-    pub fn learn_closing(&mut self, took: Duration) {
-        self.closing.learn(nanoseconds(took), MOST_CLOSING);
-    }
-
-    /// Expected maximum time of a list after its deadline.
-    pub fn closing(&self) -> Duration {
-        self.closing.times(1.0)
-    }
-
-    /// Records the times in which the jobs of a round were dealt and collected.
-    pub fn learn_round(&mut self, [dealing, collecting]: [Duration; 2], jobs: usize) {
-        let each = |took: Duration| nanoseconds(took) / (jobs as f64 + NEVER_NONE);
-        self.dealing += (each(dealing).min(MOST * DEALING) - self.dealing) / 16.0;
-        self.collecting.learn(each(collecting), MOST * COLLECTING);
-    }
-
-    /// Time to list this many pairs.
-    pub fn listing(&self, pairs: usize) -> Duration {
-        Duration::from_nanos((self.listing * (pairs as u64 * WORK_PER_FOUND_PAIR) as f64) as u64)
-    }
-
-    /// Overhead of a job, from the list to the report, nanoseconds.
-    pub fn of_a_job(&self) -> f64 {
-        self.dealing + self.collecting.0
-    }
-
-    /// Time to collect this many jobs.
-    pub fn collecting(&self, jobs: usize) -> Duration {
-        self.collecting.times(jobs as f64 + NEVER_NONE)
-    }
-
-    /// Work of a list of as many pairs as can be listed, dealt and collected in `time`.
-    pub fn list_work(&self, time: Duration) -> u64 {
-        let after = self.of_a_job() / WORK_PER_LISTED_PAIR as f64;
-        (nanoseconds(time) / (self.listing + after)) as u64
+    pub fn time(&self) -> Duration {
+        Duration::from_nanos(self.0 as u64)
     }
 }

@@ -1,6 +1,6 @@
 //! The share of a frame that the broad phase may spend.
 
-use super::pace::Overhead;
+use super::pace::{Reserved, list_work};
 use crate::cost::{BROAD_PHASE_WORK, WORK_PER_FOUND_PAIR};
 use core::hint::black_box;
 use core::time::Duration;
@@ -27,6 +27,9 @@ impl Step {
     }
 }
 
+/// Maximum time that counts for a list after its deadline, nanoseconds.
+const MOST_CLOSING: f64 = 10_000.0;
+
 const PARTS: u64 = 6;
 const PARTS_OF_TIME: u32 = 8;
 
@@ -44,32 +47,31 @@ pub(crate) struct Share<'c> {
 }
 
 impl<'c> Share<'c> {
-    /// The share of a frame without a budget, or before [`Share::begin`].
-    pub fn new(clock: &'c dyn Clock) -> Self {
-        let zero = Duration::ZERO;
-        Self {
-            is_timed: false,
-            started: zero,
-            limit: zero,
-            work: None,
-            of_found: 0,
-            clock,
-            spent: 0,
-        }
-    }
-
-    /// Sets the share from the rest of a frame. `left`: when the rest begins, and how long it is,
-    /// if time is limited. `found`: number of pairs known to meet.
-    pub fn begin(&mut self, budget: Budget, left: Option<[Duration; 2]>, found: usize) {
-        self.of_found = found as u64 * WORK_PER_FOUND_PAIR;
-        self.work = budget.work_limit().map(|work| {
+    /// The share of the rest of a frame. `left`: when the rest begins, and how long it is, if time
+    /// is limited. `found`: number of pairs known to meet.
+    pub fn new(
+        budget: Budget,
+        left: Option<[Duration; 2]>,
+        found: usize,
+        clock: &'c dyn Clock,
+    ) -> Self {
+        let of_found = found as u64 * WORK_PER_FOUND_PAIR;
+        let work = budget.work_limit().map(|work| {
             work.saturating_add(BROAD_PHASE_WORK)
-                .saturating_sub(self.of_found)
+                .saturating_sub(of_found)
         });
         // Without this, the compiler computes with missing values before they are needed, which
         // valgrind reports.
-        [self.started, self.limit] = black_box(left.unwrap_or_default());
-        self.is_timed = left.is_some();
+        let [started, limit] = black_box(left.unwrap_or_default());
+        Self {
+            is_timed: left.is_some(),
+            started,
+            limit,
+            work,
+            of_found,
+            clock,
+            spent: 0,
+        }
     }
 
     /// Runs a step with its deadline.
@@ -78,28 +80,26 @@ impl<'c> Share<'c> {
         self.run_until(end, work, run)
     }
 
-    /// Runs the list, and measures its speed. It gets half of the time left, including what it
+    /// Runs the list, and measures how long it takes after its deadline (`closing`). It gets half of the time left, including what it
     /// takes after its deadline, and leaves at least a quarter to the queries. The pairs found
     /// before are listed in addition.
-    pub fn list<R>(&mut self, overhead: &mut Overhead, run: impl FnOnce(&mut Deadline) -> R) -> R {
+    pub fn list<R>(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (end, work) = self.limits(Step::List);
         let of_found = self.of_found;
         let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else {
             return self.run_until(end, work.saturating_add(of_found), run);
         };
-        let (began, before) = (self.clock.now(), self.spent);
+        let began = self.clock.now();
         let left = frame.saturating_sub(began);
         let end = last.min(began.saturating_add(left / 2)).max(began);
-        let end = end - overhead.closing().min((end - began) / 2);
+        let end = end - closing.time().min((end - began) / 2);
         let result = self.run_until(
             Some(end),
-            work.min(overhead.list_work(left - left / 4))
+            work.min(list_work(left - left / 4))
                 .saturating_add(of_found),
             run,
         );
-        let ended = self.clock.now();
-        overhead.learn_list(ended.saturating_sub(began), self.spent - before);
-        overhead.learn_closing(ended.saturating_sub(end));
+        closing.learn(self.clock.now().saturating_sub(end), MOST_CLOSING);
         result
     }
 
@@ -140,12 +140,11 @@ mod tests {
     #[test]
     fn a_list_that_was_over_late_ends_earlier_from_then_on() {
         const LIMIT: Duration = Duration::from_micros(100);
-        let (clock, mut overhead) = (ManualClock::new(), Overhead::default());
+        let (clock, mut closing) = (ManualClock::new(), Reserved::default());
         let mut over = || {
             let began = clock.now();
-            let mut share = Share::new(&clock);
-            share.begin(Budget::time(LIMIT), Some([began, LIMIT]), 0);
-            share.list(&mut overhead, |deadline| {
+            let mut share = Share::new(Budget::time(LIMIT), Some([began, LIMIT]), 0, &clock);
+            share.list(&mut closing, |deadline| {
                 while deadline.has_room(100) {
                     clock.advance(Duration::from_nanos(300));
                     deadline.spend(100);
