@@ -88,10 +88,6 @@ const PARTS: u32 = 16;
 /// Minimum number of known pairs per part of the list if their jobs are short.
 const PART: usize = 64;
 
-/// The time reserved for listing the pairs that were found to meet before the list is at most a
-/// frame divided by this.
-const LIST_OF_FOUND: u32 = 4;
-
 /// Reading what jobs have found about groups takes at most a frame divided by this.
 const MOST_OF_GROUPS: u32 = 8;
 
@@ -219,7 +215,7 @@ impl Schedule {
         }
         let ended = frame.clock.now();
         let of_list = pace::listing(self.revisit.found.len());
-        let end = began.saturating_add(limit - of_list.min(limit / LIST_OF_FOUND));
+        let end = began.saturating_add(limit.saturating_sub(of_list));
         Some([ended, end.saturating_sub(ended)])
     }
 

@@ -80,9 +80,8 @@ impl<'c> Share<'c> {
         self.run_until(end, work, run)
     }
 
-    /// Runs the list, and measures how long it takes after its deadline (`closing`). It gets half of the time left, including what it
-    /// takes after its deadline, and leaves at least a quarter to the queries. The pairs found
-    /// before are listed in addition.
+    /// Runs the list, and measures how long it takes after its deadline (`closing`). With that it
+    /// gets half of the time left. The pairs found before are listed in addition.
     pub fn list<R>(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (end, work) = self.limits(Step::List);
         let of_found = self.of_found;
@@ -92,11 +91,10 @@ impl<'c> Share<'c> {
         let began = self.clock.now();
         let left = frame.saturating_sub(began);
         let end = last.min(began.saturating_add(left / 2)).max(began);
-        let end = end - closing.time().min((end - began) / 2);
+        let end = end - closing.time().min(end - began);
         let result = self.run_until(
             Some(end),
-            work.min(list_work(left - left / 4))
-                .saturating_add(of_found),
+            work.min(list_work(left)).saturating_add(of_found),
             run,
         );
         closing.learn(self.clock.now().saturating_sub(end), MOST_CLOSING);
