@@ -102,8 +102,7 @@ impl Scene {
         report.elapsed = ended
             .zip(started)
             .map(|(ended, started)| ended.saturating_sub(started));
-        let touches_known = !pairs.tell_touches() || schedule.is_idle;
-        self.is_known = report.is_final() && bodies.are_settled() && touches_known;
+        self.is_known = report.is_final() && bodies.are_settled() && schedule.open == 0;
         self.rest = if self.is_known { [number; 2] } else { rest };
     }
 

@@ -53,7 +53,7 @@ impl Deal<'_> {
     /// Expected cost of all open jobs.
     pub fn expected(&self) -> u64 {
         let open = self.jobs.iter().filter(|job| job.open);
-        open.map(|job| job.median() + self.overhead).sum()
+        open.map(|job| u64::from(job.median) + self.overhead).sum()
     }
 
     /// Deals all jobs in the order of their turns, in blocks of equal expected cost.
@@ -121,7 +121,7 @@ impl Deal<'_> {
         for (job, index) in self.jobs.iter().zip(0..).filter(|(job, _)| job.open) {
             // Contact jobs cost many times as much as others, and are rarely the first.
             if job.kind != TurnKind::Contacts {
-                expected += job.median() + self.overhead;
+                expected += u64::from(job.median) + self.overhead;
                 counted += 1;
             }
             self.order.push((job.rank, index));
@@ -165,7 +165,7 @@ impl Deal<'_> {
         batch
             .turns
             .push(job.deal(index as u32, self.pairs, self.frame));
-        job.median() + self.overhead
+        u64::from(job.median) + self.overhead
     }
 }
 

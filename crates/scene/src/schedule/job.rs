@@ -1,4 +1,4 @@
-//! A pair in a frame: its forecast and its result.
+//! A pair in a frame: what it is expected to take, and its result.
 
 use super::forecast::Forecast;
 use super::pairs::Pairs;
@@ -18,7 +18,8 @@ pub(crate) struct Job {
     /// Its index in the report, and its index in the list of known pairs.
     pub listed: u32,
     pub place: u32,
-    pub forecast: Forecast,
+    /// Expected work, median.
+    pub median: u32,
     /// Sort key: by importance, then by expected gain per work, both descending.
     pub rank: u64,
     /// The batch that holds its stopped run.
@@ -33,34 +34,6 @@ pub(crate) struct Job {
 }
 
 impl Job {
-    /// A job for an open question. `places`: its indices in the report and in the list of known
-    /// pairs.
-    pub fn new(
-        key: PairKey,
-        [listed, place]: [usize; 2],
-        kind: TurnKind,
-        (forecast, rank): (Forecast, u64),
-    ) -> Self {
-        let (listed, place, home) = (listed as u32, place as u32, None);
-        let (measures, teaches) = (false, false);
-        Self {
-            key,
-            listed,
-            place,
-            forecast,
-            rank,
-            home,
-            kind,
-            measures,
-            teaches,
-            open: true,
-        }
-    }
-
-    pub fn median(&self) -> u64 {
-        self.forecast.median.into()
-    }
-
     /// Its turn in a batch, as the job `index` of the frame.
     pub fn deal(&mut self, index: u32, pairs: &mut Pairs, frame: &Frame) -> Turn {
         self.open = false;
@@ -70,7 +43,7 @@ impl Job {
         }
         Turn {
             index,
-            median: self.forecast.median,
+            median: self.median,
             kind: self.kind,
             next: Some(self.kind),
             ..turn
@@ -80,8 +53,8 @@ impl Job {
     /// Changes its question.
     #[cold]
     pub fn ask(&mut self, kind: TurnKind, frame: &Frame, state: &PairState) {
-        self.kind = kind;
-        (self.forecast, self.rank) = outlook(frame, self.key, state, kind, None, true);
+        let (forecast, rank) = outlook(frame, self.key, state, kind, None, true);
+        (self.kind, self.median, self.rank) = (kind, forecast.median, rank);
     }
 }
 

@@ -74,9 +74,9 @@ struct Look {
     listed: bool,
     /// True if its state is kept for later frames.
     keep: bool,
-    /// True if it is proven separated; true if its distance is also requested by itself.
+    /// True if it is proven separated; and true if nothing else is asked of it.
     is_apart: bool,
-    by_itself: bool,
+    is_whole: bool,
     /// If it may be the closest pair of groups, its nearness: [`outlook`].
     nearness: Option<f32>,
 }
@@ -156,7 +156,8 @@ impl<'l> Listing<'l> {
     /// Lists the pairs in a range of places. Returns the place before which it ended.
     fn walk(&mut self, places: Range<usize>, deadline: &mut Deadline) -> usize {
         let settled = self.broad.open == 0 && self.frame.bodies.changed == 0;
-        for place in places.clone() {
+        let end = places.end;
+        for place in places {
             if !deadline.has_room(WORK_PER_LISTED_PAIR) {
                 return place;
             }
@@ -180,7 +181,7 @@ impl<'l> Listing<'l> {
                 WORK_PER_PAIR_APART
             });
         }
-        places.end
+        end
     }
 
     /// A known pair with data of its bodies.
@@ -321,12 +322,20 @@ impl<'l> Listing<'l> {
             if is_known {
                 state.completed = number;
             }
-            let outlook = outlook(self.frame, key, state, kind, look.nearness, self.expects);
-            probability = outlook.0.probability;
-            let measures = look.nearness.is_some();
+            let (forecast, rank) =
+                outlook(self.frame, key, state, kind, look.nearness, self.expects);
+            probability = forecast.probability;
             self.jobs.push(Job {
-                measures,
-                ..Job::new(key, [self.report.pairs.len(), place], kind, outlook)
+                key,
+                listed: self.report.pairs.len() as u32,
+                place: pair.place,
+                median: forecast.median,
+                rank,
+                home: None,
+                kind,
+                measures: look.nearness.is_some(),
+                teaches: false,
+                open: true,
             });
         }
         let (verdict, found, age) = (
@@ -334,7 +343,7 @@ impl<'l> Listing<'l> {
             state.found,
             number - self.frame.decided(state),
         );
-        let is_whole = is_timed && (complete || look.is_apart && !look.by_itself);
+        let is_whole = is_timed && (complete || look.is_whole);
         let standing = (holds && !is_whole).then(|| state.standing(number, is_timed));
         if is_whole {
             let (verdict, found) = if age == 0 {
@@ -401,7 +410,7 @@ impl<'l> Listing<'l> {
             listed: wanted.by_itself || !is_settled,
             keep: !is_far,
             is_apart: near.bounds.low > 0.0,
-            by_itself: wanted.by_itself,
+            is_whole: near.bounds.low > 0.0 && !wanted.by_itself,
             nearness: (!is_settled).then(nearness),
         }
     }

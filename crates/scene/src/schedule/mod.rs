@@ -107,9 +107,7 @@ pub(crate) struct Schedule {
     /// The jobs of the frame, ascending by pair.
     jobs: Vec<Job>,
     /// Number of unfinished jobs.
-    open: usize,
-    /// True if the frame had no jobs, and a frame with a larger budget would have none either.
-    pub is_idle: bool,
+    pub open: usize,
     /// Buffer for dealing jobs.
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
@@ -543,7 +541,6 @@ impl Schedule {
                 });
         }
         self.open = self.jobs.len() - ended;
-        self.is_idle = self.jobs.is_empty();
         let listed = report.pairs.len() + kept;
         let used = if revisit.is_full {
             listed.max(pairs.room() + 1)

@@ -270,11 +270,6 @@ impl Pairs {
         self.touches.take_back(touch);
     }
 
-    /// True if pairs may have contact states.
-    pub fn tell_touches(&self) -> bool {
-        self.touches.any()
-    }
-
     /// How far the bodies of a pair may move, margins excluded, before they may meet; 0 if nothing is
     /// proven.
     pub fn apart(&self, key: PairKey, bodies: &Bodies, frame: u64) -> f64 {
