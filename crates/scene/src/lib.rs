@@ -455,12 +455,12 @@ impl Scene {
     /// Nothing exceeds the budget. Placing bodies, finding pairs and listing them are work like the
     /// queries: they stop when their share of the frame is spent, and continue in the next frame.
     /// In [`Mode::Any`], pairs that met are tested first, by their latest witnesses and by the
-    /// triangles next to these. Under a budget of time this takes up to half of the frame, under
-    /// one of work up to `B - 2R` (see below). If the last report [is not whole](Report::is_whole)
-    /// and only time is limited, known pairs are then searched too, and both may take up to
-    /// thirteen sixteenths of the frame. The broad phase may use up to seven eighths of what is
-    /// left. Under a budget of work, `B` units are for queries, as if all pairs were known, and the
-    /// broad phase may do `B + 65,536` units of its own ([`Report::broad_phase_work`]).
+    /// triangles next to these. If the last report [is not whole](Report::is_whole) and only time
+    /// is limited, known pairs are then searched too. Both may take up to thirteen sixteenths of
+    /// the frame; under a budget of work, up to `B - 2R` (see below). Finding pairs may then use up
+    /// to seven eighths of what is left, and listing them half of the rest. Under a budget of work,
+    /// `B` units are for queries, as if all pairs were known, and the broad phase may do
+    /// `B + 65,536` units of its own ([`Report::broad_phase_work`]).
     ///
     /// **Lock-step.** Two scenes with the same history of changes, frame by frame with the same
     /// budgets, report the same bits on any number of threads and on every machine, as long as

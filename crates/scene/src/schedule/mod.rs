@@ -79,10 +79,8 @@ use share::Share;
 use tally::Tallies;
 use turns::RoundRobin;
 
-/// Ends of the steps before the broad phase ([`revisit`]), in sixteenths of the time of a frame:
-/// `TEST` if only witnesses are tested, `SEARCH` if searches follow.
-const TEST: u32 = 8;
-const SEARCH: u32 = 13;
+/// The end of the step before the broad phase ([`revisit`]), in sixteenths of the time of a frame.
+const REVISIT: u32 = 13;
 const PARTS: u32 = 16;
 
 /// Minimum number of known pairs per part of the list if their jobs are short.
@@ -196,8 +194,7 @@ impl Schedule {
             work.saturating_sub(2 * (work / GUARANTEED).max(frame.bodies.least_work()))
         });
         let searches = frame.cut && frame.budget.work_limit().is_none();
-        let part = if searches { SEARCH } else { TEST };
-        let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * part));
+        let end = whole.map(|[began, limit]| began.saturating_add(limit / PARTS * REVISIT));
         let deadline = || Deadline::of_a_part(end, work, frame.clock);
         self.revisit.test(frame, broad, pairs, &mut deadline());
         let [began, limit] = whole?;

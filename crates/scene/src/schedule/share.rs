@@ -7,31 +7,30 @@ use core::time::Duration;
 use punctual::engine::Deadline;
 use punctual::{Budget, Clock};
 
-/// The steps of the broad phase.
+/// The steps of the broad phase before the list.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Step {
     Place,
     Pair,
-    List,
 }
 
 impl Step {
-    /// The part of the work that is spent at the end of the step, in sixths.
+    /// The part of the work of the broad phase that is spent at the end of the step, in sixths.
     fn part(self) -> u64 {
-        [3, 5, PARTS][self as usize]
+        [3, 5][self as usize]
     }
 
     /// The part of the time that has passed at the end of the step, in eighths.
     fn part_of_time(self) -> u32 {
-        [2, 6, 7][self as usize]
+        [2, 7][self as usize]
     }
 }
 
-/// Maximum time that counts for a list after its deadline, nanoseconds.
-const MOST_CLOSING: f64 = 10_000.0;
-
 const PARTS: u64 = 6;
 const PARTS_OF_TIME: u32 = 8;
+
+/// Maximum time that counts for a list after its deadline, nanoseconds.
+const MOST_CLOSING: f64 = 10_000.0;
 
 /// The share of a frame.
 pub(crate) struct Share<'c> {
@@ -76,44 +75,34 @@ impl<'c> Share<'c> {
 
     /// Runs a step with its deadline.
     pub fn run<R>(&mut self, step: Step, run: impl FnOnce(&mut Deadline) -> R) -> R {
-        let (end, work) = self.limits(step);
-        self.run_until(end, work, run)
+        let part = self.limit / PARTS_OF_TIME * step.part_of_time();
+        let end = self.is_timed.then(|| self.started.saturating_add(part));
+        self.run_until(end, self.work_left(step.part()), run)
     }
 
     /// Runs the list, and measures how long it takes after its deadline (`closing`). With that it
     /// gets half of the time left. The pairs found before are listed in addition.
     pub fn list<R>(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline) -> R) -> R {
-        let (end, work) = self.limits(Step::List);
-        let of_found = self.of_found;
-        let Some((last, frame)) = end.zip(self.end_of(PARTS_OF_TIME)) else {
-            return self.run_until(end, work.saturating_add(of_found), run);
-        };
+        let (work, of_found) = (self.work_left(PARTS), self.of_found);
+        if !self.is_timed {
+            return self.run_until(None, work.saturating_add(of_found), run);
+        }
         let began = self.clock.now();
-        let left = frame.saturating_sub(began);
-        let end = last.min(began.saturating_add(left / 2)).max(began);
-        let end = end - closing.time().min(end - began);
-        let result = self.run_until(
-            Some(end),
-            work.min(list_work(left)).saturating_add(of_found),
-            run,
-        );
+        let left = self
+            .started
+            .saturating_add(self.limit)
+            .saturating_sub(began);
+        let end = began.saturating_add((left / 2).saturating_sub(closing.time()));
+        let work = work.min(list_work(left)).saturating_add(of_found);
+        let result = self.run_until(Some(end), work, run);
         closing.learn(self.clock.now().saturating_sub(end), MOST_CLOSING);
         result
     }
 
-    /// The end of a step, as a time and as work.
-    fn limits(&self, step: Step) -> (Option<Duration>, u64) {
-        let work = self.work.map_or(u64::MAX, |work| {
-            (work / PARTS * step.part()).saturating_sub(self.spent)
-        });
-        (self.end_of(step.part_of_time()), work)
-    }
-
-    /// The time at which `parts` parts of the frame's time are over.
-    fn end_of(&self, parts: u32) -> Option<Duration> {
-        self.is_timed.then(|| {
-            self.started
-                .saturating_add(self.limit / PARTS_OF_TIME * parts)
+    /// The rest of so many parts of the work of the broad phase.
+    fn work_left(&self, parts: u64) -> u64 {
+        self.work.map_or(u64::MAX, |work| {
+            (work / PARTS * parts).saturating_sub(self.spent)
         })
     }
 
