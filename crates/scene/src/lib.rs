@@ -458,7 +458,7 @@ impl Scene {
     /// triangles next to these. If the last report [is not whole](Report::is_whole) and only time
     /// is limited, known pairs are then searched too. Both may take up to thirteen sixteenths of
     /// the frame; under a budget of work, up to `B - 2R` (see below). Finding pairs may then use up
-    /// to seven eighths of what is left, and listing them half of the rest. Under a budget of work,
+    /// to three quarters of what is left, and listing them half of the rest. Under a budget of work,
     /// `B` units are for queries, as if all pairs were known, and the broad phase may do
     /// `B + 65,536` units of its own ([`Report::broad_phase_work`]).
     ///

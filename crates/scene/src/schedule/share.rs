@@ -22,7 +22,7 @@ impl Step {
 
     /// The part of the time that has passed at the end of the step, in eighths.
     fn part_of_time(self) -> u32 {
-        [2, 7][self as usize]
+        [2, 6][self as usize]
     }
 }
 
@@ -81,7 +81,7 @@ impl<'c> Share<'c> {
     }
 
     /// Runs the list, and measures how long it takes after its deadline (`closing`). With that it
-    /// gets half of the time left. The pairs found before are listed in addition.
+    /// gets half of the time left, but never less than a quarter. The pairs found before are listed in addition.
     pub fn list<R>(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline) -> R) -> R {
         let (work, of_found) = (self.work_left(PARTS), self.of_found);
         if !self.is_timed {
@@ -92,7 +92,7 @@ impl<'c> Share<'c> {
             .started
             .saturating_add(self.limit)
             .saturating_sub(began);
-        let end = began.saturating_add((left / 2).saturating_sub(closing.time()));
+        let end = began.saturating_add(left / 2 - closing.time().min(left / 4));
         let work = work.min(list_work(left)).saturating_add(of_found);
         let result = self.run_until(Some(end), work, run);
         closing.learn(self.clock.now().saturating_sub(end), MOST_CLOSING);
