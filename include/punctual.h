@@ -3758,7 +3758,7 @@ punctual_status punctual_scene_use_threads(struct punctual_scene *scene,
 
 /**
  * Makes room for this many bodies, and for this many pairs of them whose boxes overlap or nearly do. Within this room
- * `punctual_scene_detect` does not allocate. Takes about 850 bytes a body and 970 a pair.
+ * `punctual_scene_detect` does not allocate. Takes about 860 bytes a body and 920 a pair.
  *
  * Fails with OUT_OF_MEMORY if there is not so much; the scene has the room that it had then.
  */
@@ -4240,8 +4240,8 @@ punctual_status punctual_scene_overlap(struct punctual_scene *scene,
 /**
  * Casts `count` rays one after another within one budget, each as `punctual_scene_cast`, and writes their answers to `casts`. How
  * many of them are answered, from the first, is written to `done`; the others are free until 0. With threads of the scene, a
- * batch of more than 64 rays is shared among them, unless there is a clock of the caller's; a budget of work, or none, gives
- * the same bits on any number of them.
+ * batch of more than 64 rays is shared among them, unless work is limited or the clock is the caller's; a budget of work, or
+ * none, gives the same bits on any number of them.
  *
  * Fails with BAD_ARGUMENT for the first ray that is refused.
  */

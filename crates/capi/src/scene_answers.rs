@@ -156,8 +156,8 @@ pub extern "C" fn punctual_scene_set_margin(
     id: punctual_body_id,
     margin: f64,
 ) -> punctual_status {
-    door("punctual_scene_set_margin", || {
-        punctual_scene::change(scene, |scene| Ok(scene.set_margin(id.into(), margin)?))
+    punctual_scene::alter("punctual_scene_set_margin", scene, |scene| {
+        scene.set_margin(id.into(), margin)
     })
 }
 
@@ -209,10 +209,8 @@ pub extern "C" fn punctual_scene_measure(
     y: punctual_body_id,
     tolerance: f64,
 ) -> punctual_status {
-    door("punctual_scene_measure", || {
-        punctual_scene::change(scene, |scene| {
-            Ok(scene.measure(x.into(), y.into(), tolerance)?)
-        })
+    punctual_scene::alter("punctual_scene_measure", scene, |scene| {
+        scene.measure(x.into(), y.into(), tolerance)
     })
 }
 
@@ -224,8 +222,8 @@ pub extern "C" fn punctual_scene_stop_measuring(
     x: punctual_body_id,
     y: punctual_body_id,
 ) -> punctual_status {
-    door("punctual_scene_stop_measuring", || {
-        punctual_scene::change(scene, |scene| Ok(scene.stop_measuring(x.into(), y.into())?))
+    punctual_scene::alter("punctual_scene_stop_measuring", scene, |scene| {
+        scene.stop_measuring(x.into(), y.into())
     })
 }
 

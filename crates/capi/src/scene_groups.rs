@@ -192,10 +192,8 @@ pub extern "C" fn punctual_scene_remove_compound(
     scene: Option<&mut punctual_scene>,
     compound: u64,
 ) -> punctual_status {
-    door("punctual_scene_remove_compound", || {
-        punctual_scene::change(scene, |scene| {
-            Ok(scene.remove_compound(CompoundId::from_bits(compound))?)
-        })
+    punctual_scene::alter("punctual_scene_remove_compound", scene, |scene| {
+        scene.remove_compound(CompoundId::from_bits(compound))
     })
 }
 
@@ -235,10 +233,8 @@ pub extern "C" fn punctual_scene_stop_measuring_groups(
     scene: Option<&mut punctual_scene>,
     id: u64,
 ) -> punctual_status {
-    door("punctual_scene_stop_measuring_groups", || {
-        punctual_scene::change(scene, |scene| {
-            Ok(scene.stop_measuring_groups(MeasureId::from_bits(id))?)
-        })
+    punctual_scene::alter("punctual_scene_stop_measuring_groups", scene, |scene| {
+        scene.stop_measuring_groups(MeasureId::from_bits(id))
     })
 }
 
@@ -277,10 +273,8 @@ pub extern "C" fn punctual_scene_ignore(
     y: punctual_body_id,
     ignores: bool,
 ) -> punctual_status {
-    door("punctual_scene_ignore", || {
-        punctual_scene::change(scene, |scene| {
-            Ok(scene.ignore(x.into(), y.into(), ignores)?)
-        })
+    punctual_scene::alter("punctual_scene_ignore", scene, |scene| {
+        scene.ignore(x.into(), y.into(), ignores)
     })
 }
 
@@ -301,10 +295,8 @@ pub extern "C" fn punctual_scene_find_contacts_of(
     x: punctual_body_id,
     y: punctual_body_id,
 ) -> punctual_status {
-    door("punctual_scene_find_contacts_of", || {
-        punctual_scene::change(scene, |scene| {
-            Ok(scene.find_contacts_of(x.into(), y.into())?)
-        })
+    punctual_scene::alter("punctual_scene_find_contacts_of", scene, |scene| {
+        scene.find_contacts_of(x.into(), y.into())
     })
 }
 
@@ -346,10 +338,8 @@ pub extern "C" fn punctual_scene_stop_finding_contacts_of(
     x: punctual_body_id,
     y: punctual_body_id,
 ) -> punctual_status {
-    door("punctual_scene_stop_finding_contacts_of", || {
-        punctual_scene::change(scene, |scene| {
-            Ok(scene.stop_finding_contacts_of(x.into(), y.into())?)
-        })
+    punctual_scene::alter("punctual_scene_stop_finding_contacts_of", scene, |scene| {
+        scene.stop_finding_contacts_of(x.into(), y.into())
     })
 }
 

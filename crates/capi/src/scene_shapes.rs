@@ -328,8 +328,8 @@ pub unsafe extern "C" fn punctual_scene_overlap(
 
 /// Casts `count` rays one after another within one budget, each as `punctual_scene_cast`, and writes their answers to `casts`. How
 /// many of them are answered, from the first, is written to `done`; the others are free until 0. With threads of the scene, a
-/// batch of more than 64 rays is shared among them, unless there is a clock of the caller's; a budget of work, or none, gives
-/// the same bits on any number of them.
+/// batch of more than 64 rays is shared among them, unless work is limited or the clock is the caller's; a budget of work, or
+/// none, gives the same bits on any number of them.
 ///
 /// Fails with BAD_ARGUMENT for the first ray that is refused.
 #[unsafe(no_mangle)]

@@ -20,7 +20,10 @@ use crate::view::View;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use punctual::rays::RayMode;
 use punctual::{Mode, Ray};
-use punctual_scene::{Body, BodyId, CompoundId, Filter, MeasureId, PairReport, SceneRay};
+use punctual_scene::Scene as Inner;
+use punctual_scene::{
+    Body, BodyId, CompoundId, Filter, MeasureId, PairReport, SceneError, SceneRay,
+};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -37,7 +40,7 @@ use std::sync::Arc;
 /// Raises ValueError for no threads, and OSError if the system has no more.
 #[pyclass(module = "punctual3d")]
 pub struct Scene {
-    scene: punctual_scene::Scene,
+    scene: Inner,
     threads: usize,
     /// Whether nothing was changed since the last frame.
     is_current: bool,
@@ -47,11 +50,26 @@ impl Scene {
     /// Changes the scene, so that the last report does not hold any more; unless that is refused.
     fn change<R>(
         &mut self,
-        change: impl FnOnce(&mut punctual_scene::Scene) -> Result<R, punctual_scene::SceneError>,
+        change: impl FnOnce(&mut Inner) -> Result<R, SceneError>,
     ) -> PyResult<R> {
         let done = change(&mut self.scene).map_err(|error| scene_error(&self.scene, error))?;
         self.is_current = false;
         Ok(done)
+    }
+
+    /// Requests contacts, or no longer: of two bodies, or of all pairs.
+    fn request_contacts(
+        &mut self,
+        [x, y]: [Option<u64>; 2],
+        of_two: impl FnOnce(&mut Inner, BodyId, BodyId) -> Result<(), SceneError>,
+        of_all: impl FnOnce(&mut Inner),
+    ) -> PyResult<()> {
+        if let Some([x, y]) = both(x, y)? {
+            let requested = of_two(&mut self.scene, x, y);
+            return requested.map_err(|error| scene_error(&self.scene, error));
+        }
+        of_all(&mut self.scene);
+        Ok(())
     }
 }
 
@@ -114,7 +132,7 @@ pub struct Report {
 }
 
 impl Report {
-    fn new(py: Python<'_>, scene: &punctual_scene::Scene) -> PyResult<Self> {
+    fn new(py: Python<'_>, scene: &Inner) -> PyResult<Self> {
         let report = scene.report();
         let pairs = &report.pairs;
         let distance = |pair: &PairReport| pair.verdict.witness_distance().unwrap_or(f64::INFINITY);
@@ -175,12 +193,12 @@ fn ids(bodies: &[u64]) -> Vec<BodyId> {
 }
 
 /// A body, a compound or a measure that is not in the scene is a missing key.
-fn scene_error(scene: &punctual_scene::Scene, error: punctual_scene::SceneError) -> PyErr {
+fn scene_error(scene: &Inner, error: SceneError) -> PyErr {
     let message = scene.message(&error);
     match error {
-        punctual_scene::SceneError::NoSuchBody { .. }
-        | punctual_scene::SceneError::NoSuchCompound { .. }
-        | punctual_scene::SceneError::NoSuchMeasure { .. } => PyKeyError::new_err(message),
+        SceneError::NoSuchBody { .. }
+        | SceneError::NoSuchCompound { .. }
+        | SceneError::NoSuchMeasure { .. } => PyKeyError::new_err(message),
         _ => value_error(message),
     }
 }
@@ -468,14 +486,8 @@ impl Scene {
         groups: u32,
         mask: u32,
     ) -> PyResult<()> {
-        match both(x, y)? {
-            None => self.scene.find_contacts_between(Filter::new(groups, mask)),
-            Some([x, y]) => self
-                .scene
-                .find_contacts_of(x, y)
-                .map_err(|error| scene_error(&self.scene, error))?,
-        }
-        Ok(())
+        let of_all = |scene: &mut Inner| scene.find_contacts_between(Filter::new(groups, mask));
+        self.request_contacts([x, y], Inner::find_contacts_of, of_all)
     }
 
     /// Ends the call of `find_contacts` with the same arguments; nothing changes if there was none. Contacts of pairs
@@ -488,16 +500,9 @@ impl Scene {
         groups: u32,
         mask: u32,
     ) -> PyResult<()> {
-        match both(x, y)? {
-            None => self
-                .scene
-                .stop_finding_contacts_between(Filter::new(groups, mask)),
-            Some([x, y]) => self
-                .scene
-                .stop_finding_contacts_of(x, y)
-                .map_err(|error| scene_error(&self.scene, error))?,
-        }
-        Ok(())
+        let filter = Filter::new(groups, mask);
+        let of_all = |scene: &mut Inner| scene.stop_finding_contacts_between(filter);
+        self.request_contacts([x, y], Inner::stop_finding_contacts_of, of_all)
     }
 
     /// Where two bodies touch, as far as the frames up to the last have found, if that is asked for (`find_contacts`); no

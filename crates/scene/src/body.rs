@@ -126,11 +126,25 @@ pub(super) struct Placed {
     pub last: Pose,
     /// Its motion until the next frame.
     pub motion: Option<Box<Motion>>,
-    /// The compound that it is a part of.
-    pub compound: Option<CompoundId>,
+    /// The number of the compound that it is a part of.
+    pub compound: Option<u64>,
+    /// The number of its group.
+    pub group: Option<u32>,
 }
 
 impl Placed {
+    pub fn new(body: Body, compound: Option<CompoundId>) -> Self {
+        let (inverse, last) = (body.pose.inverse_unchecked(), body.pose);
+        Self {
+            body,
+            inverse,
+            last,
+            motion: None,
+            compound: compound.map(CompoundId::to_bits),
+            group: None,
+        }
+    }
+
     /// The pose of another body in the frame of this one. There always is one:
     /// [`super::checks::pose`].
     pub fn relative(&self, other: &Self) -> Pose {
@@ -197,21 +211,13 @@ pub(super) struct Bodies {
     pub weights: Weights,
     /// True if any body is, or was, [special](Facts::is_special).
     pub has_special: bool,
-    /// True if any body is, or was, filtered, a part of a compound, or in an ignored pair.
+    /// True if any body is, or was, filtered, a part of a compound, in a group, or in an ignored
+    /// pair.
     has_filtered: bool,
     ignored: BTreeSet<PairKey>,
     pub groups: Groups,
     /// The names of bodies that have one.
     pub names: BTreeMap<u32, Box<str>>,
-}
-
-/// A body that is about to change. `step` is its displacement in the frame in which it was last
-/// moved. `is_first` is true for its first change in the current frame.
-struct Changing<'b> {
-    placed: &'b mut Placed,
-    spot: &'b mut Spot,
-    step: &'b mut f32,
-    is_first: bool,
 }
 
 /// A scene counts as young for this many frames after its number of bodies reached a new maximum.
@@ -296,7 +302,6 @@ impl Bodies {
             self.distance_requests.forget(id.index);
         }
         self.contact_requests.forget(id.index);
-        self.groups.forget(id.index);
         self.names.remove(&id.index);
         self.ignored
             .retain(|&key| !bodies_of(key).contains(&id.index));
@@ -316,7 +321,7 @@ impl Bodies {
         frame: u64,
         change: impl FnOnce(&mut Placed),
     ) -> Result<(), SceneError> {
-        let Changing { placed, spot, .. } = self.begin_change(id, frame)?;
+        let (placed, spot, ..) = self.begin_change(id, frame)?;
         spot.remake(frame);
         change(placed);
         self.note(id.index());
@@ -325,18 +330,13 @@ impl Bodies {
 
     /// Moves a body to a pose, where it rests.
     pub fn go(&mut self, id: BodyId, frame: u64, pose: &Pose) -> Result<(), SceneError> {
-        let Changing {
-            placed,
-            spot,
-            step,
-            is_first,
-        } = self.begin_change(id, frame)?;
+        let (placed, spot, facts, is_first) = self.begin_change(id, frame)?;
         let was_moving = placed.motion.take().is_some();
         if was_moving {
             spot.remake(frame);
         } else {
-            let before = if is_first { 0.0 } else { *step };
-            *step = before + spot.go(&placed.body.tree, &placed.body.pose, pose) as f32;
+            let before = if is_first { 0.0 } else { facts.step };
+            facts.step = before + spot.go(&placed.body.tree, &placed.body.pose, pose) as f32;
         }
         placed.put(pose);
         if was_moving {
@@ -345,37 +345,32 @@ impl Bodies {
         Ok(())
     }
 
-    /// Prepares a body for a change in `frame`.
-    fn begin_change(&mut self, id: BodyId, frame: u64) -> Result<Changing<'_>, SceneError> {
-        let index = id.index();
-        let Self {
-            scene,
-            slots,
-            facts,
-            spots,
-            pending,
-            changed,
-            ..
-        } = self;
-        let is_of_it =
-            |spot: &&mut Spot| spot.generation == id.generation && id.scene.may_be(*scene);
-        let spot = spots.get_mut(index).filter(is_of_it);
+    /// Prepares a body for a change in `frame`. True if it is the first one in this frame.
+    fn begin_change(
+        &mut self,
+        id: BodyId,
+        frame: u64,
+    ) -> Result<(&mut Placed, &mut Spot, &mut Facts, bool), SceneError> {
+        let (index, scene) = (id.index(), self.scene);
+        let is_it = |spot: &&mut Spot| spot.generation == id.generation && id.scene.may_be(scene);
+        let spot = self.spots.get_mut(index).filter(is_it);
         let (Some(spot), Some(Some(placed)), Some(facts)) =
-            (spot, slots.get_mut(index), facts.get_mut(index))
+            (spot, self.slots.get_mut(index), self.facts.get_mut(index))
         else {
             return Err(SceneError::NoSuchBody { body: id });
         };
-        wait(facts, id.index, Change::None, pending, changed);
+        wait(
+            facts,
+            id.index,
+            Change::None,
+            &mut self.pending,
+            &mut self.changed,
+        );
         let is_first = mem::replace(&mut facts.changed, frame) < frame;
         if is_first {
             placed.last = placed.body.pose;
         }
-        Ok(Changing {
-            placed,
-            spot,
-            step: &mut facts.step,
-            is_first,
-        })
+        Ok((placed, spot, facts, is_first))
     }
 
     /// Changes neither the box nor the verdicts of the body.
@@ -386,20 +381,15 @@ impl Bodies {
     }
 
     /// Updates the facts of a body.
-    fn note(&mut self, index: usize) {
+    pub fn note(&mut self, index: usize) {
         let facts = &mut self.facts[index];
-        if let Some(Placed {
-            body,
-            motion,
-            compound,
-            ..
-        }) = &self.slots[index]
-        {
-            (facts.importance, facts.filter, facts.is_part) =
-                (body.importance, body.filter, compound.is_some());
-            facts.is_special = facts.is_measured || body.margin > 0.0 || motion.is_some();
+        if let Some(placed) = &self.slots[index] {
+            let body = &placed.body;
+            (facts.importance, facts.filter) = (body.importance, body.filter);
+            facts.is_member = placed.compound.is_some() || placed.group.is_some();
+            facts.is_special = facts.is_measured || body.margin > 0.0 || placed.motion.is_some();
             self.has_special |= facts.is_special;
-            self.has_filtered |= facts.is_part || facts.filter != Filter::default();
+            self.has_filtered |= facts.is_member || facts.filter != Filter::default();
             let mesh = body.tree.mesh();
             facts.size = libm::sqrtf(libm::sqrtf(mesh.len() as f32));
             let [triangles, vertices] = &mut self.largest_mesh;
@@ -408,8 +398,8 @@ impl Bodies {
         }
     }
 
-    /// True if two bodies may meet: their filters allow it, the pair is not ignored, and they are
-    /// not parts of one compound.
+    /// True if two bodies may meet: their filters and groups allow it, the pair is not ignored, and
+    /// they are not parts of one compound.
     #[inline]
     pub fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
         if !self.has_filtered {
@@ -417,50 +407,44 @@ impl Bodies {
         }
         let (x, y) = (self.facts(a), self.facts(b));
         x.filter.meets(y.filter)
-            && !(x.is_part && y.is_part && self.are_of_one([a, b]))
+            && !(x.is_member && y.is_member && self.are_exclusive([a, b]))
             && (self.ignored.is_empty() || !self.ignored.contains(&pair_key(a, b)))
-            && self.groups.may_meet([a, b])
+    }
+
+    /// True if two bodies are parts of one compound, or in groups that ignore each other.
+    #[cold]
+    fn are_exclusive(&self, pair: [u32; 2]) -> bool {
+        let [Some(x), Some(y)] = pair.map(|body| self.at(body)) else {
+            return false;
+        };
+        let groups = x.group.zip(y.group);
+        x.compound.is_some() && x.compound == y.compound
+            || groups.is_some_and(|(x, y)| self.groups.ignored.contains(&pair_key(x, y)))
     }
 
     /// Ignores a pair of groups, or does no longer, and finds the pairs of the first one anew.
     pub fn ignore_groups(&mut self, [x, y]: [u32; 2], ignores: bool) {
-        let moved = self.groups.ignore([x, y], ignores);
-        self.has_filtered |= ignores;
-        for body in moved {
-            self.set_pending(body, Change::Place);
+        set(&mut self.groups.ignored, pair_key(x, y), ignores);
+        for body in self.slots() {
+            if self.at(body).is_some_and(|placed| placed.group == Some(x)) {
+                self.set_pending(body, Change::Place);
+            }
         }
     }
 
     /// Ignores a pair, or does no longer.
     pub fn ignore(&mut self, key: PairKey, ignores: bool) {
-        if ignores {
-            self.ignored.insert(key);
-        } else {
-            self.ignored.remove(&key);
-        }
+        set(&mut self.ignored, key, ignores);
         self.has_filtered |= ignores;
     }
 
     /// True if the contacts of a pair are requested, and neither body is a sensor.
     #[inline]
     pub fn wants_contacts(&self, key: PairKey) -> bool {
-        self.contact_requests.any() && self.finds_contacts(key)
-    }
-
-    #[inline(never)]
-    fn finds_contacts(&self, key: PairKey) -> bool {
-        let filters = self.facts_of(key).map(|facts| facts.filter);
         let is_sensor = |placed: &Placed| placed.body.is_sensor;
-        self.contact_requests.has(key, filters)
-            && self
-                .pair(key)
-                .is_some_and(|pair| !pair.into_iter().any(is_sensor))
-    }
-
-    #[cold]
-    fn are_of_one(&self, pair: [u32; 2]) -> bool {
-        let [x, y] = pair.map(|body| self.at(body).and_then(|placed| placed.compound));
-        x == y
+        self.contact_requests.any()
+            && (self.contact_requests).has(key, self.facts_of(key).map(|facts| facts.filter))
+            && (self.pair(key)).is_some_and(|pair| !pair.into_iter().any(is_sensor))
     }
 
     /// True if a pair may have other questions than whether it meets.
@@ -480,12 +464,10 @@ impl Bodies {
     /// boxes meet on their way.
     #[inline]
     pub fn asks_both(&self, key: PairKey) -> bool {
-        self.has_special && self.is_moving(key) && self.may_impact(key)
-    }
-
-    #[cold]
-    fn may_impact(&self, key: PairKey) -> bool {
-        self.distance_requests.has(key) && self.boxes_apart(key)[0] == 0.0
+        self.has_special
+            && self.is_moving(key)
+            && self.distance_requests.has(key)
+            && self.boxes_apart(key)[0] == 0.0
     }
 
     /// True if all that may be asked of a pair is whether it meets, and where: neither its distance
@@ -625,12 +607,19 @@ impl Bodies {
         }
     }
 
+    /// All bodies, by index.
     pub fn iter(&self) -> impl Iterator<Item = (BodyId, &Body)> {
-        let ids = (0..).map(|index| self.id(index));
-        self.slots
-            .iter()
-            .zip(ids)
-            .filter_map(|(slot, id)| slot.as_ref().map(|placed| (id, &placed.body)))
+        let slots = self.slots.iter().zip(0..);
+        slots.filter_map(|(slot, index)| Some((self.id(index), &slot.as_ref()?.body)))
+    }
+}
+
+/// Inserts a pair, or removes it.
+fn set(pairs: &mut BTreeSet<PairKey>, key: PairKey, is_in: bool) {
+    if is_in {
+        pairs.insert(key);
+    } else {
+        pairs.remove(&key);
     }
 }
 

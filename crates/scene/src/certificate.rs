@@ -39,39 +39,31 @@ impl Scene {
     /// If one of the bodies is not in the scene, or both are the same.
     pub fn certificate(&self, x: BodyId, y: BodyId) -> Result<PairCertificate, SceneError> {
         let key = self.bodies.key(x, y)?;
-        let (a, b) = if x.index() < y.index() {
-            (x, y)
-        } else {
-            (y, x)
-        };
-        let pair @ [placed_a, placed_b] = [self.bodies.get(a)?, self.bodies.get(b)?];
+        let [a, b] = [x.min(y), x.max(y)];
+        let pair = [self.bodies.get(a)?, self.bodies.get(b)?];
         let trees = pair.map(|placed| &*placed.body.tree);
-        let nothing = PairCertificate {
-            upper_bound: 0,
-            largest_extent: 0.0,
-        };
-        let whole = |[x, y]: [Aabb; 2]| PairCertificate {
+        let of_boxes = |[x, y]: [Aabb; 2]| PairCertificate {
             upper_bound: trees.iter().map(|tree| tree.mesh().len() as u64).product(),
             largest_extent: x.intersection(&y).extents().max_element(),
         };
         if !self.was_compared(a, b)? || self.changed(key) > self.report.frame {
-            return Ok(whole(
+            return Ok(of_boxes(
                 pair.map(|placed| placed.body.tree.aabb_at(&placed.body.pose)),
             ));
         }
-        let Some(pair) = self.report.pair(a, b) else {
-            return Ok(nothing);
+        let found = |upper_bound| PairCertificate {
+            upper_bound,
+            largest_extent: 0.0,
+        };
+        let Some(report) = self.report.pair(a, b) else {
+            return Ok(found(0));
         };
         let counts_all = self.mode == Mode::All && !self.bodies.is_special(key);
-        if pair.complete && (counts_all || pair.verdict == Verdict::Separated) {
-            return Ok(PairCertificate {
-                upper_bound: pair.found,
-                ..nothing
-            });
+        if report.complete && (counts_all || report.verdict == Verdict::Separated) {
+            return Ok(found(report.found));
         }
-        let held = self
-            .schedule
-            .certificate(key, trees, placed_a.relative(placed_b), self.mode);
-        Ok(held.unwrap_or_else(|| whole([a, b].map(|id| *self.bodies.bounds(id.index)))))
+        let b_in_a = pair[0].relative(pair[1]);
+        let held = self.schedule.certificate(key, trees, b_in_a, self.mode);
+        Ok(held.unwrap_or_else(|| of_boxes([a, b].map(|id| *self.bodies.bounds(id.index)))))
     }
 }

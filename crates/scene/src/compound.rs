@@ -34,7 +34,8 @@ impl Compounds {
             .ok_or(SceneError::NoSuchCompound { compound: id })
     }
 
-    pub fn forget(&mut self, compound: Option<CompoundId>, body: BodyId) {
+    pub fn forget(&mut self, compound: Option<u64>, body: BodyId) {
+        let compound = compound.map(CompoundId::from_bits);
         if let Some(parts) = compound.and_then(|id| self.parts.get_mut(&id)) {
             parts.retain(|part| part.body != body);
         }
@@ -122,7 +123,8 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene.
     pub fn compound_of(&self, id: BodyId) -> Result<Option<CompoundId>, SceneError> {
-        Ok(self.bodies.get(id)?.compound)
+        let number = self.bodies.get(id)?.compound;
+        Ok(number.map(|number| CompoundId::new(number, self.bodies.scene)))
     }
 
     /// Moves all parts of a compound, which then rest: [`Scene::set_pose`].
@@ -131,11 +133,8 @@ impl Scene {
     /// If the compound is not in the scene, or the pose of a part would be invalid. All parts then
     /// stay where they were.
     pub fn set_compound_pose(&mut self, id: CompoundId, pose: Pose) -> Result<(), SceneError> {
-        let at = |part: &Part| pose.compose_unchecked(&part.place);
-        for part in self.compounds.get(id)? {
-            checks::pose(part.body, &at(part))?;
-        }
-        self.for_parts(id, |scene, part| scene.set_pose(part.body, at(&part)))
+        let at = |part: &Part| (part.body, pose.compose_unchecked(&part.place));
+        self.with_parts(id, |scene, parts| scene.set_poses(parts.iter().map(at)))
     }
 
     /// Gives a compound a motion, including turns: each of its parts moves with it, about the same
@@ -149,17 +148,32 @@ impl Scene {
         id: CompoundId,
         motion: Motion,
     ) -> Result<(), SceneError> {
-        let of = |part: &Part| {
-            let axis = part.place.translation().abs().max_position();
-            motion.of_part(&part.place).map_err(|_| SceneError::TooFar {
+        let of = |part: &Part| match motion.of_part(&part.place) {
+            Ok(motion) => checks::motion(part.body, &motion).map(|()| (part.body, motion)),
+            Err(_) => Err(SceneError::TooFar {
                 body: part.body,
-                axis,
-            })
+                axis: part.place.translation().abs().max_position(),
+            }),
         };
-        for part in self.compounds.get(id)? {
-            checks::motion(part.body, &of(part)?)?;
-        }
-        self.for_parts(id, |scene, part| scene.set_motion(part.body, of(&part)?))
+        self.with_parts(id, |scene, parts| {
+            parts.iter().try_for_each(|part| of(part).map(drop))?;
+            let mut motions = parts.iter().map(of);
+            motions.try_for_each(|motion| motion.and_then(|(body, to)| scene.set_motion(body, to)))
+        })
+    }
+
+    /// Runs a change of all parts, without a copy of them.
+    fn with_parts(
+        &mut self,
+        id: CompoundId,
+        change: impl FnOnce(&mut Self, &[Part]) -> Result<(), SceneError>,
+    ) -> Result<(), SceneError> {
+        self.compounds.get(id)?;
+        let parts = self.compounds.parts.get_mut(&id);
+        let parts = parts.map(mem::take).unwrap_or_default();
+        let changed = change(self, &parts);
+        self.compounds.parts.insert(id, parts);
+        changed
     }
 
     /// Removes a compound with all its parts.
@@ -168,27 +182,10 @@ impl Scene {
     /// If the compound is not in the scene.
     pub fn remove_compound(&mut self, id: CompoundId) -> Result<(), SceneError> {
         self.compounds.get(id)?;
-        self.for_parts(id, |scene, part| {
-            scene.bodies_mut().remove(part.body).map(|_| ())
-        })?;
-        self.compounds.parts.remove(&id);
+        let parts = self.compounds.parts.remove(&id).unwrap_or_default();
+        for part in parts {
+            self.bodies_mut().remove(part.body)?;
+        }
         Ok(())
-    }
-
-    /// Calls `change` for each part of a compound that is in the scene.
-    fn for_parts(
-        &mut self,
-        id: CompoundId,
-        mut change: impl FnMut(&mut Self, Part) -> Result<(), SceneError>,
-    ) -> Result<(), SceneError> {
-        let parts = self
-            .compounds
-            .parts
-            .get_mut(&id)
-            .map(mem::take)
-            .unwrap_or_default();
-        let result = parts.iter().try_for_each(|&part| change(self, part));
-        self.compounds.parts.insert(id, parts);
-        result
     }
 }

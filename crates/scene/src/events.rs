@@ -86,24 +86,20 @@ impl Events {
             .filter(|contact| contact.phase != ContactPhase::Ended)
             .peekable();
         for pair in &*pairs {
-            let key = (pair.a.index, pair.b.index);
-            while let Some(contact) =
-                last.next_if(|contact| (contact.a.index, contact.b.index) < key)
-            {
+            let at = key([pair.a, pair.b]);
+            while let Some(contact) = last.next_if(|contact| key([contact.a, contact.b]) < at) {
                 contacts.push(older(contact, unlisted(contact)));
             }
-            let before = last.next_if(|contact| (contact.a.index, contact.b.index) == key);
-            let (gone, same) = match before {
-                Some(contact) if (contact.a, contact.b) == (pair.a, pair.b) => {
-                    (None, Some(contact))
-                }
-                another => (another, None),
-            };
-            contacts.extend(gone.map(|contact| older(contact, ContactPhase::Ended)));
-            contacts.extend(listed(pair, same));
+            let before = last.next_if(|contact| key([contact.a, contact.b]) == at);
+            contacts.extend(listed(pair, before));
         }
         contacts.extend(last.map(|contact| older(contact, unlisted(contact))));
     }
+}
+
+/// Contacts and pairs are in this order: by index, that of a removed body first.
+fn key([a, b]: [BodyId; 2]) -> [u32; 4] {
+    [a.index, b.index, a.generation, b.generation]
 }
 
 /// A contact one frame later.

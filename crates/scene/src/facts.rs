@@ -36,8 +36,8 @@ pub(super) struct Facts {
     /// True if its pairs may have other questions than whether they meet: it has a margin or a
     /// motion, or is measured.
     pub is_special: bool,
-    /// True if it is a part of a compound.
-    pub is_part: bool,
+    /// True if it is a part of a compound, or in a group.
+    pub is_member: bool,
 }
 
 const _: () = assert!(size_of::<Facts>() == 32);

@@ -3,9 +3,9 @@
 use super::Scene;
 use super::error::SceneError;
 use super::facts::Change;
-use super::id::{BodyId, GroupId, PairKey, pair_key};
+use super::id::{BodyId, GroupId, PairKey};
 use alloc::boxed::Box;
-use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
 /// Determines which bodies may meet: `x` and `y` if `x.groups & y.mask` and `y.groups & x.mask`
@@ -40,43 +40,11 @@ impl Default for Filter {
     }
 }
 
-/// The named groups of a scene, which bodies they have, and the pairs of them that may not meet.
+/// The named groups of a scene, and the pairs of them that may not meet.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Groups {
     names: Vec<Box<str>>,
-    /// The group of each body that is in one.
-    of: BTreeMap<u32, u32>,
-    ignored: BTreeSet<PairKey>,
-}
-
-impl Groups {
-    /// True if no group of one body ignores that of the other.
-    #[inline]
-    pub fn may_meet(&self, pair: [u32; 2]) -> bool {
-        self.ignored.is_empty() || self.search(pair)
-    }
-
-    #[cold]
-    fn search(&self, pair: [u32; 2]) -> bool {
-        let [x, y] = pair.map(|body| self.of.get(&body));
-        x.zip(y)
-            .is_none_or(|(&x, &y)| !self.ignored.contains(&pair_key(x, y)))
-    }
-
-    /// Ignores a pair of groups, or does no longer. Returns the bodies of the first one.
-    pub fn ignore(&mut self, [x, y]: [u32; 2], ignores: bool) -> Vec<u32> {
-        if ignores {
-            self.ignored.insert(pair_key(x, y));
-        } else {
-            self.ignored.remove(&pair_key(x, y));
-        }
-        let of_x = self.of.iter().filter(|&(_, &group)| group == x);
-        of_x.map(|(&body, _)| body).collect()
-    }
-
-    pub fn forget(&mut self, body: u32) {
-        self.of.remove(&body);
-    }
+    pub ignored: BTreeSet<PairKey>,
 }
 
 impl Scene {
@@ -128,13 +96,12 @@ impl Scene {
     pub fn set_group(&mut self, id: BodyId, group: Option<GroupId>) -> Result<(), SceneError> {
         self.bodies.get(id)?;
         group.map_or(Ok(""), |group| self.group_name(group))?;
-        let bodies = self.bodies_mut();
-        match group {
-            Some(group) => drop(bodies.groups.of.insert(id.index, group.to_bits() as u32)),
-            None => bodies.groups.forget(id.index),
-        }
-        bodies.set_pending(id.index, Change::Place);
-        Ok(())
+        self.edit(|bodies| {
+            bodies.get_mut(id)?.group = group.map(|group| group.to_bits() as u32);
+            bodies.note(id.index());
+            bodies.set_pending(id.index, Change::Place);
+            Ok(())
+        })
     }
 
     /// The group of a body.
@@ -142,14 +109,13 @@ impl Scene {
     /// # Errors
     /// If the body is not in the scene.
     pub fn group_of(&self, id: BodyId) -> Result<Option<GroupId>, SceneError> {
-        self.bodies.get(id)?;
-        let number = self.bodies.groups.of.get(&id.index);
-        Ok(number.map(|&number| GroupId::new(number.into(), self.bodies.scene)))
+        let number = self.bodies.get(id)?.group;
+        Ok(number.map(|number| GroupId::new(number.into(), self.bodies.scene)))
     }
 
     /// Ignores all pairs of a body of one group and a body of the other from the next frame on, or
     /// does no longer. If both are the same group, its bodies do not meet each other. Takes time
-    /// linear in the bodies that are in groups.
+    /// linear in the bodies.
     ///
     /// # Errors
     /// If one is a group of another scene.

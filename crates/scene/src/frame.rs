@@ -1,8 +1,8 @@
 //! One frame, step by step.
 
-use super::body::Placed;
+use super::body::{Bodies, Placed};
+use super::broad::Broad;
 use super::broad::bounds;
-use super::facts::Facts;
 use super::pair::frame::Frame;
 use super::schedule::Found;
 use super::schedule::crew::Crew;
@@ -38,12 +38,15 @@ impl Scene {
         let (number, mode, asked_since, rest) =
             (self.report.frame, self.mode, self.asked_since, self.rest);
         let (cut, moved) = (!self.report.is_whole(), self.bodies.changed > 0);
+        let reach = self.reach;
         let Self {
             pairs,
             broad,
             bodies,
             schedule,
             scratch,
+            report,
+            events,
             ..
         } = self;
         let frame = Frame {
@@ -61,17 +64,9 @@ impl Scene {
         };
         let left = schedule.revisit(&frame, broad, pairs, scratch);
         let mut share = Share::new(budget, left, schedule.found(), clock);
-        share.run(Step::Place, |deadline| self.place_changed(deadline));
-        let Self {
-            pairs,
-            broad,
-            bodies,
-            schedule,
-            scratch,
-            report,
-            events,
-            ..
-        } = self;
+        share.run(Step::Place, |deadline| {
+            place_changed(Arc::make_mut(bodies), broad, reach, number, deadline);
+        });
         share.run(Step::Pair, |deadline| {
             pairs.update(broad, bodies, deadline);
             Arc::make_mut(bodies).begin_groups(report.frame, deadline);
@@ -110,67 +105,51 @@ impl Scene {
     /// grow.
     fn tell_again(&mut self, started: Option<Duration>, clock: &dyn Clock) {
         self.rest[1] = self.report.frame;
-        let Self {
-            bodies,
-            broad,
-            report,
-            events,
-            ..
-        } = self;
+        let report = &mut self.report;
         (report.work, report.bv_tests, report.broad_phase_work) = (0, 0, 0);
-        events.tell(bodies, broad, report);
+        self.events.tell(&self.bodies, &self.broad, report);
         report.elapsed = started.map(|started| clock.now().saturating_sub(started));
     }
+}
 
-    /// Updates the boxes of bodies that were moved, inserted or removed.
-    fn place_changed(&mut self, deadline: &mut Deadline) {
-        let sweeps = self.reach == Reach::Swept || self.bodies.has_special;
-        let work = if sweeps {
-            WORK_PER_SWEPT_BOX
-        } else {
-            WORK_PER_BOX
-        };
-        let bodies = Arc::make_mut(&mut self.bodies);
-        while deadline.has_room(work)
-            && let Some((index, news)) = bodies.take_pending()
+/// Updates the boxes of bodies that were moved, inserted or removed.
+fn place_changed(
+    bodies: &mut Bodies,
+    broad: &mut Broad,
+    reach: Reach,
+    frame: u64,
+    deadline: &mut Deadline,
+) {
+    let work = match reach == Reach::Swept || bodies.has_special {
+        true => WORK_PER_SWEPT_BOX,
+        false => WORK_PER_BOX,
+    };
+    while deadline.has_room(work)
+        && let Some((index, news)) = bodies.take_pending()
+    {
+        deadline.spend(work);
+        let facts = *bodies.facts(index);
+        let (mut bounds, mut moving, mut moves) = (Aabb::EMPTY, false, false);
+        if let Some(Placed {
+            body, last, motion, ..
+        }) = bodies.at(index)
         {
-            deadline.spend(work);
-            let Facts {
-                changed,
-                importance,
-                ..
-            } = *bodies.facts(index);
-            let Some(Placed {
-                body, last, motion, ..
-            }) = bodies.at(index)
-            else {
-                self.broad
-                    .place(index, Aabb::EMPTY, false, news, importance);
-                bodies.spots[index as usize].bounds = Aabb::EMPTY;
-                continue;
-            };
-            let moves =
-                self.reach == Reach::Swept && changed == self.report.frame && *last != body.pose;
-            let bounds = match moves {
+            moving = body.kind == BodyKind::Moving;
+            moves = reach == Reach::Swept && facts.changed == frame && *last != body.pose;
+            bounds = match moves {
                 true => bounds::swept(&body.tree, last, &body.pose),
                 false => body.tree.aabb_at(&body.pose),
             };
-            let bounds = motion.as_ref().map_or(bounds, |motion| {
-                bounds.union(&bounds::on_way(&body.tree, motion))
-            });
-            let bounds = bounds::thickened(bounds, body.margin);
-            self.broad.place(
-                index,
-                bounds,
-                body.kind == BodyKind::Moving,
-                news,
-                importance,
-            );
-            bodies.spots[index as usize].bounds = bounds;
-            if moves {
-                bodies.settling.push(index);
+            if let Some(motion) = motion {
+                bounds = bounds.union(&bounds::on_way(&body.tree, motion));
             }
+            bounds = bounds::thickened(bounds, body.margin);
         }
-        bodies.end_changes();
+        broad.place(index, bounds, moving, news, facts.importance);
+        bodies.spots[index as usize].bounds = bounds;
+        if moves {
+            bodies.settling.push(index);
+        }
     }
+    bodies.end_changes();
 }

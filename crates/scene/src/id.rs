@@ -139,9 +139,10 @@ macro_rules! numbered {
         $(#[$docs])*
         #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-        #[cfg_attr(feature = "serde", serde(from = "u64", into = "u64"))]
+        #[cfg_attr(feature = "serde", serde(transparent))]
         pub struct $id {
             number: u64,
+            #[cfg_attr(feature = "serde", serde(skip))]
             scene: SceneNumber,
         }
 
@@ -165,18 +166,6 @@ macro_rules! numbered {
             /// True if both identify the same thing.
             pub(super) fn is(self, other: Self) -> bool {
                 self == other && self.scene.may_be(other.scene)
-            }
-        }
-
-        impl From<u64> for $id {
-            fn from(bits: u64) -> Self {
-                Self::from_bits(bits)
-            }
-        }
-
-        impl From<$id> for u64 {
-            fn from(id: $id) -> Self {
-                id.number
             }
         }
 

@@ -349,19 +349,11 @@ impl Report {
     /// The report of two bodies; `None` if they are not in [`Report::pairs`] together. Ids of
     /// another scene with the same history of changes are valid here too.
     pub fn pair(&self, x: BodyId, y: BodyId) -> Option<&PairReport> {
-        let (a, b) = if x.index() < y.index() {
-            (x, y)
-        } else {
-            (y, x)
-        };
+        let pair = (x.min(y), x.max(y));
         let at = self
             .pairs
-            .binary_search_by_key(&(a.index(), b.index()), |pair| {
-                (pair.a.index(), pair.b.index())
-            });
-        self.pairs
-            .get(at.ok()?)
-            .filter(|pair| pair.a == a && pair.b == b)
+            .binary_search_by_key(&pair, |pair| (pair.a, pair.b));
+        self.pairs.get(at.ok()?)
     }
 
     /// The pairs proven to meet, thickened by their margins: those that intersect, those within

@@ -1,6 +1,5 @@
 //! Capacity of the buffers of a scene.
 
-use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
 /// Number of pairs that buffers have room for. Buffers of a scene grow together and rarely, so that
@@ -29,9 +28,4 @@ impl Room {
 /// Reserves room for `most` elements.
 pub(super) fn reserve<T>(buffer: &mut Vec<T>, most: usize) {
     buffer.reserve_exact(most.saturating_sub(buffer.len()));
-}
-
-/// Reserves room for `most` elements of a queue.
-pub(super) fn reserve_queue<T>(queue: &mut VecDeque<T>, most: usize) {
-    queue.reserve_exact(most.saturating_sub(queue.len()));
 }

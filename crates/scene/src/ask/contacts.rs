@@ -240,35 +240,31 @@ impl Scene {
             Some(pair) => pair.verdict == Verdict::Separated,
             None => self.was_compared(x, y)? && frame > 0,
         };
+        let nothing = Contacts {
+            points: &[],
+            is_whole: false,
+            low: 0.0,
+            drift: f64::INFINITY,
+            age: frame,
+        };
         if is_apart {
             return Ok(Contacts {
-                points: &[],
                 is_whole: true,
                 low: self.apart(key),
                 drift: 0.0,
                 age: 0,
+                ..nothing
             });
         }
         let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
-        let touch = self
-            .pairs
-            .touch(key)
-            .filter(|touch| touch.since > 0 && !is_of_another);
-        let Some(touch) = touch else {
-            return Ok(Contacts {
-                points: &[],
-                is_whole: false,
-                low: 0.0,
-                drift: f64::INFINITY,
-                age: frame,
-            });
-        };
-        Ok(Contacts {
+        let touch = self.pairs.touch(key).filter(|_| !is_of_another);
+        let found = touch.filter(|touch| touch.since > 0);
+        Ok(found.map_or(nothing, |touch| Contacts {
             points: &touch.points,
             is_whole: touch.is_whole,
             low: touch.low,
             drift: self.bodies.drift(key, touch, frame),
             age: frame - touch.since,
-        })
+        }))
     }
 }

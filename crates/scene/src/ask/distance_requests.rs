@@ -3,14 +3,8 @@
 use crate::error::SceneError;
 use crate::id::{MeasureId, PairKey, SceneNumber, bodies_of};
 use crate::pair::bounds::{Bounds, Near};
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
-
-/// The source of a distance request: the pair itself, or two groups, by number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Asker {
-    Pair,
-    Groups(u32),
-}
 
 /// The distance request of a pair.
 #[derive(Clone, Copy, Debug)]
@@ -66,77 +60,54 @@ impl Group {
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DistanceRequests {
-    /// Ascending, each with its tolerance.
-    pairs: Vec<(PairKey, Asker, f64)>,
-    /// Number of requests of single pairs.
-    pub of_pairs: usize,
+    /// The pairs requested individually, each with its tolerance.
+    pub pairs: BTreeMap<PairKey, f64>,
+    /// The pairs of groups, each with the number of the groups and the tolerance, ascending.
+    of_groups: Vec<(PairKey, u32, f64)>,
     pub groups: Vec<Group>,
     /// Number of groups requested so far.
     count: u64,
 }
 
 impl DistanceRequests {
-    fn place(&self, key: PairKey, asker: Asker) -> Result<usize, usize> {
-        self.pairs
-            .binary_search_by_key(&(key, asker), |&(key, asker, _)| (key, asker))
-    }
-
-    /// The sources of the distance requests of a pair, each with its tolerance.
-    pub fn askers(&self, key: PairKey) -> impl Iterator<Item = (Asker, f64)> {
-        let from = self.pairs.partition_point(|&(other, ..)| other < key);
-        let of_pair = self.pairs[from..]
+    /// The numbers of the groups that a pair belongs to, each with its tolerance.
+    pub fn groups_of(&self, key: PairKey) -> impl Iterator<Item = (u32, f64)> {
+        let from = self.of_groups.partition_point(|&(other, ..)| other < key);
+        let of_pair = self.of_groups[from..]
             .iter()
             .take_while(move |&&(other, ..)| other == key);
-        of_pair.map(|&(_, asker, tolerance)| (asker, tolerance))
+        of_pair.map(|&(_, number, tolerance)| (number, tolerance))
     }
 
     /// The combined distance request of a pair, if there is one.
     pub fn wanted(&self, key: PairKey) -> Option<DistanceRequest> {
-        let all = self.askers(key).map(|(asker, tolerance)| match asker {
-            Asker::Pair => DistanceRequest {
-                tolerance,
-                ceiling: f64::INFINITY,
-                by_itself: true,
-                of_groups: false,
-            },
-            Asker::Groups(number) => {
-                let ceiling = self.groups[number as usize].ceiling;
-                DistanceRequest {
-                    tolerance,
-                    ceiling,
-                    by_itself: false,
-                    of_groups: true,
-                }
-            }
+        let mut wanted = self.pairs.get(&key).map(|&tolerance| DistanceRequest {
+            tolerance,
+            ceiling: f64::INFINITY,
+            by_itself: true,
+            of_groups: false,
         });
-        all.reduce(|x, y| DistanceRequest {
-            tolerance: x.tolerance.min(y.tolerance),
-            ceiling: x.ceiling.max(y.ceiling),
-            by_itself: x.by_itself || y.by_itself,
-            of_groups: x.of_groups || y.of_groups,
-        })
+        for (number, tolerance) in self.groups_of(key) {
+            let ceiling = self.groups[number as usize].ceiling;
+            let before = wanted.unwrap_or(DistanceRequest {
+                tolerance,
+                ceiling,
+                by_itself: false,
+                of_groups: true,
+            });
+            wanted = Some(DistanceRequest {
+                tolerance: before.tolerance.min(tolerance),
+                ceiling: before.ceiling.max(ceiling),
+                of_groups: true,
+                ..before
+            });
+        }
+        wanted
     }
 
     /// True if the distance of a pair is requested.
     pub fn has(&self, key: PairKey) -> bool {
-        self.askers(key).next().is_some()
-    }
-
-    pub fn insert(&mut self, key: PairKey, asker: Asker, tolerance: f64) {
-        match self.place(key, asker) {
-            Ok(at) => self.pairs[at].2 = tolerance,
-            Err(at) => {
-                self.pairs.insert(at, (key, asker, tolerance));
-                self.of_pairs += usize::from(asker == Asker::Pair);
-            }
-        }
-    }
-
-    pub fn remove(&mut self, key: PairKey, asker: Asker) {
-        if let Ok(at) = self.place(key, asker) {
-            self.pairs.remove(at);
-            self.of_pairs -= usize::from(asker == Asker::Pair);
-        }
+        self.pairs.contains_key(&key) || self.groups_of(key).next().is_some()
     }
 
     /// Requests the least distance of pairs of bodies, given in ascending order.
@@ -158,58 +129,52 @@ impl DistanceRequests {
             pairs: keys.len(),
             ..Group::FREE
         };
-        self.pairs.extend(
-            keys.iter()
-                .map(|&key| (key, Asker::Groups(number as u32), tolerance)),
-        );
-        self.pairs.sort_by_key(|&(key, asker, _)| (key, asker));
+        let new = keys.iter().map(|&key| (key, number as u32, tolerance));
+        self.of_groups.extend(new);
+        self.of_groups
+            .sort_by_key(|&(key, number, _)| (key, number));
         id
     }
 
     /// Ends the request of groups. Returns the bodies of their pairs.
-    pub fn remove_groups(&mut self, id: MeasureId) -> Result<Vec<u32>, SceneError> {
-        let number = self
-            .groups
-            .iter()
-            .position(|group| group.id.is_some_and(|known| known.is(id)));
+    pub fn remove_groups(&mut self, id: MeasureId) -> Result<BTreeSet<u32>, SceneError> {
+        let is_it = |group: &Group| group.id.is_some_and(|known| known.is(id));
+        let number = self.groups.iter().position(is_it);
         let number = number.ok_or(SceneError::NoSuchMeasure { measure: id })?;
         self.groups[number] = Group::FREE;
-        let of_it = Asker::Groups(number as u32);
-        let mut bodies: Vec<_> = self.keys(of_it).flat_map(bodies_of).collect();
-        bodies.sort_unstable();
-        bodies.dedup();
-        self.pairs.retain(|&(_, asker, _)| asker != of_it);
+        let bodies = self.pairs_of(number).flat_map(bodies_of).collect();
+        self.of_groups
+            .retain(|&(_, other, _)| other as usize != number);
         Ok(bodies)
     }
 
+    /// Forgets the pairs of a body.
     pub fn forget(&mut self, body: u32) {
         let Self {
             pairs,
+            of_groups,
             groups,
-            of_pairs,
             ..
         } = self;
-        pairs.retain(|&(key, asker, _)| {
+        pairs.retain(|&key, _| !bodies_of(key).contains(&body));
+        of_groups.retain(|&(key, number, _)| {
             let stays = !bodies_of(key).contains(&body);
-            match asker {
-                _ if stays => {}
-                Asker::Groups(number) => groups[number as usize].forget(key),
-                Asker::Pair => *of_pairs -= 1,
+            if !stays {
+                groups[number as usize].forget(key);
             }
             stays
         });
     }
 
     pub fn has_body(&self, body: u32) -> bool {
-        self.pairs
-            .iter()
-            .any(|&(key, ..)| bodies_of(key).contains(&body))
+        let of_groups = self.of_groups.iter().map(|(key, ..)| key);
+        let mut keys = self.pairs.keys().chain(of_groups);
+        keys.any(|&key| bodies_of(key).contains(&body))
     }
 
-    pub fn keys(&self, of: Asker) -> impl Iterator<Item = PairKey> {
-        self.pairs
-            .iter()
-            .filter(move |&&(_, asker, _)| asker == of)
-            .map(|&(key, ..)| key)
+    /// The pairs of groups.
+    pub fn pairs_of(&self, number: usize) -> impl Iterator<Item = PairKey> {
+        let of_it = move |&&(_, other, _): &&(_, u32, _)| other as usize == number;
+        self.of_groups.iter().filter(of_it).map(|&(key, ..)| key)
     }
 }

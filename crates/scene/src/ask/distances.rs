@@ -1,6 +1,5 @@
 //! Margins of bodies, and distance requests for pairs and for groups.
 
-use super::distance_requests::Asker;
 use crate::Scene;
 use crate::body::Bodies;
 use crate::checks;
@@ -85,7 +84,7 @@ impl Scene {
         let tolerance = checks::length(x, tolerance)?;
         let key = self.bodies.key(x, y)?;
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        bodies.distance_requests.insert(key, Asker::Pair, tolerance);
+        bodies.distance_requests.pairs.insert(key, tolerance);
         bodies.renew(x.index, true, frame)?;
         bodies.renew(y.index, true, frame)?;
         self.pairs.insert(&[key]);
@@ -105,20 +104,13 @@ impl Scene {
     /// [`Scene::distance`] of all measured pairs, ascending by index, whether or not a pair had a
     /// turn.
     pub fn distances(&self) -> impl Iterator<Item = PairDistance> {
-        let requests = &self.bodies.distance_requests;
-        let of_pairs = requests.keys(Asker::Pair).take(requests.of_pairs);
-        of_pairs.map(|key| self.distance_of(key))
+        let of_pairs = self.bodies.distance_requests.pairs.keys();
+        of_pairs.map(|&key| self.distance_of(key))
     }
 
     fn distance_of(&self, key: PairKey) -> PairDistance {
         let [a, b] = bodies_of(key).map(|body| self.bodies.id(body));
         let (bounds, since, _) = self.proven(key);
-        let Bounds {
-            low,
-            high,
-            triangles,
-            ..
-        } = bounds;
         let age = if since >= self.changed(key) {
             0
         } else {
@@ -127,9 +119,9 @@ impl Scene {
         PairDistance {
             a,
             b,
-            low,
-            high,
-            triangles,
+            low: bounds.low,
+            high: bounds.high,
+            triangles: bounds.triangles,
             age,
         }
     }
@@ -148,19 +140,13 @@ impl Scene {
     /// If a body is not in the scene, or both are the same.
     pub fn stop_measuring(&mut self, x: BodyId, y: BodyId) -> Result<(), SceneError> {
         let key = self.bodies.key(x, y)?;
-        if !self
-            .bodies
-            .distance_requests
-            .askers(key)
-            .any(|(asker, _)| asker == Asker::Pair)
-        {
+        if !self.bodies.distance_requests.pairs.contains_key(&key) {
             return Ok(());
         }
         let (frame, bodies) = (self.next_frame(), self.bodies_mut());
-        bodies.distance_requests.remove(key, Asker::Pair);
-        [x, y]
-            .into_iter()
-            .try_for_each(|id| bodies.stop_measuring(id.index, frame))
+        bodies.distance_requests.pairs.remove(&key);
+        bodies.stop_measuring(x.index, frame)?;
+        bodies.stop_measuring(y.index, frame)
     }
 
     /// Measures the least distance between two groups of bodies in every frame from now on, for
@@ -296,7 +282,7 @@ impl Bodies {
     /// An upper bound of the distance of groups, from the boxes of their bodies.
     fn farthest(&self, number: usize, deadline: &mut Deadline) -> f64 {
         let mut ceiling = f64::INFINITY;
-        for key in self.distance_requests.keys(Asker::Groups(number as u32)) {
+        for key in self.distance_requests.pairs_of(number) {
             if !deadline.has_room(WORK_PER_PAIR_APART) {
                 break;
             }

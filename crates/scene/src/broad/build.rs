@@ -1,8 +1,7 @@
 //! Builds the tree of fat AABBs in steps, so that a frame may end between any two of them.
 //!
-//! Top down, each range of bodies is split by their middles along an axis, near its half: a small
-//! range exactly, a large one at the median of a sample, with another sample if the split was far
-//! from the half. Then the boxes are computed bottom up. The tree is balanced, so paths are short.
+//! Top down, each range of bodies is split along an axis at the median of a sample of their middles,
+//! so that the tree is nearly balanced and its paths are short. Its boxes are those of the next refit.
 
 use super::node::{NONE, Node, Proxy};
 use crate::cost::WORK_PER_BUILT_LEVEL;
@@ -17,8 +16,10 @@ use punctual_geom::Aabb;
 /// Bodies per step.
 const STEP: usize = 16;
 
-/// Bodies per sample.
+/// Bodies per sample, and the distance of their places in a range, modulo its length: a prime, so
+/// that they are different bodies, scattered so that no pattern of the bodies is that of the sample.
 const SAMPLE: usize = 31;
+const SCATTER: u64 = 2_654_435_761;
 
 /// A range of `order` that becomes a subtree. `second`: the second child of its parent, else the
 /// first.
@@ -30,15 +31,13 @@ struct Range {
     second: bool,
 }
 
-/// The partition of a large range: bodies below a pivot are moved to the front.
+/// The partition of a range: bodies below a pivot are moved to the front.
 #[derive(Clone, Copy, Debug)]
 struct Partition {
     range: Range,
     node: u32,
-    /// The part of the range that contains the half.
-    part: [usize; 2],
     axis: usize,
-    pivot: (f64, u32),
+    pivot: (i64, u32),
     /// Bodies before `split` are below the pivot; those from `split` to `at` are not.
     split: usize,
     at: usize,
@@ -47,13 +46,11 @@ struct Partition {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Build {
     order: Vec<u32>,
-    /// Number of bodies collected, number of bodies at the begin, and number of nodes whose boxes
-    /// are not computed yet.
+    /// Number of bodies collected, and number of bodies at the begin.
     collected: usize,
     bodies: usize,
     ranges: Vec<Range>,
     partition: Option<Partition>,
-    open: usize,
 }
 
 impl Build {
@@ -75,8 +72,8 @@ impl Build {
         self.ranges.clear();
     }
 
-    /// Builds as far as the deadline allows; true if done. The root is node 0, if there is one.
-    /// Bodies with `news` are newcomers of this `generation`.
+    /// Builds as far as the deadline allows; true if done. The root is node 0, if there is one; only
+    /// leaves have boxes. Bodies with `news` are newcomers of this `generation`.
     pub fn advance(
         &mut self,
         nodes: &mut Vec<Node>,
@@ -99,10 +96,7 @@ impl Build {
                     }
                 };
                 self.split(range, nodes, proxies, newest);
-                self.open = nodes.len();
                 STEP.min(range.end - range.begin)
-            } else if self.open > 0 {
-                self.fit(nodes)
             } else {
                 return true;
             };
@@ -155,116 +149,50 @@ impl Build {
             return nodes.push(Node::leaf(body, proxy, range.parent, newest(body)));
         }
         nodes.push(Node::inner(range.parent));
-        if order.len() > STEP {
-            let part = [range.begin, range.end];
-            let whole = Partition {
-                range,
-                node: at,
-                part,
-                axis: 0,
-                pivot: (0.0, 0),
-                split: range.begin,
-                at: range.begin,
-            };
-            self.partition = Some(Partition {
-                axis: longest_axis(order, proxies),
-                ..whole
-            });
-            self.choose_pivot(proxies);
-        } else {
-            let axis = longest_axis(order, proxies);
-            let half = order.len() / 2;
-            order.select_nth_unstable_by(half, |&x, &y| {
-                compare(key(proxies, x, axis), key(proxies, y, axis))
-            });
-            self.descend(range, range.begin + half, at);
-        }
-    }
-
-    /// Chooses the median of a sample of the current part as pivot.
-    fn choose_pivot(&mut self, proxies: &[Proxy]) {
-        let Some(partition) = &mut self.partition else {
-            return;
-        };
-        let [begin, end] = partition.part;
-        let sample = self.order[begin..end]
-            .iter()
-            .step_by((end - begin).div_ceil(SAMPLE));
-        let mut keys: ArrayVec<_, SAMPLE> = sample
-            .map(|&body| key(proxies, body, partition.axis))
-            .collect();
-        keys.sort_unstable_by(|&x, &y| compare(x, y));
-        (partition.pivot, partition.split, partition.at) = (keys[keys.len() / 2], begin, begin);
-    }
-
-    /// Compares the next bodies with the pivot. After the last, it splits the range, or partitions
-    /// a part of it again. Returns the number of bodies compared.
-    fn partition(&mut self, mut partition: Partition, proxies: &[Proxy]) -> usize {
-        let Partition {
+        let places = (0..order.len().min(SAMPLE) as u64).map(|i| i * SCATTER % order.len() as u64);
+        let sample: ArrayVec<u32, SAMPLE> = places.map(|place| order[place as usize]).collect();
+        let middles = sample.iter().map(|&body| middle(proxies, body));
+        let axis = Aabb::from_points(middles).extents().max_position();
+        let keys = sample.iter().map(|&body| key(proxies, body, axis));
+        let mut keys: ArrayVec<_, SAMPLE> = keys.collect();
+        keys.sort_unstable();
+        self.partition = Some(Partition {
             range,
-            node,
-            part: [begin, end],
+            node: at,
             axis,
-            pivot,
-            ..
-        } = partition;
-        let count = STEP.min(end - partition.at);
-        for at in partition.at..partition.at + count {
-            if compare(key(proxies, self.order[at], axis), pivot).is_lt() {
+            pivot: keys[keys.len() / 2],
+            split: range.begin,
+            at: range.begin,
+        });
+    }
+
+    /// Compares the next bodies with the pivot. After the last, queues the parts before and from the
+    /// pivot, the first one first: its root is the next node. Returns the number of bodies compared.
+    fn partition(&mut self, mut partition: Partition, proxies: &[Proxy]) -> usize {
+        let Range { begin, end, .. } = partition.range;
+        let from = partition.at;
+        partition.at = end.min(from + STEP);
+        for at in from..partition.at {
+            if key(proxies, self.order[at], partition.axis) < partition.pivot {
                 self.order.swap(at, partition.split);
                 partition.split += 1;
             }
         }
-        partition.at += count;
         if partition.at < end {
             self.partition = Some(partition);
-            return count;
-        }
-        let quarter = (range.end - range.begin) / 4;
-        let split = partition.split;
-        if split >= range.begin + quarter && split <= range.end - quarter {
-            self.descend(range, split, node);
-            return count;
-        }
-        // The part that contains the half is smaller than before: the median of several has some
-        // below it.
-        partition.part = if split < range.begin + quarter {
-            [split, end]
         } else {
-            [begin, split]
-        };
-        self.partition = Some(partition);
-        self.choose_pivot(proxies);
-        count
-    }
-
-    /// Queues the halves of a range for the next steps, the first one first: its root is the next
-    /// node.
-    fn descend(&mut self, range: Range, middle: usize, parent: u32) {
-        self.ranges.push(Range {
-            begin: middle,
-            end: range.end,
-            parent,
-            second: true,
-        });
-        self.ranges.push(Range {
-            begin: range.begin,
-            end: middle,
-            parent,
-            second: false,
-        });
-    }
-
-    /// Computes the boxes of the last nodes that have none yet; children come after their parents.
-    /// Returns the number of nodes.
-    fn fit(&mut self, nodes: &mut [Node]) -> usize {
-        let begin = self.open.saturating_sub(STEP);
-        for at in (begin..self.open).rev() {
-            Node::fit(nodes, at);
+            // A body may have left its place since the pivot was chosen.
+            let middle = partition.split.clamp(begin + 1, end - 1);
+            let parent = partition.node;
+            let parts = [(middle, end, true), (begin, middle, false)];
+            self.ranges.extend(parts.map(|(begin, end, second)| Range {
+                begin,
+                end,
+                parent,
+                second,
+            }));
         }
-        let count = self.open - begin;
-        self.open = begin;
-        count
+        partition.at - from
     }
 }
 
@@ -274,18 +202,8 @@ fn middle(proxies: &[Proxy], body: u32) -> DVec3 {
 }
 
 /// The sort key of a body along an axis. No two are equal.
-fn key(proxies: &[Proxy], body: u32, axis: usize) -> (f64, u32) {
-    (middle(proxies, body)[axis], body)
-}
-
-fn compare(x: (f64, u32), y: (f64, u32)) -> core::cmp::Ordering {
-    x.0.total_cmp(&y.0).then(x.1.cmp(&y.1))
-}
-
-/// The axis with the largest extent of a sample of the middles.
-fn longest_axis(order: &[u32], proxies: &[Proxy]) -> usize {
-    let sample = order.iter().step_by(order.len().div_ceil(SAMPLE));
-    Aabb::from_points(sample.map(|&body| middle(proxies, body)))
-        .extents()
-        .max_position()
+fn key(proxies: &[Proxy], body: u32, axis: usize) -> (i64, u32) {
+    let bits = middle(proxies, body)[axis].to_bits() as i64;
+    // Those of negative numbers descend.
+    (bits ^ ((bits >> 63) as u64 >> 1) as i64, body)
 }

@@ -23,19 +23,6 @@ const SWEPT_PART: usize = 16;
 const STEP: usize = 16;
 const SWEEP: usize = 128;
 
-/// Maximum number of pairs that a step of the search finds.
-pub(crate) const MOST_FOUND: usize = STEP;
-
-/// The result of a part of a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Searched {
-    All,
-    /// There is no room for more pairs.
-    Full,
-    /// The deadline came first.
-    Stopped,
-}
-
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FatTree {
     nodes: Vec<Node>,
@@ -150,6 +137,8 @@ impl FatTree {
     /// Starts an update of the tree after its newcomers were renewed. `bodies` bounds their
     /// indices. Returns true if the tree must be rebuilt.
     pub fn begin_update(&mut self, bodies: usize) -> bool {
+        // Left over if the last search was ended for lack of room.
+        self.stack.clear();
         let leaves = self.nodes.len() / 2;
         let outgrown = self.roots.len().pow(2) > leaves + 64
             || self.moves > MOVES_BEFORE_REBUILD * leaves + 64
@@ -180,6 +169,7 @@ impl FatTree {
         if done && !self.nodes.is_empty() {
             self.roots.push(0);
         }
+        self.unswept = self.nodes.len();
         done
     }
 
@@ -219,39 +209,30 @@ impl FatTree {
         true
     }
 
-    pub fn end_search(&mut self) {
-        self.stack.clear();
-    }
-
-    /// Adds pairs that may meet, of overlapping fat AABBs of which one is new, until there are
-    /// `most`.
+    /// Adds pairs that may meet, of overlapping fat AABBs of which one is new. Returns true if these
+    /// are all, false if there are at least `enough`; `None` if the deadline came first.
     pub fn search(
         &mut self,
         bodies: &Bodies,
         found: &mut Vec<PairKey>,
-        most: usize,
+        enough: usize,
         deadline: &mut Deadline,
-    ) -> Searched {
+    ) -> Option<bool> {
         const WORK: u64 = STEP as u64 * WORK_PER_SEARCH;
-        let Self {
-            nodes,
-            stack,
-            generation,
-            ..
-        } = self;
         let mut search = Search {
-            nodes,
-            generation: *generation,
+            nodes: &self.nodes,
+            generation: self.generation,
             bodies,
-            stack,
+            stack: &mut self.stack,
             found,
         };
         loop {
-            if search.found.len() + MOST_FOUND > most {
-                return Searched::Full;
+            // A step finds at most as many pairs as it opens.
+            if search.found.len() + STEP > enough.max(STEP) {
+                return Some(false);
             }
             if !deadline.has_room(WORK) {
-                return Searched::Stopped;
+                return None;
             }
             // Opened together, so that their cache misses overlap.
             let first = search.stack.len().saturating_sub(STEP);
@@ -263,7 +244,7 @@ impl FatTree {
             }
             let [i, j] = self.next_roots;
             let Some(&root) = self.roots.get(i) else {
-                return Searched::All;
+                return Some(true);
             };
             if i == j {
                 search.within(root);

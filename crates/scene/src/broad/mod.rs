@@ -28,9 +28,9 @@ use super::room::reserve;
 use super::waiting::Waiting;
 use crate::cost::{WORK_PER_NEW_PLACE, WORK_PER_REFIT};
 use alloc::vec::Vec;
+use bounds::widened;
 use core::mem;
-use fat_tree::{FatTree, MOST_FOUND, Searched};
-use glam::DVec3;
+use fat_tree::FatTree;
 use node::{NONE, Proxy};
 use punctual::engine::Deadline;
 use punctual_geom::Aabb;
@@ -56,11 +56,9 @@ const PORTION_PART: usize = 4;
 /// The next step for the newcomers of a generation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
-    /// There are no newcomers.
+    /// Takes waiting bodies as newcomers, and puts them into the tree.
     #[default]
-    Idle,
-    /// Puts the newcomers from this one on into the tree.
-    Renew(usize),
+    Renew,
     Build,
     Refit,
     Search,
@@ -187,7 +185,6 @@ impl Broad {
     /// Reserves room for this many pairs found in a frame.
     pub fn reserve_found(&mut self, pairs: usize) {
         reserve(&mut self.found, pairs);
-        self.sort.reserve(pairs);
     }
 
     /// Inserts a body without a box.
@@ -206,14 +203,9 @@ impl Broad {
         if inside && news <= Change::None && !bounds.is_empty() {
             return;
         }
-        let slack = DVec3::splat(if moving {
-            SLACK * bounds.extents().max_element()
-        } else {
-            0.0
-        });
-        proxy.fat = Aabb {
-            min: bounds.min - slack,
-            max: bounds.max + slack,
+        proxy.fat = match moving {
+            true => widened(bounds, SLACK * bounds.extents().max_element()),
+            false => bounds,
         };
         proxy.next = proxy.next.max(news).max(Change::Place);
         if !proxy.waiting {
@@ -250,14 +242,18 @@ impl Broad {
     ) -> Option<()> {
         loop {
             self.stage = match self.stage {
-                Stage::Idle => self.begin_generation(known[0], deadline)?,
-                Stage::Renew(next) => self.renew(next, deadline)?,
+                Stage::Renew => self.renew(known[0], deadline)?,
                 Stage::Build => self
                     .tree
                     .build(&mut self.proxies, &self.news, deadline)
                     .then_some(Stage::Refit)?,
                 Stage::Refit => self.tree.refit(deadline).then_some(Stage::Search)?,
-                Stage::Search => self.search(bodies, known, deadline)?,
+                Stage::Search => {
+                    let enough = portion(known, deadline);
+                    let Self { tree, found, .. } = self;
+                    let last = tree.search(bodies, found, enough, deadline)?;
+                    Stage::Sort { last }
+                }
                 Stage::Sort { last } => self
                     .sort
                     .advance(&mut self.found, deadline)
@@ -271,81 +267,47 @@ impl Broad {
     /// Ends a portion that was merged. `left_out`: some of its pairs were left out for lack of
     /// room.
     pub fn end_portion(&mut self, left_out: bool) {
-        self.crops |= left_out;
+        // Then there is no room for those of the next portions either.
+        let is_last = left_out || self.stage == (Stage::Merge { last: true });
+        self.stage = if is_last {
+            Stage::Settle
+        } else {
+            Stage::Search
+        };
+        (self.crops, self.purged) = (left_out, true);
         self.found.clear();
-        let last = self.stage == (Stage::Merge { last: true });
-        self.stage = if last { Stage::Settle } else { Stage::Search };
-        self.purged = true;
     }
 
-    fn begin_generation(&mut self, known: usize, deadline: &mut Deadline) -> Option<Stage> {
-        self.purged = false;
+    fn renew(&mut self, known: usize, deadline: &mut Deadline) -> Option<Stage> {
         let room = usize::try_from(deadline.room() / WORK_PER_NEWCOMER).unwrap_or(usize::MAX);
         let most = if is_limited(deadline) {
             GENERATION.max(known / GENERATION_PART).max(room)
         } else {
             usize::MAX
         };
-        while self.newcomers.len() < most
-            && let Some(body) = self.waiting.pop()
-        {
-            let proxy = &mut self.proxies[body as usize];
-            self.news[body as usize] = mem::replace(&mut proxy.next, Change::None);
-            proxy.waiting = false;
-            self.newcomers.push(body);
-        }
-        (!self.newcomers.is_empty()).then(|| {
-            self.tree.begin_generation(self.newcomers.len());
-            Stage::Renew(0)
-        })
-    }
-
-    fn renew(&mut self, mut next: usize, deadline: &mut Deadline) -> Option<Stage> {
-        while next < self.newcomers.len() {
-            if !deadline.has_room(STEP as u64 * WORK_PER_NEW_PLACE) {
-                self.stage = Stage::Renew(next);
+        while self.newcomers.len() < most && !self.waiting.is_empty() {
+            if !deadline.has_room(WORK_PER_NEW_PLACE) {
                 return None;
             }
-            let step = &self.newcomers[next..self.newcomers.len().min(next + STEP)];
-            deadline.spend(step.len() as u64 * WORK_PER_NEW_PLACE);
-            for &body in step {
-                self.tree.renew(body, &mut self.proxies[body as usize]);
+            deadline.spend(WORK_PER_NEW_PLACE);
+            if self.newcomers.is_empty() {
+                self.tree.begin_generation(self.waiting.len().min(most));
             }
-            next += step.len();
+            let body = self.waiting.pop()?;
+            let proxy = &mut self.proxies[body as usize];
+            proxy.waiting = false;
+            self.tree.renew(body, proxy);
+            let news = &mut self.news[body as usize];
+            if *news == Change::None {
+                self.newcomers.push(body);
+            }
+            *news = mem::replace(&mut proxy.next, Change::None).max(*news);
         }
-        Some(if self.tree.begin_update(self.proxies.len()) {
-            Stage::Build
-        } else {
-            Stage::Refit
-        })
-    }
-
-    fn search(
-        &mut self,
-        bodies: &Bodies,
-        [known, most]: [usize; 2],
-        deadline: &mut Deadline,
-    ) -> Option<Stage> {
-        if self.crops {
-            // There is no room for more pairs.
-            self.tree.end_search();
-            return Some(Stage::Settle);
-        }
-        let portion = if is_limited(deadline) {
-            PORTION.max(known / PORTION_PART)
-        } else {
-            usize::MAX
+        let begin = || match self.tree.begin_update(self.proxies.len()) {
+            true => Stage::Build,
+            false => Stage::Refit,
         };
-        match self.tree.search(
-            bodies,
-            &mut self.found,
-            portion.min(most).max(MOST_FOUND),
-            deadline,
-        ) {
-            Searched::All => Some(Stage::Sort { last: true }),
-            Searched::Full => Some(Stage::Sort { last: false }),
-            Searched::Stopped => None,
-        }
+        (!self.newcomers.is_empty()).then(begin)
     }
 
     /// Ends a generation.
@@ -376,10 +338,19 @@ impl Broad {
                 }
             }
             if self.newcomers.is_empty() {
-                self.crops = false;
-                return Some(Stage::Idle);
+                (self.crops, self.purged) = (false, false);
+                return Some(Stage::Renew);
             }
         }
+    }
+}
+
+/// Number of pairs of the next portion.
+fn portion([known, most]: [usize; 2], deadline: &Deadline) -> usize {
+    let portion = PORTION.max(known / PORTION_PART);
+    match is_limited(deadline) {
+        true => portion.min(most),
+        false => most,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The parameter at which a ray of the scene enters a box.
 
+use super::path::crossing;
 use glam::DVec3;
 use punctual_geom::tolerance::UNDERFLOW;
 use punctual_geom::{Aabb, Ray, largest};
@@ -54,20 +55,8 @@ impl Line {
             bounds.min - self.origin - margin,
             bounds.max - self.origin + margin,
         );
-        let (mut enter, mut leave) = (0.0f64, self.end);
-        for axis in 0..3 {
-            if self.direction[axis] == 0.0 {
-                if low[axis] > 0.0 || high[axis] < 0.0 {
-                    return None;
-                }
-                continue;
-            }
-            let (one, other) = (
-                low[axis] / self.direction[axis],
-                high[axis] / self.direction[axis],
-            );
-            (enter, leave) = (enter.max(one.min(other)), leave.min(one.max(other)));
-        }
+        let rates = [-self.direction, self.direction];
+        let [enter, leave] = crossing([low, -high], rates, self.end)?;
         let (enter, leave) = (enter - slack, leave + slack);
         let [from, to] = self.limits;
         let misses = enter > leave || enter > to || leave < from;

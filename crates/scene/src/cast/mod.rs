@@ -22,6 +22,7 @@ use alloc::boxed::Box;
 use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
+use core::time::Duration;
 use punctual::engine::Deadline;
 use punctual::prediction::MAX_STEP_WORK;
 use punctual::{StopReason, Tree, Workspace};
@@ -32,7 +33,7 @@ use shape::BodyOverlap;
 /// A question about the bodies of a scene.
 trait Probe {
     /// Least work that is useful to the question about a body.
-    fn least_work(&self) -> u64;
+    const LEAST_WORK: u64;
 
     fn sight(&self) -> &Sight;
 
@@ -61,14 +62,6 @@ struct Sight {
     body: Option<BodyId>,
 }
 
-/// A node or body that waits for a probe. Sorted by the lower bound.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Entry {
-    /// The bits of the lower bound, which is not negative.
-    bound: u64,
-    what: What,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum What {
     Body(u32),
@@ -76,7 +69,9 @@ enum What {
     Node(u32),
 }
 
-type Queue = BinaryHeap<Reverse<Entry>>;
+/// Nodes and bodies that wait for a probe, with the bits of their lower bounds, which are not
+/// negative; the least first.
+type Queue = BinaryHeap<Reverse<(u64, What)>>;
 
 /// The buffers of one thread.
 #[derive(Debug, Default)]
@@ -102,9 +97,8 @@ pub(crate) struct Casts {
 impl Casts {
     /// Reserves room for the questions about a scene with this many bodies.
     pub fn reserve(&mut self, bodies: usize) {
-        self.own
-            .queue
-            .reserve_exact(room(bodies).saturating_sub(self.own.queue.len()));
+        // The queue is empty between calls.
+        self.own.queue.reserve_exact(room(bodies));
     }
 }
 
@@ -115,14 +109,11 @@ fn room(bodies: usize) -> usize {
 
 impl Scene {
     fn walk(&mut self) -> (Walk<'_>, &mut Casts, &mut Workspace) {
-        let Self {
-            bodies,
-            broad,
-            scratch,
-            casts,
-            ..
-        } = self;
-        (Walk { bodies, broad }, casts, scratch)
+        let walk = Walk {
+            bodies: &self.bodies,
+            broad: &self.broad,
+        };
+        (walk, &mut self.casts, &mut self.scratch)
     }
 }
 
@@ -139,6 +130,7 @@ struct Walked {
     /// The reason why it ended.
     stop: StopReason,
     work: u64,
+    elapsed: Option<Duration>,
     /// False if it ended before the roots were queued.
     has_begun: bool,
 }
@@ -146,9 +138,9 @@ struct Walked {
 impl Walk<'_> {
     /// Asks about bodies in the order of their lower bounds, until no other matters or the deadline
     /// comes.
-    fn run(
+    fn run<P: Probe>(
         &self,
-        probe: &mut impl Probe,
+        probe: &mut P,
         queue: &mut Queue,
         workspace: &mut Workspace,
         deadline: &mut Deadline,
@@ -166,12 +158,12 @@ impl Walk<'_> {
             (open, stop) = (0.0, deadline.why(WORK_PER_BOX));
         }
         while matches!(stop, StopReason::Finished | StopReason::FlushedToZero)
-            && let Some(&Reverse(Entry { bound, what })) = queue.peek()
+            && let Some(&Reverse((bound, what))) = queue.peek()
             && !probe.is_over(f64::from_bits(bound))
         {
             let least = match what {
                 What::Node(_) => WORK_PER_SEARCH,
-                What::Body(_) => probe.least_work(),
+                What::Body(_) => P::LEAST_WORK,
             };
             if !deadline.has_room(least) {
                 stop = deadline.why(least);
@@ -184,11 +176,8 @@ impl Walk<'_> {
                     self.open(probe, queue, node);
                 }
                 What::Body(body) => {
-                    let placed = self
-                        .bodies
-                        .at(body)
-                        .map(|placed| (self.bodies.id(body), placed));
-                    if let Some(asked) = placed {
+                    if let Some(placed) = self.bodies.at(body) {
+                        let asked = (self.bodies.id(body), placed);
                         let (ended, left) = probe.ask(asked, workspace, deadline)?;
                         if ended != StopReason::Finished {
                             (open, stop) = (open.min(left), ended);
@@ -198,14 +187,15 @@ impl Walk<'_> {
             }
         }
         if stop != StopReason::Finished
-            && let Some(Reverse(next)) = queue.peek()
+            && let Some(&Reverse((next, _))) = queue.peek()
         {
-            open = open.min(f64::from_bits(next.bound));
+            open = open.min(f64::from_bits(next));
         }
         Ok(Walked {
             open,
             stop,
             work: limit - deadline.work_left(),
+            elapsed: deadline.elapsed(),
             has_begun,
         })
     }
@@ -213,28 +203,32 @@ impl Walk<'_> {
     /// Queues the roots, and the bodies that are not in the tree. False if the budget did not
     /// suffice.
     fn begin(&self, probe: &impl Probe, queue: &mut Queue, deadline: &mut Deadline) -> bool {
-        for index in self.bodies.pending() {
-            if !deadline.has_room(WORK_PER_BOX) {
+        let mut queue_body = |index: u32| {
+            let is_changed = self.bodies.facts(index).is_changed();
+            let work = if is_changed {
+                WORK_PER_BOX
+            } else {
+                WORK_PER_SEARCH
+            };
+            if !deadline.has_room(work) {
                 return false;
             }
-            deadline.spend(WORK_PER_BOX);
+            deadline.spend(work);
             if let Some(Placed { body, .. }) = self.bodies.at(index) {
-                let bounds = thickened(body.tree.aabb_at(&body.pose), body.margin);
+                let bounds = match is_changed {
+                    true => thickened(body.tree.aabb_at(&body.pose), body.margin),
+                    false => *self.bodies.bounds(index),
+                };
                 self.push(probe, queue, index, &bounds);
             }
-        }
-        let mut queue_body = |index: u32| {
-            let has_room = deadline.has_room(WORK_PER_SEARCH);
-            deadline.spend(WORK_PER_SEARCH);
-            if has_room && !self.bodies.facts(index).is_changed() {
-                self.push(probe, queue, index, self.bodies.bounds(index));
-            }
-            has_room
+            true
         };
         let Some(tree) = self.broad.tree() else {
             return self.bodies.slots().all(queue_body);
         };
-        let has_room = self.broad.unsettled().all(&mut queue_body);
+        let is_settled = |&body: &u32| !self.bodies.facts(body).is_changed();
+        let unsettled = self.broad.unsettled().filter(is_settled);
+        let has_room = self.bodies.pending().chain(unsettled).all(&mut queue_body);
         let roots = tree.roots().filter(|_| has_room);
         queue.extend(roots.filter_map(|(root, bounds)| entry(probe, What::Node(root), bounds)));
         has_room
@@ -267,10 +261,7 @@ impl Walk<'_> {
     }
 }
 
-fn entry(probe: &impl Probe, what: What, bounds: &Aabb) -> Option<Reverse<Entry>> {
+fn entry(probe: &impl Probe, what: What, bounds: &Aabb) -> Option<Reverse<(u64, What)>> {
     let bound = probe.bound(bounds, matches!(what, What::Body(_)))?;
-    Some(Reverse(Entry {
-        bound: bound.to_bits(),
-        what,
-    }))
+    Some(Reverse((bound.to_bits(), what)))
 }

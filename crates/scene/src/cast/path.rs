@@ -64,20 +64,25 @@ fn enter([from, to]: &[Aabb; 2], bounds: &Aabb) -> Option<f64> {
     if from.is_empty() || bounds.is_empty() {
         return None;
     }
-    let (mut enter, mut leave) = (0.0f64, 1.0f64);
-    let gaps = [
-        (from.min - bounds.max, to.min - bounds.max),
-        (bounds.min - from.max, bounds.min - to.max),
-    ];
-    for (from, to) in gaps {
+    let gaps = [from.min - bounds.max, bounds.min - from.max];
+    let ends = [to.min - bounds.max, bounds.min - to.max];
+    let [enter, leave] = crossing(gaps, [ends[0] - gaps[0], ends[1] - gaps[1]], 1.0)?;
+    (enter <= leave + ROUNDING).then(|| (enter - ROUNDING).max(0.0))
+}
+
+/// The first and the last time from 0 to `end` at which no gap is positive, each changing by its
+/// rate; the first is after the last if there is none. `None` if a gap never closes.
+pub(super) fn crossing(gaps: [DVec3; 2], rates: [DVec3; 2], end: f64) -> Option<[f64; 2]> {
+    let (mut enter, mut leave) = (0.0f64, end);
+    for (gap, rate) in gaps.into_iter().zip(rates) {
         for axis in 0..3 {
-            match (from[axis], to[axis]) {
-                (from, to) if from > 0.0 && to > 0.0 => return None,
-                (from, to) if from > 0.0 => enter = enter.max(from / (from - to)),
-                (from, to) if to > 0.0 => leave = leave.min(from / (from - to)),
+            match (gap[axis], rate[axis]) {
+                (gap, rate) if rate < 0.0 => enter = enter.max(-gap / rate),
+                (gap, rate) if rate > 0.0 => leave = leave.min(-gap / rate),
+                (gap, _) if gap > 0.0 => return None,
                 _ => {}
             }
         }
     }
-    (enter <= leave + ROUNDING).then(|| (enter - ROUNDING).max(0.0))
+    Some([enter, leave])
 }

@@ -143,9 +143,7 @@ struct RayProbe<'c> {
 }
 
 impl Probe for RayProbe<'_> {
-    fn least_work(&self) -> u64 {
-        MAX_STEP_WORK
-    }
+    const LEAST_WORK: u64 = MAX_STEP_WORK;
 
     fn sight(&self) -> &Sight {
         &self.asked.sight
@@ -223,7 +221,7 @@ impl Walk<'_> {
             free_until: asked.mode.free_until(&asked.ray, on_body, walked.open),
             stop: walked.stop,
             work: walked.work,
-            elapsed: deadline.elapsed(),
+            elapsed: walked.elapsed,
         })
     }
 }
@@ -281,8 +279,8 @@ impl Scene {
     /// stopped, the others are free until 0.
     ///
     /// With threads (`Scene::use_threads`), batches of more than 64 rays are shared among them,
-    /// unless the clock is the caller's, or a ray has [`RayMode::All`]. A budget of work, or none,
-    /// gives the same bits on any number of threads.
+    /// unless work is limited, the clock is the caller's, or a ray has [`RayMode::All`]. A budget of
+    /// work, or none, gives the same bits on any number of threads.
     ///
     /// ```
     /// use punctual::{Budget, Pose, Ray, Tree, shapes};
@@ -317,32 +315,27 @@ impl Scene {
         answers.clear();
         answers.resize(rays.len(), SceneCast::NOT_CAST);
         #[cfg(feature = "parallel")]
-        if is_by_system && rays.iter().all(|ray| ray.mode != RayMode::All) {
-            threads::cast(self, rays, &mut answers, (end, work));
+        if is_by_system && work == u64::MAX && rays.iter().all(|ray| ray.mode != RayMode::All) {
+            threads::cast(self, rays, &mut answers, end);
         }
         let mut deadline = Deadline::at(end, work, clock);
         let (walk, casts, workspace) = self.walk();
         casts.own.hits.clear();
         let mut ended = None;
-        let cast = rays.iter().zip(&mut answers).try_for_each(|(ray, answer)| {
-            let is_cast = answer.work < u64::MAX;
-            // A thread gave its ray the whole budget. If the ray took less than what is left here,
-            // the rest of the budget would give the same answer.
-            let fits = answer.work <= deadline.work_left().saturating_sub(MARGIN);
-            match ended {
-                Some(stop) if !is_cast || stop == StopReason::WorkLimit => {
-                    *answer = SceneCast {
-                        stop,
-                        work: 0,
-                        ..SceneCast::NOT_CAST
-                    };
-                }
-                _ if is_cast && fits => deadline.spend(answer.work),
-                _ => {
-                    *answer = walk.cast(ray, &mut casts.own, workspace, &mut deadline)?;
-                    ended = is_cut(answer.stop).then_some(answer.stop);
-                }
+        let mut left = rays.iter().zip(&mut answers);
+        let cast = left.try_for_each(|(ray, answer)| {
+            if answer.work < u64::MAX {
+                return Ok(());
             }
+            *answer = match ended {
+                Some(stop) => SceneCast {
+                    stop,
+                    work: 0,
+                    ..SceneCast::NOT_CAST
+                },
+                None => walk.cast(ray, &mut casts.own, workspace, &mut deadline)?,
+            };
+            ended = ended.or(is_cut(answer.stop).then_some(answer.stop));
             Ok(())
         });
         casts.answers = answers;
@@ -354,9 +347,6 @@ impl Scene {
 fn is_cut(stop: StopReason) -> bool {
     !stop.is_final() && stop != StopReason::FlushedToZero
 }
-
-/// More than any step leaves of a budget of work.
-const MARGIN: u64 = 8 * MAX_STEP_WORK;
 
 #[cfg(feature = "parallel")]
 mod threads {
@@ -370,13 +360,13 @@ mod threads {
     /// Rays that a thread takes at a time.
     const BLOCK: usize = 64;
 
-    /// Casts rays on the threads of the scene, from the first on, until the budget is spent. Rays
-    /// that are refused or not reached stay as they are.
+    /// Casts rays on the threads of the scene, from the first on, until the end. Rays that are
+    /// refused or not reached stay as they are.
     pub(super) fn cast(
         scene: &mut Scene,
         rays: &[SceneRay],
         answers: &mut [SceneCast],
-        (end, limit): (Option<Duration>, u64),
+        end: Option<Duration>,
     ) {
         let threads = scene.workers.as_ref().map_or(1, Crew::threads);
         let others = threads.min(rays.len().div_ceil(BLOCK)).saturating_sub(1);
@@ -389,24 +379,16 @@ mod threads {
             .others
             .resize_with(others.max(casts.others.len()), new);
         let blocks = rays.chunks(BLOCK).zip(answers.chunks_mut(BLOCK));
-        let blocks = Mutex::new((blocks, limit));
+        let blocks = Mutex::new(blocks);
+        let next = || blocks.lock().unwrap_or_else(PoisonError::into_inner).next();
         let work = |caster: &mut Caster, workspace: &mut Workspace| {
-            let mut deadline = Deadline::at(end, limit, &SYSTEM);
-            let mut done = 0;
-            loop {
-                let mut guard = blocks.lock().unwrap_or_else(PoisonError::into_inner);
-                guard.1 = guard.1.saturating_sub(mem::take(&mut done));
-                let next = if guard.1 > 0 { guard.0.next() } else { None };
-                drop(guard);
-                let Some((rays, answers)) = next else {
-                    return;
-                };
+            let mut deadline = Deadline::at(end, u64::MAX, &SYSTEM);
+            while let Some((rays, answers)) = next() {
                 for (ray, answer) in rays.iter().zip(answers) {
                     match walk.cast(ray, caster, workspace, &mut deadline) {
                         Ok(cast) => *answer = cast,
                         Err(_) => break,
                     }
-                    done += answer.work;
                     if is_cut(answer.stop) {
                         return;
                     }

@@ -12,6 +12,7 @@ use crate::id::BodyId;
 use crate::pair::question::Question;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use core::cmp::Reverse;
 use core::time::Duration;
 use glam::{DMat3, DVec3};
 use punctual::clock::ClockedBudget;
@@ -293,9 +294,7 @@ impl ShapeProbe<'_> {
 }
 
 impl Probe for ShapeProbe<'_> {
-    fn least_work(&self) -> u64 {
-        LEAST_DISTANCE_WORK
-    }
+    const LEAST_WORK: u64 = LEAST_DISTANCE_WORK;
 
     fn sight(&self) -> &Sight {
         &self.shape.sight
@@ -388,7 +387,6 @@ struct Found {
     high: f64,
     hit: Option<ShapeHit>,
     walked: Walked,
-    elapsed: Option<Duration>,
 }
 
 impl Scene {
@@ -428,7 +426,6 @@ impl Scene {
             high,
             hit,
             walked,
-            elapsed: deadline.elapsed(),
         })
     }
 
@@ -456,7 +453,7 @@ impl Scene {
             hit: found.hit,
             stop: found.walked.stop,
             work: found.walked.work,
-            elapsed: found.elapsed,
+            elapsed: found.walked.elapsed,
         })
     }
 
@@ -490,7 +487,7 @@ impl Scene {
             hit: found.hit,
             stop: found.walked.stop,
             work: found.walked.work,
-            elapsed: found.elapsed,
+            elapsed: found.walked.elapsed,
         })
     }
 
@@ -512,15 +509,20 @@ impl Scene {
         budget: impl Into<ClockedBudget<'c>>,
     ) -> Result<Overlap<'_>, SceneError> {
         let found = self.ask(shape, Asked::Meeting(mode), budget.into())?;
-        let Walked { stop, work, .. } = found.walked;
+        let Walked {
+            stop,
+            work,
+            elapsed,
+            ..
+        } = found.walked;
         let Self { bodies, casts, .. } = self;
         let mut is_whole = found.walked.has_begun && stop != StopReason::FirstHit;
         if stop == StopReason::FirstHit {
             casts.undecided.clear();
             casts.own.queue.clear();
         }
-        for entry in &casts.own.queue {
-            match entry.0.what {
+        for Reverse((_, what)) in &casts.own.queue {
+            match *what {
                 What::Body(body) => casts.undecided.push(bodies.id(body)),
                 What::Node(_) => is_whole = false,
             }
@@ -533,7 +535,7 @@ impl Scene {
             is_whole,
             stop,
             work,
-            elapsed: found.elapsed,
+            elapsed,
         })
     }
 }

@@ -6,8 +6,8 @@
 //! bound of the last frame, corrected for displacements. All of this holds wherever the frame is
 //! cut.
 
+use crate::ask::distance_requests::DistanceRequests;
 use crate::ask::distance_requests::Group;
-use crate::ask::distance_requests::{Asker, DistanceRequests};
 use crate::body::Bodies;
 use crate::id::{PairKey, bodies_of};
 use crate::pair::bounds::{Bounds, Near};
@@ -59,10 +59,7 @@ impl Tallies {
         near: Option<&Near>,
         is_settled: bool,
     ) {
-        for (asker, _) in requests.askers(key) {
-            let Asker::Groups(number) = asker else {
-                continue;
-            };
+        for (number, _) in requests.groups_of(key) {
             let tally = &mut self.0[number as usize];
             tally.counted += 1;
             let Some(near) = near else { continue };
