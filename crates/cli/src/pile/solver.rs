@@ -20,7 +20,7 @@ const SUBSTEP: f64 = FRAME / SUBSTEPS as f64;
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 const FRICTION: f64 = 0.5;
 /// Contacts are damped springs: oscillations per second, and damping relative to the critical one.
-const STIFFNESS: f64 = 30.0;
+const STIFFNESS: f64 = 120.0;
 const DAMPING: f64 = 10.0;
 /// Overlapping bodies part no faster than this, in lengths per second.
 const FASTEST_PUSH: f64 = 3.0;
