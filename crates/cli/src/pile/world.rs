@@ -42,6 +42,8 @@ const TRUST: f64 = 0.05 * SIZE;
 const BLIND: f64 = 0.02 * SIZE;
 /// As many points of a pair as a scene keeps: others, less deep, may be missing.
 const MOST_POINTS: usize = 16;
+/// Frames that bodies wait for the rest of an answer.
+const PATIENCE: u64 = 20;
 /// How far a body may move in a frame.
 const STRIDE: f64 = 0.15 * SIZE;
 /// Thickness of the walls.
@@ -269,8 +271,8 @@ impl Pile {
             let trust = match found.points.len() {
                 0 => BLIND,
                 MOST_POINTS => TRUST,
-                // A part of an answer that may lack overlaps tells nothing.
-                _ if found.low == 0.0 => 0.0,
+                // A part of an answer may lack overlaps. If no more comes, there were too many.
+                _ if found.low == 0.0 && found.age < PATIENCE => 0.0,
                 _ => TRUST,
             };
             let trust = trust.min(x).min(y);
