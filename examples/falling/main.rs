@@ -12,9 +12,11 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod picture;
+#[allow(dead_code, reason = "`punctual pile` uses the rest")]
+#[path = "../../crates/cli/src/pile/solver.rs"]
 mod solver;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::error::Error;
 use std::io::{StdoutLock, Write};
 use std::rc::Rc;
@@ -26,15 +28,20 @@ use picture::Picture;
 use punctual::glam::{DQuat, DVec3, Vec3};
 use punctual::tree::Solid;
 use punctual::{
-    Budget, BuildOptions, Mesh, MeshError, PairMemory, PoseError, Query, Tree, Verdict, Workspace,
-    shapes,
+    Budget, BuildOptions, Mesh, MeshError, PairMemory, Pose, PoseError, Query, Tree, Verdict,
+    Workspace, shapes,
 };
 use punctual_depenetrate::{PenetrationQuery, PenetrationWorkspace};
-use solver::{Body, Impulse, Point, SKIN, SLOP, STEP};
+use solver::{Contact, ContactKey, FRAME, Mass, RigidBody, Solver};
 
 const BODIES: usize = 40;
+/// The first bodies are the bin: a floor and four walls.
+const FIXED: usize = 5;
+/// Distance at which bodies rest, and what they may be sunk in at rest, in metres.
+const SKIN: f64 = 0.005;
+const DEEPEST: f64 = 0.002;
 /// A body whose fastest point is slower than this, in m/s, is at rest.
-const AT_REST: f64 = 0.05;
+const AT_REST: f64 = 0.01;
 const FRAMES: usize = 480;
 /// From this frame on, everything must have settled as far as overlaps go.
 const SETTLED: usize = 180;
@@ -55,19 +62,41 @@ struct Tally {
 }
 
 struct World {
-    bodies: Vec<Body>,
-    points: Vec<Point>,
+    /// Of each body.
+    trees: Vec<Rc<Tree>>,
+    bodies: Vec<RigidBody>,
+    poses: Vec<Pose>,
+    contacts: Vec<Contact>,
+    /// Those of this frame, and of the one before.
+    keys: [HashSet<ContactKey>; 2],
     memories: HashMap<[usize; 2], PairMemory>,
-    impulses: HashMap<([usize; 2], u64), Impulse>,
+    solver: Solver,
     workspace: Workspace,
     pushes: PenetrationWorkspace,
     tally: Tally,
 }
 
 impl World {
+    fn insert(&mut self, tree: &Rc<Tree>, body: RigidBody) {
+        self.trees.push(Rc::clone(tree));
+        self.bodies.push(body);
+    }
+
+    fn place(&mut self) -> Result<(), PoseError> {
+        self.poses = self
+            .bodies
+            .iter()
+            .map(RigidBody::pose)
+            .collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
     fn frame(&mut self) -> Result<(), PoseError> {
         let start = ThreadTime::now();
-        self.points.clear();
+        self.place()?;
+        self.contacts.clear();
+        self.keys.swap(0, 1);
+        self.keys[0].clear();
         for b in 0..self.bodies.len() {
             for a in 0..b {
                 if !self.bodies[b].is_fixed() {
@@ -78,45 +107,64 @@ impl World {
         let took = start.elapsed();
         self.tally.slowest = self.tally.slowest.max(took);
         self.tally.took += took;
-        solver::advance(&mut self.bodies, &mut self.points);
-        self.impulses.clear();
-        let told = self.points.iter().map(|p| ((p.pair(), p.id), p.impulse));
-        self.impulses.extend(told);
+        self.solver.step(&mut self.bodies, &mut self.contacts);
         Ok(())
+    }
+
+    /// The pose of the second body in the frame of the first, if their boxes are within `margin`.
+    fn near(&self, pair: [usize; 2], margin: f64) -> Result<Option<Pose>, PoseError> {
+        let [x, y] = pair.map(|i| self.trees[i].aabb_at(&self.poses[i]));
+        let gaps = (x.min - y.max).max(y.min - x.max);
+        if gaps.max_element() > margin {
+            return Ok(None);
+        }
+        let [a, b] = pair.map(|i| &self.poses[i]);
+        a.inverse()?.compose(b).map(Some)
     }
 
     /// Finds the points at which two bodies may touch within this frame.
     fn touch(&mut self, pair: [usize; 2]) -> Result<(), PoseError> {
         let [a, b] = pair.map(|i| &self.bodies[i]);
-        let skin = 2.0 * SKIN + a.approach(b);
-        if a.is_far_from(b, skin) {
+        let spin = [a, b].map(|body| body.spin.length() * body.radius);
+        let approach = a.velocity.distance(b.velocity) + spin[0] + spin[1];
+        let skin = 2.0 * SKIN + FRAME * approach;
+        let Some(b_in_a) = self.near(pair, skin)? else {
             return Ok(());
-        }
-        let query = Query::manifolds(&a.tree, &b.tree, b.pose_in(a)?).skin(skin);
+        };
+        let [a, b] = pair.map(|i| &self.trees[i]);
+        let query = Query::manifolds(a, b, b_in_a).skin(skin);
         let memory = self.memories.entry(pair).or_default();
         let _ = query.with_memory(memory).run(&mut self.workspace, BUDGET);
         let found = self.workspace.manifolds();
         if found.iter().any(|one| one.normal == DVec3::ZERO) {
             return self.part(pair);
         }
+        let a = &self.poses[pair[0]];
         for point in found.iter().flat_map(|one| one.points()) {
-            let known = self.impulses.get(&(pair, point.id));
+            let key = (pair, point.id);
             self.tally.points += 1;
-            self.tally.known += usize::from(known.is_some());
-            self.points
-                .push(Point::new(&self.bodies, pair, point, known));
+            self.tally.known += usize::from(self.keys[1].contains(&key));
+            self.keys[0].insert(key);
+            let places = point.points.map(|end| a.transform_point(end));
+            let normal = *a.rotation() * point.normal;
+            let gap = point.distance - SKIN;
+            self.contacts
+                .push(Contact::new(key, places, normal, gap, &self.bodies));
         }
         Ok(())
     }
 
     /// Moves the second body out of the first. The second one is never fixed.
     fn part(&mut self, pair: [usize; 2]) -> Result<(), PoseError> {
-        let [a, b] = pair.map(|i| &self.bodies[i]);
-        let query = PenetrationQuery::new(&a.tree, &b.tree, b.pose_in(a)?).push_only(true);
+        let Some(b_in_a) = self.near(pair, 0.0)? else {
+            return Ok(());
+        };
+        let [a, b] = pair.map(|i| &self.trees[i]);
+        let query = PenetrationQuery::new(a, b, b_in_a).push_only(true);
         let found = query.run(&mut self.pushes, BUDGET).value;
         if let Some(direction) = found.direction {
             self.tally.teleports += 1;
-            let way = a.turn * direction * found.high;
+            let way = *self.poses[pair[0]].rotation() * direction * found.high;
             self.bodies[pair[1]].position += way;
         }
         Ok(())
@@ -126,17 +174,21 @@ impl World {
     /// nothing of manifolds.
     fn deepest(&mut self) -> Result<f64, PoseError> {
         let mut deepest = 0.0_f64;
-        for (i, b) in self.bodies.iter().enumerate() {
-            for a in &self.bodies[..i] {
-                if b.is_fixed() || a.is_far_from(b, 0.0) {
+        self.place()?;
+        for j in 0..self.bodies.len() {
+            for i in 0..j {
+                let Some(b_in_a) = self
+                    .near([i, j], 0.0)?
+                    .filter(|_| !self.bodies[j].is_fixed())
+                else {
                     continue;
-                }
-                let pose = b.pose_in(a)?;
-                let meet = Query::intersection(&a.tree, &b.tree, pose);
+                };
+                let (a, b) = (&self.trees[i], &self.trees[j]);
+                let meet = Query::intersection(a, b, b_in_a);
                 if meet.run(&mut self.workspace, BUDGET).value == Verdict::Separated {
                     continue;
                 }
-                let query = PenetrationQuery::new(&a.tree, &b.tree, pose).push_only(true);
+                let query = PenetrationQuery::new(a, b, b_in_a).push_only(true);
                 deepest = deepest.max(query.run(&mut self.pushes, BUDGET).value.high);
             }
         }
@@ -145,7 +197,7 @@ impl World {
 
     /// Speed of the fastest point of any body.
     fn speed(&self) -> f64 {
-        self.bodies.iter().map(Body::fastest).fold(0.0, f64::max)
+        self.bodies.iter().map(RigidBody::speed).fold(0.0, f64::max)
     }
 }
 
@@ -230,20 +282,33 @@ fn kinds() -> Result<Vec<(String, Vec<Mesh>)>, MeshError> {
 }
 
 /// A bin, and bodies of these kinds in layers above it.
-fn world(meshes: Vec<Mesh>) -> World {
-    let slab = |x: f32, y: f32, z: f32| solid(shapes::cuboid(Vec3::new(x, y, z), 4));
-    let mut bodies = vec![Body::fixed(slab(2.0, 2.0, 0.25), -0.25 * DVec3::Z)];
+fn world(meshes: Vec<Mesh>) -> Result<World, Box<dyn Error>> {
+    let mut world = World {
+        trees: Vec::new(),
+        bodies: Vec::new(),
+        poses: Vec::new(),
+        contacts: Vec::new(),
+        keys: [HashSet::new(), HashSet::new()],
+        memories: HashMap::new(),
+        solver: Solver::default(),
+        workspace: Workspace::new(),
+        pushes: PenetrationWorkspace::default(),
+        tally: Tally::default(),
+    };
+    let mut slab = |size: [f32; 3], at: [f64; 3]| {
+        let tree = solid(shapes::cuboid(size, 4));
+        world.insert(&tree, RigidBody::fixed(at.into()));
+    };
+    slab([2.0, 2.0, 0.25], [0.0, 0.0, -0.25]);
     for side in [-1.75, 1.75] {
-        bodies.push(Body::fixed(
-            slab(0.25, 2.0, 2.0),
-            DVec3::new(side, 0.0, 2.0),
-        ));
-        bodies.push(Body::fixed(
-            slab(1.5, 0.25, 2.0),
-            DVec3::new(0.0, side, 2.0),
-        ));
+        slab([0.25, 2.0, 2.0], [side, 0.0, 2.0]);
+        slab([1.5, 0.25, 2.0], [0.0, side, 2.0]);
     }
-    let trees: Vec<Rc<Tree>> = meshes.into_iter().map(solid).collect();
+    let mut shapes = Vec::new();
+    for mesh in meshes {
+        let mass = Mass::of(&mesh).ok_or("its triangles bound no solid")?;
+        shapes.push((solid(mesh), mass));
+    }
     for i in 0..BODIES {
         let [x, y, z] = [i % 3, i / 3 % 3, i / 9].map(|i| i as f64);
         let t = i as f64;
@@ -251,17 +316,13 @@ fn world(meshes: Vec<Mesh>) -> World {
         let place = 0.9 * DVec3::new(x - 1.0, y - 1.0, 0.7 + z) + shift;
         let axis = DVec3::new((2.0 * t).sin(), (3.0 * t).cos(), 0.5).normalize();
         let turn = DQuat::from_axis_angle(axis, t);
-        bodies.push(Body::new(Rc::clone(&trees[i % trees.len()]), place, turn));
+        let (tree, mass) = &shapes[i % shapes.len()];
+        world.insert(
+            tree,
+            RigidBody::moving(mass, place + turn * mass.centre, turn),
+        );
     }
-    World {
-        bodies,
-        points: Vec::new(),
-        memories: HashMap::new(),
-        impulses: HashMap::new(),
-        workspace: Workspace::new(),
-        pushes: PenetrationWorkspace::default(),
-        tally: Tally::default(),
-    }
+    Ok(world)
 }
 
 fn run(out: &mut StdoutLock) -> Result<(), Box<dyn Error>> {
@@ -279,13 +340,13 @@ fn run(out: &mut StdoutLock) -> Result<(), Box<dyn Error>> {
     writeln!(
         out,
         "{BODIES} bodies of each kind, {} s; after {} s none may be deeper than {} mm.",
-        FRAMES as f64 * STEP,
-        SETTLED as f64 * STEP,
-        1e3 * (SLOP + 0.001)
+        FRAMES as f64 * FRAME,
+        SETTLED as f64 * FRAME,
+        1e3 * DEEPEST
     )?;
     let mut failures = Vec::new();
     for (name, meshes) in all {
-        let mut world = world(meshes);
+        let mut world = world(meshes).map_err(|error| format!("{name}: {error}"))?;
         let mut deepest = 0.0_f64;
         let pictured: &[usize] = match &*name {
             "crates" => &[20, 60, FRAMES - 1],
@@ -293,7 +354,12 @@ fn run(out: &mut StdoutLock) -> Result<(), Box<dyn Error>> {
         };
         for frame in 0..FRAMES {
             if pictured.contains(&frame) {
-                picture.add(&world.bodies, &format!("{:.1} s", frame as f64 * STEP));
+                world.place()?;
+                picture.add(
+                    &world.trees,
+                    &world.poses,
+                    &format!("{:.1} s", frame as f64 * FRAME),
+                );
             }
             world.frame()?;
             if frame >= SETTLED && frame % 30 == 0 {
@@ -314,7 +380,7 @@ fn run(out: &mut StdoutLock) -> Result<(), Box<dyn Error>> {
             milliseconds(tally.took) / FRAMES as f64,
             milliseconds(tally.slowest)
         )?;
-        if deepest > SLOP + 0.001 || tally.teleports > 0 || speed > AT_REST {
+        if deepest > DEEPEST || tally.teleports > 0 || speed > AT_REST {
             failures.push(name);
         }
     }

@@ -2,10 +2,10 @@
 
 use std::cmp::Ordering;
 use std::fmt::Write;
+use std::rc::Rc;
 
 use punctual::glam::{DMat3, DVec3};
-
-use crate::solver::Body;
+use punctual::{Pose, Tree};
 
 /// Pixels of a unit of length, and of a panel.
 const SCALE: f64 = 50.0;
@@ -19,17 +19,17 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Adds a panel, seen from the front, the right and above; of fixed bodies only the first.
-    pub fn add(&mut self, bodies: &[Body], caption: &str) {
+    /// Adds a panel, seen from the front, the right and above; of the bin only the floor.
+    pub fn add(&mut self, trees: &[Rc<Tree>], poses: &[Pose], caption: &str) {
         let turn = DMat3::from_rotation_x(-1.2) * DMat3::from_rotation_z(-0.5);
         let mut faces = Vec::new();
-        let is_drawn = |&(i, body): &(usize, &Body)| i == 0 || !body.is_fixed();
-        for (i, body) in bodies.iter().enumerate().filter(is_drawn) {
-            let mesh = body.tree.mesh();
+        let is_drawn = |&(i, _): &(usize, _)| i == 0 || i >= crate::FIXED;
+        for (i, (tree, pose)) in trees.iter().zip(poses).enumerate().filter(is_drawn) {
+            let mesh = tree.mesh();
             for triangle in 0..mesh.len() {
                 let corners = mesh
                     .triangle(triangle)
-                    .map(|p| turn * (body.turn * p + body.position));
+                    .map(|p| turn * pose.transform_point(p));
                 let normal = (corners[1] - corners[0])
                     .cross(corners[2] - corners[0])
                     .normalize_or_zero();
@@ -37,7 +37,7 @@ impl Picture {
                     let light = 0.35 + 0.6 * normal.dot(DVec3::new(-0.4, 0.7, 0.6)).max(0.0);
                     let depth = (corners[0] + corners[1] + corners[2]).z;
                     faces.push((
-                        (i > 0, (turn * body.position).z, depth),
+                        (i > 0, (turn * pose.translation()).z, depth),
                         corners,
                         color(i, light),
                     ));

@@ -18,14 +18,14 @@ pub const FRAME: f64 = 1.0 / 60.0;
 const SUBSTEPS: usize = 8;
 const SUBSTEP: f64 = FRAME / SUBSTEPS as f64;
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
-const FRICTION: f64 = 0.5;
+const FRICTION: f64 = 0.6;
 /// Contacts are damped springs: oscillations per second, and damping relative to the critical one.
-const STIFFNESS: f64 = 30.0;
+const STIFFNESS: f64 = 120.0;
 const DAMPING: f64 = 10.0;
 /// Overlapping bodies part no faster than this, in lengths per second.
 const FASTEST_PUSH: f64 = 3.0;
 /// Share of its spin that a body loses per second.
-const SPIN_LOSS: f64 = 0.5;
+const SPIN_LOSS: f64 = 1.2;
 
 /// Mass, centre and inertia of the solid that the triangles of a mesh bound, of density 1.
 #[derive(Clone, Copy, Debug)]

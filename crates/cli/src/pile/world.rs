@@ -5,12 +5,16 @@
 //!
 //! **Bodies in doubt.** Of each pair the scene tells how far its surfaces were apart where no contact
 //! is known, and how far they have moved relative to each other since
-//! ([`Contacts::low`](punctual_scene::Contacts::low), `drift`). Old contacts are still good: they
-//! move with the bodies. So two bodies may move relative to each other by what is left of that
-//! distance, and by [`TRUST`] beyond it, until the scene has looked again. Where nothing is left,
-//! both bodies are held. So they sink into each other only by what moves them alike, and by `TRUST`
-//! for each look of the scene, and none falls through another, however little time there is: then
-//! the pile is in slow motion.
+//! ([`Contacts::low`](punctual_scene::Contacts::low), `drift`). Two bodies may move relative to each
+//! other by what is left of that distance, and beyond it by [`TRUST`] if they have contacts, which
+//! still hold them where they are, or by [`BLIND`] if nothing does. Where nothing is left, or a
+//! question was cut short so that overlaps may be missing, both bodies are held. So they sink into
+//! each other only by what moves them alike, and by that much for each look of the scene, and none
+//! falls through another, however little time there is: then the pile is in slow motion.
+//!
+//! **Who waits goes first.** The importance of a body is the share of its motion that it must not
+//! make. So the scene spends its time on the pairs that hold bodies up, and on others if some is
+//! left.
 //!
 //! **Thin bodies.** A body wholly inside another has no contacts. So a body sinks in by no more than
 //! its thickness, and one that the scene finds inside another goes back to where it was before.
@@ -32,8 +36,14 @@ pub const SIZE: f64 = 1.0;
 /// Distance within which two bodies have contacts, and at which they rest.
 const SKIN: f64 = 0.005 * SIZE;
 const REST: f64 = 0.5 * SKIN;
-/// How far surfaces may move towards each other beyond what is proven.
+/// How far bodies may move relative to each other beyond what is proven: those with contacts, and
+/// those without.
 const TRUST: f64 = 0.05 * SIZE;
+const BLIND: f64 = 0.02 * SIZE;
+/// As many points of a pair as a scene keeps: others, less deep, may be missing.
+const MOST_POINTS: usize = 16;
+/// Frames that bodies wait for the rest of an answer.
+const PATIENCE: u64 = 20;
 /// How far a body may move in a frame.
 const STRIDE: f64 = 0.15 * SIZE;
 /// Thickness of the walls.
@@ -207,6 +217,7 @@ impl Pile {
     /// Moves the bodies by a frame, with what [`Scene::detect`] found.
     pub fn advance(&mut self) -> Result<Frame, Box<dyn Error>> {
         let mut frame = self.gather()?;
+        self.rank()?;
         self.solver.step(&mut self.bodies, &mut self.contacts);
         let slowed = self.bodies.iter().filter(|body| body.is_slowed);
         for body in slowed {
@@ -256,10 +267,15 @@ impl Pile {
                 frame.touching += 1;
                 frame.fresh += usize::from(found.age == 0);
             }
-            // A part of an answer that may lack overlaps tells nothing.
-            let is_bounded = found.low > 0.0 || pair.complete;
             let [x, y] = indices.map(|i| self.bodies[i].thickness);
-            let trust = if is_bounded { TRUST.min(x).min(y) } else { 0.0 };
+            let trust = match found.points.len() {
+                0 => BLIND,
+                MOST_POINTS => TRUST,
+                // A part of an answer may lack overlaps. If no more comes, there were too many.
+                _ if found.low == 0.0 && found.age < PATIENCE => 0.0,
+                _ => TRUST,
+            };
+            let trust = trust.min(x).min(y);
             let is_inside = matches!(pair.verdict, Verdict::Contained { .. });
             let room = if is_inside {
                 for i in indices {
@@ -272,6 +288,17 @@ impl Pile {
             limit(&mut self.bodies, indices, room.max(0.0));
         }
         Ok(frame)
+    }
+
+    /// The more of its motion a body must not make, the sooner the scene looks at its pairs.
+    fn rank(&mut self) -> Result<(), Box<dyn Error>> {
+        for (&id, body) in self.ids.iter().zip(&self.bodies) {
+            let importance = (1.0 - body.limit / body.stride()).max(0.0) as f32;
+            if self.scene.body(id)?.importance != importance {
+                self.scene.set_importance(id, importance)?;
+            }
+        }
+        Ok(())
     }
 
     /// True if a body is outside of the bin.

@@ -40,6 +40,7 @@ fn no_body_is_lost_within_any_budget() {
         "--budget-us 1000",
         "--budget-work 1000",
         "--budget-work 100000",
+        "--budget-work 1000000",
     ] {
         let (rows, sums) = run(&folder, &format!("--bodies 24 --frames 240 {budget}"));
         assert_eq!((rows.len(), sums.len()), (240, 3), "{budget}");
@@ -47,7 +48,7 @@ fn no_body_is_lost_within_any_budget() {
         let deepest = column(&rows, 2).into_iter().fold(0.0, f64::max);
         // How deep bodies get within a budget of time depends on the machine.
         let is_timed = budget.contains("us");
-        assert!(is_timed || deepest < 0.2, "{budget}: {deepest}");
+        assert!(is_timed || deepest < 0.06, "{budget}: {deepest}");
         let overruns = column(&rows, 7);
         assert!(is_timed || overruns.iter().all(|&ns| ns == 0.0), "{budget}");
     }
@@ -65,6 +66,7 @@ fn without_a_budget_the_pile_comes_to_rest_and_nothing_is_held() {
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     assert!(last < 0.1, "{last}");
+    assert!(column(&rows, 2)[479] < 0.01, "{sums:?}");
     // Something lies on something.
     assert!(column(&rows[479..], 4)[0] >= 12.0);
 }

@@ -74,7 +74,8 @@ pub struct Contacts<'s> {
     /// this far apart when the points were found, margins not subtracted. It is the sum of the
     /// margins if the points stand for all contacts, more if the bodies are proven apart by more,
     /// and 0 if nothing is known. The bodies meet nowhere else before they have moved by
-    /// `low - drift` relative to each other.
+    /// `low - drift` relative to each other. If that is negative, they have sunk into each other
+    /// by no more elsewhere.
     pub low: f64,
     /// Upper bound of how far the surfaces have moved relative to each other since the points were
     /// found, in the length unit of the scene. 0 if they were found at the present poses, infinite
@@ -217,11 +218,35 @@ impl Scene {
         self.pairs.reserve_touches();
     }
 
-    /// Lower bound of the distance of two bodies that are proven apart, margins not subtracted.
-    fn apart(&self, key: PairKey) -> f64 {
-        let skin = self.bodies.pair(key).map_or(0.0, margins);
-        let proven = self.pairs.apart(key, &self.bodies, self.report.frame);
-        skin + proven.max(self.bodies.boxes_apart(key)[0])
+    /// What is known of two bodies without points. `is_apart`: they are separated now.
+    fn without_points(&self, key: PairKey, is_apart: bool) -> Contacts<'_> {
+        let (bodies, frame) = (&self.bodies, self.report.frame);
+        let skin = bodies.pair(key).map_or(0.0, margins);
+        let is_of_another = self.broad.is_of_another(bodies, bodies_of(key));
+        let proven = self.pairs.apart(key, bodies, frame);
+        let proven = proven.filter(|&(room, _)| !is_of_another && room > f64::NEG_INFINITY);
+        let nothing = Contacts {
+            points: &[],
+            is_whole: false,
+            low: 0.0,
+            drift: f64::INFINITY,
+            age: frame,
+        };
+        let found = |room: f64, age| Contacts {
+            is_whole: true,
+            low: skin + room.max(0.0),
+            drift: (-room).max(0.0),
+            age,
+            ..nothing
+        };
+        match proven {
+            _ if is_apart => {
+                let room = proven.map_or(0.0, |(room, _)| room);
+                found(room.max(bodies.boxes_apart(key)[0]).max(0.0), 0)
+            }
+            Some((room, since)) => found(room, frame - since),
+            None => nothing,
+        }
     }
 
     /// What is known of the contacts of two bodies, as far as the frames so far have found them, if
@@ -240,31 +265,20 @@ impl Scene {
             Some(pair) => pair.verdict == Verdict::Separated,
             None => self.was_compared(x, y)? && frame > 0,
         };
-        let nothing = Contacts {
-            points: &[],
-            is_whole: false,
-            low: 0.0,
-            drift: f64::INFINITY,
-            age: frame,
-        };
-        if is_apart {
-            return Ok(Contacts {
-                is_whole: true,
-                low: self.apart(key),
-                drift: 0.0,
-                age: 0,
-                ..nothing
-            });
-        }
         let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
-        let touch = self.pairs.touch(key).filter(|_| !is_of_another);
-        let found = touch.filter(|touch| touch.since > 0);
-        Ok(found.map_or(nothing, |touch| Contacts {
+        let touch = self
+            .pairs
+            .touch(key)
+            .filter(|touch| touch.since > 0 && !is_apart && !is_of_another);
+        let Some(touch) = touch else {
+            return Ok(self.without_points(key, is_apart));
+        };
+        Ok(Contacts {
             points: &touch.points,
             is_whole: touch.is_whole,
             low: touch.low,
             drift: self.bodies.drift(key, touch, frame),
             age: frame - touch.since,
-        }))
+        })
     }
 }

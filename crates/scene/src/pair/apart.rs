@@ -232,7 +232,13 @@ impl Turn {
 }
 
 /// The sum of displacements below which bodies cannot meet that are `low` apart in `frame`.
-fn until(bodies: &Bodies, key: PairKey, pair: [&Placed; 2], low: f64, frame: u64) -> f64 {
+pub(crate) fn until(
+    bodies: &Bodies,
+    key: PairKey,
+    pair: [&Placed; 2],
+    low: f64,
+    frame: u64,
+) -> f64 {
     (room(pair, low) + bodies.gone(key, frame, frame))
         .next_down()
         .next_down()

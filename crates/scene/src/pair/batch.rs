@@ -8,7 +8,7 @@ use super::spent::Spent;
 use super::state::Turn;
 use super::touch::MOST_CONTACTS;
 use crate::ask::TurnKind;
-use crate::body::Bodies;
+use crate::body::{Bodies, Placed};
 use crate::cost::{LEAST_WORK, WORK_PER_QUERY};
 use crate::id::PairKey;
 use alloc::boxed::Box;
@@ -17,6 +17,7 @@ use core::mem;
 use core::time::Duration;
 use punctual::engine::Deadline;
 use punctual::{Clock, Mode, StopReason, Verdict, Workspace};
+use punctual_geom::Pose;
 
 /// Capacity for queued node pairs in the workspaces of a scene, and for found pairs, which are only
 /// counted.
@@ -230,7 +231,16 @@ impl Turn {
             return Ended::NotBegun;
         };
         let b_in_a = a.relative(b);
-        self.state.apart = 0.0;
+        let proven = core::mem::take(&mut self.state.apart);
+        let ended = self.ask([a, b], b_in_a, desk);
+        if ended != Ended::Complete && self.state.apart == 0.0 {
+            self.state.apart = proven;
+        }
+        ended
+    }
+
+    fn ask(&mut self, [a, b]: [&Placed; 2], b_in_a: Pose, desk: &mut Desk) -> Ended {
+        let Desk { bodies, round, .. } = *desk;
         if self.may_test_roots(desk) && self.root_test_parts([a, b], &b_in_a, desk) {
             return Ended::Complete;
         }

@@ -1,5 +1,6 @@
 //! A turn that finds the contacts of two bodies.
 
+use super::apart::until;
 use super::batch::{Desk, Ended};
 use super::question::Question;
 use super::spent::Spent;
@@ -48,6 +49,11 @@ impl Turn {
         if decides && self.state.completed < frame && answer.verdict != Verdict::Undecided {
             self.state.completed = frame;
             self.state.decide(answer.verdict, answer.found, frame);
+            if answer.verdict == Verdict::Separated {
+                // Above 0, which proves nothing.
+                let until = until(bodies, key, pair, 0.0, frame);
+                self.state.apart = until.max(f64::from_bits(1));
+            }
         }
         if is_over {
             Ended::Complete

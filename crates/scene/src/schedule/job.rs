@@ -81,7 +81,12 @@ pub(crate) fn outlook(
     let forecast = match kind {
         TurnKind::Contacts => {
             let skin = frame.bodies.pair(key).map_or(0.0, margins);
-            let drift = state.touch.as_ref().map_or(f64::INFINITY, |touch| {
+            // A part of the contacts may be of little use.
+            let whole = state
+                .touch
+                .as_ref()
+                .filter(|touch| touch.completed >= touch.since);
+            let drift = whole.map_or(f64::INFINITY, |touch| {
                 frame.bodies.drift(key, touch, frame.number)
             });
             Forecast::of_contacts(state, sizes, (drift / skin).min(MOST_NEED) as f32)

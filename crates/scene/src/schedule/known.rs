@@ -125,22 +125,19 @@ impl Known {
         self.bits = OVERLAPS | MET | frame as u32 & FRAME;
     }
 
-    /// How far the bodies may move before they may meet; 0 if nothing is proven.
+    /// How far the bodies may move before they may meet; negative if they have moved farther since
+    /// they were proven apart. `None` if they were not when last decided, or nothing is known.
     #[inline]
-    pub fn room(&self, bodies: &Bodies, frame: u64) -> f64 {
+    pub fn room(&self, bodies: &Bodies, frame: u64) -> Option<f64> {
         let until = if self.met() { 0.0 } else { self.apart() };
-        if until > 0.0 {
-            (until - bodies.gone(self.key, self.since(frame), frame)).max(0.0)
-        } else {
-            0.0
-        }
+        (until > 0.0).then(|| until - bodies.gone(self.key, self.since(frame), frame))
     }
 
     /// True if the bodies are known to be separated in `frame` because they have not moved far.
     /// Then records it.
     #[inline]
     pub fn stays_apart(&mut self, bodies: &Bodies, frame: u64) -> bool {
-        let stays = self.room(bodies, frame) > 0.0;
+        let stays = self.room(bodies, frame).is_some_and(|room| room > 0.0);
         if stays {
             self.bits = self.bits & !FRAME | frame as u32 & FRAME;
         }

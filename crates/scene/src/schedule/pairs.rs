@@ -270,11 +270,11 @@ impl Pairs {
         self.touches.take_back(touch);
     }
 
-    /// How far the bodies of a pair may move, margins excluded, before they may meet; 0 if nothing is
-    /// proven.
-    pub fn apart(&self, key: PairKey, bodies: &Bodies, frame: u64) -> f64 {
-        self.find(key)
-            .map_or(0.0, |known| known.room(bodies, frame))
+    /// How far the bodies of a pair may move, margins excluded, before they may meet
+    /// ([`Known::room`]), and the last frame that finished the pair.
+    pub fn apart(&self, key: PairKey, bodies: &Bodies, frame: u64) -> Option<(f64, u64)> {
+        let known = self.find(key)?;
+        Some((known.room(bodies, frame)?, known.since(frame)))
     }
 
     /// The contact state of a pair.

@@ -480,3 +480,40 @@ fn the_question_that_matters_more_goes_first() {
         })
     );
 }
+
+/// Two balls fly at each other, and a frame is too short to look.
+#[test]
+fn bodies_that_were_apart_may_have_sunk_in_as_far_as_they_came() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    for work in [0, 1_500, 4_000] {
+        let mut scene = Scene::new();
+        scene.find_contacts();
+        // Their boxes overlap.
+        let place = |distance: f64| at(0.6 * distance, 0.8 * distance, 0.0);
+        let [a, b] = [0.0, 2.015].map(|distance| {
+            let body = Body::moving(Arc::clone(&ball), place(distance)).margin(0.005);
+            scene.insert(body).unwrap()
+        });
+        let nothing = scene.contacts(a, b).unwrap();
+        assert_eq!((nothing.low, nothing.drift), (0.0, f64::INFINITY));
+        detect(&mut scene, Budget::unlimited());
+        let apart = scene.contacts(a, b).unwrap();
+        assert!(apart.drift == 0.0 && apart.low >= 0.01, "{apart:?}");
+        for x in [1.985, 1.955] {
+            scene.set_pose(b, place(x)).unwrap();
+            let budget = if x < 1.96 { work } else { 0 };
+            detect(&mut scene, Budget::work(budget));
+            let found = scene.contacts(a, b).unwrap();
+            if found.points.is_empty() {
+                // The meshes are up to .004 inside of their balls.
+                let room = found.low - found.drift;
+                assert!(
+                    (x - 2.02..=x - 1.992).contains(&room),
+                    "{work} {x}: {found:?}"
+                );
+            } else {
+                assert_eq!((work, found.drift), (4_000, 0.0));
+            }
+        }
+    }
+}
