@@ -97,11 +97,11 @@ pub(super) trait Measure {
 
     /// Drops pairs of triangles of two leaves of which the boxes of some are of interest.
     #[inline(always)]
-    fn refine<'t, L: Lanes>(
+    fn refine<L: Lanes>(
         &self,
         _lanes: L,
         hits: u64,
-        _rows: [[&'t Rows; WIDTH]; 2],
+        _rows: [[&Rows; WIDTH]; 2],
         _keys: &Keys,
     ) -> u64 {
         hits

@@ -272,11 +272,11 @@ impl Measure for Gaps<'_> {
 
     /// Compares the triangles' own ends along the direction and along their normals.
     #[inline(always)]
-    fn refine<'t, L: Lanes>(
+    fn refine<L: Lanes>(
         &self,
         lanes: L,
         mut hits: u64,
-        [a, b]: [[&'t Rows; WIDTH]; 2],
+        [a, b]: [[&Rows; WIDTH]; 2],
         keys: &Keys,
     ) -> u64 {
         let (a, b) = (Transposed::new(lanes, a), Transposed::new(lanes, b));
