@@ -304,6 +304,47 @@ fn pairs_without_a_closer_look_add_nothing() {
 }
 
 #[test]
+fn of_pairs_beside_closer_ones_the_closest_stays() {
+    let mut random = Rand64::new(10);
+    let bodies = [
+        shapes::gear(11, 2),
+        shapes::torus_knot(2, 3, 0.45, 40),
+        shapes::icosphere(3),
+        shapes::cuboid(Vec3::new(0.7, 0.5, 0.9), 1),
+    ];
+    let bodies = bodies.map(solid);
+    let mut workspace = Workspace::new();
+    for trial in 0..96 {
+        let (a, b) = (&bodies[trial % 4], &bodies[trial / 4 % 4]);
+        let skin = 0.02 * a.mesh().aabb().extents().length();
+        let axis = DVec3::from([0; 3].map(|_| between(&mut random, -1.0, 1.0))).normalize();
+        let turn = DMat3::from_axis_angle(axis, TAU * random.rand_float());
+        let (mut pose, gap) = (at(turn, 9.0 * axis), between(&mut random, 0.05, 0.9) * skin);
+        let mut distance = f64::INFINITY;
+        while distance > 1.01 * gap {
+            let query = Query::distance(a, b, pose);
+            distance = query.run(&mut workspace, Budget::unlimited()).value.low;
+            pose = at(turn, pose.translation() - (distance - gap) * axis);
+        }
+        let query = Query::contacts(a, b, pose).margin(skin);
+        assert!(
+            query
+                .run(&mut workspace, Budget::unlimited())
+                .stop
+                .is_final()
+        );
+        let truth = workspace.contacts().next().expect("within").distance;
+        let found = manifolds(a, b, pose, skin);
+        // Along the normal of a face the distance may be less, by a factor of cos .8 degrees.
+        let least = found[0].distance;
+        assert!(
+            0.9998 * truth <= least && least <= 1.002 * truth,
+            "{least} {truth}, trial {trial}"
+        );
+    }
+}
+
+#[test]
 fn the_nearest_contact_is_told_on_an_inner_side_too() {
     let mut workspace = Workspace::new();
     let (room, ball) = (cuboid([1.02; 3], 8), solid(shapes::icosphere(3)));

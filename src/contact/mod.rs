@@ -10,7 +10,6 @@ use glam::DVec3;
 pub(crate) use list::ContactList;
 pub use manifold::{Fixed, Manifold, ManifoldPoint, inherit};
 use punctual_geom::triangle::distance::Closest;
-use punctual_geom::triangle_segment;
 
 /// A triangle of A and one of B that intersect or are close. All vectors are in A's frame and
 /// rounded. Lengths are in the length unit of the meshes.
@@ -42,25 +41,21 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// The contact of triangles with these corners. `None` if they do not intersect; the test is
-    /// exact.
-    pub(crate) fn touching(triangles: [u32; 2], [a, b]: [&[DVec3; 3]; 2]) -> Option<Self> {
-        let [start, end] = triangle_segment(a, b)?;
-        let normals @ [of_a, of_b] = [a, b].map(face_normal);
-        let [m, n] = normals.map(Option::unwrap_or_default);
-        let segment = if (end - start).dot(m.cross(n)) < 0.0 {
-            [end, start]
-        } else {
-            [start, end]
-        };
-        let (points, normal) = ([0.5 * start + 0.5 * end; 2], separating_plane(of_a, of_b));
-        Some(Self {
+    /// The contact of triangles with these corners that intersect in a segment.
+    pub(crate) fn touching(
+        triangles: [u32; 2],
+        corners: [&[DVec3; 3]; 2],
+        segment: [DVec3; 2],
+    ) -> Self {
+        let normals @ [of_a, of_b] = corners.map(face_normal);
+        let (segment, _) = directed(segment, normals);
+        Self {
             triangles,
-            points,
-            normal,
+            points: [0.5 * segment[0] + 0.5 * segment[1]; 2],
+            normal: separating_plane(of_a, of_b),
             distance: 0.0,
             segment: Some(segment),
-        })
+        }
     }
 
     /// The contact of separated triangles with these corners. If `found` has no direction, the
@@ -101,6 +96,20 @@ fn separating_plane(a: Option<DVec3>, b: Option<DVec3>) -> DVec3 {
 pub(crate) fn face_normal([p, q, r]: &[DVec3; 3]) -> Option<DVec3> {
     let (x, y) = (*q - *p, *r - *p);
     common_unit(x.cross(y)).or_else(|| unit(unit(x)?.cross(unit(y)?)))
+}
+
+/// A segment directed along the cross product of two unit normals, and this product.
+pub(crate) fn directed(
+    [start, end]: [DVec3; 2],
+    normals: [Option<DVec3>; 2],
+) -> ([DVec3; 2], DVec3) {
+    let [m, n] = normals.map(Option::unwrap_or_default);
+    let across = m.cross(n);
+    if (end - start).dot(across) < 0.0 {
+        ([end, start], across)
+    } else {
+        ([start, end], across)
+    }
 }
 
 /// Normalizes a vector of any finite length. `None` if it is zero.

@@ -19,6 +19,9 @@ pub const WORK_PER_EDGE_TEST: u64 = 20;
 /// `f32`.
 pub(crate) const WORK_PER_CLOSE_TEST: u64 = 170;
 
+/// Work of comparing the triangles of two leaves along their normals.
+pub(crate) const WORK_PER_LEAVES: u64 = 120;
+
 /// Work of one triangle test in the fast filter.
 pub const WORK_PER_TRIANGLE_TEST: u64 = 44;
 
@@ -92,6 +95,8 @@ const _: () = assert!(
         && MAX_DISTANCE_STEP_WORK >= WORK_PER_WINDOW
         && MAX_DISTANCE_STEP_WORK
             >= WORK_PER_SWEPT_EXPANSION + 65 * WORK_PER_SWEPT_TEST + WORK_PER_EDGE_TEST
+        && MAX_DISTANCE_STEP_WORK
+            >= WORK_PER_EXPANSION + WORK_PER_CLOSE_TEST + 65 * 2 + WORK_PER_LEAVES
         && MAX_DISTANCE_STEP_WORK >= 8 * WORK_PER_WINDOW_TEST
 );
 

@@ -12,7 +12,7 @@ use super::traversal::Traversal;
 use super::triangle_pairs::{ids, rows};
 use super::workspace::Workspace;
 use crate::contact::Contact;
-use crate::contact::manifold::Shape;
+use crate::contact::manifold::{Shape, falls_beside};
 use crate::model::cost::{
     WORK_PER_CLOSEST_POINTS, WORK_PER_CONTACT, WORK_PER_DISTANCE_TEST, WORK_PER_EXACT_TEST,
     WORK_PER_LOOKUP, WORK_PER_SEGMENT,
@@ -90,15 +90,22 @@ impl Traversal<'_, '_, Nearness> {
             ..
         } = &mut *self.workspace;
         search.interval.pass_rest();
+        let shape = Shape {
+            trees: [self.a, self.b],
+            b_in_a: self.b_in_a,
+        };
         for i in bits(apart | meet).map(|i| i % WIDTH) {
             let (pair, low) = (pairs[i], low[i]);
             // A bound as good as the distance is proven by a direction close to the normal.
             if reduction.is_on && apart >> i & 1 != 0 && found.low[i] >= CLOSE * found.about[i] {
                 let of_pair = Corners::of_pair(corners, [self.a, self.b], self.b_in_a, pair);
-                let normal = found.direction.map(|of_axis| f64::from(of_axis[i]));
+                let normal = found.direction.map(|of_axis| f64::from(of_axis[i])).into();
                 let low = f64::from(low) * self.relative.unit;
                 let nearest = reduction.nearest.map_or(f64::INFINITY, |(_, least)| least);
-                if reduction.skin.covers(of_pair, low, normal.into(), nearest) {
+                let places = (&found.places, i);
+                if reduction.skin.covers(of_pair, low, normal, nearest)
+                    || falls_beside(shape, pair, of_pair, places, low, normal)
+                {
                     continue;
                 }
             }
@@ -203,19 +210,14 @@ impl Traversal<'_, '_, Nearness> {
         if proven == 0.0 {
             stats.exact_tests += 1;
             stats.work += WORK_PER_EXACT_TEST;
-            if let Some(contact) = Contact::touching(triangles, of_pair) {
+            if let Some(segment) = triangle_segment(a, b) {
                 stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
                 stats.found += 1;
                 if !reduction.is_on {
-                    return contacts.push(contact);
+                    return contacts.push(Contact::touching(triangles, of_pair, segment));
                 }
-                reduction.note(pair, 0.0);
-                if let Some(segment) = contact.segment {
-                    overlaps.take(pair, of_pair, segment);
-                    contacts.hold();
-                    reduction.skin.take_meeting(of_pair);
-                }
-                return;
+                contacts.hold();
+                return reduction.take_meeting(pair, of_pair, segment, overlaps);
             }
         }
         stats.work += WORK_PER_CLOSEST_POINTS;

@@ -92,13 +92,16 @@ pub(super) trait Measure {
     /// Mask of the lanes with keys of interest.
     fn hits<L: Lanes>(&self, lanes: L, keys: F8<L>) -> u32;
 
-    /// Drops pairs of triangles of two leaves whose boxes are of interest.
+    /// The number of triangle pairs from which on [`Measure::refine`] pays, and its work.
+    const REFINED: Option<(u32, u64)> = None;
+
+    /// Drops pairs of triangles of two leaves of which the boxes of some are of interest.
     #[inline(always)]
-    fn refine<'t, L: Lanes>(
+    fn refine<L: Lanes>(
         &self,
         _lanes: L,
         hits: u64,
-        _rows: impl FnOnce() -> [[&'t Rows; WIDTH]; 2],
+        _rows: [[&Rows; WIDTH]; 2],
         _keys: &Keys,
     ) -> u64 {
         hits
@@ -217,8 +220,12 @@ pub(super) fn expand<L: Lanes, M: Measure>(
             let hits = measure.both(lanes, &of_a, valid, keys);
             let key = |bit| key_of(keys, bit);
             if a.is_leaf {
-                let rows = || [rows(tree_a, a), rows(tree_b, b)];
-                let hits = measure.refine(lanes, hits, rows, keys);
+                let mut hits = hits;
+                if let Some((_, work)) = M::REFINED.filter(|(many, _)| hits.count_ones() >= *many) {
+                    sink.stats().work += work;
+                    let rows = [rows(tree_a, a), rows(tree_b, b)];
+                    hits = measure.refine(lanes, hits, rows, keys);
+                }
                 sink.triangles(hits, key, first);
             } else {
                 sink.pairs(hits, key, |bit| {

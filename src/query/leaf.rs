@@ -6,7 +6,7 @@ use super::meeting::Meeting;
 use super::options::Mode;
 use super::traversal::Traversal;
 use super::triangle_pairs::{ids, is_full, pop_batch, rows};
-use super::workspace::Workspace;
+use super::workspace::{Run, Workspace};
 use crate::contact::Contact;
 use crate::model::cost::{
     WORK_PER_CONTACT, WORK_PER_EXACT_TEST, WORK_PER_SEGMENT, WORK_PER_TRIANGLE_TEST,
@@ -15,7 +15,7 @@ use crate::tree::WIDTH;
 use punctual_geom::bits;
 use punctual_geom::lanes::Lanes;
 use punctual_geom::triangle::batch::{self, Crossings};
-use punctual_geom::triangles_intersect;
+use punctual_geom::{triangle_segment, triangles_intersect};
 
 impl Traversal<'_, '_, Meeting<'_>> {
     /// Tests a triangle pair in doubt, or a batch of those that wait.
@@ -105,43 +105,32 @@ impl Traversal<'_, '_, Meeting<'_>> {
     #[inline(never)]
     fn test_exactly(&mut self, pair: [u32; 2]) {
         let trees = [self.a, self.b];
-        let [a, b] = Corners::of_pair(&mut self.workspace.corners, trees, self.b_in_a, pair);
-        let stats = &mut self.workspace.run.stats;
-        stats.exact_tests += 1;
-        stats.work += WORK_PER_EXACT_TEST;
-        // The only step whose time varies a hundredfold.
-        self.deadline.allow_for_long_step();
-        if self.workspace.contacts.margin().is_some() {
-            if let Some(contact) = Contact::touching(ids(trees, pair), [a, b]) {
-                stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
-                self.workspace.run.stats.found += 1;
-                if self.workspace.reduction.is_on {
-                    self.take_meeting(pair, &contact);
-                } else {
-                    self.workspace.contacts.push(contact);
-                }
-            }
-        } else if triangles_intersect(a, b) {
-            self.report(pair, || 0);
-        }
-    }
-
-    /// Keeps a pair that intersects for the overlaps of the manifolds.
-    #[inline(never)]
-    fn take_meeting(&mut self, pair: [u32; 2], contact: &Contact) {
         let Workspace {
             overlaps,
             contacts,
             reduction,
-            corners: [of_a, of_b],
+            corners,
+            run: Run { stats, .. },
             ..
         } = &mut *self.workspace;
-        reduction.note(pair, 0.0);
-        let a = of_a.of(self.a, pair[0], |v| v);
-        let b = of_b.of(self.b, pair[1], |v| self.b_in_a.transform_point(v));
-        if let Some(segment) = contact.segment {
-            overlaps.take(pair, [a, b], segment);
-            contacts.hold();
+        let of_pair @ [a, b] = Corners::of_pair(corners, trees, self.b_in_a, pair);
+        stats.exact_tests += 1;
+        stats.work += WORK_PER_EXACT_TEST;
+        // The only step whose time varies a hundredfold.
+        self.deadline.allow_for_long_step();
+        if contacts.margin().is_none() {
+            if triangles_intersect(a, b) {
+                self.report(pair, || 0);
+            }
+        } else if let Some(segment) = triangle_segment(a, b) {
+            stats.work += WORK_PER_SEGMENT + WORK_PER_CONTACT;
+            stats.found += 1;
+            if reduction.is_on {
+                contacts.hold();
+                reduction.take_meeting(pair, of_pair, segment, overlaps);
+            } else {
+                contacts.push(Contact::touching(ids(trees, pair), of_pair, segment));
+            }
         }
     }
 

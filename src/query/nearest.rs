@@ -39,7 +39,7 @@ pub(super) struct Nearness {
 impl Nearness {
     pub fn new(relative: &RelativePose, interval: &Interval) -> Self {
         // At first the direction between the middles.
-        let direction = Direction::new(relative.middle().normalize_or_zero(), relative);
+        let direction = Direction::new(relative.middle().normalize_or_zero());
         let mut distance = Self {
             cut: 0.0,
             doubt: 0.0,
@@ -55,7 +55,7 @@ impl Nearness {
         self.cut = interval.square_cut(relative.unit);
         self.doubt = root(self.cut) + relative.least_gap_and_margin();
         if let Some((_, found)) = interval.nearest() {
-            self.direction = Direction::new(-found.direction, relative);
+            self.direction = Direction::new(-found.direction);
         }
     }
 }
@@ -82,12 +82,7 @@ impl Visitor for Traversal<'_, '_, Nearness> {
     #[inline(always)]
     fn open<L: Lanes>(&mut self, lanes: L, pair: Pair, keys: &mut Keys) {
         let (question, relative) = (&self.question, self.relative);
-        let mut gaps = Gaps::new(
-            question.cut,
-            question.doubt,
-            relative.shrink,
-            question.direction,
-        );
+        let mut gaps = Gaps::new(question.cut, question.doubt, relative, question.direction);
         match self.origin {
             Origin::Path => {
                 self.question.guess = f32::INFINITY;

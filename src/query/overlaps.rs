@@ -23,6 +23,7 @@ use super::ray::cast_alone;
 use super::ray::state::RayHit;
 use super::workspace::Workspace;
 use crate::contact::manifold::{Before, Manifold, Octagon, Shape, Skin};
+use crate::contact::{directed, face_normal};
 use crate::model::cost::{
     WORK_PER_CURVE_PAIR, WORK_PER_LOOKUP, WORK_PER_RAY, WORK_PER_RAY_TEST, WORK_PER_REGION_TRIANGLE,
 };
@@ -225,10 +226,9 @@ impl Overlaps {
     }
 
     /// Takes two triangles (tree order) that intersect in this segment.
-    pub fn take(&mut self, pair: [u32; 2], [a, b]: [&[DVec3; 3]; 2], segment: [DVec3; 2]) {
-        let normal = |[p, q, r]: &[DVec3; 3]| (*q - *p).cross(*r - *p).normalize_or_zero();
-        let is_flat = normal(a).cross(normal(b)).length_squared() < FLAT * FLAT;
-        self.take_touching(pair, segment, is_flat);
+    fn take(&mut self, pair: [u32; 2], corners: [&[DVec3; 3]; 2], segment: [DVec3; 2]) {
+        let (segment, across) = directed(segment, corners.map(face_normal));
+        self.take_touching(pair, segment, across.length_squared() < FLAT * FLAT);
         self.meets = true;
     }
 
@@ -617,6 +617,19 @@ impl Reduction {
             self.skin.clear();
             (self.is_on, self.is_listed, self.nearest) = (false, false, None);
         }
+    }
+
+    /// Takes a pair of triangles (tree order) with these corners that intersect in a segment.
+    pub fn take_meeting(
+        &mut self,
+        pair: [u32; 2],
+        corners: [&[DVec3; 3]; 2],
+        segment: [DVec3; 2],
+        overlaps: &mut Overlaps,
+    ) {
+        self.note(pair, 0.0);
+        overlaps.take(pair, corners, segment);
+        self.skin.take_meeting(corners);
     }
 
     /// Records a pair of triangles (tree order) that are this far apart.

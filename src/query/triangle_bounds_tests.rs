@@ -120,6 +120,17 @@ fn check(a: &Tree, b: &Tree, pose: Pose, gap: f64, random: &mut Random) -> [[f64
             let cosine = direction.normalize().dot(found.direction);
             assert!(cosine > 0.996, "{cosine}: {pose:?}");
         }
+        // The closest features are at the places that are told, of which a face has none.
+        let triangles = [corners(a, i), place(&pose, j)];
+        let [p, q] = from_fn(|side| {
+            let places = &fast.places[side];
+            let [from, to] = *[[0, 1], [0, 2], [1, 2]].get(places.edge[lane] as usize)?;
+            let ends = [from, to].map(|corner: usize| triangles[side][corner]);
+            Some(ends[0].lerp(ends[1], f64::from(places.along[lane])))
+        });
+        if let (true, Some(p), Some(q)) = (is_close, p, q) {
+            assert!((p - q).length() <= 1.01 * found.high, "{pose:?}");
+        }
         [low, exact.rounded()]
     })
 }

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 pub(crate) use identity::{Before, ManifoldMemory};
 pub use identity::{Fixed, inherit};
 use punctual_geom::{bits, larger};
-pub(crate) use skin::{Shape, Skin};
+pub(crate) use skin::{Shape, Skin, falls_beside};
 use wide::f64x4;
 
 /// Maximum number of points of a manifold.

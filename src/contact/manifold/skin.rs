@@ -16,7 +16,7 @@ use crate::tree::Tree;
 use alloc::vec::Vec;
 use arrayvec::ArrayVec;
 use glam::DVec3;
-use punctual_geom::triangle::distance::Closest;
+use punctual_geom::triangle::distance::{Closest, Places};
 use punctual_geom::{Pose, larger};
 
 /// Cosine of the widest angle between the axis of a cone and its normals.
@@ -42,6 +42,10 @@ const FACE: f64 = 0.9998;
 /// Squared cosine of the largest angle, 6 degrees, between a normal and two faces that face each
 /// other.
 const FACING: f64 = 0.989;
+
+/// Squared cosine of an angle of 13 degrees. Of faces closer than that to a normal within 5 degrees
+/// of the contact's, the common area may be wanted.
+const STEEP: f64 = 0.95;
 
 /// Cosine of the largest angle, 7 degrees, between a normal and the one that it is replaced by:
 /// that of an overlap, or of the nearest point.
@@ -179,14 +183,12 @@ impl Skin {
         let face = usize::from(share(1) >= share(0));
         let is_least = |side: usize| {
             let way = if side == 0 { -normal } else { normal };
-            is_least(
-                shape,
-                side,
-                pair[side],
-                corners[side],
-                point.points[side],
-                way,
-            )
+            let point = point.points[side];
+            let feature = Feature::at(point, corners[side]);
+            !goes_on(shape, side, pair[side], feature, |place| {
+                let (step, least) = (place - point, FLAT * FLAT);
+                is_along(step, way, least)
+            })
         };
         if share(face) > FACE && (share(1 - face) > FACING || is_least(1 - face)) {
             // From B to A.
@@ -368,37 +370,116 @@ fn cut(polygon: &mut ArrayVec<DVec3, 8>, side: impl Fn(DVec3) -> f64) {
     }
 }
 
-/// True if the surface around a point of a triangle (tree order) goes nowhere along `way`, except
-/// into the triangle itself.
-fn is_least(
+/// A part of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Feature {
+    Face,
+    /// From this corner to the next.
+    Edge(usize),
+    Corner(usize),
+}
+
+impl Feature {
+    /// The one on which a point of a triangle lies.
+    fn at(point: DVec3, corners: &[DVec3; 3]) -> Self {
+        let normal = face(corners);
+        let square = normal.length_squared();
+        // The edge from corner i is opposite to corner i + 2.
+        let is_on = [0, 1, 2].map(|i| {
+            let edge = corners[(i + 1) % 3] - corners[i];
+            normal.dot(edge.cross(point - corners[i])).abs() <= ON_EDGE * square
+        });
+        let corner = (0..3).find(|&i| is_on[i] && is_on[(i + 2) % 3]);
+        let edge = || (0..3).find(|&i| is_on[i]);
+        corner.map_or_else(|| edge().map_or(Self::Face, Self::Edge), Self::Corner)
+    }
+
+    /// The one on which a point lies, and the point; of a face no point.
+    fn of(places: &Places, lane: usize, corners: &[DVec3; 3]) -> (Self, Option<DVec3>) {
+        let [from, to] = match places.edge[lane] {
+            0.0 => [0, 1],
+            1.0 => [0, 2],
+            2.0 => [1, 2],
+            _ => return (Self::Face, None),
+        };
+        let feature = match places.along[lane] {
+            0.0 => Self::Corner(from),
+            1.0 => Self::Corner(to),
+            _ => Self::Edge(if from + 1 == to { from } else { to }),
+        };
+        let point = corners[from].lerp(corners[to], f64::from(places.along[lane]));
+        (feature, Some(point))
+    }
+}
+
+/// The point of a face below another point, if there is one.
+fn foot(point: DVec3, corners: &[DVec3; 3]) -> Option<DVec3> {
+    let normal = face(corners);
+    let foot = point - normal * (normal.dot(point - corners[0]) / normal.length_squared());
+    let is_inside = |i: usize| {
+        let edge = corners[(i + 1) % 3] - corners[i];
+        edge.cross(foot - corners[i]).dot(normal) > 0.0
+    };
+    (0..3).all(is_inside).then_some(foot)
+}
+
+/// True if a neighbor of one of two triangles is certainly closer to the other one. The triangles
+/// are at least `low` apart, nearest at about these places, and the normal of their contact is
+/// within 5 degrees of `normal`, which has any length. On a straight way from such a place into the
+/// neighbor, the distance falls below `low`. False if the triangles may have an area in common.
+pub(crate) fn falls_beside(
+    shape: Shape,
+    pair: [u32; 2],
+    corners: [&[DVec3; 3]; 2],
+    (places, lane): (&[Places; 2], usize),
+    low: f64,
+    normal: DVec3,
+) -> bool {
+    let is_steep = corners.map(|corners| {
+        let face = face(corners);
+        !is_along(face, normal, STEEP) && !is_along(-face, normal, STEEP)
+    });
+    if is_steep == [false; 2] {
+        return false;
+    }
+    let [(on_a, a), (on_b, b)] = [0, 1].map(|k| Feature::of(&places[k], lane, corners[k]));
+    let ends = match (a, b) {
+        (Some(a), Some(b)) => Some([a, b]),
+        (Some(a), None) => foot(a, corners[1]).map(|b| [a, b]),
+        (None, Some(b)) => foot(b, corners[0]).map(|a| [a, b]),
+        (None, None) => None,
+    };
+    let falls = |ends: [DVec3; 2], side: usize| {
+        let between = ends[side] - ends[1 - side];
+        let rounding = 16.0 * f64::EPSILON * ends[0].abs().max(ends[1].abs()).max_element();
+        goes_on(shape, side, pair[side], [on_a, on_b][side], |place| {
+            let step = place - ends[side];
+            let fall = -step.dot(between) / step.length_squared();
+            fall > 0.0 && (between + step * fall.min(1.0)).length() + rounding < low
+        })
+    };
+    ends.is_some_and(|ends| (0..2).any(|side| is_steep[side] && falls(ends, side)))
+}
+
+/// True if `is_it` holds for a place of a vertex, opposite to the feature, of a neighbor of a
+/// triangle (tree order) that shares this feature.
+fn goes_on(
     shape: Shape,
     side: usize,
     triangle: u32,
-    corners: &[DVec3; 3],
-    point: DVec3,
-    way: DVec3,
+    feature: Feature,
+    is_it: impl Fn(DVec3) -> bool,
 ) -> bool {
     let tree = shape.trees[side];
-    let goes_on = |vertex: u32| {
-        let step = shape.place(side, vertex) - point;
-        let along = step.dot(way);
-        along > 0.0 && along * along > FLAT * FLAT * step.length_squared()
-    };
-    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-    let square = normal.length_squared();
-    // The edge from corner i is opposite to corner i + 2.
-    let is_on = [0, 1, 2].map(|i| {
-        let edge = corners[(i + 1) % 3] - corners[i];
-        normal.dot(edge.cross(point - corners[i])).abs() <= ON_EDGE * square
-    });
     let vertices = tree.vertices_of(triangle);
-    if let Some(corner) = (0..3).find(|&i| is_on[i] && is_on[(i + 2) % 3]) {
-        return !around(tree, triangle, vertices[corner], goes_on);
+    let is_it = |vertex: u32| is_it(shape.place(side, vertex));
+    match feature {
+        Feature::Face => false,
+        Feature::Edge(edge) => tree.across(triangle, edge).is_some_and(|next| {
+            is_it(tree.vertex_across(triangle, vertices[(edge + 2) % 3], next))
+        }),
+        Feature::Corner(corner) => around(tree, triangle, vertices[corner], is_it),
     }
-    (0..3).filter(|&i| is_on[i]).all(|i| {
-        tree.across(triangle, i)
-            .is_none_or(|next| !goes_on(tree.vertex_across(triangle, vertices[(i + 2) % 3], next)))
-    })
 }
 
 /// True if `is_it` holds for a vertex of a triangle around `vertex`. The triangle `first` is left

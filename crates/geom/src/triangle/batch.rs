@@ -237,7 +237,7 @@ pub(super) fn first_corner<L: Lanes>(
 
 /// Rotates an edge of B to A's coordinates.
 #[inline(always)]
-pub(super) fn rotate<L: Lanes>(lanes: L, rotation: &[[f32; 3]; 3], edge: V8<L>) -> V8<L> {
+pub fn rotate<L: Lanes>(lanes: L, rotation: &[[f32; 3]; 3], edge: V8<L>) -> V8<L> {
     per_axis!(k => dot(per_axis!(j => F8::splat(lanes, rotation[k][j])), edge))
 }
 

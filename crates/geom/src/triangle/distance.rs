@@ -35,7 +35,7 @@ mod point;
 mod tests;
 
 pub use batch::Pair;
-pub use batch::{Distances, distances};
+pub use batch::{Distances, Places, distances};
 pub use exhaustive::closest_or_meeting;
 use pair::clamped;
 pub use pair::{Closest, closest};

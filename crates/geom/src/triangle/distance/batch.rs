@@ -17,6 +17,18 @@ pub struct Distances {
     pub about: [f32; 8],
     /// Direction from B to A along which `low` is proven, of any length; per axis.
     pub direction: [[f32; 8]; 3],
+    /// Where the closest features are, of A and of B.
+    pub places: [Places; 2],
+}
+
+/// Points of eight triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Places {
+    /// The edge from the first corner to the second (0), from the first to the third (1), or from
+    /// the second to the third (2); 3 inside the face.
+    pub edge: [f32; 8],
+    /// The part of the edge before the point, from 0 to 1.
+    pub along: [f32; 8],
 }
 
 /// The distances of `a[i]` and `b[i]` for the eight lanes.
@@ -33,9 +45,10 @@ pub fn distances<L: Lanes>(
     let (of_a, of_b) = (edges(lanes, zero, p), edges(lanes, q, f));
     let mut closest = closest_edges(lanes, &of_a, &of_b);
     let (one, two) = (add(q, f[0]), add(q, f[1]));
-    closest.or_face(lanes, p, of_a[0].inverse, [q, one, two]);
+    closest.or_face(lanes, 0, p, of_a[0].inverse, [q, one, two]);
     closest.or_face(
         lanes,
+        1,
         f,
         of_b[0].inverse,
         [sub(zero, q), sub(p[0], q), sub(p[1], q)],
@@ -48,6 +61,16 @@ pub fn distances<L: Lanes>(
         low: low.store(),
         about: closest.square.sqrt().store(),
         direction,
+        places: [
+            Places {
+                edge: closest.places[0][0].store(),
+                along: closest.places[0][1].store(),
+            },
+            Places {
+                edge: closest.places[1][0].store(),
+                along: closest.places[1][1].store(),
+            },
+        ],
     }
 }
 
@@ -149,6 +172,8 @@ struct Closest<L: Lanes> {
     square: F8<L>,
     /// Direction that separates the triangles at these features, up to its sign and length.
     direction: V8<L>,
+    /// The edge of A and of B, and the fraction along it ([`Places`]).
+    places: [[F8<L>; 2]; 2],
 }
 
 /// An edge of eight triangles.
@@ -236,6 +261,7 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
     let of_edge = per_axis!(j => Link::select(third, &links[2][j], &Link::select(second, &links[1][j], &links[0][j])));
     let d = select(third, a[2].step, select(second, a[1].step, a[0].step));
     let d_square = third.select(a[2].square, second.select(a[1].square, a[0].square));
+    let edge_a = number(lanes, [second, third]);
     let [second, third] = least(per_axis!(j => of_edge[j].square));
     let link = Link::select(
         third,
@@ -243,6 +269,7 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
         &Link::select(second, &of_edge[1], &of_edge[0]),
     );
     let e = select(third, b[2].step, select(second, b[1].step, b[0].step));
+    let edge_b = number(lanes, [second, third]);
     let e_inverse = third.select(b[2].inverse, second.select(b[1].inverse, b[0].inverse));
 
     // If a point lies inside its edge, the difference is perpendicular to that edge up to rounding;
@@ -262,16 +289,31 @@ fn closest_edges<L: Lanes>(lanes: L, a: &[Edge<L>; 3], b: &[Edge<L>; 3]) -> Clos
     Closest {
         square: link.square,
         direction,
+        places: [[edge_a, link.s], [edge_b, link.t]],
     }
 }
 
+/// The number of three that two masks select.
+#[inline(always)]
+fn number<L: Lanes>(lanes: L, [second, third]: [F8<L>; 2]) -> F8<L> {
+    let first = F8::splat(lanes, 1.0).and(second);
+    third.select(F8::splat(lanes, 2.0), first)
+}
+
 impl<L: Lanes> Closest<L> {
-    /// Tests a face against the corners of the other triangle. The face has the edges `x` and `y`
+    /// Tests a face, of the triangle `side`, against the corners of the other. The face has the edges `x` and `y`
     /// from its first corner; `inverse` is `1 / |x|^2`, and `corners` are relative to its first
     /// corner. Only the corner closest to the plane can be the closest point: from every other
     /// corner, the distance to the face decreases on the way to it.
     #[inline(always)]
-    fn or_face(&mut self, lanes: L, [x, y]: [V8<L>; 2], inverse: F8<L>, corners: [V8<L>; 3]) {
+    fn or_face(
+        &mut self,
+        lanes: L,
+        side: usize,
+        [x, y]: [V8<L>; 2],
+        inverse: F8<L>,
+        corners: [V8<L>; 3],
+    ) {
         let y = scaled(y, inverse);
         let normal = cross(x, y);
         let heights = per_axis!(v => dot(normal, corners[v]).abs());
@@ -289,5 +331,19 @@ impl<L: Lanes> Closest<L> {
         let closer = is_over.and(square.less(self.square));
         self.square = closer.select(square, self.square);
         self.direction = select(closer, normal, self.direction);
+        // The second corner ends the first edge, the third corner the second.
+        let (zero, one) = (F8::splat(lanes, 0.0), F8::splat(lanes, 1.0));
+        let of_corner = [one.and(third), one.and(second.or(third))];
+        let of_face = [F8::splat(lanes, 3.0), zero];
+        let [edge, along] = self.places[1 - side];
+        self.places[1 - side] = [
+            closer.select(of_corner[0], edge),
+            closer.select(of_corner[1], along),
+        ];
+        let [edge, along] = self.places[side];
+        self.places[side] = [
+            closer.select(of_face[0], edge),
+            closer.select(of_face[1], along),
+        ];
     }
 }
