@@ -292,7 +292,8 @@ impl Pile {
 
     /// The more of its motion a body must not make, the sooner the scene looks at its pairs.
     fn rank(&mut self) -> Result<(), Box<dyn Error>> {
-        for (&id, body) in self.ids.iter().zip(&self.bodies) {
+        let moving = self.ids.iter().zip(&self.bodies);
+        for (&id, body) in moving.filter(|(_, body)| !body.is_fixed()) {
             let importance = (1.0 - body.limit / body.stride()).max(0.0) as f32;
             if self.scene.body(id)?.importance != importance {
                 self.scene.set_importance(id, importance)?;
