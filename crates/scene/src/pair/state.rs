@@ -75,24 +75,21 @@ pub(crate) struct Turn {
 impl Turn {
     /// A turn of a pair without a question yet.
     pub fn new(known: Known, state: Box<PairState>) -> Self {
-        let standing = Standing {
-            verdict: Verdict::Undecided,
-            found: 0,
-            complete: false,
-            recall: 0.0,
-        };
-        let (kind, spent) = (TurnKind::Meet, Spent::default());
-        let (teaches, next) = (false, None);
         Self {
             state,
             known,
             index: 0,
             median: 0,
-            kind,
-            next,
-            teaches,
-            spent,
-            standing,
+            kind: TurnKind::Meet,
+            next: None,
+            teaches: false,
+            spent: Spent::default(),
+            standing: Standing {
+                verdict: Verdict::Undecided,
+                found: 0,
+                complete: false,
+                recall: 0.0,
+            },
         }
     }
 
@@ -118,7 +115,7 @@ impl Turn {
         self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
         let asks_contacts = standing.verdict != Verdict::Separated
             && bodies.wants_contacts(key)
-            && state.small_drift(key, bodies, frame).is_none();
+            && bodies.small_drift(key, state, frame).is_none();
         self.next = match self.kind {
             TurnKind::Motion if !is_timed => Some(TurnKind::Motion),
             TurnKind::Motion | TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
@@ -263,13 +260,6 @@ impl PairState {
         // The expected work is at least twice that of the unfinished run so far.
         self.pending.work.max(1) as f64
             / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
-    }
-
-    /// How far the surfaces have moved since the contacts of the pair were found, if these need not
-    /// be found anew in `frame`.
-    pub fn small_drift(&self, key: PairKey, bodies: &Bodies, frame: u64) -> Option<f64> {
-        let touch = self.touch.as_ref()?;
-        bodies.small_drift(key, touch, frame)
     }
 
     /// True if contacts found before the surfaces moved by `drift` prove that the bodies still meet

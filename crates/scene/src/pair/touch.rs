@@ -1,6 +1,7 @@
 //! What is known of the contacts of two bodies, kept from frame to frame.
 
 use super::spent::Spent;
+use super::state::PairState;
 use super::travel::slack;
 use crate::ask::contacts::ContactPoint;
 use crate::body::{Bodies, Placed, margins};
@@ -143,7 +144,8 @@ impl Bodies {
 
     /// How far the surfaces of a pair have moved since its contacts were found, if these need not be
     /// found anew.
-    pub fn small_drift(&self, key: PairKey, touch: &Touch, frame: u64) -> Option<f64> {
+    pub fn small_drift(&self, key: PairKey, state: &PairState, frame: u64) -> Option<f64> {
+        let touch = state.touch.as_ref()?;
         let is_whole = touch.since > 0 && touch.completed == touch.since;
         let skin = self.pair(key).map_or(0.0, margins);
         let drift = is_whole.then(|| self.drift(key, touch, frame));
