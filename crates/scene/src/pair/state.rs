@@ -1,11 +1,12 @@
 //! The state of a pair of bodies, kept from its first turn on while their boxes overlap.
 
+use super::apart::STRETCH;
 use super::bounds::{Bounds, Proof, Times};
 use super::question::Answer;
 use super::spent::{Spent, capped};
 use super::touch::Touch;
 use crate::ask::TurnKind;
-use crate::body::Bodies;
+use crate::body::{Bodies, margins};
 use crate::id::PairKey;
 use crate::schedule::known::Known;
 use alloc::boxed::Box;
@@ -271,13 +272,20 @@ impl PairState {
         drift: f64,
         frame: u64,
     ) -> bool {
-        let touch = self.touch.as_ref();
-        let nearest = touch.and_then(|touch| bodies.still_touches(key, touch, drift));
-        if let Some((triangles, distance)) = nearest {
+        let nearest = self.touch.as_ref().and_then(|touch| touch.nearest);
+        let Some(((triangles, distance), pair)) = nearest.zip(bodies.pair(key)) else {
+            return false;
+        };
+        let distance = match drift > 0.0 {
+            true => (distance + drift) * (1.0 + STRETCH),
+            false => distance,
+        };
+        let touches = distance <= margins(pair);
+        if touches {
             self.completed = frame;
             self.decide(Verdict::of_witness(triangles, distance), 1, frame);
         }
-        nearest.is_some()
+        touches
     }
 
     /// Stores a reported probability, if there is room.

@@ -151,24 +151,6 @@ impl Bodies {
         let drift = is_whole.then(|| self.drift(key, touch, frame));
         drift.filter(|drift| *drift <= REUSED * skin)
     }
-
-    /// The nearest triangles of contacts found before the surfaces moved by `drift`, and an upper
-    /// bound of their distance, if that is within the margins.
-    pub fn still_touches(
-        &self,
-        key: PairKey,
-        touch: &Touch,
-        drift: f64,
-    ) -> Option<([u32; 2], f64)> {
-        let (triangles, distance) = touch.nearest?;
-        let skin = margins(self.pair(key)?);
-        let most = if drift > 0.0 {
-            (distance + drift) * (1.0 + super::apart::STRETCH)
-        } else {
-            distance
-        };
-        (most <= skin).then_some((triangles, most))
-    }
 }
 
 /// Preallocated contact states for pairs.

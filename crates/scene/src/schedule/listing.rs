@@ -169,10 +169,9 @@ impl<'l> Listing<'l> {
                 true => self.list::<true>(pair, settled),
                 false => self.list::<false>(pair, settled),
             };
-            deadline.spend(if listed {
-                WORK_PER_LISTED_PAIR
-            } else {
-                WORK_PER_PAIR_APART
+            deadline.spend(match listed {
+                true => WORK_PER_LISTED_PAIR,
+                false => WORK_PER_PAIR_APART,
             });
         }
         end
@@ -233,22 +232,19 @@ impl<'l> Listing<'l> {
     fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool) -> bool {
         let Frame { number, bodies, .. } = *self.frame;
         let (place, key) = (pair.place, pair.key);
-        let look = if SPECIAL {
-            self.look(pair, settled)
-        } else {
-            Look::default()
+        let look = match SPECIAL {
+            true => self.look(pair, settled),
+            false => Look::default(),
         };
         if look.is_out {
             return false;
         }
         let overlap = look.listed || bodies.overlap(bodies_of(key));
-        let Some(overlap) = (if settled {
-            Some(overlap)
-        } else {
-            self.may_overlap(pair, overlap)
-        }) else {
-            return false;
+        let overlap = match settled {
+            true => Some(overlap),
+            false => self.may_overlap(pair, overlap),
         };
+        let Some(overlap) = overlap else { return false };
         let Some(known) = self.pairs.overlapping(place, overlap | look.keep, number) else {
             return false;
         };

@@ -178,22 +178,14 @@ impl Pairs {
         }
     }
 
-    /// Takes the state of a pair out, if it has one, with its entry, which must
-    /// [update](Known::tell) the state first.
-    #[inline]
-    pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Known)> {
-        let known = *self.at(place);
-        let state = self.states[known.slot?.place()].take()?;
-        Some((state, known))
-    }
-
-    /// Takes the state of a pair out for a turn. A pair without a state gets one.
+    /// Takes the state of a pair out for a turn, with its entry, which must [update](Known::tell)
+    /// the state first. A pair without a state gets one.
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {
-        let (state, known) = self
-            .take_state(place)
-            .unwrap_or_else(|| (self.new_state(place, frame), *self.at(place)));
-        Turn::new(known, state)
+        let slot = self.at(place).slot;
+        let state = slot.and_then(|slot| self.states[slot.place()].take());
+        let state = state.unwrap_or_else(|| self.new_state(place, frame));
+        Turn::new(*self.at(place), state)
     }
 
     #[cold]
