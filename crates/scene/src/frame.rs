@@ -6,7 +6,7 @@ use super::broad::bounds;
 use super::pair::frame::Frame;
 use super::schedule::Found;
 use super::schedule::crew::Crew;
-use super::schedule::share::{Share, Step};
+use super::schedule::share::{PAIR, PLACE, Share};
 use super::{BodyKind, Reach, Scene};
 use crate::cost::{WORK_PER_BOX, WORK_PER_SWEPT_BOX};
 use alloc::sync::Arc;
@@ -63,11 +63,11 @@ impl Scene {
             crew,
         };
         let left = schedule.revisit(&frame, broad, pairs, scratch);
-        let mut share = Share::new(budget, left, schedule.found(), clock);
-        share.run(Step::Place, |deadline| {
+        let mut share = Share::new(budget, left, schedule.revisit.found.len(), clock);
+        share.run(PLACE, |deadline| {
             place_changed(Arc::make_mut(bodies), broad, reach, number, deadline);
         });
-        share.run(Step::Pair, |deadline| {
+        share.run(PAIR, |deadline| {
             pairs.update(broad, bodies, deadline);
             Arc::make_mut(bodies).begin_groups(report.frame, deadline);
         });
@@ -92,7 +92,8 @@ impl Scene {
             events,
         };
         let ended = schedule.run(&frame, &mut found, &mut share, report, scratch);
-        schedule.hand_on(Arc::make_mut(bodies), number);
+        let requests = &mut Arc::make_mut(bodies).distance_requests;
+        schedule.tallies.hand_on(requests, number);
         report.broad_phase_work = share.spent;
         report.elapsed = ended
             .zip(started)

@@ -37,6 +37,6 @@ pub(crate) enum TurnKind {
     Meet,
     /// Computes the time of impact of bodies whose distance is also requested.
     Motion,
-    /// Finds contact points; the bodies are known to meet.
+    /// Finds contact points of bodies that meet, or decides that too, if nothing else is asked.
     Contacts,
 }

@@ -1,7 +1,7 @@
 //! Builds the tree of fat AABBs in steps, so that a frame may end between any two of them.
 //!
 //! Top down, each range of bodies is split along an axis at the median of a sample of their middles,
-//! so that the tree is nearly balanced and its paths are short. Its boxes are those of the next refit.
+//! so that the tree is nearly balanced and its paths are short. The next refit computes its boxes.
 
 use super::node::{NONE, Node, Proxy};
 use crate::cost::WORK_PER_BUILT_LEVEL;

@@ -120,35 +120,16 @@ impl Batch {
         round: &Round,
         clock: &dyn Clock,
     ) {
-        let mut deadline = Deadline::of_a_part(round.end, u64::MAX, clock);
-        match round.kind {
-            RoundKind::Search => self.search(bodies, scratch, round, &mut deadline),
-            RoundKind::Answer => self.answer(bodies, scratch, round, clock),
-        }
-    }
-
-    fn search(
-        &mut self,
-        bodies: &Bodies,
-        workspace: &mut Workspace,
-        round: &Round,
-        deadline: &mut Deadline,
-    ) {
-        for turn in &mut self.turns {
-            if !deadline.has_room(LEAST_WORK) {
-                break;
+        if round.kind == RoundKind::Search {
+            let mut deadline = Deadline::of_a_part(round.end, u64::MAX, clock);
+            for turn in &mut self.turns {
+                if !deadline.has_room(LEAST_WORK) {
+                    break;
+                }
+                turn.search(bodies, scratch, round, &mut deadline);
             }
-            turn.search(bodies, workspace, round, deadline);
+            return;
         }
-    }
-
-    fn answer(
-        &mut self,
-        bodies: &Bodies,
-        scratch: &mut Box<Workspace>,
-        round: &Round,
-        clock: &dyn Clock,
-    ) {
         let mut deadline = Deadline::at(round.end, self.budget, clock);
         for (at, turn) in self.turns.iter_mut().enumerate() {
             let key = turn.key();

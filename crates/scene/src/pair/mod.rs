@@ -4,8 +4,8 @@
 //! A frame begins with the latest witnesses of the pairs that met ([`retest`]). In its turn
 //! ([`batch`]) a pair runs or resumes its query, as far as its share of the frame allows. Some
 //! pairs need no query: those that stay farther apart than their bodies have moved ([`travel`],
-//! [`apart`]), and those of two groups that have a nearer pair ([`near`]). For a pair that meets, a
-//! second query finds contact points ([`contacts`], [`touch`]).
+//! [`apart`]), and those of two groups that have a nearer pair ([`near`]). Contact points are a
+//! question of their own ([`contacts`], [`touch`]).
 
 pub(crate) mod apart;
 pub(crate) mod batch;

@@ -1,11 +1,12 @@
 //! The state of a pair of bodies, kept from its first turn on while their boxes overlap.
 
+use super::apart::STRETCH;
 use super::bounds::{Bounds, Proof, Times};
 use super::question::Answer;
 use super::spent::{Spent, capped};
 use super::touch::Touch;
 use crate::ask::TurnKind;
-use crate::body::Bodies;
+use crate::body::{Bodies, margins};
 use crate::id::PairKey;
 use crate::schedule::known::Known;
 use alloc::boxed::Box;
@@ -75,24 +76,21 @@ pub(crate) struct Turn {
 impl Turn {
     /// A turn of a pair without a question yet.
     pub fn new(known: Known, state: Box<PairState>) -> Self {
-        let standing = Standing {
-            verdict: Verdict::Undecided,
-            found: 0,
-            complete: false,
-            recall: 0.0,
-        };
-        let (kind, spent) = (TurnKind::Meet, Spent::default());
-        let (teaches, next) = (false, None);
         Self {
             state,
             known,
             index: 0,
             median: 0,
-            kind,
-            next,
-            teaches,
-            spent,
-            standing,
+            kind: TurnKind::Meet,
+            next: None,
+            teaches: false,
+            spent: Spent::default(),
+            standing: Standing {
+                verdict: Verdict::Undecided,
+                found: 0,
+                complete: false,
+                recall: 0.0,
+            },
         }
     }
 
@@ -118,7 +116,7 @@ impl Turn {
         self.teaches = standing.verdict != Verdict::Undecided && state.has_told();
         let asks_contacts = standing.verdict != Verdict::Separated
             && bodies.wants_contacts(key)
-            && state.small_drift(key, bodies, frame).is_none();
+            && bodies.small_drift(key, state, frame).is_none();
         self.next = match self.kind {
             TurnKind::Motion if !is_timed => Some(TurnKind::Motion),
             TurnKind::Motion | TurnKind::Contacts if asks_contacts => Some(TurnKind::Contacts),
@@ -265,13 +263,6 @@ impl PairState {
             / f64::from(self.search.max(2)).max(2.0 * self.pending.work as f64)
     }
 
-    /// How far the surfaces have moved since the contacts of the pair were found, if these need not
-    /// be found anew in `frame`.
-    pub fn small_drift(&self, key: PairKey, bodies: &Bodies, frame: u64) -> Option<f64> {
-        let touch = self.touch.as_ref()?;
-        bodies.small_drift(key, touch, frame)
-    }
-
     /// True if contacts found before the surfaces moved by `drift` prove that the bodies still meet
     /// in `frame`, which is then recorded.
     pub fn goes_on_touching(
@@ -281,13 +272,20 @@ impl PairState {
         drift: f64,
         frame: u64,
     ) -> bool {
-        let touch = self.touch.as_ref();
-        let nearest = touch.and_then(|touch| bodies.still_touches(key, touch, drift));
-        if let Some((triangles, distance)) = nearest {
+        let nearest = self.touch.as_ref().and_then(|touch| touch.nearest);
+        let Some(((triangles, distance), pair)) = nearest.zip(bodies.pair(key)) else {
+            return false;
+        };
+        let distance = match drift > 0.0 {
+            true => (distance + drift) * (1.0 + STRETCH),
+            false => distance,
+        };
+        let touches = distance <= margins(pair);
+        if touches {
             self.completed = frame;
             self.decide(Verdict::of_witness(triangles, distance), 1, frame);
         }
-        nearest.is_some()
+        touches
     }
 
     /// Stores a reported probability, if there is room.

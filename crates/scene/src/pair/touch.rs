@@ -1,6 +1,7 @@
 //! What is known of the contacts of two bodies, kept from frame to frame.
 
 use super::spent::Spent;
+use super::state::PairState;
 use super::travel::slack;
 use crate::ask::contacts::ContactPoint;
 use crate::body::{Bodies, Placed, margins};
@@ -143,29 +144,12 @@ impl Bodies {
 
     /// How far the surfaces of a pair have moved since its contacts were found, if these need not be
     /// found anew.
-    pub fn small_drift(&self, key: PairKey, touch: &Touch, frame: u64) -> Option<f64> {
+    pub fn small_drift(&self, key: PairKey, state: &PairState, frame: u64) -> Option<f64> {
+        let touch = state.touch.as_ref()?;
         let is_whole = touch.since > 0 && touch.completed == touch.since;
         let skin = self.pair(key).map_or(0.0, margins);
         let drift = is_whole.then(|| self.drift(key, touch, frame));
         drift.filter(|drift| *drift <= REUSED * skin)
-    }
-
-    /// The nearest triangles of contacts found before the surfaces moved by `drift`, and an upper
-    /// bound of their distance, if that is within the margins.
-    pub fn still_touches(
-        &self,
-        key: PairKey,
-        touch: &Touch,
-        drift: f64,
-    ) -> Option<([u32; 2], f64)> {
-        let (triangles, distance) = touch.nearest?;
-        let skin = margins(self.pair(key)?);
-        let most = if drift > 0.0 {
-            (distance + drift) * (1.0 + super::apart::STRETCH)
-        } else {
-            distance
-        };
-        (most <= skin).then_some((triangles, most))
     }
 }
 

@@ -139,7 +139,8 @@ impl Deal<'_> {
     /// returns the batch for a job from the expected work before it.
     fn turns(&mut self, work: u64, batch: impl Fn(u64) -> usize) {
         let mut before = 0;
-        for at in self.in_turn() {
+        // By key, from the cursor on and around.
+        for at in (self.first_turn..self.jobs.len()).chain(0..self.first_turn) {
             if before >= work {
                 break;
             }
@@ -147,11 +148,6 @@ impl Deal<'_> {
                 before += self.deal(at, batch(before));
             }
         }
-    }
-
-    /// The jobs in the order of their turns: by key, from the cursor on and around.
-    fn in_turn(&self) -> impl Iterator<Item = usize> + use<> {
-        (self.first_turn..self.jobs.len()).chain(0..self.first_turn)
     }
 
     /// Puts a job into the batch that holds its stopped run, or else into `batch`. If that is full,
@@ -191,7 +187,7 @@ pub(crate) fn take_back(
         if turn.standing.verdict == Verdict::Separated
             && let Some(touch) = state.touch.take()
         {
-            pairs.take_back_touch(touch);
+            pairs.touches.take_back(touch);
         }
         pairs.put_back(job.place as usize, state, turn.known);
     }

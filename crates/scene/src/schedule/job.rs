@@ -39,7 +39,7 @@ impl Job {
         self.open = false;
         let mut turn = pairs.take(self.place as usize, frame.number);
         if self.kind == TurnKind::Contacts && turn.state.touch.is_none() {
-            turn.state.touch = Some(pairs.lend_touch());
+            turn.state.touch = Some(pairs.touches.lend());
         }
         Turn {
             index,

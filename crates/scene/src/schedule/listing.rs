@@ -54,15 +54,9 @@ pub(crate) struct Counts {
 #[derive(Clone, Copy)]
 struct Candidate {
     key: PairKey,
-    place: u32,
+    place: usize,
     ids: [BodyId; 2],
     is_special: bool,
-}
-
-impl Candidate {
-    fn place(&self) -> usize {
-        self.place as usize
-    }
 }
 
 /// The consequences of the distance requests for a pair.
@@ -175,10 +169,9 @@ impl<'l> Listing<'l> {
                 true => self.list::<true>(pair, settled),
                 false => self.list::<false>(pair, settled),
             };
-            deadline.spend(if listed {
-                WORK_PER_LISTED_PAIR
-            } else {
-                WORK_PER_PAIR_APART
+            deadline.spend(match listed {
+                true => WORK_PER_LISTED_PAIR,
+                false => WORK_PER_PAIR_APART,
             });
         }
         end
@@ -192,7 +185,7 @@ impl<'l> Listing<'l> {
         let ids = bodies_of(key).map(|body| bodies.id(body));
         Candidate {
             key,
-            place: place as u32,
+            place,
             ids,
             is_special,
         }
@@ -238,23 +231,20 @@ impl<'l> Listing<'l> {
     #[inline(always)]
     fn list<const SPECIAL: bool>(&mut self, pair: Candidate, settled: bool) -> bool {
         let Frame { number, bodies, .. } = *self.frame;
-        let (place, key) = (pair.place(), pair.key);
-        let look = if SPECIAL {
-            self.look(pair, settled)
-        } else {
-            Look::default()
+        let (place, key) = (pair.place, pair.key);
+        let look = match SPECIAL {
+            true => self.look(pair, settled),
+            false => Look::default(),
         };
         if look.is_out {
             return false;
         }
         let overlap = look.listed || bodies.overlap(bodies_of(key));
-        let Some(overlap) = (if settled {
-            Some(overlap)
-        } else {
-            self.may_overlap(pair, overlap)
-        }) else {
-            return false;
+        let overlap = match settled {
+            true => Some(overlap),
+            false => self.may_overlap(pair, overlap),
         };
+        let Some(overlap) = overlap else { return false };
         let Some(known) = self.pairs.overlapping(place, overlap | look.keep, number) else {
             return false;
         };
@@ -291,7 +281,7 @@ impl<'l> Listing<'l> {
         let touches = asks_contacts && state.met();
         self.counts.near += usize::from(asks_contacts);
         let drift = if touches {
-            state.small_drift(key, bodies, number)
+            bodies.small_drift(key, state, number)
         } else {
             None
         };
@@ -328,7 +318,7 @@ impl<'l> Listing<'l> {
             self.jobs.push(Job {
                 key,
                 listed: self.report.pairs.len() as u32,
-                place: pair.place,
+                place: place as u32,
                 median: forecast.median,
                 rank,
                 home: None,
@@ -367,7 +357,7 @@ impl<'l> Listing<'l> {
     #[cold]
     fn look(&mut self, pair: Candidate, settled: bool) -> Look {
         let Frame { number, bodies, .. } = *self.frame;
-        let (place, key) = (pair.place(), pair.key);
+        let (place, key) = (pair.place, pair.key);
         let Some(wanted) = bodies.distance_requests.wanted(key) else {
             return Look::default();
         };
@@ -389,7 +379,7 @@ impl<'l> Listing<'l> {
         let of_boxes = bodies.near_by_boxes(key);
         let is_far = wanted.is_settled(&of_boxes);
         let is_known = settled || self.may_overlap(pair, true).is_some();
-        let near = match is_known && !is_far && self.pairs.overlapped(place) {
+        let near = match is_known && !is_far && self.pairs.at(place).overlaps() {
             true => bodies.near(
                 key,
                 self.pairs.state(place, self.frame),
@@ -433,7 +423,7 @@ impl<'l> Listing<'l> {
         {
             return Some(overlap);
         }
-        (overlap || self.pairs.overlapped(pair.place())).then_some(true)
+        (overlap || self.pairs.at(pair.place).overlaps()).then_some(true)
     }
 }
 

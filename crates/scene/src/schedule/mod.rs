@@ -48,7 +48,6 @@ mod turns;
 #[cfg(feature = "parallel")]
 pub(crate) mod workers;
 
-use super::body::Bodies;
 use super::broad::Broad;
 use super::certificate::PairCertificate;
 use super::events::Events;
@@ -109,9 +108,9 @@ pub(crate) struct Schedule {
     /// Buffer for dealing jobs.
     order: Vec<(u64, u32)>,
     turns: RoundRobin,
-    tallies: Tallies,
+    pub tallies: Tallies,
     listed: Tallies,
-    revisit: Revisit,
+    pub revisit: Revisit,
     speed: Speed,
     /// Time of a list after its deadline.
     closing: Reserved,
@@ -214,11 +213,6 @@ impl Schedule {
         Some([ended, end.saturating_sub(ended)])
     }
 
-    /// Number of pairs that were found to meet before the broad phase.
-    pub fn found(&self) -> usize {
-        self.revisit.found.len()
-    }
-
     /// Runs the overlapping pairs as far as the budget allows and fills the report. Under a budget
     /// of time, returns when it ended.
     pub fn run(
@@ -241,8 +235,7 @@ impl Schedule {
             0 => 0,
             _ => self.jobs.iter().filter(|job| job.measures).count(),
         };
-        let groups = pace::reading(measured);
-        let groups = groups.min(frame.times[1] / MOST_OF_GROUPS);
+        let groups = pace::reading(measured).min(frame.times[1] / MOST_OF_GROUPS);
         let rest = self.rest.time() + groups + estimates.unwrap_or_default();
         let end = frame.end(rest);
         let mut round = Round::to_the_end(frame.number, frame.mode, end);
@@ -351,11 +344,6 @@ impl Schedule {
         }
         self.tallies.tell(bodies, report);
         frame.lap(&mut lap).unwrap_or_default()
-    }
-
-    /// Passes the findings about groups on to the next frames.
-    pub fn hand_on(&self, bodies: &mut Bodies, frame: u64) {
-        self.tallies.hand_on(&mut bodies.distance_requests, frame);
     }
 
     /// Chooses the plan of the round and deals the jobs.
@@ -492,7 +480,7 @@ impl Schedule {
         let begins =
             is_free && !alone && !turns.cut && batches.iter().all(|batch| batch.held.is_none());
         let known = pairs.len();
-        pairs.begin_list();
+        pairs.touches.begin();
         let listing = Listing {
             frame,
             broad,
@@ -539,10 +527,9 @@ impl Schedule {
         }
         self.open = self.jobs.len() - ended;
         let listed = report.pairs.len() + kept;
-        let used = if revisit.is_full {
-            listed.max(pairs.room() + 1)
-        } else {
-            listed
+        let used = match revisit.is_full {
+            true => listed.max(pairs.room() + 1),
+            false => listed,
         };
         pairs.grow(
             broad,

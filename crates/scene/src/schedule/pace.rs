@@ -1,4 +1,4 @@
-//! Speeds of the frames of a scene, for sharing the rest of a frame.
+//! How long parts of a frame take: constants, and what earlier frames took.
 
 use crate::cost::{WORK_PER_FOUND_PAIR, WORK_PER_LISTED_PAIR};
 use core::time::Duration;
@@ -8,10 +8,10 @@ use punctual_geom::nanoseconds;
 // What is small beside the queries is not measured on each machine: nanoseconds per unit of work of
 // the list, per job dealt to a batch, per job collected, and per job whose findings about groups
 // are read.
-const LISTING: f64 = 1.0;
-const DEALING: f64 = 50.0;
-const COLLECTING: f64 = 25.0;
-const READING: f64 = 400.0;
+const LISTING: u64 = 1;
+const DEALING: u64 = 50;
+const COLLECTING: u64 = 25;
+const READING: u64 = 400;
 
 /// Time beyond this many times the usual is attributed to other programs.
 const MOST: f64 = 4.0;
@@ -49,31 +49,27 @@ impl Speed {
 
 /// Time to list this many pairs that were found to meet before the list.
 pub(crate) fn listing(pairs: usize) -> Duration {
-    nanos(LISTING * (pairs as u64 * WORK_PER_FOUND_PAIR) as f64)
+    Duration::from_nanos(LISTING * WORK_PER_FOUND_PAIR * pairs as u64)
 }
 
 /// Time to collect this many jobs.
 pub(crate) fn collecting(jobs: usize) -> Duration {
-    nanos(COLLECTING * (jobs + NEVER_NONE) as f64)
+    Duration::from_nanos(COLLECTING * (jobs + NEVER_NONE) as u64)
 }
 
 /// Time to read what this many jobs have found about groups.
 pub(crate) fn reading(jobs: usize) -> Duration {
-    nanos(READING * jobs as f64)
-}
-
-fn nanos(nanos: f64) -> Duration {
-    Duration::from_nanos(nanos as u64)
+    Duration::from_nanos(READING * jobs as u64)
 }
 
 /// Work of a list of as many pairs as can be listed, dealt and collected in `time`.
 pub(crate) fn list_work(time: Duration) -> u64 {
-    let each = LISTING + (DEALING + COLLECTING) / WORK_PER_LISTED_PAIR as f64;
+    let each = LISTING as f64 + (DEALING + COLLECTING) as f64 / WORK_PER_LISTED_PAIR as f64;
     (nanoseconds(time) / each) as u64
 }
 
 /// Work that a query could do while a job is dealt and collected.
-pub(crate) const OVERHEAD: u64 = ((DEALING + COLLECTING) / TYPICAL_UNIT) as u64;
+pub(crate) const OVERHEAD: u64 = ((DEALING + COLLECTING) as f64 / TYPICAL_UNIT) as u64;
 
 /// Nanoseconds reserved for a time that varies: they rise at once and fall slowly.
 #[derive(Clone, Copy, Debug, Default)]

@@ -46,7 +46,7 @@ pub(crate) struct Pairs {
     /// their number depends on the threads.
     made: usize,
     free: Vec<Slot>,
-    touches: Touches,
+    pub touches: Touches,
     /// Stands in for the state of a pair without a turn.
     new: PairState,
     /// Room for pairs: for known ones, and for states.
@@ -80,7 +80,7 @@ impl Pairs {
 
     /// The known pair at a place, ascending. During a merge, these are the merged pairs, then those
     /// not merged yet.
-    fn at(&self, place: usize) -> &Known {
+    pub fn at(&self, place: usize) -> &Known {
         let merged = self.merged.len();
         if place < merged {
             &self.merged[place]
@@ -89,7 +89,7 @@ impl Pairs {
         }
     }
 
-    fn at_mut(&mut self, place: usize) -> &mut Known {
+    pub fn at_mut(&mut self, place: usize) -> &mut Known {
         let merged = self.merged.len();
         if place < merged {
             &mut self.merged[place]
@@ -126,11 +126,6 @@ impl Pairs {
         None
     }
 
-    /// True if the boxes of a pair overlapped when last compared.
-    pub fn overlapped(&self, place: usize) -> bool {
-        self.at(place).overlaps()
-    }
-
     /// The first of these places whose pair met when last decided.
     #[inline]
     pub fn next_met(&self, places: Range<usize>) -> Option<usize> {
@@ -152,16 +147,6 @@ impl Pairs {
             .map(|at| places.start + at)
     }
 
-    /// True if the witnesses of a pair were lost since it was last decided.
-    pub fn is_lost(&self, place: usize) -> bool {
-        self.at(place).is_lost()
-    }
-
-    /// True if a pair did not meet when last decided, or was never decided.
-    pub fn is_unmet(&self, place: usize) -> bool {
-        !self.at(place).met()
-    }
-
     /// The state of a pair whose boxes overlap.
     #[inline]
     pub fn state(&mut self, place: usize, frame: &Frame) -> &mut PairState {
@@ -181,18 +166,6 @@ impl Pairs {
         &mut self.new
     }
 
-    /// The triangles of a pair that met last (tree order).
-    #[inline]
-    pub fn witness(&self, place: usize) -> [u32; 2] {
-        self.at(place).witness()
-    }
-
-    /// Records that the two triangles of a pair that intersected last also intersect in `frame`.
-    #[inline]
-    pub fn hold(&mut self, place: usize, frame: u64) {
-        self.at_mut(place).hold(frame);
-    }
-
     /// Updates the entry of a pair from its state, which was updated in `frame`.
     pub fn note(&mut self, place: usize, frame: u64) {
         let mut known = *self.at(place);
@@ -205,22 +178,14 @@ impl Pairs {
         }
     }
 
-    /// Takes the state of a pair out, if it has one, with its entry, which must
-    /// [update](Known::tell) the state first.
-    #[inline]
-    pub fn take_state(&mut self, place: usize) -> Option<(Box<PairState>, Known)> {
-        let known = *self.at(place);
-        let state = self.states[known.slot?.place()].take()?;
-        Some((state, known))
-    }
-
-    /// Takes the state of a pair out for a turn. A pair without a state gets one.
+    /// Takes the state of a pair out for a turn, with its entry, which must [update](Known::tell)
+    /// the state first. A pair without a state gets one.
     #[inline]
     pub fn take(&mut self, place: usize, frame: u64) -> Turn {
-        let (state, known) = self
-            .take_state(place)
-            .unwrap_or_else(|| (self.new_state(place, frame), *self.at(place)));
-        Turn::new(known, state)
+        let slot = self.at(place).slot;
+        let state = slot.and_then(|slot| self.states[slot.place()].take());
+        let state = state.unwrap_or_else(|| self.new_state(place, frame));
+        Turn::new(*self.at(place), state)
     }
 
     #[cold]
@@ -254,20 +219,6 @@ impl Pairs {
         if let Some(touch) = state.and_then(|state| state.touch.take()) {
             self.touches.take_back(touch);
         }
-    }
-
-    /// Begins the list of a frame.
-    pub fn begin_list(&mut self) {
-        self.touches.begin();
-    }
-
-    /// A contact state for a pair.
-    pub fn lend_touch(&mut self) -> Box<Touch> {
-        self.touches.lend()
-    }
-
-    pub fn take_back_touch(&mut self, touch: Box<Touch>) {
-        self.touches.take_back(touch);
     }
 
     /// How far the bodies of a pair may move, margins excluded, before they may meet

@@ -7,24 +7,10 @@ use core::time::Duration;
 use punctual::engine::Deadline;
 use punctual::{Budget, Clock};
 
-/// The steps of the broad phase before the list.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Step {
-    Place,
-    Pair,
-}
-
-impl Step {
-    /// The part of the work of the broad phase that is spent at the end of the step, in sixths.
-    fn part(self) -> u64 {
-        [3, 5][self as usize]
-    }
-
-    /// The part of the time that has passed at the end of the step, in eighths.
-    fn part_of_time(self) -> u32 {
-        [2, 6][self as usize]
-    }
-}
+/// The ends of the steps before the list: the part of the work of the broad phase that is spent
+/// then, in sixths, and the part of the time that has passed, in eighths.
+pub(crate) const PLACE: (u64, u32) = (3, 2);
+pub(crate) const PAIR: (u64, u32) = (5, 6);
 
 const PARTS: u64 = 6;
 const PARTS_OF_TIME: u32 = 8;
@@ -74,15 +60,16 @@ impl<'c> Share<'c> {
     }
 
     /// Runs a step with its deadline.
-    pub fn run<R>(&mut self, step: Step, run: impl FnOnce(&mut Deadline) -> R) -> R {
-        let part = self.limit / PARTS_OF_TIME * step.part_of_time();
+    pub fn run(&mut self, (work, time): (u64, u32), run: impl FnOnce(&mut Deadline)) {
+        let part = self.limit / PARTS_OF_TIME * time;
         let end = self.is_timed.then(|| self.started.saturating_add(part));
-        self.run_until(end, self.work_left(step.part()), run)
+        self.run_until(end, self.work_left(work), run);
     }
 
-    /// Runs the list, and measures how long it takes after its deadline (`closing`). With that it
-    /// gets half of the time left, but never less than a quarter. The pairs found before are listed in addition.
-    pub fn list<R>(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline) -> R) -> R {
+    /// Runs the list, and measures how long it takes after its deadline (`closing`). Both together
+    /// get half of the time left, but the deadline is never in less than a quarter of it. The pairs
+    /// found before are listed in addition.
+    pub fn list(&mut self, closing: &mut Reserved, run: impl FnOnce(&mut Deadline)) {
         let (work, of_found) = (self.work_left(PARTS), self.of_found);
         if !self.is_timed {
             return self.run_until(None, work.saturating_add(of_found), run);
@@ -94,9 +81,8 @@ impl<'c> Share<'c> {
             .saturating_sub(began);
         let end = began.saturating_add(left / 2 - closing.time().min(left / 4));
         let work = work.min(list_work(left)).saturating_add(of_found);
-        let result = self.run_until(Some(end), work, run);
+        self.run_until(Some(end), work, run);
         closing.learn(self.clock.now().saturating_sub(end), MOST_CLOSING);
-        result
     }
 
     /// The rest of so many parts of the work of the broad phase.
@@ -106,16 +92,10 @@ impl<'c> Share<'c> {
         })
     }
 
-    fn run_until<R>(
-        &mut self,
-        end: Option<Duration>,
-        work: u64,
-        run: impl FnOnce(&mut Deadline) -> R,
-    ) -> R {
+    fn run_until(&mut self, end: Option<Duration>, work: u64, run: impl FnOnce(&mut Deadline)) {
         let mut deadline = Deadline::of_a_part(end, work, self.clock);
-        let result = run(&mut deadline);
+        run(&mut deadline);
         self.spent += work - deadline.work_left();
-        result
     }
 }
 

@@ -7,7 +7,6 @@
 //! cut.
 
 use crate::ask::distance_requests::DistanceRequests;
-use crate::ask::distance_requests::Group;
 use crate::body::Bodies;
 use crate::id::{PairKey, bodies_of};
 use crate::pair::bounds::{Bounds, Near};
@@ -78,27 +77,15 @@ impl Tallies {
 
     /// Reports the bounds at the end of a frame.
     pub fn tell(&self, bodies: &Bodies, report: &mut Report) {
-        for (
-            Tally {
-                low,
-                closest,
-                counted,
-                open,
-            },
-            group,
-        ) in self.0.iter().zip(&bodies.distance_requests.groups)
-        {
-            let Group {
-                id: Some(id),
-                pairs,
-                closest: before,
-                ceiling,
-            } = *group
-            else {
-                continue;
+        for (tally, group) in self.0.iter().zip(&bodies.distance_requests.groups) {
+            let Some(id) = group.id else { continue };
+            let ceiling = group.ceiling;
+            let low = match tally.counted == group.pairs {
+                true => tally.low,
+                false => 0.0,
             };
-            let low = if *counted == pairs { *low } else { 0.0 };
-            let carried = before.map(|(key, bounds, _)| {
+            let carried = group.closest.filter(|_| ceiling < f64::INFINITY);
+            let carried = carried.map(|(key, bounds, _)| {
                 (
                     key,
                     Bounds {
@@ -107,18 +94,17 @@ impl Tallies {
                     },
                 )
             });
-            let closest = closest.or(carried.filter(|_| ceiling < f64::INFINITY));
+            let closest = tally.closest.or(carried);
             let high = closest.map_or(ceiling, |(_, bounds)| bounds.high);
             let bodies = closest.map(|(key, _)| bodies_of(key).map(|body| bodies.id(body)));
             let triangles = closest.and_then(|(_, bounds)| bounds.triangles);
-            let open = open + pairs - counted;
             report.group_distances.push(GroupDistance {
                 id,
                 low: low.min(high),
                 high,
                 bodies,
                 triangles,
-                open,
+                open: tally.open + group.pairs - tally.counted,
             });
         }
     }

@@ -3,8 +3,8 @@
 //! A batch goes to a worker and comes back by value, and the bodies are shared. Queues and waits
 //! allocate nothing.
 //!
-//! Waking a thread takes as long as a short frame. So each frame wakes all threads when it begins,
-//! and they poll for tasks for a while before they sleep again.
+//! Waking a thread takes as long as a short frame. So a frame of many pairs wakes all threads when
+//! it begins, and they poll for tasks for a while before they sleep again.
 
 use super::crew::Crew;
 use crate::body::Bodies;

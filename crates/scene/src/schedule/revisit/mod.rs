@@ -104,7 +104,7 @@ impl Revisit {
     }
 
     /// Tests the pairs that met, in turn, as far as the deadline and the room for them allow. If
-    /// the last list was cut, pairs that rest are also found, so that they are listed.
+    /// the last frame was cut, pairs that rest are also found, so that they are listed.
     pub fn test(
         &mut self,
         frame: &Frame,
@@ -152,10 +152,10 @@ impl Revisit {
                     let state = pairs.state(place, frame);
                     state.decided = frame.number;
                     self.found.extend(Meeting::new(key, state.verdict));
-                } else if !pairs.is_lost(place) {
+                } else if !pairs.at(place).is_lost() {
                     deadline.spend(WORK_PER_WITNESS);
                     self.tests += 1;
-                    if !retest.add(key, place, pairs.witness(place)) {
+                    if !retest.add(key, place, pairs.at(place).witness()) {
                         self.lose(place, frame, pairs, deadline);
                     }
                     if retest.waiting.is_full() {
@@ -186,7 +186,7 @@ impl Revisit {
     ) {
         for (Waiting { place, witness }, meets) in retest.test() {
             if meets {
-                pairs.hold(place, frame.number);
+                pairs.at_mut(place).hold(frame.number);
                 let key = pairs.key(place);
                 self.found.push(Meeting { key, witness });
             } else {

@@ -57,7 +57,7 @@ impl Revisit {
             let (known, start) = (pairs.len(), pairs.place(self.turns[turn]));
             let mut left = LEAST;
             for place in (start..known).chain(0..start) {
-                let is_unmet = pairs.is_unmet(place);
+                let is_unmet = !pairs.at(place).met();
                 if !is_unmet && place % PASSED > 0 {
                     continue;
                 }
