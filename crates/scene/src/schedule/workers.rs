@@ -254,11 +254,9 @@ mod tests {
                     ..PairState::new(0)
                 };
                 known.note(&state, 7);
-                let turns = [Turn::new(known, Box::new(state))].into();
-                Batch {
-                    turns,
-                    ..Batch::new()
-                }
+                let mut batch = Batch::new();
+                batch.turns.push(Turn::new(known, Box::new(state)));
+                batch
             });
             let round = Round {
                 kind: RoundKind::Search,
