@@ -540,7 +540,7 @@ fn ids_last_while_a_body_slides_and_sinks() {
     );
 }
 
-/// Pairs with overlaps, with a skin, with both and with many pieces.
+/// Pairs with overlaps, with a skin, with both, with many pieces, and a pair that only touches.
 fn cases() -> Vec<(Tree, Tree, Pose, f64)> {
     let turned = DMat3::from_rotation_x(0.01);
     vec![
@@ -573,6 +573,12 @@ fn cases() -> Vec<(Tree, Tree, Pose, f64)> {
             solid(shapes::icosphere(2)),
             at(turned, DVec3::Z * 0.9),
             0.01,
+        ),
+        (
+            cuboid([0.5, 0.5, 0.05], 1),
+            cuboid([0.1; 3], 6),
+            at(DMat3::IDENTITY, DVec3::Z * f64::from(0.05_f32 + 0.1_f32)),
+            0.004,
         ),
     ]
 }

@@ -216,7 +216,7 @@ impl Ask<Manifolds> for Query<'_, Manifolds> {
         let meets = workspace.overlaps.meets();
         let low = if stop.is_final() {
             f64::INFINITY
-        } else if meets {
+        } else if meets || workspace.overlaps.is_open() {
             0.0
         } else {
             workspace.search.interval.low()

@@ -195,6 +195,11 @@ impl Overlaps {
         self.meets
     }
 
+    /// True if pairs of triangles that intersect or touch are in no manifold yet.
+    pub fn is_open(&self) -> bool {
+        !self.cuts.is_empty() && !self.is_done()
+    }
+
     pub fn is_done(&self) -> bool {
         self.phase == Phase::Done
     }

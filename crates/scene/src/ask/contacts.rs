@@ -223,7 +223,7 @@ impl Scene {
         let (bodies, frame) = (&self.bodies, self.report.frame);
         let skin = bodies.pair(key).map_or(0.0, margins);
         let is_of_another = self.broad.is_of_another(bodies, bodies_of(key));
-        let proven = self.pairs.apart(key, bodies, frame);
+        let proven = self.pairs.apart(key, bodies, self.next_frame());
         let proven = proven.filter(|&(room, _)| !is_of_another && room > f64::NEG_INFINITY);
         let nothing = Contacts {
             points: &[],
@@ -262,7 +262,10 @@ impl Scene {
     pub fn contacts(&self, x: BodyId, y: BodyId) -> Result<Contacts<'_>, SceneError> {
         let (key, frame) = (self.bodies.key(x, y)?, self.report.frame);
         let is_apart = match self.report.pair(x, y) {
-            Some(pair) => pair.verdict == Verdict::Separated,
+            // The verdict is that of the frame, and the bodies may have changed since.
+            Some(pair) => {
+                pair.verdict == Verdict::Separated && self.bodies.last_change(key) <= frame
+            }
             None => self.was_compared(x, y)? && frame > 0,
         };
         let is_of_another = self.broad.is_of_another(&self.bodies, bodies_of(key));
@@ -277,7 +280,7 @@ impl Scene {
             points: &touch.points,
             is_whole: touch.is_whole,
             low: touch.low,
-            drift: self.bodies.drift(key, touch, frame),
+            drift: self.bodies.drift(key, touch, self.next_frame()),
             age: frame - touch.since,
         })
     }

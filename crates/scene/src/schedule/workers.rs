@@ -41,10 +41,12 @@ struct Task {
 
 impl Task {
     /// Drops the bodies before the batch is returned, so that the owner of the scene may change
-    /// them.
-    fn run(mut self, scratch: &mut Box<Workspace>) -> (usize, Batch) {
-        self.batch.run(&self.bodies, scratch, &self.round, &SYSTEM);
-        (self.index, self.batch)
+    /// them. The caller waits for every task, so even a panic is returned.
+    fn run(mut self, scratch: &mut Box<Workspace>) -> Ended {
+        catch_unwind(AssertUnwindSafe(move || {
+            self.batch.run(&self.bodies, scratch, &self.round, &SYSTEM);
+            (self.index, self.batch)
+        }))
     }
 }
 
@@ -72,9 +74,7 @@ impl Shared {
                 thread::park();
                 continue;
             };
-            // The caller waits for every task, so even a panic must be returned to it.
-            let ended = catch_unwind(AssertUnwindSafe(|| task.run(&mut lock(scratch))));
-            let is_room = self.ended.push(ended).is_ok();
+            let is_room = self.ended.push(task.run(&mut lock(scratch))).is_ok();
             debug_assert!(is_room, "more results than batches");
             self.caller.unpark();
         }
@@ -205,7 +205,7 @@ impl Crew for Workers {
         let mut panic = None;
         for _ in 0..self.out.swap(0, Ordering::Relaxed) {
             let ended = match self.shared.tasks.pop() {
-                Some(task) => Ok(task.run(scratch)),
+                Some(task) => task.run(scratch),
                 None => self.wait(),
             };
             match ended {
@@ -229,6 +229,47 @@ impl Drop for Workers {
         for thread in self.threads.drain(..) {
             // A thread that panicked needs no further action.
             let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pair::batch::RoundKind;
+    use crate::pair::state::{PairState, Turn};
+    use crate::schedule::known::Known;
+    use core::array::from_fn;
+    use punctual::Mode;
+
+    #[test]
+    fn a_panic_in_a_turn_reaches_the_caller_and_leaves_no_tasks() {
+        let workers = Workers::start(1, 4).unwrap();
+        let (bodies, mut scratch) = (Arc::default(), workspace());
+        let mut run = |frame| {
+            let mut batches: [Batch; 4] = from_fn(|_| {
+                let mut known = Known::new(1);
+                let state = PairState {
+                    completed: 7,
+                    ..PairState::new(0)
+                };
+                known.note(&state, 7);
+                let mut batch = Batch::new();
+                batch.turns.push(Turn::new(known, Box::new(state)));
+                batch
+            });
+            let round = Round {
+                kind: RoundKind::Search,
+                ..Round::to_the_end(frame, Mode::Any, None)
+            };
+            let run = || workers.run(&mut batches, &round, &bodies, &mut scratch);
+            let ended = catch_unwind(AssertUnwindSafe(run));
+            ended.map(|()| batches.map(|batch| batch.turns.len()))
+        };
+        for _ in 0..10 {
+            // A frame before the one that completed the pair does not exist.
+            assert!(run(5).is_err());
+            assert_eq!(run(9).unwrap(), [1; 4]);
         }
     }
 }

@@ -517,3 +517,33 @@ fn bodies_that_were_apart_may_have_sunk_in_as_far_as_they_came() {
         }
     }
 }
+
+/// Bodies that are apart in the last frame, and then change.
+#[test]
+fn a_frame_tells_nothing_false_of_bodies_that_change_after_it() {
+    let ball = Arc::new(Tree::new(shapes::icosphere(3)));
+    let larger = Arc::new(Tree::new(shapes::cuboid(Vec3::splat(1.5), 4)));
+    let place = |distance: f64| at(0.6 * distance, 0.8 * distance, 0.0);
+    let room_after = |change: &dyn Fn(&mut Scene, BodyId)| {
+        let mut scene = Scene::new();
+        scene.find_contacts();
+        let [a, b] = [0.0, 2.015].map(|distance| {
+            let body = Body::moving(Arc::clone(&ball), place(distance)).margin(0.005);
+            scene.insert(body).unwrap()
+        });
+        detect(&mut scene, Budget::unlimited());
+        change(&mut scene, b);
+        let found = scene.contacts(a, b).unwrap();
+        assert!(found.points.is_empty(), "{found:?}");
+        found.low - found.drift
+    };
+    // The meshes are up to .004 inside of their balls.
+    let rests = room_after(&|_, _| ());
+    assert!((0.01..=0.023).contains(&rests), "{rests}");
+    let comes = room_after(&|scene, b| scene.set_pose(b, place(1.955)).unwrap());
+    assert!((-0.065..=-0.037).contains(&comes), "{comes}");
+    let thickens = room_after(&|scene, b| scene.set_margin(b, 0.3).unwrap());
+    assert!(thickens <= 0.023, "{thickens}");
+    let grows = room_after(&|scene, b| scene.set_tree(b, Arc::clone(&larger)).unwrap());
+    assert!(grows == f64::NEG_INFINITY, "{grows}");
+}
