@@ -264,15 +264,20 @@ fn hull_area(mut points: Vec<DVec2>) -> f64 {
         .sum::<f64>()
 }
 
-#[test]
-fn pairs_without_a_closer_look_add_nothing() {
-    let mut random = Rand64::new(9);
-    let bodies = [
+/// A gear, a knot and a ball.
+fn uneven() -> Vec<Tree> {
+    let meshes = [
         shapes::gear(11, 2),
         shapes::torus_knot(2, 3, 0.45, 40),
         shapes::icosphere(3),
     ];
-    let bodies = bodies.map(solid);
+    meshes.map(solid).into()
+}
+
+#[test]
+fn pairs_without_a_closer_look_add_nothing() {
+    let mut random = Rand64::new(9);
+    let bodies = uneven();
     let mut workspace = Workspace::new();
     for trial in 0..90 {
         let body = &bodies[trial % 3];
@@ -306,13 +311,8 @@ fn pairs_without_a_closer_look_add_nothing() {
 #[test]
 fn of_pairs_beside_closer_ones_the_closest_stays() {
     let mut random = Rand64::new(10);
-    let bodies = [
-        shapes::gear(11, 2),
-        shapes::torus_knot(2, 3, 0.45, 40),
-        shapes::icosphere(3),
-        shapes::cuboid(Vec3::new(0.7, 0.5, 0.9), 1),
-    ];
-    let bodies = bodies.map(solid);
+    let mut bodies = uneven();
+    bodies.push(cuboid([0.7, 0.5, 0.9], 1));
     let mut workspace = Workspace::new();
     for trial in 0..96 {
         let (a, b) = (&bodies[trial % 4], &bodies[trial / 4 % 4]);

@@ -37,10 +37,10 @@ use punctual_geom::Pose;
 /// 8 for each vertex.
 ///
 /// **Guarantee.** A finished query has reduced each pair of triangles within the skin, except those
-/// that add nothing to the polygon of a manifold, nor to its least distance, up to a thousandth. After a stopped query, each point in the list is a point
-/// of contact, and missing contacts are at least [`ManifoldBounds::low`] apart. An overlap is
-/// listed when its depth is known. With a memory ([`Query::with_memory`]) ids last from frame to
-/// frame.
+/// that add nothing to the polygon of a manifold, nor to its least distance, up to a thousandth.
+/// After a stopped query, each point in the list is a point of contact, and missing contacts are at
+/// least [`ManifoldBounds::low`] apart. An overlap is listed when its depth is known. With a memory
+/// ([`Query::with_memory`]) ids last from frame to frame.
 ///
 /// ```
 /// use punctual::glam::{DMat3, DVec3, Vec3};

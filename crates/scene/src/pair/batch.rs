@@ -212,7 +212,7 @@ impl Turn {
             return Ended::NotBegun;
         };
         let b_in_a = a.relative(b);
-        let proven = core::mem::take(&mut self.state.apart);
+        let proven = mem::take(&mut self.state.apart);
         let ended = self.ask([a, b], b_in_a, desk);
         if ended != Ended::Complete && self.state.apart == 0.0 {
             self.state.apart = proven;
