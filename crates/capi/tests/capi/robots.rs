@@ -29,7 +29,16 @@ fn arms() -> (Box<punctual_robot>, Checker, Box<punctual_tree>) {
     (pose.m[3], pose.m[7], pose.m[11]) = (0.35, 0.45, 0.5);
     let shape = made(|shape| unsafe {
         let robot = Some(&mut *ours);
-        punctual_robot_add(robot, name.as_ptr(), Some(&tree), pose, null(), shape)
+        punctual_robot_add(
+            robot,
+            name.as_ptr(),
+            Some(&tree),
+            pose,
+            null(),
+            null(),
+            0,
+            shape,
+        )
     });
     let model = Model::from_urdf(ARM, &UrdfOptions::default()).unwrap();
     let mut theirs = Checker::new(model.into());
@@ -170,13 +179,15 @@ fn robots_refuse_what_is_wrong() {
                 Some(&tree),
                 pose,
                 link,
+                null(),
+                0,
                 Some(&mut shape),
             )
         };
         fails(
             add(nose.as_ptr(), pose),
             Status::BadArgument,
-            "punctual_robot_add: there is no link nose",
+            "punctual_robot_add: obstacle it: there is no link nose",
         );
         let mut tilted = pose;
         tilted.m[0] = 0.9995;
@@ -193,6 +204,8 @@ fn robots_refuse_what_is_wrong() {
                 Some(&tree),
                 pose,
                 null(),
+                null(),
+                0,
                 Some(&mut shape),
             ),
             "robot",
