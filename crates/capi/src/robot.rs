@@ -237,10 +237,7 @@ pub unsafe extern "C" fn punctual_robot_add(
         let (name, may_touch) = unsafe {
             let names = array(may_touch, may_touch_count, "may_touch")?.iter();
             let names = names.map(|&link| text(link, "may_touch"));
-            (
-                text(name, "name")?,
-                names.collect::<Result<Vec<_>, _>>()?,
-            )
+            (text(name, "name")?, names.collect::<Result<Vec<_>, _>>()?)
         };
         let tree = Arc::clone(given(tree, "tree")?.0.get("tree")?);
         let (solid, pose, shape) = (Shape::tree(tree), pose.check()?, given(shape, "shape")?);

@@ -62,7 +62,8 @@ impl Format {
     pub(crate) fn of_content(bytes: &[u8]) -> Result<Self, ReadError> {
         let start = decode(&bytes[..bytes.len().min(1 << 10)]);
         let start = start.trim_start();
-        let mut words = lines(start).flat_map(|line| without_comment(line).split_ascii_whitespace());
+        let mut words =
+            lines(start).flat_map(|line| without_comment(line).split_ascii_whitespace());
         let keyword = words.next().unwrap_or_default();
         let is_statement = |line: &str| {
             matches!(

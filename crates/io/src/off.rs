@@ -37,10 +37,7 @@ pub(crate) fn parse(bytes: &[u8], notices: &mut Notices) -> Result<Surface, Read
         notices.add(Place::Line(at), oddity);
     }
     if let Some(at) = found.rest {
-        notices.add(
-            Place::Line(at),
-            "lines after the last face passed over",
-        );
+        notices.add(Place::Line(at), "lines after the last face passed over");
     }
     Ok(found.surface)
 }
@@ -177,9 +174,8 @@ impl<'t, I: Iterator<Item = (&'t str, usize)>> Reader<'t, I> {
         let mut vertex = [0.0; 3];
         for (count, slot) in vertex.iter_mut().enumerate() {
             let field = self.field();
-            *slot = number(
-                field.ok_or_else(|| format!("vertex of {count} coordinates, must be 3"))?,
-            )?;
+            *slot =
+                number(field.ok_or_else(|| format!("vertex of {count} coordinates, must be 3"))?)?;
         }
         Ok(vertex)
     }

@@ -28,7 +28,11 @@ pub fn value_error(error: impl Display) -> PyErr {
 
 /// A file that cannot be used: FileNotFoundError and its like where the system did not open it, else OSError.
 pub fn file_error(error: &FileError) -> PyErr {
-    io::Error::new(error.kind().unwrap_or(io::ErrorKind::Other), error.to_string()).into()
+    io::Error::new(
+        error.kind().unwrap_or(io::ErrorKind::Other),
+        error.to_string(),
+    )
+    .into()
 }
 
 /// The same of a robot, or of a mesh that it names; else ValueError.

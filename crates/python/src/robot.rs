@@ -64,7 +64,9 @@ mod tree_bytes {
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<Tree>, D::Error> {
         let bytes = Vec::<u8>::deserialize(from)?;
-        Tree::from_bytes(&bytes).map(Arc::new).map_err(Error::custom)
+        Tree::from_bytes(&bytes)
+            .map(Arc::new)
+            .map_err(Error::custom)
     }
 }
 
@@ -460,8 +462,14 @@ impl Robot {
                 return Err(value_error(fault));
             }
         };
-        if let Some(open) = mesh.and_then(|mesh| mesh.open_edges()).filter(|&open| open > 0) {
-            warn(py, format!("obstacle {name}: a surface, for it has {open} open edges"))?;
+        if let Some(open) = mesh
+            .and_then(|mesh| mesh.open_edges())
+            .filter(|&open| open > 0)
+        {
+            warn(
+                py,
+                format!("obstacle {name}: a surface, for it has {open} open edges"),
+            )?;
         }
         let shape = solid.shape()?;
         self.insert((name, solid, pose, link, may_touch), shape)

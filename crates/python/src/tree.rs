@@ -204,8 +204,7 @@ impl Tree {
                 (punctual::Tree::with_options(mesh, &options), notices)
             })
         };
-        let (tree, notices) =
-            in_background(py, load)?.map_err(|error| file_error(&error))?;
+        let (tree, notices) = in_background(py, load)?.map_err(|error| file_error(&error))?;
         for notice in notices {
             warn(py, notice.in_file(&path))?;
         }

@@ -142,7 +142,12 @@ const HARMLESS: [(&str, &[&str]); 5] = [
     ("link", &["inertial", "visual", "contact", "sensor"]),
     (
         "joint",
-        &["dynamics", "calibration", "safety_controller", "hardwareInterface"],
+        &[
+            "dynamics",
+            "calibration",
+            "safety_controller",
+            "hardwareInterface",
+        ],
     ),
     ("collision", &["material", "contact_coefficients"]),
     ("geometry", &[]),
@@ -229,9 +234,12 @@ fn link(node: Node<'_, '_>, meshes: &mut Meshes<'_>) -> Result<Link, RobotError>
         }
         let shape = shape(geometry, meshes).map_err(|error| match error {
             RobotError::Model(what) => fault(Some(line(geometry)), what, None),
-            RobotError::File { line: None, what, kind, .. } => {
-                fault(Some(line(geometry)), what, kind)
-            }
+            RobotError::File {
+                line: None,
+                what,
+                kind,
+                ..
+            } => fault(Some(line(geometry)), what, kind),
             error => error,
         })?;
         shapes.push((to_pose(&origin(collision)?), shape));
