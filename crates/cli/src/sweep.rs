@@ -17,10 +17,11 @@ mod truth;
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use punctual_io::Format;
 use punctual_lab::machine;
 use punctual_lab::report::{self, Failure};
 use serde_json::{Value, json};
@@ -94,11 +95,11 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<Completion, Failure> {
     let mut cases: Vec<Box<dyn FnOnce() -> Result<Case, Failure>>> = Vec::new();
     let mut paths = args.cases.iter();
     while let Some(path) = paths.next() {
-        if !path.is_file() {
+        if !is_mesh(path) {
             cases.push(Box::new(move || Case::load(path)));
             continue;
         }
-        let other = paths.next().filter(|path| path.is_file());
+        let other = paths.next().filter(|path| is_mesh(path));
         let other = other.ok_or_else(|| {
             let path = path.display();
             format!("{path}: a mesh file must be followed by another one, mesh B")
@@ -151,6 +152,11 @@ impl Progress<'_> {
         self.bar.set_position(self.start + steps);
         !INTERRUPTED.load(Ordering::Relaxed)
     }
+}
+
+/// Whether a path is that of a mesh file, not of a folder.
+fn is_mesh(path: &Path) -> bool {
+    Format::of(path).is_ok() && !path.is_dir()
 }
 
 /// Nothing if interrupted.

@@ -462,14 +462,10 @@ impl Robot {
                 return Err(value_error(fault));
             }
         };
-        if let Some(open) = mesh
-            .and_then(|mesh| mesh.open_edges())
-            .filter(|&open| open > 0)
-        {
-            warn(
-                py,
-                format!("obstacle {name}: a surface, for it has {open} open edges"),
-            )?;
+        let open = mesh.and_then(|mesh| Some(mesh.arc.solid()?.open_edges()));
+        if let Some(open) = open.filter(|&open| open > 0) {
+            let why = format!("it has {open} open edges");
+            warn(py, format!("obstacle {name}: a surface, for {why}"))?;
         }
         let shape = solid.shape()?;
         self.insert((name, solid, pose, link, may_touch), shape)

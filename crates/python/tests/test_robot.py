@@ -188,7 +188,7 @@ def test_faults(robot, tmp_path):
         robot.add("x", sphere=1.0, link="nose")
     with pytest.raises(ValueError, match="one of mesh, box"):
         robot.add("x")
-    with pytest.raises(ValueError, match="none.urdf"):
+    with pytest.raises(FileNotFoundError, match="none.urdf"):
         punctual3d.Robot.from_urdf(tmp_path / "none.urdf")
 
 

@@ -99,7 +99,11 @@ impl World {
     /// Lists the pairs of a shape with those before it.
     fn pair_with_earlier(&mut self, b: usize) {
         let stride = self.stride() as u32;
-        for a in 0..b {
+        // Of two shapes that stand still nothing is asked.
+        let is_still = self.shapes[b].body == 0;
+        let partners = if is_still { self.column(b as u32) } else { b };
+        for i in 0..partners {
+            let a = if is_still { self.moving[i] as usize } else { i };
             if !self.asks([a, b]) {
                 continue;
             }
